@@ -1,0 +1,122 @@
+"""The chain: N sliders and N - 1 springs on an incline, its parameters kept as rationals."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+
+
+@dataclass(frozen=True, kw_only=True)
+class Chain:
+    """A chain of `n` sliders with Coulomb friction on an incline of slope `tan_alpha`.
+
+    Every parameter is dimensionless and kept as a rational: an int, a `Fraction` and a decimal
+    string are what they say (``"0.6"`` is 3/5), a float is its exact binary value.
+
+    Parameters
+    ----------
+    n : int
+        Number of sliders, at least 1; slider 1 is the upper one.
+    l0 : number
+        Natural length of a spring at theta = 0 in units of ``g tau_dyn**2``; positive.
+    mu_d : number
+        Dynamical friction coefficient; not negative.
+    mu_s : number
+        Mean static friction coefficient, at least `mu_d`.
+    sigma_mu : number
+        Standard deviation of the static friction coefficients; not negative.
+    tan_alpha : number
+        Tangent of the angle of the incline; negative is the mirror image.
+
+    Raises
+    ------
+    InputError
+        If a parameter is not a number or out of its range.
+
+    Notes
+    -----
+    Source: Eqs. (dynamic_eq1)-(static_eqN) and (dist_mud).
+    """
+
+    n: int
+    l0: Fraction
+    mu_d: Fraction
+    mu_s: Fraction
+    sigma_mu: Fraction = Fraction(0)
+    tan_alpha: Fraction
+
+    def __init__(
+        self, n: Any, l0: Any, mu_d: Any, mu_s: Any, sigma_mu: Any = 0, *, tan_alpha: Any
+    ) -> None:
+        def keep(name: str, value: Any) -> None:
+            object.__setattr__(self, name, value)
+
+        keep("n", whole_number(n, "n", least=1, most=10**8))
+        for name, value in (
+            ("l0", l0),
+            ("mu_d", mu_d),
+            ("mu_s", mu_s),
+            ("sigma_mu", sigma_mu),
+            ("tan_alpha", tan_alpha),
+        ):
+            number = exact_number(value, name)
+            if not math.isfinite(nearest_float(number)):
+                raise InputError(name, value, "must be smaller than the largest float, 1.8e308")
+            keep(name, number)
+        if self.l0 <= 0:
+            raise InputError("l0", l0, "must be positive")
+        if self.mu_d < 0:
+            raise InputError("mu_d", mu_d, "must not be negative")
+        if self.mu_s < self.mu_d:
+            raise InputError("mu_s", mu_s, f"must be at least mu_d = {nearest_float(self.mu_d)}")
+        if self.sigma_mu < 0:
+            raise InputError("sigma_mu", sigma_mu, "must not be negative")
+
+    def times_cosine(self, value: Fraction) -> float:
+        """Return ``value * cos(alpha)`` as the nearest float64 (error below 0.5000001 ulp)."""
+        tangent = self.tan_alpha
+        p, q = tangent.numerator, tangent.denominator
+        # cos = q / sqrt(p^2 + q^2); 2^-k of an integer square root, k ample for a correct rounding
+        bits = 256 + max((p * p + q * q).bit_length(), 1)
+        root = math.isqrt((p * p + q * q) << (2 * bits))
+        return nearest_float(value * Fraction(q << bits, root))
+
+    @cached_property
+    def cos_alpha(self) -> float:
+        """cos(alpha), nearest float64."""
+        return self.times_cosine(Fraction(1))
+
+    @cached_property
+    def sin_alpha(self) -> float:
+        """sin(alpha), nearest float64: the weight of a slider along the incline."""
+        return self.times_cosine(self.tan_alpha)
+
+    @cached_property
+    def friction(self) -> float:
+        """mu_d cos(alpha), nearest float64: the dynamical friction force."""
+        return self.times_cosine(self.mu_d)
+
+    @cached_property
+    def excess(self) -> float:
+        """D = (mu_s - mu_d) cos(alpha), nearest float64."""
+        return self.times_cosine(self.mu_s - self.mu_d)
+
+    @property
+    def may_run_away(self) -> bool:
+        """Whether the whole chain may accelerate for ever: |tan_alpha| >= mu_d, as rationals."""
+        return abs(self.tan_alpha) >= self.mu_d
+
+    def mirrored(self) -> Chain:
+        """Return the mirror image: the incline tilted the other way."""
+        return Chain(
+            self.n, self.l0, self.mu_d, self.mu_s, self.sigma_mu, tan_alpha=-self.tan_alpha
+        )
+
+    def parameters(self) -> dict[str, int | Fraction]:
+        """Return the parameters by name, exactly; ``Chain(**parameters)`` is the chain again."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}

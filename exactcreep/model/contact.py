@@ -1,0 +1,58 @@
+"""Coulomb's law at a contact, and the events it makes: start, stop, reverse, tie.
+
+A slider at rest stays while ``|F| <= mu_s c`` (equality included); it starts in the direction of
+F otherwise. A slider in motion with sign S feels ``-mu_d c S``. When its velocity reaches zero
+it stops, draws a new static coefficient, and is then tested like any slider at rest: what
+follows a stop at the same instant can only be a start the other way (a reversal). Simultaneous
+events are one event on a set of sliders: all that stop are frozen, they draw in ascending order,
+then all are tested with the same forces.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+
+class EventKind(Enum):
+    """What happens to the sliders of an event."""
+
+    START = "start"
+    STOP = "stop"
+
+
+@dataclass(frozen=True)
+class Event:
+    """One event of a rearrangement: a set of sliders starts, or stops, at one instant.
+
+    A reversal is a stop and a start at the same time; stops come first.
+
+    Attributes
+    ----------
+    time : number
+        Since the start of the rearrangement, unit tau_dyn.
+    kind : EventKind
+    sliders : tuple of int
+        Ascending, numbered from 1.
+    signs : tuple of int
+        Direction of motion after a start, before a stop: +1 downhill, -1 uphill.
+    residual : number
+        How far the event's condition is from holding at `time`: for a stop the largest
+        ``|velocity|``, for a start the largest distance of ``|F|`` from ``mu_s c``.
+    """
+
+    time: Any
+    kind: EventKind
+    sliders: tuple[int, ...]
+    signs: tuple[int, ...]
+    residual: Any
+
+    @property
+    def signature(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
+        """What happened, without when: the element of an itinerary."""
+        return (self.kind.value, self.sliders, self.signs)
+
+
+Itinerary = tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...]
+"""The sequence of event signatures of a rearrangement: (kind, sliders, signs)."""

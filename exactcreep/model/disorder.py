@@ -1,0 +1,263 @@
+"""Keyed disorder: every random number is a pure function of (seed, what it is for).
+
+The k-th static coefficient of slider n and the q-th random dilation are words of the
+counter-based generator Philox 4x64-10 (Salmon et al. 2011; the same words as NumPy's
+``Philox``), turned into a normal deviate by the inverse distribution function. Two solvers, two
+precisions or two machines therefore see the same disorder, in whatever order they ask. The float64
+returned *is* the value, exactly; only +, -, *, / and the square root enter, so that it does not
+depend on a mathematics library.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import njit, types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from exactcreep.model.numbers import nearest_float, whole_number
+
+if TYPE_CHECKING:
+    from exactcreep.model.chain import Chain
+    from exactcreep.model.drive import GaussianSteps
+
+STREAM_COEFFICIENT = 1
+STREAM_DILATION = 2
+STREAM_TENSION = 3
+
+_MULTIPLIER_0 = np.uint64(0xD2E7470EE14C6C93)
+_MULTIPLIER_1 = np.uint64(0xCA5A826395121157)
+_WEYL_0 = np.uint64(0x9E3779B97F4A7C15)
+_WEYL_1 = np.uint64(0xBB67AE8584CAA73B)
+_HALF_ULP = 2.0**-54
+_LN2_HIGH = 6.93147180369123816490e-01  # ln 2 with its last 20 bits zero, so that e * it is exact
+_LN2_LOW = 1.90821492927058770002e-10
+
+
+@intrinsic
+def _high_product(typing_context: Any, a: Any, b: Any) -> Any:
+    """Return the upper 64 bits of the 128-bit product of two uint64."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        from llvmlite import ir  # the compiler's own types, needed only while compiling
+
+        wide = ir.IntType(128)
+        product = builder.mul(
+            builder.zext(arguments[0], wide), builder.zext(arguments[1], wide)
+        )
+        return builder.trunc(builder.lshr(product, ir.Constant(wide, 64)), ir.IntType(64))
+
+    return types.uint64(types.uint64, types.uint64), generate
+
+
+@njit(cache=True, nogil=True, inline="always")
+def philox(seed, stream, n, block):  # type: ignore[no-untyped-def]
+    """Return the four words of block `block` of (seed, stream, n): Philox 4x64-10."""
+    c0 = np.uint64(block) + np.uint64(1)  # NumPy steps the counter before it uses it
+    c1 = np.uint64(n)
+    c2 = np.uint64(0)
+    c3 = np.uint64(0)
+    k0 = np.uint64(seed)
+    k1 = np.uint64(stream)
+    for turn in range(10):
+        if turn > 0:
+            k0 = k0 + _WEYL_0
+            k1 = k1 + _WEYL_1
+        high0 = _high_product(_MULTIPLIER_0, c0)
+        low0 = _MULTIPLIER_0 * c0
+        high1 = _high_product(_MULTIPLIER_1, c2)
+        low1 = _MULTIPLIER_1 * c2
+        c0 = high1 ^ c1 ^ k0
+        c1 = low1
+        c2 = high0 ^ c3 ^ k1
+        c3 = low0
+    return c0, c1, c2, c3
+
+
+@njit(cache=True, nogil=True)
+def _logarithm(x):  # type: ignore[no-untyped-def]
+    """Return ln x for a positive normal x, within 1 ulp, from +, -, * and / alone."""
+    mantissa, exponent = math.frexp(x)
+    if mantissa < 0.7071067811865476:
+        mantissa *= 2.0
+        exponent -= 1
+    z = (mantissa - 1.0) / (mantissa + 1.0)
+    w = z * z
+    series = 0.0
+    for k in range(23, 1, -2):
+        series = series * w + 1.0 / k
+    return exponent * _LN2_HIGH + (exponent * _LN2_LOW + 2.0 * z * w * series + 2.0 * z)
+
+
+@njit(cache=True, nogil=True)
+def _normal_tail(q):  # type: ignore[no-untyped-def]
+    r = 0.5 - abs(q)
+    r = math.sqrt(-_logarithm(r))
+    if r <= 5.0:
+        r -= 1.6
+        top = 7.74545014278341407640e-4
+        top = top * r + 2.27238449892691845833e-2
+        top = top * r + 2.41780725177450611770e-1
+        top = top * r + 1.27045825245236838258e0
+        top = top * r + 3.64784832476320460504e0
+        top = top * r + 5.76949722146069140550e0
+        top = top * r + 4.63033784615654529590e0
+        top = top * r + 1.42343711074968357734e0
+        low = 1.05075007164441684324e-9
+        low = low * r + 5.47593808499534494600e-4
+        low = low * r + 1.51986665636164571966e-2
+        low = low * r + 1.48103976427480074590e-1
+        low = low * r + 6.89767334985100004550e-1
+        low = low * r + 1.67638483018380384940e0
+        low = low * r + 2.05319162663775882187e0
+    else:
+        r -= 5.0
+        top = 2.01033439929228813265e-7
+        top = top * r + 2.71155556874348757815e-5
+        top = top * r + 1.24266094738807843860e-3
+        top = top * r + 2.65321895265761230930e-2
+        top = top * r + 2.96560571828504891230e-1
+        top = top * r + 1.78482653991729133580e0
+        top = top * r + 5.46378491116411436990e0
+        top = top * r + 6.65790464350110377720e0
+        low = 2.04426310338993978564e-15
+        low = low * r + 1.42151175831644588870e-7
+        low = low * r + 1.84631831751005468180e-5
+        low = low * r + 7.86869131145613259100e-4
+        low = low * r + 1.48753612908506148525e-2
+        low = low * r + 1.36929880922735805310e-1
+        low = low * r + 5.99832206555887937690e-1
+    z = top / (low * r + 1.0)
+    return -z if q < 0.0 else z
+
+
+@njit(cache=True, nogil=True, inline="always")
+def normal_deviate(word):  # type: ignore[no-untyped-def]
+    """Return the normal deviate of a 64-bit word, within 4 ulp.
+
+    The upper 53 bits, centred in their cell, are the probability; the inverse distribution
+    function is Wichura's rational approximation AS 241 (PPND16).
+    """
+    q = np.float64(np.int64(word >> np.uint64(11))) * 2.0**-53 + (_HALF_ULP - 0.5)
+    if abs(q) > 0.425:
+        return _normal_tail(q)
+    r = 0.180625 - q * q
+    top = 2.5090809287301226727e3
+    top = top * r + 3.3430575583588128105e4
+    top = top * r + 6.7265770927008700853e4
+    top = top * r + 4.5921953931549871457e4
+    top = top * r + 1.3731693765509461125e4
+    top = top * r + 1.9715909503065514427e3
+    top = top * r + 1.3314166789178437745e2
+    top = top * r + 3.3871328727963666080e0
+    low = 5.2264952788528545610e3
+    low = low * r + 2.8729085735721942674e4
+    low = low * r + 3.9307895800092710610e4
+    low = low * r + 2.1213794301586595867e4
+    low = low * r + 5.3941960214247511077e3
+    low = low * r + 6.8718700749205790830e2
+    low = low * r + 4.2313330701600911252e1
+    return q * top / (low * r + 1.0)
+
+
+@njit(cache=True, nogil=True)
+def deviates(seed, stream, n, first, out):  # type: ignore[no-untyped-def]
+    """Fill `out` with the deviates `first`, `first` + 1, ... of (seed, stream, n)."""
+    k = first
+    i = 0
+    while i < out.size:
+        words = philox(seed, stream, n, k // 4)
+        for j in range(k % 4, 4):
+            if i < out.size:
+                out[i] = normal_deviate(words[j])
+                i += 1
+                k += 1
+
+
+@njit(cache=True, nogil=True)
+def first_deviates(seed, out):  # type: ignore[no-untyped-def]
+    """Fill `out` with deviate k = 0 of the coefficients of sliders 1, 2, ..., `out.size`."""
+    for i in range(out.size):
+        out[i] = normal_deviate(philox(seed, STREAM_COEFFICIENT, i + 1, 0)[0])
+
+
+def _deviates(seed: int, stream: int, n: int, first: int, count: int) -> NDArray[np.float64]:
+    out = np.empty(count)
+    deviates(np.uint64(seed), np.uint64(stream), np.int64(n), np.int64(first), out)
+    return out
+
+
+def valid_seed(seed: Any) -> int:
+    """Return `seed` as an int in 0 .. 2**64 - 1, or raise `InputError`."""
+    return whole_number(seed, "seed", least=0, most=2**64 - 1)
+
+
+def static_coefficients(
+    chain: Chain, seed: int, n: int, first: int, count: int
+) -> NDArray[np.float64]:
+    """Return draws `first` .. `first + count - 1` of slider `n` as float64, shape (count,).
+
+    With ``sigma_mu = 0`` every entry is the float64 nearest to ``mu_s``.
+    Source: Eq. (dist_mud).
+    """
+    mean = nearest_float(chain.mu_s)
+    if chain.sigma_mu == 0:
+        return np.full(count, mean)
+    width = nearest_float(chain.sigma_mu)
+    return mean + width * _deviates(seed, STREAM_COEFFICIENT, n, first, count)
+
+
+def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fraction:
+    """Return the k-th static friction coefficient of slider `n` (k = 0: the initial one).
+
+    Parameters
+    ----------
+    chain : Chain
+    seed : int
+        0 .. 2**64 - 1.
+    n : int
+        The slider, 1 .. chain.n.
+    k : int
+        How many coefficients the slider had before.
+
+    Returns
+    -------
+    float or Fraction
+        The drawn float64, which is the value exactly; with ``sigma_mu = 0`` the rational `mu_s`.
+        It may lie below `mu_d`; the contact then acts as if it were `mu_d`.
+
+    Notes
+    -----
+    Source: Eq. (dist_mud).
+    """
+    n = whole_number(n, "n", least=1, most=chain.n)
+    k = whole_number(k, "k", least=0, most=2**62)
+    seed = valid_seed(seed)
+    if chain.sigma_mu == 0:
+        return chain.mu_s
+    return float(static_coefficients(chain, seed, n, k, 1)[0])
+
+
+def dilation(drive: GaussianSteps, seed: int, q: int) -> float:
+    """Return the q-th random dilation theta_q (q = 1, 2, ...; theta_0 = 0 is the start).
+
+    The drawn float64 is the value exactly. Source: Eq. (dist_theta).
+    """
+    q = whole_number(q, "q", least=1, most=2**62)
+    return float(dilations(drive, valid_seed(seed), q, 1)[0])
+
+
+def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArray[np.float64]:
+    """Return theta_q for q = first .. first + count - 1, shape (count,)."""
+    width = nearest_float(drive.sigma_theta)
+    return width * _deviates(seed, STREAM_DILATION, 0, first, count)
+
+
+def uniform_tensions(seed: int, count: int) -> NDArray[np.float64]:
+    """Return `count` numbers uniform in (-1, 1), for seeded starting tensions."""
+    word = np.random.Philox(key=[seed, STREAM_TENSION], counter=[0, 0, 0, 0]).random_raw(count)
+    return (word >> np.uint64(11)).astype(np.float64) * 2.0**-52 + (2.0**-53 - 1.0)

@@ -1,0 +1,180 @@
+"""Drives: the sequence of dilations theta to which the chain is taken, one after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model import disorder
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+
+MOST_TARGETS = 10**12
+
+
+class Drive:
+    """A sequence of targets theta_1, theta_2, ...; between them theta ramps monotonically.
+
+    Targets are numbered from 1; theta = 0 before the first (or the theta of the given start).
+    """
+
+    kind: ClassVar[str]
+    cyclic: ClassVar[bool] = False
+    random: ClassVar[bool] = False
+    """Whether the targets depend on the seed."""
+
+    @property
+    def half_cycles(self) -> int:
+        """Number of targets."""
+        raise NotImplementedError
+
+    def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
+        """Return theta_first .. theta_(first + count - 1) as float64, shape (count,)."""
+        raise NotImplementedError
+
+    def exact_target(self, q: int, seed: int = 0) -> Fraction:
+        """Return theta_q exactly."""
+        raise NotImplementedError
+
+    def parameters(self) -> dict[str, Any]:
+        """Return what the drive was made from, by the names used in a scene, `kind` first."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Cycles(Drive):
+    """Temperature cycles: targets +A, -A, `cycles` times (2 `cycles` half-cycles).
+
+    Parameters
+    ----------
+    amplitude : number
+        A_theta, dimensionless, not negative; kept exactly.
+    cycles : int
+        At least 1.
+    """
+
+    amplitude: Fraction
+    cycles: int
+    kind: ClassVar[str] = "cycles"
+    cyclic: ClassVar[bool] = True
+
+    def __init__(self, amplitude: Any, cycles: Any) -> None:
+        value = exact_number(amplitude, "amplitude")
+        if value < 0:
+            raise InputError("amplitude", amplitude, "must not be negative")
+        object.__setattr__(self, "amplitude", value)
+        object.__setattr__(
+            self, "cycles", whole_number(cycles, "cycles", least=1, most=MOST_TARGETS)
+        )
+
+    @property
+    def half_cycles(self) -> int:
+        """Number of targets, 2 `cycles`."""
+        return 2 * self.cycles
+
+    def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
+        """Return theta_first .. theta_(first + count - 1) as float64, shape (count,)."""
+        q = np.arange(first, first + count)
+        return np.where(q % 2 == 1, 1.0, -1.0) * nearest_float(self.amplitude)
+
+    def exact_target(self, q: int, seed: int = 0) -> Fraction:
+        """Return theta_q exactly: +A for odd q, -A for even q."""
+        return self.amplitude if q % 2 == 1 else -self.amplitude
+
+    def parameters(self) -> dict[str, Any]:
+        """Return kind, amplitude and cycles."""
+        return {"kind": self.kind, "amplitude": self.amplitude, "cycles": self.cycles}
+
+
+@dataclass(frozen=True)
+class GaussianSteps(Drive):
+    """Random temperatures: theta_q drawn anew from a normal distribution, `steps` times.
+
+    Parameters
+    ----------
+    sigma_theta : number
+        Standard deviation, dimensionless, not negative.
+    steps : int
+        At least 1.
+
+    Notes
+    -----
+    Source: Eq. (dist_theta). theta_q is keyed by (seed, q); see `exactcreep.disorder.dilation`.
+    """
+
+    sigma_theta: Fraction
+    steps: int
+    kind: ClassVar[str] = "gaussian"
+    random: ClassVar[bool] = True
+
+    def __init__(self, sigma_theta: Any, steps: Any) -> None:
+        value = exact_number(sigma_theta, "sigma_theta")
+        if value < 0:
+            raise InputError("sigma_theta", sigma_theta, "must not be negative")
+        object.__setattr__(self, "sigma_theta", value)
+        object.__setattr__(self, "steps", whole_number(steps, "steps", least=1, most=MOST_TARGETS))
+
+    @property
+    def half_cycles(self) -> int:
+        """Number of targets, `steps`."""
+        return self.steps
+
+    def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
+        """Return theta_first .. theta_(first + count - 1), shape (count,)."""
+        return disorder.dilations(self, seed, first, count)
+
+    def exact_target(self, q: int, seed: int = 0) -> Fraction:
+        """Return theta_q exactly (the drawn float64 is the value)."""
+        return Fraction(disorder.dilation(self, seed, q))
+
+    def parameters(self) -> dict[str, Any]:
+        """Return kind, sigma_theta and steps."""
+        return {"kind": self.kind, "sigma_theta": self.sigma_theta, "steps": self.steps}
+
+
+@dataclass(frozen=True)
+class Path(Drive):
+    """A given sequence of dilations.
+
+    Parameters
+    ----------
+    theta : sequence of numbers
+        At least one; each is kept exactly.
+    """
+
+    theta: tuple[Fraction, ...]
+    kind: ClassVar[str] = "path"
+
+    def __init__(self, theta: Iterable[Any]) -> None:
+        if isinstance(theta, (str, bytes)) or not isinstance(theta, Iterable):
+            raise InputError("theta", theta, "must be a list of numbers")
+        values = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
+        if not values:
+            raise InputError("theta", [], "must hold at least one number")
+        object.__setattr__(self, "theta", values)
+
+    @property
+    def half_cycles(self) -> int:
+        """Number of targets."""
+        return len(self.theta)
+
+    @cached_property
+    def _floats(self) -> NDArray[np.float64]:
+        return np.array([nearest_float(value) for value in self.theta])
+
+    def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
+        """Return theta_first .. theta_(first + count - 1) as float64, shape (count,)."""
+        return self._floats[first - 1 : first - 1 + count].copy()
+
+    def exact_target(self, q: int, seed: int = 0) -> Fraction:
+        """Return theta_q exactly."""
+        return self.theta[q - 1]
+
+    def parameters(self) -> dict[str, Any]:
+        """Return kind and theta."""
+        return {"kind": self.kind, "theta": list(self.theta)}

@@ -1,0 +1,126 @@
+"""Exact numbers: every input of the model is kept as the rational it denotes."""
+
+from __future__ import annotations
+
+import math
+import numbers
+import re
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+Number = int | float | str | Fraction | Decimal
+"""What the user may give for a parameter; see `exact_number`."""
+
+_DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
+_RATIO = re.compile(r"[+-]?\d+/\d+")
+_LONGEST = 10_000  # characters of a number; more is a mistake or an attack, not a parameter
+_WIDEST = 5_000  # largest decimal exponent
+
+
+class InputError(ValueError):
+    """Bad input: the message names the field, the value and what is allowed."""
+
+    def __init__(self, field: str, value: Any, allowed: str) -> None:
+        super().__init__(f"{field} = {_shown(value)}: {allowed}")
+        self.field = field
+        self.value = value
+        self.allowed = allowed
+
+    def __reduce__(self) -> tuple[type[InputError], tuple[str, Any, str]]:
+        return (type(self), (self.field, self.value, self.allowed))
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, Fraction):
+        small = max(abs(value.numerator), value.denominator) < 10**40
+        text = str(value) if small else "a rational of many digits"
+    elif isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**80:
+        text = "an integer of more than 80 digits"
+    else:
+        text = repr(value)
+    return text if len(text) <= 80 else text[:60] + f"… ({len(text)} characters)"
+
+
+def exact_number(value: Any, field: str) -> Fraction:
+    """Return the rational that `value` denotes.
+
+    Parameters
+    ----------
+    value : int, float, Fraction, Decimal or str
+        A float is its exact binary value; a string is a decimal (``"0.6"``, ``"1e-3"``) or a
+        ratio of integers (``"3/5"``).
+    field : str
+        The name used in the error message.
+
+    Raises
+    ------
+    InputError
+        If `value` is none of these, not finite, or written with more than 10 000 characters or
+        an exponent beyond 5000.
+    """
+    if isinstance(value, Fraction):
+        return value
+    if isinstance(value, (bool, np.bool_)):
+        raise InputError(field, value, "must be a number, not a truth value")
+    if isinstance(value, numbers.Integral):
+        return Fraction(int(value))
+    if isinstance(value, (float, np.floating)):
+        if not math.isfinite(value):
+            raise InputError(field, float(value), "must be a finite number")
+        return Fraction(float(value))
+    if isinstance(value, Decimal):
+        if not value.is_finite():
+            raise InputError(field, value, "must be a finite number")
+        return _from_text(str(value), value, field)
+    if isinstance(value, str):
+        return _from_text(value.strip().replace("_", ""), value, field)
+    raise InputError(
+        field, value, "must be a number (an integer, a float, a Fraction or a decimal string)"
+    )
+
+
+def _from_text(text: str, value: Any, field: str) -> Fraction:
+    if len(text) > _LONGEST:
+        raise InputError(field, value, f"must have at most {_LONGEST} characters")
+    if _RATIO.fullmatch(text):
+        numerator, denominator = text.split("/")
+        if int(denominator) == 0:
+            raise InputError(field, value, "must not be divided by zero")
+        return Fraction(int(numerator), int(denominator))
+    if not _DECIMAL.fullmatch(text):
+        raise InputError(field, value, 'must be a finite number, e.g. 0.25, "1/4" or 2.5e-3')
+    exponent = re.split("[eE]", text)[1] if re.search("[eE]", text) else "0"
+    if len(exponent) > 6 or abs(int(exponent)) > _WIDEST:
+        raise InputError(field, value, f"must have an exponent between -{_WIDEST} and {_WIDEST}")
+    return Fraction(text)
+
+
+def whole_number(value: Any, field: str, *, least: int, most: int | None = None) -> int:
+    """Return `value` as an int between `least` and `most` (inclusive).
+
+    Raises
+    ------
+    InputError
+        If it is not a whole number, or out of range.
+    """
+    allowed = f"must be a whole number, at least {least}"
+    if most is not None:
+        allowed += f" and at most {most}"
+    try:
+        number = exact_number(value, field)
+    except InputError:
+        raise InputError(field, value, allowed) from None
+    if number.denominator != 1 or number < least or (most is not None and number > most):
+        raise InputError(field, value, allowed)
+    return int(number)
+
+
+def nearest_float(value: Fraction) -> float:
+    """Return the float64 nearest to `value`, +-inf beyond its range."""
+    try:
+        return value.numerator / value.denominator
+    except OverflowError:
+        return math.copysign(math.inf, value)

@@ -1,0 +1,1 @@
+"""Closed forms of a run's motion, and the first event, proved or undecided."""

@@ -1,0 +1,100 @@
+"""The motion of a whole rearrangement as a function of time, as SciPy's ``OdeSolution``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+class Motion(NamedTuple):
+    """Where the chain is at one or several times.
+
+    Attributes
+    ----------
+    positions, velocities, forces : ndarray, shape (n,) or (n, m)
+        Displacement since the start of the simulation (unit ``g tau_dyn**2``), velocity (unit
+        ``g tau_dyn``) and non-frictional force F_n (unit ``m g``) of every slider.
+    """
+
+    positions: NDArray[Any]
+    velocities: NDArray[Any]
+    forces: NDArray[Any]
+
+
+class Piece(Protocol):
+    """The motion between two successive events, in closed form."""
+
+    t_min: Any
+    t_max: Any
+
+    def __call__(self, t: Any) -> Motion:
+        """Return the motion at the time `t` (since the start of the rearrangement), shape (n,)."""
+        ...
+
+
+class Solution:
+    """The motion of a rearrangement: a sequence of pieces, each exact.
+
+    Attributes
+    ----------
+    pieces : tuple of Piece
+        ``pieces[i]`` holds from event i to event i + 1.
+    ts : ndarray, shape (len(pieces) + 1,)
+        The times that separate them.
+    """
+
+    def __init__(self, pieces: Sequence[Piece], at_rest: Motion) -> None:
+        self.pieces = tuple(pieces)
+        self._at_rest = at_rest
+        ends = [p.t_min for p in self.pieces] + ([self.pieces[-1].t_max] if self.pieces else [0.0])
+        self.ts = np.array(ends)
+
+    @property
+    def t_min(self) -> Any:
+        """Time of the first event, 0."""
+        return self.ts[0]
+
+    @property
+    def t_max(self) -> Any:
+        """Time of the last event."""
+        return self.ts[-1]
+
+    def piece_at(self, t: Any) -> Piece:
+        """Return the piece that holds at `t`; at an event, the one that begins there."""
+        if not self.pieces:
+            raise ValueError("nothing moves in this rearrangement: it has no pieces")
+        if not self.t_min <= t <= self.t_max:
+            raise ValueError(
+                f"t = {t}: must lie between {self.t_min} and {self.t_max}, the first and the last"
+                " event"
+            )
+        for piece in reversed(self.pieces):
+            if piece.t_min <= t:
+                return piece
+        return self.pieces[0]
+
+    def __call__(self, t: ArrayLike | Any) -> Motion:
+        """Return positions, velocities and forces at `t`.
+
+        Parameters
+        ----------
+        t : number or array_like, shape (m,)
+            Time(s) between `t_min` and `t_max`, unit tau_dyn.
+
+        Returns
+        -------
+        Motion
+            Of arrays of shape (n,), or (n, m).
+        """
+        if np.ndim(t) == 0:
+            return self._at(t)
+        columns = [self._at(moment) for moment in np.asarray(t).tolist()]
+        return Motion(*(np.stack(parts, axis=-1) for parts in zip(*columns, strict=True)))
+
+    def _at(self, t: Any) -> Motion:
+        if not self.pieces:
+            return self._at_rest
+        return self.piece_at(t)(t)

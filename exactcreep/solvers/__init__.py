@@ -1,0 +1,1 @@
+"""From unstable rest to rest: the algorithms."""

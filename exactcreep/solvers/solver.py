@@ -1,0 +1,197 @@
+"""What every solver offers: a rearrangement in full, and a simulation that follows a drive."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event, Itinerary
+from exactcreep.model.drive import Drive
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.solution import Solution
+
+RECORDS = ("x_G", "x", "tension", "slips", "events")
+"""What a simulation can record; see `Stretch`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Rearrangement:
+    """One mechanical rearrangement, from unstable rest to rest.
+
+    Attributes
+    ----------
+    chain : Chain
+    initial : State
+        At rest, at theta_c.
+    events : tuple of Event
+        In order of time; empty if no slider exceeds its threshold.
+    outcome : Outcome
+        `AT_REST`, `RUNAWAY` (proved never to stop) or `LIMIT` (given up).
+    evidence : Evidence
+    state : State
+        At rest at the end; for a runaway or a limit the sliders are where they were when it was
+        proved or given up.
+    velocities : ndarray, shape (n,)
+        At the end; zero unless the outcome is a runaway or a limit.
+    sol : Solution
+        Positions, velocities and forces at any time between the first event and the last.
+    undecided : int
+        Comparisons inside their rounding bound, settled by the model's rules.
+    draws_below_mu_d : int
+        Static coefficients drawn below `mu_d`, which act as `mu_d`.
+    solver : str
+    report : mapping
+        What only this solver knows: precision, enclosure radii, work counts.
+    """
+
+    chain: Chain
+    initial: State
+    events: tuple[Event, ...]
+    outcome: Outcome
+    evidence: Evidence
+    state: State
+    velocities: NDArray[Any]
+    sol: Solution
+    undecided: int
+    draws_below_mu_d: int
+    solver: str
+    report: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def itinerary(self) -> Itinerary:
+        """The sequence of events without their times."""
+        return tuple(event.signature for event in self.events)
+
+    @property
+    def duration(self) -> Any:
+        """Time of the last event, 0 if there is none; unit tau_dyn."""
+        return self.events[-1].time if self.events else 0
+
+    @property
+    def theta(self) -> Any:
+        """The dilation theta_c at which the chain rearranges."""
+        return self.initial.theta
+
+
+@dataclass
+class Tally:
+    """Counts since the start of a simulation."""
+
+    rearrangements: int = 0
+    events: int = 0
+    """Start and stop events; a simultaneous set of sliders is one event."""
+    slips: int = 0
+    """Motions of one slider from a start to a stop."""
+    draws_below_mu_d: int = 0
+    undecided: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """What `Simulation.follow` came to.
+
+    Attributes
+    ----------
+    completed : int
+        Targets reached in this call.
+    recorded : mapping of str to ndarray
+        ``x_G`` (completed,), and if asked for ``x`` (completed, n), ``tension`` (completed,
+        n - 1), ``slips`` (completed, n; slips of each slider in the half-cycle), each at the
+        end of a half-cycle. If ``events`` was asked for, columns with one row per slider
+        of an event: ``event_half_cycle`` (the target's number, from 1),
+        ``event_rearrangement`` (from 0), ``event_number`` (within the rearrangement, from 0; rows
+        of a set share it), ``event_theta``, ``event_time``, ``event_kind`` (0 start, 1 stop),
+        ``event_slider`` (from 1), ``event_sign``.
+    outcome : Outcome or None
+        None: go on. `RUNAWAY` or `LIMIT`: no further target can be reached.
+    reason : str
+        For a limit: one sentence.
+    """
+
+    completed: int
+    recorded: Mapping[str, NDArray[Any]]
+    outcome: Outcome | None = None
+    reason: str = ""
+
+
+class Simulation(ABC):
+    """A chain on its way along a drive: the only mutable thing in the package."""
+
+    tally: Tally
+
+    @abstractmethod
+    def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
+        """Take the chain to targets `first` .. `first + count - 1` of the drive.
+
+        Returns early, with fewer targets completed, after about `max_events` events; calling
+        again with ``first`` = the first target not completed goes on, with the same bits as if
+        it had never returned.
+        """
+
+    @abstractmethod
+    def state(self) -> State:
+        """Return the present state (between two events if `follow` returned early)."""
+
+    @abstractmethod
+    def capture(self) -> dict[str, Any]:
+        """Return everything needed to go on bit for bit: arrays, numbers and strings by name."""
+
+    @abstractmethod
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        """Take over what `capture` returned (for the same chain, seed and solver)."""
+
+    @property
+    def evidence(self) -> Evidence:
+        """How well everything up to now is known."""
+        return Evidence.UNDECIDED if self.tally.undecided else Evidence.COMPUTED
+
+    def report(self) -> dict[str, Any]:
+        """Return what only this solver knows: precision, enclosure radii, work counts."""
+        return {}
+
+
+class Solver(ABC):
+    """An algorithm and its options (a frozen dataclass whose fields are the options).
+
+    `__post_init__` validates the options and raises `InputError`.
+    """
+
+    name: ClassVar[str]
+    summary: ClassVar[str]
+    """One line for humans."""
+
+    @abstractmethod
+    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
+        """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange."""
+
+    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
+        """Yield the events of `rearrange` one by one."""
+        yield from self.rearrange(chain, state, direction, seed).events
+
+    @abstractmethod
+    def simulation(
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
+    ) -> Simulation:
+        """Return a simulation that starts from `state`.
+
+        A start that is not at rest is first rearranged at its own theta, within the first call of
+        `Simulation.follow`.
+        """
+
+
+def record_arrays(record: tuple[str, ...], rows: dict[str, list[Any]]) -> dict[str, NDArray[Any]]:
+    """Return the recorded lists as arrays of the types that `Stretch` names."""
+    whole = {"slips", "event_half_cycle", "event_rearrangement", "event_number", "event_slider"}
+    small = {"event_kind", "event_sign"}
+    arrays: dict[str, NDArray[Any]] = {}
+    for name, values in rows.items():
+        kind: Any = np.int64 if name in whole else np.int8 if name in small else None
+        arrays[name] = np.array(values, dtype=kind)
+    return arrays

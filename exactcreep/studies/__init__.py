@@ -1,0 +1,1 @@
+"""What people ask: thresholds, comparisons, sweeps, figures."""
