@@ -1,3 +1,69 @@
 """Exact event-driven creep of a chain of sliders with Coulomb friction on an incline."""
 
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from exactcreep import laws as laws
+    from exactcreep.model import disorder as disorder
+    from exactcreep.model.chain import Chain as Chain
+    from exactcreep.model.contact import Event as Event
+    from exactcreep.model.contact import EventKind as EventKind
+    from exactcreep.model.drive import Cycles as Cycles
+    from exactcreep.model.drive import GaussianSteps as GaussianSteps
+    from exactcreep.model.drive import Path as Path
+    from exactcreep.model.numbers import InputError as InputError
+    from exactcreep.model.state import State as State
+    from exactcreep.model.verdict import Evidence as Evidence
+    from exactcreep.model.verdict import Outcome as Outcome
+    from exactcreep.quasistatic import Creep as Creep
+    from exactcreep.quasistatic import Interrupted as Interrupted
+    from exactcreep.quasistatic import creep as creep
+    from exactcreep.quasistatic import resume as resume
+    from exactcreep.scene import load_scene as load_scene
+    from exactcreep.solvers.registry import iterate as iterate
+    from exactcreep.solvers.registry import rearrange as rearrange
+
+# Where each public name lives; it is imported when it is first used, so that a command line
+# that only prints its help does not wait for a compiler. "module:" alone is the module itself.
+_HOMES = {
+    "Chain": "model.chain:Chain",
+    "Creep": "quasistatic:Creep",
+    "Cycles": "model.drive:Cycles",
+    "Event": "model.contact:Event",
+    "EventKind": "model.contact:EventKind",
+    "Evidence": "model.verdict:Evidence",
+    "GaussianSteps": "model.drive:GaussianSteps",
+    "InputError": "model.numbers:InputError",
+    "Interrupted": "quasistatic:Interrupted",
+    "Outcome": "model.verdict:Outcome",
+    "Path": "model.drive:Path",
+    "State": "model.state:State",
+    "creep": "quasistatic:creep",
+    "disorder": "model.disorder:",
+    "iterate": "solvers.registry:iterate",
+    "laws": "laws:",
+    "load_scene": "scene:load_scene",
+    "rearrange": "solvers.registry:rearrange",
+    "resume": "quasistatic:resume",
+}
+
+__all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - the keys are strings
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOMES:
+        raise AttributeError(f"module 'exactcreep' has no attribute {name!r}")
+    module, _, attribute = _HOMES[name].partition(":")
+    found = import_module(f"exactcreep.{module}")
+    value = getattr(found, attribute) if attribute else found
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

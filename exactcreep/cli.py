@@ -1,0 +1,93 @@
+"""The command line: one function per command, in `exactcreep.commands`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+import typer
+
+from exactcreep.commands import resume, run, scenes
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    rich_markup_mode="rich",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+app.command("scenes")(scenes.scenes)
+app.command("run")(run.run)
+app.command("resume")(resume.resume)
+
+
+def _show_version(wanted: bool) -> None:
+    if wanted:
+        from exactcreep import __version__
+
+        typer.echo(f"exactcreep {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _exactcreep(
+    version: bool = typer.Option(
+        False, "--version", callback=_show_version, is_eager=True, help="Print the version."
+    ),
+    debug: bool = typer.Option(False, "--debug", help="Show the traceback of an error."),
+) -> None:
+    """Exact event-driven creep of a chain of sliders with Coulomb friction on an incline.
+
+    Start with [bold]exactcreep scenes[/bold], then [bold]exactcreep run two-sliders-cycles[/bold].
+
+    Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 130 Ctrl-C.
+    """
+
+
+def status(words: Sequence[str]) -> int:
+    """Run the command that `words` spell and return its exit status."""
+    given = list(words)
+    end = given.index("--") if "--" in given else len(given)
+    debug = "--debug" in given[:end]  # taken anywhere, so that it can be appended to a line
+    given = [word for word in given[:end] if word != "--debug"] + given[end:]
+    usage_error: type[Exception] = typer.BadParameter.__mro__[1]
+    try:
+        returned = app(given, prog_name="exactcreep", standalone_mode=False)
+    except (KeyboardInterrupt, typer.Abort):
+        _complain("interrupted")
+        return 130
+    except BrokenPipeError:  # the reader, e.g. `head`, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except Exception as error:
+        if debug:
+            raise
+        from exactcreep.model.numbers import InputError
+
+        if isinstance(error, usage_error):
+            _complain(str(getattr(error, "format_message", lambda: error)()))
+            return 2
+        if isinstance(error, InputError):
+            _complain(str(error))
+            return 2
+        if isinstance(error, OSError):
+            name = f"{error.filename}: " if error.filename else ""
+            _complain(f"{name}{error.strerror or error}")
+            return 2
+        if isinstance(error, MemoryError):
+            _complain("the memory of this machine does not hold so much")
+            return 3
+        _complain(f"{type(error).__name__}: {error} (a defect; --debug shows where)")
+        return 1
+    return returned if isinstance(returned, int) else 0
+
+
+def _complain(sentence: str) -> None:
+    line = " ".join(sentence.split())
+    typer.echo(f"exactcreep: {line}", err=True)
+
+
+def main() -> None:
+    """Run the command line of this process."""
+    sys.exit(status(sys.argv[1:]))
