@@ -12,9 +12,12 @@ from exactcreep.model.contact import Event
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
+from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import Rearrangement, Solver
 
-SOLVERS: dict[str, type[Solver]] = {}
+SOLVERS: dict[str, type[Solver]] = {
+    Sliding.name: Sliding,
+}
 """Every solver class by its name."""
 
 

@@ -1,0 +1,862 @@
+"""The sliding limit: the chain without inertia and without the static excess (mu_s -> mu_d).
+
+Without an excess every slider that reaches its threshold slides on continuously with theta, at
+the friction ``b = mu_d c``, and the equations of motion become a balance of forces. Their solution
+is closed. Adding up ``|F_k| <= b`` from either end of the chain bounds every tension,
+``D_n <= T_n <= C_n`` with
+
+    D_n = -min(n (b + s), (N - n) (b - s)),    C_n = min(n (b - s), (N - n) (b + s)),
+
+and a ramp takes *each spring by itself* to its bound: a dilation by ``u = l0 d(theta)`` to
+``max(T_n - u, D_n)``, a contraction to ``min(T_n + u, C_n)``. (Both keep ``|F_n| <= b``, because
+the maximum and the minimum of two sequences with bounded steps have bounded steps.) The extension
+``e_n = T_n + l0 theta`` is therefore the play operator of ``l0 theta``: pushed up by
+``l0 theta + D_n``, down by ``l0 theta + C_n``, at rest in between; it cannot drift.
+
+The springs at their bound form two fronts that grow inwards from the ends of the chain. They
+meet at the *pivot*, which no dilation moves: slider i with ``0 < i - z < 1``,
+``z = N (1 - tan_alpha/mu_d)/2``, and slider N + 1 - i for contractions. All displacements follow by
+adding up extensions outwards from it: O(N) per half-cycle, whatever the amplitude. If z is an
+integer, sliders z and z + 1 may both be the pivot and the limit is not unique: the balance of
+forces leaves open how they share the extension of the spring between them. For
+``|tan_alpha| >= mu_d`` no balance of forces holds the chain.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import total_ordering
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Drive
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Stretch, Tally
+
+RECORDED = ("x_G", "x", "tension", "slips")
+"""What the sliding limit can record: it has no events in time."""
+
+TIES = ("mean", "downhill", "uphill")
+"""How two equally possible pivots are told apart; see `Sliding`."""
+
+
+@total_ordering
+class Surd:
+    """An exact number ``a + b r`` with rational a, b and the root r > 0 of a rational `square`.
+
+    Sums, multiples by rationals and comparisons are exact: the sign follows from squares.
+
+    Parameters
+    ----------
+    a, b, square : Fraction
+        `square` must not be the square of a rational.
+    """
+
+    __slots__ = ("a", "b", "square")
+
+    def __init__(self, a: Fraction, b: Fraction, square: Fraction) -> None:
+        self.a, self.b, self.square = a, b, square
+
+    def _parts(self, other: Any) -> tuple[Fraction, Fraction] | None:
+        if isinstance(other, Surd):
+            return (other.a, other.b)
+        return (Fraction(other), Fraction(0)) if isinstance(other, (int, Fraction)) else None
+
+    def sign(self) -> int:
+        """Return -1, 0 or +1."""
+        if self.a >= 0 and self.b >= 0:
+            return 1 if self.a > 0 or self.b > 0 else 0
+        if self.a <= 0 and self.b <= 0:
+            return -1
+        larger = self.a * self.a > self.b * self.b * self.square
+        return (1 if self.a > 0 else -1) if larger else (1 if self.b > 0 else -1)
+
+    def __add__(self, other: Any) -> Surd:
+        parts = self._parts(other)
+        if parts is None:
+            return NotImplemented
+        return Surd(self.a + parts[0], self.b + parts[1], self.square)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Surd:
+        return Surd(-self.a, -self.b, self.square)
+
+    def __sub__(self, other: Any) -> Surd:
+        parts = self._parts(other)
+        if parts is None:
+            return NotImplemented
+        return Surd(self.a - parts[0], self.b - parts[1], self.square)
+
+    def __rsub__(self, other: Any) -> Surd:
+        return (-self).__add__(other)
+
+    def __mul__(self, other: Any) -> Surd:
+        if not isinstance(other, (int, Fraction)):
+            return NotImplemented
+        return Surd(self.a * other, self.b * other, self.square)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Surd:
+        if not isinstance(other, (int, Fraction)):
+            return NotImplemented
+        return Surd(self.a / other, self.b / other, self.square)
+
+    def __abs__(self) -> Surd:
+        return -self if self.sign() < 0 else self
+
+    def __eq__(self, other: object) -> bool:
+        parts = self._parts(other)
+        return parts is not None and (self.a, self.b) == parts
+
+    def __lt__(self, other: Any) -> bool:
+        parts = self._parts(other)
+        if parts is None:
+            return NotImplemented
+        return Surd(self.a - parts[0], self.b - parts[1], self.square).sign() < 0
+
+    def __hash__(self) -> int:
+        return hash((self.a, self.b, self.square))
+
+    def __float__(self) -> float:
+        if self.sign() == 0:
+            return 0.0
+        p, q = self.square.numerator, self.square.denominator
+        bits = 128
+        while True:  # what cancels between a and b r is made up for by more digits of r
+            root = Fraction(math.isqrt((p << (2 * bits)) // q), 1 << bits)
+            value = self.a + self.b * root
+            if abs(self.b) < abs(value) * 2 ** (bits - 70):
+                return nearest_float(value)
+            bits *= 2
+
+    def __repr__(self) -> str:
+        return f"{self.a} + {self.b} sqrt({self.square})"
+
+
+class SlidingVelocity(NamedTuple):
+    """The mean velocity of the sliding limit: displacement of x_G per half-cycle.
+
+    Attributes
+    ----------
+    low, high : number
+        Equal where the limit is unique; unit ``g tau_dyn**2`` per half-cycle.
+    """
+
+    low: Any
+    high: Any
+
+    @property
+    def unique(self) -> bool:
+        """Whether the balance of forces determines the velocity."""
+        return bool(self.low == self.high)
+
+    @property
+    def mean(self) -> Any:
+        """The mean of the two, which the mirror image keeps."""
+        return (self.low + self.high) / 2
+
+
+def _held(chain: Chain) -> bool:
+    """Whether friction can hold the chain at all, as rationals."""
+    return abs(chain.tan_alpha) < chain.mu_d or (chain.n == 1 and not _too_steep(chain))
+
+
+def _too_steep(chain: Chain) -> bool:
+    return abs(chain.tan_alpha) > chain.mu_d
+
+
+def _runaway_reason(chain: Chain) -> str:
+    relation = ">" if _too_steep(chain) else "="
+    return (
+        f"|tan_alpha| {relation} mu_d: without a static excess no balance of forces holds the chain"
+    )
+
+
+def pivots(chain: Chain) -> tuple[int, ...]:
+    """Return the slider that no dilation moves, or the two between which the limit is open.
+
+    Slider N + 1 - i takes that part in contractions.
+
+    Raises
+    ------
+    InputError
+        If ``|tan_alpha| >= mu_d`` (no static solution).
+
+    Notes
+    -----
+    Guarantee: decided in rational arithmetic. Source: Eq. (critical_angle) at mu_s = mu_d, where i
+    is one more than here (the paper counts the first slider that moves downhill).
+    """
+    if not _held(chain):
+        raise InputError("tan_alpha", chain.tan_alpha, "must be below mu_d in absolute value: "
+                         + _runaway_reason(chain))
+    if chain.n == 1:
+        return (1,)
+    crossing = chain.n * (1 - chain.tan_alpha / chain.mu_d) / 2
+    first = math.floor(crossing)
+    return (first, first + 1) if crossing == first else (first + 1,)
+
+
+def cycle_velocity(chain: Chain, amplitude: Any, cosine: Any = None) -> SlidingVelocity:
+    """Return the velocity of the asymptotic cycle between +A and -A.
+
+    ``tau_th v = (N + 1 - 2 i) max(0, l0 A - N (mu_d c - |s|)/2)`` with i from `pivots`.
+
+    Parameters
+    ----------
+    chain : Chain
+        `mu_s` and `sigma_mu` play no part.
+    amplitude : number
+        A_theta, not negative.
+    cosine : number, optional
+        cos(alpha) in the arithmetic wanted (a float, an mpmath number); default: exactly, and then
+        the result is a rational for Pythagorean slopes and a `Surd` for all others.
+
+    Raises
+    ------
+    InputError
+        If ``|tan_alpha| >= mu_d``.
+
+    Notes
+    -----
+    Source: Eq. (vitesse_seuil), with max(0, .).
+    """
+    rest = pivots(chain)
+    c = exact_cosine(chain) if cosine is None else cosine
+    reach = exact_number(amplitude, "amplitude")
+    if reach < 0:
+        raise InputError("amplitude", amplitude, "must not be negative")
+    margin = chain.n * (chain.mu_d - abs(chain.tan_alpha)) / 2
+    excess = _in_field(chain.l0 * reach, c) - _in_field(margin, c) * c
+    moved = excess if excess > 0 else excess - excess
+    ends = [(chain.n + 1 - 2 * i) * moved for i in rest]
+    return SlidingVelocity(min(ends), max(ends))
+
+
+def _in_field(value: Fraction, cosine: Any) -> Any:
+    """Return the rational in the arithmetic of `cosine`."""
+    if isinstance(cosine, (Fraction, Surd)):
+        return value
+    if isinstance(cosine, float):
+        return nearest_float(value)
+    return type(cosine)(value.numerator) / value.denominator
+
+
+def exact_cosine(chain: Chain) -> Fraction | Surd:
+    """Return cos(alpha) exactly: a rational for a Pythagorean slope (3/4, 5/12), else a `Surd`."""
+    p, q = chain.tan_alpha.numerator, chain.tan_alpha.denominator
+    square = p * p + q * q
+    root = math.isqrt(square)
+    if root * root == square:
+        return Fraction(q, root)
+    return Surd(Fraction(0), Fraction(1), Fraction(q * q, square))
+
+
+def truncated_variation(values: Sequence[Any] | NDArray[Any], level: Any) -> Any:
+    """Return the truncated variation of a sequence at `level`.
+
+    It is the supremum over subsequences of ``sum max(|v_(k+1) - v_k| - level, 0)``: the least
+    total variation of any path that stays within ``level/2`` of `values`, and the total variation
+    of their play operator.
+
+    Parameters
+    ----------
+    values : sequence of numbers
+        At least one; floats, rationals or any ordered numbers.
+    level : number
+        Not negative.
+
+    Notes
+    -----
+    Guarantee: exact in exact arithmetic, one pass.
+    """
+    items = list(values)
+    if not items:
+        raise InputError("values", [], "must hold at least one number")
+    if level < 0:
+        raise InputError("level", level, "must not be negative")
+    total = items[0] - items[0]
+    low = high = items[0]
+    way = 0
+    for value in items[1:]:
+        if way >= 0 and value > high:
+            high = value
+        if way <= 0 and value < low:
+            low = value
+        if way == 0 and high - low > level:
+            way = 1 if value == high else -1
+        elif way > 0 and high - value > level:
+            total += high - low - level
+            low = value
+            way = -1
+        elif way < 0 and value - low > level:
+            total += high - low - level
+            high = value
+            way = 1
+    return total + (high - low - level) if way else total
+
+
+def path_displacement(chain: Chain, theta: Sequence[Any], cosine: Any = None) -> SlidingVelocity:
+    """Return how far the chain moves along a closed path of dilations, after the transient.
+
+    ``(N + 1 - 2 i)/2`` times the truncated variation of ``l0 theta`` at the level
+    ``N (mu_d c - |s|)``. It is the displacement of every slider if the path starts and ends at its
+    extreme value and the chain was fully mobilised on the way there.
+
+    Parameters
+    ----------
+    chain : Chain
+    theta : sequence of numbers
+        Kept exactly.
+    cosine : number, optional
+        As in `cycle_velocity`.
+
+    Notes
+    -----
+    Source: Eq. (vitesse_seuil) is the cyclic case.
+    """
+    rest = pivots(chain)
+    c = exact_cosine(chain) if cosine is None else cosine
+    level = _in_field(chain.n * (chain.mu_d - abs(chain.tan_alpha)), c) * c
+    places = [chain.l0 * exact_number(value, f"theta[{k}]") for k, value in enumerate(theta)]
+    variation = truncated_variation([_in_field(place, c) for place in places], level)
+    ends = [(chain.n + 1 - 2 * i) * variation / 2 for i in rest]
+    return SlidingVelocity(min(ends), max(ends))
+
+
+def _ramp(way, place, bound, extension, above, below, share, x, carry, sliding, slips):  # type: ignore[no-untyped-def]
+    """Push every spring to its bound and move the sliders outwards from the pivot.
+
+    `place` is ``l0 theta``, ``bound[m] + place`` the least (way = +1) or largest (-1) extension of
+    spring m. Springs below `above` end at sliders above the pivot, those from `below` on at
+    sliders below it; if ``below = above + 1``, spring `above` lies between two pivots, and
+    `share` of its extension goes to the lower one. Positions are kept with their rounding error
+    (`carry`, zero in exact arithmetic). Returns how much the shared spring gave.
+    """
+    last = x.size - 1
+    shared = place - place
+    if below > above:
+        edge = bound[above] + place
+        change = edge - extension[above]
+        if (way > 0 and change > 0) or (way < 0 and change < 0):
+            extension[above] = edge
+            shared = change
+    shift = shared * share
+    slider = below
+    while slider <= last:
+        if shift != 0:
+            total = x[slider] + shift
+            carry[slider] += (x[slider] - total) + shift
+            x[slider] = total
+            if sliding[slider] == 0:
+                sliding[slider] = 1
+                slips[slider] += 1
+        if slider < last:
+            edge = bound[slider] + place
+            change = edge - extension[slider]
+            if (way > 0 and change > 0) or (way < 0 and change < 0):
+                extension[slider] = edge
+                shift = shift + change
+        slider += 1
+    shift = shared * share - shared
+    slider = above
+    while slider >= 0:
+        if shift != 0:
+            total = x[slider] + shift
+            carry[slider] += (x[slider] - total) + shift
+            x[slider] = total
+            if sliding[slider] == 0:
+                sliding[slider] = 1
+                slips[slider] += 1
+        if slider > 0:
+            edge = bound[slider - 1] + place
+            change = edge - extension[slider - 1]
+            if (way > 0 and change > 0) or (way < 0 and change < 0):
+                extension[slider - 1] = edge
+                shift = shift - change
+        slider -= 1
+    return shared
+
+
+_ramp_float = njit(cache=True, nogil=True, error_model="numpy")(_ramp)
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _follow_float(  # type: ignore[no-untyped-def]
+    places, start, way, low, high, groups, shares, extension, x, carry, sliding, slips,
+    totals, x_g, x_rows, tension_rows, slip_rows,
+):
+    """Follow ``places = l0 theta`` from `start`; returns the direction of the last ramp.
+
+    `totals` gathers the extension of the shared spring (0), the half-cycles in which it gave way
+    (1), and the slips (2).
+    """
+    n = x.size
+    place = start
+    for q in range(places.size):
+        slips[:] = 0
+        turn = 0
+        if places[q] > place:
+            turn = 1
+        elif places[q] < place:
+            turn = -1
+        place = places[q]
+        if turn != 0:
+            if turn != way:
+                sliding[:] = 0
+            way = turn
+            row = 0 if way > 0 else 1
+            shared = _ramp_float(
+                way, place, low if way > 0 else high, extension, groups[row, 0], groups[row, 1],
+                shares[row], x, carry, sliding, slips,
+            )
+            if shared != 0.0:
+                totals[0] += abs(shared)
+                totals[1] += 1.0
+        total = 0.0
+        rest = 0.0
+        count = 0
+        for k in range(n):
+            total += x[k]
+            rest += carry[k]
+            count += slips[k]
+        totals[2] += count
+        x_g[q] = (total + rest) / n
+        if x_rows.shape[0] > 0:
+            for k in range(n):
+                x_rows[q, k] = x[k] + carry[k]
+        if tension_rows.shape[0] > 0:
+            for k in range(n - 1):
+                tension_rows[q, k] = extension[k] - place
+        if slip_rows.shape[0] > 0:
+            slip_rows[q, :] = slips
+    return way
+
+
+class _Half:
+    """The derivative of a convex function on one side of its root: a stack of pieces.
+
+    A piece is (outer end, slope) or a jump (place, None, height). Every step moves all of them by
+    `shift` and adds one to all slopes; both are done lazily.
+    """
+
+    def __init__(self, shift: Any) -> None:
+        self.shift = shift
+        self.steps = 0
+        self.pieces: list[tuple[Any, int | None, Any]] = []
+
+    def widen(self) -> None:
+        """Go on by one spring."""
+        self.steps += 1
+
+    def push(self, end: Any, slope: int | None, jump: Any = None) -> None:
+        """Add a piece next to the root: up to `end` with `slope`, or a `jump` at `end`."""
+        stored = None if slope is None else slope - self.steps
+        self.pieces.append((end - self.steps * self.shift, stored, jump))
+
+    def cross(self, place: Any, rise: Any, other: _Half) -> Any:
+        """Return where the derivative has changed by `rise` from `place` on outwards.
+
+        The pieces passed go over to the `other` half.
+        """
+        while self.pieces:
+            end, stored, jump = self.pieces.pop()
+            end = end + self.steps * self.shift
+            if stored is None:
+                if jump >= rise:
+                    self.push(end, None, jump - rise)
+                    other.push(end, None, rise)
+                    return end
+                other.push(end, None, jump)
+                rise = rise - jump
+            else:
+                slope = stored + self.steps
+                other.push(place, slope)
+                gain = slope * abs(end - place)
+                if gain >= rise:
+                    self.push(end, slope)
+                    step = rise / slope
+                    return place - step if end < place else place + step
+                rise = rise - gain
+            place = end
+        other.push(place, None, rise)  # the end of what is possible: a jump from here on
+        return place
+
+
+def _nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any]:
+    """Return the tensions with ``-uphill <= T_n - T_(n-1) <= downhill`` nearest to the given ones.
+
+    Nearest in elastic energy, ``sum (T_n - given_n)^2``: the step a rate-independent chain makes
+    from a state that its friction cannot hold. The ends are T_0 = T_N = 0. Dynamic programming over
+    the springs: the derivative of the least energy up to spring n is piecewise linear with jumps;
+    its two halves move apart by the two bounds from spring to spring, and its root is the best T_n.
+    The halves are stacks with the part next to the root on top.
+    """
+    best: list[Any] = []
+    below = _Half(-uphill)
+    above = _Half(downhill)
+    root = uphill - uphill
+    for given in tensions:
+        # where the bounds leave a choice, only the present spring counts
+        low, high = root - uphill, root + downhill
+        below.widen()
+        above.widen()
+        if given < low:
+            above.push(high, 1)
+            root = below.cross(low, low - given, above)
+        elif given > high:
+            below.push(low, 1)
+            root = above.cross(high, given - high, below)
+        else:
+            below.push(low, 1)
+            above.push(high, 1)
+            root = given
+        best.append(root)
+    after = uphill - uphill
+    found: list[Any] = []
+    for value in reversed(best):
+        after = min(max(value, after - downhill), after + uphill)
+        found.append(after)
+    return found[::-1]
+
+
+def _at_rest(
+    chain: Chain, tensions: list[Any], uphill: Any, downhill: Any
+) -> tuple[list[Any], list[Any]]:
+    """Return the tensions at which the friction holds the chain, and the displacements to them."""
+    zero = uphill - uphill
+    found = _nearest_at_rest(tensions, uphill, downhill)
+    x = [zero]
+    for given, reached in zip(tensions, found, strict=True):
+        x.append(x[-1] + (reached - given))
+    steps = [b - a for a, b in zip([zero, *found], [*found, zero], strict=True)]
+    margins = [min(step + uphill, downhill - step) for step in steps]
+    widest = max(margins)
+    anchor = x[margins.index(widest)]  # a slider inside its limits has not moved
+    if not widest > 0:
+        # every slider moved: those at +b downhill, those at -b uphill, by as little as possible
+        least = [v for v, step in zip(x, steps, strict=True) if step + uphill <= downhill - step]
+        most = [v for v, step in zip(x, steps, strict=True) if step + uphill > downhill - step]
+        anchor = max(least) if least else min(most)
+    return found, [v - anchor for v in x]
+
+
+class SlidingSimulation(Simulation):
+    """A chain in the sliding limit on its way along a drive."""
+
+    def __init__(
+        self,
+        chain: Chain,
+        state: State,
+        seed: int,
+        record: tuple[str, ...],
+        exact: bool,
+        pivot: str,
+    ) -> None:
+        for name in record:
+            if name not in RECORDED:
+                raise InputError(
+                    "record",
+                    name,
+                    "solver 'sliding' records only " + ", ".join(RECORDED)
+                    + " (without inertia there are no events in time; solver 'exact' has them)",
+                )
+        self.chain, self.seed, self.record = chain, seed, record
+        self.exact, self.pivot = exact, pivot
+        self.tally = Tally()
+        self._start = state
+        self._relaxed = False
+        self._way = 0
+        self._theta = state.theta
+        n = chain.n
+        self._slips = np.zeros(n, dtype=np.int64)
+        self._sliding = np.zeros(n, dtype=np.int8)
+        self._totals: NDArray[Any] = np.zeros(3, dtype=object if exact else np.float64)
+        if not _held(chain):
+            return
+        cosine: Any = exact_cosine(chain) if exact else None
+
+        def force(value: Fraction) -> Any:
+            return value * cosine if exact else chain.times_cosine(value)
+
+        self._uphill = force(chain.mu_d + chain.tan_alpha)  # b + s, b - s
+        self._downhill = force(chain.mu_d - chain.tan_alpha)
+        rest = pivots(chain)
+        across = [n - i for i in rest][::-1]
+        # dilations: springs 1..i-1 feel the bound from above, the others the one from below
+        self._low = self._array(
+            [
+                -(k * self._uphill) if k < rest[-1] else -((n - k) * self._downhill)
+                for k in range(1, n)
+            ]
+        )
+        self._high = self._array(
+            [
+                k * self._downhill if k <= across[0] else (n - k) * self._uphill
+                for k in range(1, n)
+            ]
+        )
+        self._groups = np.array(
+            [[rest[0] - 1, rest[-1] - 1], [across[0], across[-1]]], dtype=np.int64
+        )
+        half = Fraction(1, 2)
+        one, none = Fraction(1), Fraction(0)
+        ways = {"mean": (half, half), "downhill": (one, none), "uphill": (none, one)}
+        self._shares = self._array(list(ways[pivot]))
+        given = [self._number(value) for value in state.tensions.tolist()]
+        self._x = self._array([self._number(v) for v in state.displacements.tolist()])
+        self._carry = self._x - self._x
+        steps = np.diff(self._array([self._number(0), *given, self._number(0)]))
+        slack = 0 if exact else 4 * np.spacing(max([abs(v) for v in given] + [self._uphill]))
+        if np.any(steps > self._downhill + slack) or np.any(steps < -self._uphill - slack):
+            given, shift = _at_rest(chain, given, self._uphill, self._downhill)
+            self._x = self._x + self._array(shift)
+            self._relaxed = True
+        place = self._place(state.theta)
+        self._extension = self._array([value + place for value in given])
+
+    def _number(self, value: Any) -> Any:
+        if not self.exact:
+            return float(value)
+        return value if isinstance(value, Surd) else exact_number(value, "state")
+
+    def _array(self, values: list[Any]) -> NDArray[Any]:
+        array = np.empty(len(values), dtype=object if self.exact else np.float64)
+        array[:] = values
+        return array
+
+    def _place(self, theta: Any) -> Any:
+        if self.exact:
+            return self.chain.l0 * exact_number(theta, "theta")
+        return nearest_float(self.chain.l0) * float(theta)
+
+    def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
+        """Take the chain to targets `first` .. `first + count - 1` of the drive.
+
+        Every slider of every half-cycle counts as an event of `max_events`.
+        """
+        if not _held(self.chain):
+            return Stretch(0, {}, Outcome.RUNAWAY, _runaway_reason(self.chain))
+        n = self.chain.n
+        count = min(count, max(1, max_events // n))
+        kind: Any = object if self.exact else np.float64
+
+        def rows(name: str, width: int, dtype: Any = kind) -> NDArray[Any]:
+            return np.empty((count if name in self.record else 0, width), dtype=dtype)
+
+        x_g = np.empty(count, dtype=kind)
+        x_rows, tension_rows = rows("x", n), rows("tension", n - 1)
+        slip_rows = rows("slips", n, np.int64)
+        before = self._totals.copy()
+        if self.exact:
+            self._follow_exact(drive, first, x_g, x_rows, tension_rows, slip_rows)
+        else:
+            theta = drive.targets(first, count, self.seed)
+            self._way = int(
+                _follow_float(
+                    nearest_float(self.chain.l0) * theta, self._place(self._theta), self._way,
+                    self._low, self._high, self._groups, self._shares, self._extension, self._x,
+                    self._carry, self._sliding, self._slips, self._totals, x_g, x_rows,
+                    tension_rows, slip_rows,
+                )
+            )
+            self._theta = float(theta[-1])
+        self.tally.undecided += int(self._totals[1] - before[1])
+        self.tally.slips += int(self._totals[2] - before[2])
+        recorded: dict[str, NDArray[Any]] = {"x_G": x_g}
+        for name, table in (("x", x_rows), ("tension", tension_rows), ("slips", slip_rows)):
+            if name in self.record:
+                recorded[name] = table
+        return Stretch(count, recorded)
+
+    def _follow_exact(
+        self, drive: Drive, first: int, x_g: NDArray[Any], x_rows: NDArray[Any],
+        tension_rows: NDArray[Any], slip_rows: NDArray[Any],
+    ) -> None:
+        """Do what the compiled `_follow_float` does, in exact arithmetic."""
+        for q in range(x_g.size):
+            theta = drive.exact_target(first + q, self.seed)
+            turn = (theta > exact_number(self._theta, "theta")) - (
+                theta < exact_number(self._theta, "theta")
+            )
+            self._theta = theta
+            place = self._place(theta)
+            self._slips[:] = 0
+            if turn != 0:
+                if turn != self._way:
+                    self._sliding[:] = 0
+                self._way = turn
+                row = 0 if turn > 0 else 1
+                shared = _ramp(  # type: ignore[no-untyped-call]
+                    turn, place, self._low if turn > 0 else self._high, self._extension,
+                    int(self._groups[row, 0]), int(self._groups[row, 1]), self._shares[row],
+                    self._x, self._carry, self._sliding, self._slips,
+                )
+                if shared != 0:
+                    self._totals[0] += abs(shared)
+                    self._totals[1] += 1
+            self._totals[2] += int(self._slips.sum())
+            x_g[q] = sum(self._x.tolist(), Fraction(0)) / self.chain.n
+            if len(x_rows):
+                x_rows[q] = self._x
+            if len(tension_rows):
+                tension_rows[q] = self._extension - place
+            if len(slip_rows):
+                slip_rows[q] = self._slips
+
+    def state(self) -> State:
+        """Return the present state; coefficients and draws are those of the start."""
+        if not _held(self.chain):
+            return self._start
+        return State(
+            tensions=self._extension - self._place(self._theta),
+            displacements=self._x + self._carry,
+            coefficients=self._start.coefficients,
+            draws=self._start.draws,
+            theta=self._theta,
+        )
+
+    def capture(self) -> dict[str, Any]:
+        """Return everything needed to go on bit for bit: arrays, numbers and strings by name."""
+        captured: dict[str, Any] = {
+            "way": self._way, "theta": _written(self._theta), "slips": self.tally.slips,
+            "undecided": self.tally.undecided, "relaxed": self._relaxed,
+            "sliding": self._sliding.copy(), "coefficients": self._start.coefficients,
+            "draws": self._start.draws,
+        }
+        if _held(self.chain):
+            for name in ("extension", "x", "carry", "totals"):
+                array = getattr(self, "_" + name)
+                captured[name] = (
+                    np.array([_written(v) for v in array.tolist()]) if self.exact else array.copy()
+                )
+        return captured
+
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        """Take over what `capture` returned (for the same chain, seed and solver)."""
+        self._way = int(captured["way"])
+        self._theta = self._read(captured["theta"])
+        self._relaxed = bool(captured["relaxed"])
+        self._sliding = np.array(captured["sliding"], dtype=np.int8)
+        self.tally.slips = int(captured["slips"])
+        self.tally.undecided = int(captured["undecided"])
+        self._start = State(
+            tensions=self._start.tensions,
+            displacements=self._start.displacements,
+            coefficients=np.array(captured["coefficients"]),
+            draws=np.array(captured["draws"], dtype=np.int64),
+            theta=self._start.theta,
+        )
+        if _held(self.chain):
+            for name in ("extension", "x", "carry", "totals"):
+                values = np.asarray(captured[name])
+                if self.exact:
+                    values = self._array([self._read(v) for v in values.tolist()])
+                setattr(self, "_" + name, np.array(values))
+
+    def _read(self, text: Any) -> Any:
+        if not isinstance(text, str):
+            return text
+        parts = text.split(" ")
+        if len(parts) == 1:
+            return Fraction(text)
+        return Surd(Fraction(parts[0]), Fraction(parts[1]), Fraction(parts[2]))
+
+    @property
+    def evidence(self) -> Evidence:
+        """Proved in exact arithmetic, computed in float64; undecided if the limit is not unique."""
+        if self.tally.undecided:
+            return Evidence.UNDECIDED
+        return Evidence.PROVED if self.exact else Evidence.COMPUTED
+
+    def report(self) -> dict[str, Any]:
+        """Return the pivots and, where the limit is not unique, the range it leaves to x_G.
+
+        ``x_G_low`` and ``x_G_high`` are the present values of x_G if the pivot had always been
+        the one that lets the chain move least, or most, downhill.
+        """
+        chain = self.chain
+        report: dict[str, Any] = {
+            "arithmetic": "exact" if self.exact else "float64",
+            "static_excess_left_out": chain.mu_s > chain.mu_d or chain.sigma_mu > 0,
+            "start_relaxed": self._relaxed,
+        }
+        if not _held(chain):
+            report["reason"] = _runaway_reason(chain)
+            return report
+        report["pivots"] = list(pivots(chain))
+        report["unique"] = self.tally.undecided == 0
+        if not report["unique"]:
+            x_g = sum((self._x + self._carry).tolist(), Fraction(0)) / chain.n
+            open_part = float(self._totals[0])
+            below = {"mean": 0.5, "downhill": 1.0, "uphill": 0.0}[self.pivot] * open_part
+            report["x_G_low"] = float(x_g) - below
+            report["x_G_high"] = float(x_g) - below + open_part
+        return report
+
+
+def _written(value: Any) -> Any:
+    """Return an exact number as a string that `SlidingSimulation` can read, floats as they are."""
+    if isinstance(value, Surd):
+        return f"{value.a} {value.b} {value.square}"
+    return str(value) if isinstance(value, (Fraction, int)) else value
+
+
+@dataclass(frozen=True)
+class Sliding(Solver):
+    """The sliding limit: no inertia, no static excess; `mu_s` and `sigma_mu` play no part.
+
+    A start that friction cannot hold first goes to the rest state nearest in elastic energy. A
+    slip is one slider's uninterrupted sliding; there are no rearrangements and no events.
+
+    Parameters
+    ----------
+    exact : bool
+        Compute with exact numbers (rationals for Pythagorean slopes, ``a + b cos(alpha)``
+        otherwise) in place of float64.
+    pivot : {"mean", "downhill", "uphill"}
+        What to take where two neighbours may both be the pivot and the limit is not unique: the
+        one with which the chain moves further downhill, further uphill, or both in equal shares.
+        The half-cycles in which it mattered are counted as undecided.
+
+    Notes
+    -----
+    Guarantee: with ``exact=True`` every number is exact. In float64 each extension is the rounded
+    exact one, without drift, and positions are sums kept with their rounding error.
+    """
+
+    exact: bool = False
+    pivot: str = "mean"
+    name: ClassVar[str] = "sliding"
+    summary: ClassVar[str] = "no inertia, no static excess: piecewise linear in theta"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.exact, bool):
+            raise InputError("exact", self.exact, "must be true or false")
+        if self.pivot not in TIES:
+            raise InputError("pivot", self.pivot, "must be one of " + ", ".join(TIES))
+
+    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
+        """Refuse: without inertia there are no rearrangements."""
+        raise InputError(
+            "solver",
+            self.name,
+            "has no rearrangements (sliders slide continuously with theta); use 'exact'",
+        )
+
+    def simulation(
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
+    ) -> SlidingSimulation:
+        """Return a simulation that starts from `state`."""
+        return SlidingSimulation(chain, state, seed, record, self.exact, self.pivot)

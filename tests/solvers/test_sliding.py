@@ -1,0 +1,467 @@
+"""The sliding limit against the paper's law, the truncated variation and a brute-force solution."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import random
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.stats import norm
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles, GaussianSteps, Path
+from exactcreep.model.numbers import InputError
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.solvers.registry import SOLVERS, rearrange
+from exactcreep.solvers.sliding import (
+    Sliding,
+    Surd,
+    cycle_velocity,
+    exact_cosine,
+    path_displacement,
+    pivots,
+    truncated_variation,
+)
+
+EVERYTHING = 10**9
+PYTHAGOREAN = [
+    (Fraction(3, 4), Fraction(9, 10)),
+    (Fraction(5, 12), Fraction(1, 2)),
+    (Fraction(8, 15), Fraction(3, 5)),
+    (Fraction(7, 24), Fraction(1, 2)),
+]
+
+
+def chain_of(n, tan_alpha, mu_d=Fraction(1, 2), l0=1000):
+    return Chain(n, l0, mu_d, mu_d + Fraction(1, 10), tan_alpha=tan_alpha)
+
+
+def simulate(chain, drive, *, exact=True, pivot="mean", start=None, record=("x_G",), seed=0):
+    start = State.relaxed(chain) if start is None else start
+    simulation = Sliding(exact=exact, pivot=pivot).simulation(chain, start, seed, record)
+    stretch = simulation.follow(drive, 1, drive.half_cycles, max_events=EVERYTHING)
+    assert stretch.completed == drive.half_cycles
+    return simulation, stretch.recorded
+
+
+def printed_law(chain, amplitude):
+    """Eq. (vitesse_seuil) with max(0, .), its index i from Eq. (critical_angle) at mu_s = mu_d."""
+    n, t = chain.n, chain.tan_alpha
+    fits = [
+        i
+        for i in range(2, n + 2)
+        if chain.mu_d * (1 - Fraction(2 * (i - 1), n)) < t
+        and t < chain.mu_d * (1 - Fraction(2 * (i - 2), n))
+    ]
+    if not fits:
+        return None
+    (i,) = fits
+    c = exact_cosine(chain)
+    reach = chain.l0 * amplitude - Fraction(n, 2) * (chain.mu_d * c - t * c)
+    return (n + 3 - 2 * i) * max(Fraction(0), reach)
+
+
+@pytest.mark.parametrize(("tan_alpha", "mu_d"), PYTHAGOREAN)
+@pytest.mark.parametrize("n", range(2, 13))
+def test_cycles_creep_exactly_at_the_plateau_law_cut_off_at_zero(n, tan_alpha, mu_d):
+    chain = chain_of(n, tan_alpha, mu_d)
+    threshold = Fraction(n, 2) * (mu_d - tan_alpha) * exact_cosine(chain) / chain.l0
+    for factor in (Fraction(1, 3), Fraction(99, 100), 1, Fraction(101, 100), 2, 17):
+        amplitude = threshold * factor
+        law = printed_law(chain, amplitude)
+        velocity = cycle_velocity(chain, amplitude)
+        simulation, recorded = simulate(chain, Cycles(amplitude, 5), record=("x_G", "x"))
+        after_transient = [row[9] - row[5] for row in recorded["x"].T]
+        if law is None:
+            assert not velocity.unique or amplitude <= threshold
+            assert len(pivots(chain)) == 2
+            law = velocity.mean
+        else:
+            assert velocity.unique
+            assert velocity.low == law
+            assert simulation.evidence is Evidence.PROVED
+        assert after_transient == [4 * law] * n
+        assert recorded["x_G"][9] - recorded["x_G"][5] == 4 * law
+        assert isinstance(recorded["x_G"][9], Fraction)
+
+
+@pytest.mark.parametrize("n", [2, 3, 5, 8])
+def test_an_irrational_cosine_is_kept_exactly(n):
+    chain = chain_of(n, Fraction(1, 5))
+    amplitude = Fraction(n, 500)
+    _, recorded = simulate(chain, Cycles(amplitude, 4))
+    advance = recorded["x_G"][7] - recorded["x_G"][3]
+    assert isinstance(advance, Surd)
+    assert advance == 4 * printed_law(chain, amplitude)
+    c = 1 / math.sqrt(1 + 0.04)
+    (i,) = pivots(chain)
+    floats = (n + 1 - 2 * i) * (2.0 * n - n / 2 * (0.5 - 0.2) * c)
+    assert float(advance) == pytest.approx(4 * floats, rel=1e-14, abs=0)
+
+
+def brute_force(chain, tensions, theta, path):
+    """Displacements along `path` for N <= 4, by trying every set of sliding sliders (rationals).
+
+    Knows only: |F_n| <= b; a slider moves downhill only at F = b, uphill only at -b, and while it
+    moves its force stays there. The rates follow from linear equations for each trial set.
+    """
+    n, c = chain.n, exact_cosine(chain)
+    b, s = chain.mu_d * c, chain.tan_alpha * c
+    tension = [Fraction(0), *tensions, Fraction(0)]
+    x = [Fraction(0)] * n
+    for target in path:
+        way = 1 if target > theta else -1
+        left = chain.l0 * abs(target - theta)
+        theta = target
+        while left > 0:
+            force = [tension[k + 1] - tension[k] + s for k in range(n)]
+            rates = rate_of(force, b, way)
+            pulls = [(rates[k + 1] - rates[k] - way) for k in range(n - 1)]
+            grow = [0, *pulls, 0]
+            step = left
+            for k in range(n):
+                slope = grow[k + 1] - grow[k]
+                if slope > 0 and force[k] < b:
+                    step = min(step, (b - force[k]) / slope)
+                elif slope < 0 and force[k] > -b:
+                    step = min(step, (-b - force[k]) / slope)
+            x = [value + step * rate for value, rate in zip(x, rates, strict=True)]
+            tension = [value + step * slope for value, slope in zip(tension, grow, strict=True)]
+            left -= step
+    return x, tension[1:-1]
+
+
+def rate_of(force, b, way):
+    n = len(force)
+    ready = [k for k in range(n) if abs(force[k]) == b]
+    solutions = []
+    for size in range(len(ready) + 1):
+        for moving in itertools.combinations(ready, size):
+            rates = solve_rates(n, moving, way)
+            if rates is None:
+                continue
+            stretch = [0, *(rates[k + 1] - rates[k] - way for k in range(n - 1)), 0]
+            slopes = [stretch[k + 1] - stretch[k] for k in range(n)]
+            if all(
+                (rates[k] * force[k] > 0 if k in moving else slopes[k] * force[k] <= 0)
+                for k in ready
+            ):
+                solutions.append(rates)
+    assert len({tuple(rates) for rates in solutions}) == 1
+    return solutions[0]
+
+
+def solve_rates(n, moving, way):
+    """Rates of the moving sliders that keep their forces constant; None if they do not fix them."""
+    m = len(moving)
+    place = {k: r for r, k in enumerate(moving)}
+    rows = []
+    for k in moving:
+        row = [Fraction(0)] * (m + 1)
+        for spring, sign in ((k, 1), (k - 1, -1)):  # slope of T_spring = v_(spring+1) - v - way
+            if 0 <= spring < n - 1:
+                for other, part in ((spring + 1, sign), (spring, -sign)):
+                    if other in place:
+                        row[place[other]] += part
+                row[m] += sign * way
+        rows.append(row)
+    for column in range(m):
+        pivot_row = next((r for r in range(column, m) if rows[r][column] != 0), None)
+        if pivot_row is None:
+            return None
+        rows[column], rows[pivot_row] = rows[pivot_row], rows[column]
+        lead = rows[column]
+        for r in range(m):
+            if r != column and rows[r][column] != 0:
+                ratio = rows[r][column] / lead[column]
+                rows[r] = [u - ratio * v for u, v in zip(rows[r], lead, strict=True)]
+    rates = [Fraction(0)] * n
+    for k, r in place.items():
+        rates[k] = rows[r][m] / rows[r][r]
+    return rates
+
+
+@pytest.mark.parametrize("n", [2, 3, 4])
+def test_random_paths_and_starts_agree_with_a_brute_force_search_over_sliding_sets(n):
+    rng = random.Random(n)
+    compared = 0
+    while compared < 25:
+        tan_alpha, mu_d = rng.choice(PYTHAGOREAN)
+        chain = chain_of(n, tan_alpha, mu_d, l0=10)
+        if len(pivots(chain)) == 2:
+            continue
+        c = exact_cosine(chain)
+        tensions = [Fraction(0)]
+        for _ in range(n - 1):  # a random rest state, then closed to T_N = 0 if it can be
+            push = Fraction(rng.randint(-97, 97), 100) * mu_d * c
+            tensions.append(tensions[-1] + push - tan_alpha * c)
+        if abs(-tensions[-1] + tan_alpha * c) > mu_d * c:
+            continue
+        path = [Fraction(rng.randint(-1000, 1000), 2000) * n for _ in range(8)]
+        start = State.prepared(chain, tensions[1:])
+        simulation, _ = simulate(chain, Path(path), start=start)
+        end = simulation.state()
+        x, reached = brute_force(chain, tensions[1:], Fraction(0), path)
+        assert end.displacements.tolist() == x
+        assert end.tensions.tolist() == reached
+        compared += 1
+
+
+@pytest.mark.parametrize("n", [2, 3, 4, 6, 7, 11])
+def test_displacement_along_any_path_is_the_truncated_variation(n):
+    rng = random.Random(100 + n)
+    tan_alpha, mu_d = PYTHAGOREAN[n % 4]
+    chain = chain_of(n, tan_alpha, mu_d, l0=100)
+    extreme = Fraction(n, 10)
+    for _ in range(10):
+        wander = [Fraction(rng.randint(-1000, 1000), 10**4) * n for _ in range(30)]
+        closed = [-extreme, *wander, extreme, -extreme]
+        _, recorded = simulate(chain, Path([extreme, *closed]), record=("x_G", "x"))
+        moved = recorded["x"][-1] - recorded["x"][1]
+        assert len(pivots(chain)) == 1
+        assert moved.tolist() == [path_displacement(chain, closed).low] * n
+
+
+def test_truncated_variation_is_the_best_subsequence():
+    rng = random.Random(7)
+    for _ in range(60):
+        values = [Fraction(rng.randint(0, 12)) for _ in range(9)]
+        level = Fraction(rng.randint(0, 8), 2)
+        best = max(
+            sum(
+                (max(abs(b - a) - level, Fraction(0)) for a, b in itertools.pairwise(chosen)),
+                Fraction(0),
+            )
+            for size in range(1, 10)
+            for chosen in itertools.combinations(values, size)
+        )
+        assert truncated_variation(values, level) == best
+
+
+@pytest.mark.parametrize("n", [4, 8, 12])
+def test_at_half_the_friction_every_fourth_length_has_two_velocities(n):
+    chain = chain_of(n, Fraction(1, 4))
+    i = n // 4
+    assert pivots(chain) == (i, i + 1)
+    amplitude = Fraction(n, 1000)
+    velocity = cycle_velocity(chain, amplitude)
+    assert not velocity.unique
+    reach = chain.l0 * amplitude - Fraction(n, 8) * exact_cosine(chain)
+    assert velocity == ((n // 2 - 1) * reach, (n // 2 + 1) * reach)
+    for pivot, expected in (
+        ("uphill", velocity.low),
+        ("mean", velocity.mean),
+        ("downhill", velocity.high),
+    ):
+        simulation, recorded = simulate(chain, Cycles(amplitude, 6), pivot=pivot)
+        assert recorded["x_G"][11] - recorded["x_G"][3] == 8 * expected
+        assert simulation.evidence is Evidence.UNDECIDED
+        assert simulation.tally.undecided == 12
+        report = simulation.report()
+        assert report["pivots"] == [i, i + 1]
+        ends = [
+            float(simulate(chain, Cycles(amplitude, 6), pivot=end)[1]["x_G"][11])
+            for end in ("uphill", "downhill")
+        ]
+        assert [report["x_G_low"], report["x_G_high"]] == pytest.approx(ends, rel=1e-14, abs=0)
+
+
+def test_an_open_pivot_that_never_matters_leaves_the_result_proved():
+    chain = chain_of(4, Fraction(1, 4))
+    simulation, recorded = simulate(chain, Cycles("1e-5", 6))
+    assert recorded["x_G"][11] == 0
+    assert simulation.evidence is Evidence.PROVED
+    assert cycle_velocity(chain, "1e-5").unique
+
+
+@pytest.mark.parametrize("n", range(2, 13))
+def test_the_tie_is_decided_by_rationals_a_hair_on_either_side(n):
+    hair = Fraction(1, 10**40)
+    for z in range(1, n):
+        edge = Fraction(1, 2) * (1 - Fraction(2 * z, n))
+        assert pivots(chain_of(n, edge)) == (z, z + 1)
+        assert pivots(chain_of(n, edge + hair)) == (z,)
+        assert pivots(chain_of(n, edge - hair)) == (z + 1,)
+
+
+@pytest.mark.parametrize("n", [2, 3, 6, 7])
+def test_the_mirror_image_creeps_exactly_the_other_way(n):
+    tan_alpha, mu_d = PYTHAGOREAN[1]
+    path = [Fraction(k * (-1) ** k, 700) for k in range(1, 20)]
+    down = chain_of(n, tan_alpha, mu_d)
+    _, one = simulate(down, Path(path), record=("x",))
+    _, other = simulate(down.mirrored(), Path(path), record=("x",))
+    assert np.array_equal(one["x"], -other["x"][:, ::-1])
+
+
+def test_floats_agree_with_exact_numbers_and_do_not_drift():
+    for n, tan_alpha in ((2, "0.25"), (5, "0.15"), (30, "0.23"), (30, "-0.23")):
+        chain = chain_of(n, tan_alpha)
+        drive = GaussianSteps("0.01", 400)
+        exact, one = simulate(chain, drive, record=("x", "tension", "slips"))
+        floats, other = simulate(chain, drive, exact=False, record=("x", "tension", "slips"))
+        largest = max(abs(float(v)) for v in one["x"][-1]) + 30.0
+        for name in ("x", "tension"):
+            gap = one[name].astype(float) - other[name]
+            assert np.abs(gap).max() < 400 * 2**-52 * largest
+        assert np.array_equal(one["slips"], other["slips"])
+        assert exact.tally.slips == floats.tally.slips == int(one["slips"].sum())
+        assert floats.evidence is Evidence.COMPUTED
+
+
+def gaussian_integral(h):
+    def density(z):
+        up, down = norm.cdf(z - h), norm.cdf(-z - h)
+        return up * down / (up + down)
+
+    return 2 * quad(density, 0, 30, epsabs=1e-13, epsrel=1e-12)[0]
+
+
+@pytest.mark.parametrize(("n", "sigma"), [(2, "0.002"), (6, "0.0008"), (6, "0.002"), (15, "0.002")])
+def test_gaussian_driving_agrees_with_the_closed_form_within_three_standard_errors(n, sigma):
+    chain = chain_of(n, Fraction(23, 100))
+    blocks, length = 200, 1000
+    _, recorded = simulate(chain, GaussianSteps(sigma, blocks * length), exact=False, seed=n)
+    marks = recorded["x_G"][length - 1 :: length]
+    steps = np.diff(marks) / length
+    (i,) = pivots(chain)
+    spread = 1000 * float(sigma)
+    h = n * (0.5 - 0.23) * chain.cos_alpha / (2 * spread)
+    closed = (n + 1 - 2 * i) * spread * gaussian_integral(h)
+    error = steps.std(ddof=1) / math.sqrt(steps.size)
+    assert error < 0.01 * closed
+    assert abs(steps.mean() - closed) < 3 * error
+
+
+def test_equal_coefficients_need_no_other_treatment():
+    equal = Chain(7, 1000, "0.5", "0.5", tan_alpha="0.2")
+    apart = Chain(7, 1000, "0.5", "0.9", "0.05", tan_alpha="0.2")
+    drive = GaussianSteps("0.003", 100)
+    assert simulate(equal, drive)[1]["x_G"].tolist() == simulate(apart, drive)[1]["x_G"].tolist()
+    assert simulate(equal, drive)[0].report()["static_excess_left_out"] is False
+    assert simulate(apart, drive)[0].report()["static_excess_left_out"] is True
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_a_dummy_breakpoint_changes_nothing(exact):
+    chain = chain_of(5, Fraction(1, 5))
+    path = [Fraction(k) for k in ("0.01", "-0.02", "0.015", "0.03", "-0.001")]
+    path = [value.limit_denominator(1024) for value in path]
+    refined = [Fraction(0)]
+    for value in path:
+        refined += [(refined[-1] + value) / 2, value]
+    plain, one = simulate(chain, Path(path), exact=exact, record=("x",))
+    fine, other = simulate(chain, Path(refined[1:]), exact=exact, record=("x",))
+    if exact:
+        assert one["x"].tolist() == other["x"][1::2].tolist()
+    else:
+        assert np.abs(one["x"] - other["x"][1::2]).max() < 20 * np.spacing(30.0)
+    assert plain.tally.slips == fine.tally.slips
+
+
+@pytest.mark.parametrize(("tan_alpha", "relation"), [("0.5", "="), ("0.6", ">"), ("-0.5", "=")])
+def test_from_mu_d_on_no_static_solution_holds_the_chain(tan_alpha, relation):
+    chain = chain_of(3, tan_alpha)
+    simulation = Sliding().simulation(chain, State.relaxed(chain), 0, ("x_G",))
+    stretch = simulation.follow(Cycles("0.01", 3), 1, 6, max_events=EVERYTHING)
+    assert (stretch.completed, stretch.outcome) == (0, Outcome.RUNAWAY)
+    assert f"|tan_alpha| {relation} mu_d" in stretch.reason
+    with pytest.raises(InputError, match="tan_alpha"):
+        cycle_velocity(chain, "0.01")
+
+
+def test_a_lone_slider_rests():
+    chain = Chain(1, 10, "0.5", "0.6", tan_alpha="0.5")
+    simulation, recorded = simulate(chain, Cycles("0.1", 2))
+    assert recorded["x_G"].tolist() == [0] * 4
+    assert simulation.tally.slips == 0
+
+
+@pytest.mark.parametrize("n", [2, 3, 5, 8])
+def test_a_start_that_friction_cannot_hold_goes_to_the_nearest_rest_state(n):
+    rng = random.Random(n)
+    tan_alpha, mu_d = PYTHAGOREAN[3]
+    chain = chain_of(n, tan_alpha, mu_d)
+    c = exact_cosine(chain)
+    for _ in range(20):
+        given = [Fraction(rng.randint(-300, 300), 100) for _ in range(n - 1)]
+        start = State.prepared(chain, given)
+        simulation = Sliding(exact=True).simulation(chain, start, 0, ("x_G",))
+        end = simulation.state()
+        tensions, x = end.tensions.tolist(), end.displacements.tolist()
+        force = np.diff([0, *tensions, 0]) + tan_alpha * c
+        assert all(abs(f) <= mu_d * c for f in force)
+        # the conditions for the least elastic energy: sliders that moved are at their friction, the
+        # right way, and tensions changed by what the sliders moved
+        assert all(
+            v == 0 or (v > 0 and f == mu_d * c) or (v < 0 and f == -mu_d * c)
+            for v, f in zip(x, force, strict=True)
+        )
+        assert np.diff(x).tolist() == [t - g for t, g in zip(tensions, given, strict=True)]
+        held = all(abs(f) <= mu_d * c for f in np.diff([0, *given, 0]) + tan_alpha * c)
+        assert simulation.report()["start_relaxed"] is not held
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_capture_and_restore_go_on_bit_for_bit(exact):
+    chain = chain_of(6, Fraction(1, 5))
+    drive = GaussianSteps("0.004", 60)
+    record = ("x_G", "x", "slips")
+    whole, recorded = simulate(chain, drive, exact=exact, record=record)
+    first = Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, record)
+    assert first.follow(drive, 1, 25, max_events=EVERYTHING).completed == 25
+    second = Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, record)
+    second.restore(first.capture())
+    rest = second.follow(drive, 26, 35, max_events=EVERYTHING).recorded
+    for name in record:
+        assert rest[name].tolist() == recorded[name][25:].tolist()
+    assert second.tally == whole.tally
+    assert second.state().tensions.tolist() == whole.state().tensions.tolist()
+
+
+def test_following_in_pieces_changes_no_bit():
+    chain = chain_of(9, Fraction(1, 5))
+    drive = Cycles("0.007", 20)
+    _, recorded = simulate(chain, drive, exact=False)
+    simulation = Sliding().simulation(chain, State.relaxed(chain), 0, ("x_G",))
+    pieces: list[float] = []
+    while len(pieces) < 40:
+        stretch = simulation.follow(drive, len(pieces) + 1, 40 - len(pieces), max_events=30)
+        assert 1 <= stretch.completed <= 4
+        pieces += stretch.recorded["x_G"].tolist()
+    assert pieces == recorded["x_G"].tolist()
+
+
+def test_bad_requests_are_refused_by_name():
+    chain = chain_of(3, "0.2")
+    with pytest.raises(InputError, match="use 'exact'"):
+        rearrange(chain, State.relaxed(chain), direction=1, solver="sliding")
+    with pytest.raises(InputError, match="record"):
+        Sliding().simulation(chain, State.relaxed(chain), 0, ("events",))
+    with pytest.raises(InputError, match="pivot"):
+        Sliding(pivot="left")
+    with pytest.raises(InputError, match="exact"):
+        Sliding(exact="yes")  # type: ignore[arg-type]
+    assert SOLVERS["sliding"] is Sliding
+
+
+def test_surds_compare_and_round_exactly():
+    c = Surd(Fraction(0), Fraction(1), Fraction(16, 17))
+    assert 0 < c < 1
+    assert Fraction(97, 100) < c < Fraction(971, 1000)
+    assert float(c) == math.sqrt(16 / 17)
+    assert (c - c).sign() == 0
+    assert c - c == 0
+    close = Fraction(math.isqrt(16 * 10**80 // 17), 10**40)
+    tiny = c - close
+    assert 0 < tiny < Fraction(1, 10**40)
+    bits = 400
+    root = Fraction(math.isqrt((16 << (2 * bits)) // 17), 1 << bits)
+    assert float(tiny) == pytest.approx(float(root - close), rel=1e-15, abs=0)
+    assert abs(-c) == c
+    assert -c < -1 + c
