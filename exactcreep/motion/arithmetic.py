@@ -1,0 +1,417 @@
+"""A number field as a value: float64, mpmath at any number of digits, and balls.
+
+An algorithm written over an `Arithmetic` runs in any of the three. The precision belongs to the
+value: nothing global is set for the caller. Comparisons have three results. Floats and mpmath
+numbers carry their rounding bound beside them (the `slack` of `Arithmetic.sign`), balls inside
+them; what neither decides is reported (floats, mpmath: counted) or raised (balls: `Undecided`),
+never settled by a guessed tolerance.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, ClassVar
+
+import flint
+import mpmath
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.numbers import nearest_float
+
+BITS_PER_DIGIT = math.log2(10)
+_FLINT = threading.RLock()  # python-flint keeps one working precision for the whole process
+
+
+class Undecided(ArithmeticError):
+    """A comparison of two balls that overlap: it needs more precision."""
+
+
+class Arithmetic(ABC):
+    """A number field: how to make its numbers, take roots and sines, and compare.
+
+    Vectors are one-dimensional NumPy arrays (float64, or of Python objects); matrices are whatever
+    `product` takes.
+
+    Attributes
+    ----------
+    bits : int
+        Working precision.
+    roundoff : float
+        Largest relative rounding error of one operation that is not part of the number itself:
+        ``2**-bits``, or 0 for balls, which carry theirs.
+    """
+
+    name: ClassVar[str]
+    encloses: ClassVar[bool] = False
+    """Whether a number is a proved enclosure."""
+    bits: int
+    roundoff: float
+
+    def active(self) -> AbstractContextManager[None]:
+        """Return a context in which numbers of this arithmetic may be computed with."""
+        return nullcontext()
+
+    @abstractmethod
+    def number(self, value: Any) -> Any:
+        """Return the number nearest to (or the ball around) an int, float, Fraction or number."""
+
+    @abstractmethod
+    def vector(self, values: Iterable[Any]) -> NDArray[Any]:
+        """Return numbers of this arithmetic as a vector."""
+
+    @abstractmethod
+    def matrix(self, rows: NDArray[Any]) -> Any:
+        """Return a two-dimensional array of numbers as a matrix for `product`."""
+
+    @abstractmethod
+    def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[Any]:
+        """Return matrix times vector."""
+
+    @abstractmethod
+    def sqrt(self, x: Any) -> Any:
+        """Return the square root."""
+
+    @abstractmethod
+    def arctangent(self, y: Any, x: Any) -> Any:
+        """Return the angle of the point (x, y), in (-pi, pi]."""
+
+    @abstractmethod
+    def pi(self) -> Any:
+        """Return pi."""
+
+    @abstractmethod
+    def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return sines and cosines of a vector."""
+
+    @abstractmethod
+    def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
+        """Return ``sin(pi * numerators / denominator)``, each as accurate as a single operation."""
+
+    @abstractmethod
+    def sign(self, x: Any, slack: Any = 0) -> int:
+        """Return the sign of `x`, known up to an error of at most `slack`.
+
+        0 means that `x` is zero or, outside balls, that its sign is not decided.
+
+        Raises
+        ------
+        Undecided
+            In balls, if the sign is not decided and `x` is not exactly zero.
+        """
+
+    @abstractmethod
+    def lower(self, x: Any) -> Any:
+        """Return an exact number not above `x` (for floats and mpmath: `x`)."""
+
+    @abstractmethod
+    def upper(self, x: Any) -> Any:
+        """Return an exact number not below `x` (for floats and mpmath: `x`)."""
+
+    def midpoint(self, x: Any) -> Any:
+        """Return `x` without its radius."""
+        return x
+
+    def radius(self, x: Any) -> float:
+        """Return the radius of `x` as a float64, rounded up (0 where there is none)."""
+        return 0.0
+
+    def zeros(self, size: int) -> NDArray[Any]:
+        """Return a vector of zeros."""
+        return self.vector([self.number(0)] * size)
+
+    def dot(self, x: NDArray[Any], y: NDArray[Any]) -> Any:
+        """Return the scalar product."""
+        return (x * y).sum() if x.size else self.number(0)
+
+
+class Float64(Arithmetic):
+    """IEEE double precision, by NumPy."""
+
+    name = "float64"
+    bits = 53
+    roundoff = 2.0**-53
+
+    def number(self, value: Any) -> float:
+        """Return the nearest float64."""
+        return nearest_float(value) if isinstance(value, Fraction) else float(value)
+
+    def vector(self, values: Iterable[Any]) -> NDArray[np.float64]:
+        """Return a float64 array."""
+        if isinstance(values, np.ndarray) and values.dtype == np.float64:
+            return values.copy()
+        return np.array([self.number(v) for v in values], dtype=np.float64)
+
+    def matrix(self, rows: NDArray[Any]) -> NDArray[np.float64]:
+        """Return the array itself."""
+        return rows
+
+    def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[np.float64]:
+        """Return matrix times vector."""
+        return np.asarray(matrix @ vector)
+
+    def sqrt(self, x: Any) -> float:
+        """Return the square root."""
+        return math.sqrt(x)
+
+    def arctangent(self, y: Any, x: Any) -> float:
+        """Return the angle of the point (x, y)."""
+        return math.atan2(y, x)
+
+    def pi(self) -> float:
+        """Return pi."""
+        return math.pi
+
+    def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return sines and cosines."""
+        return np.sin(angles), np.cos(angles)
+
+    def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[np.float64]:
+        """Return sines of rational multiples of pi, reduced exactly to an eighth of a turn."""
+        turn = np.mod(numerators, 2 * denominator)
+        sign = np.where(turn >= denominator, -1.0, 1.0)
+        half = np.mod(turn, denominator)
+        quarter = np.minimum(half, denominator - half)
+        near = 4 * quarter <= denominator
+        from_zero = np.sin(quarter * (np.pi / denominator))
+        from_right = np.cos((denominator - 2 * quarter) * (np.pi / (2 * denominator)))
+        return np.asarray(sign * np.where(near, from_zero, from_right))
+
+    def sign(self, x: Any, slack: Any = 0) -> int:
+        """Return the sign, or 0 within `slack`."""
+        return int(x > slack) - int(x < -slack)
+
+    def lower(self, x: Any) -> Any:
+        """Return `x`."""
+        return x
+
+    def upper(self, x: Any) -> Any:
+        """Return `x`."""
+        return x
+
+
+FLOAT64 = Float64()
+
+
+class Digits(Arithmetic):
+    """mpmath numbers in a context of their own, whose precision nobody else sees or sets."""
+
+    name = "mpmath"
+
+    def __init__(self, bits: int) -> None:
+        self.bits = bits
+        self.context = mpmath.MPContext()
+        self.context.prec = bits
+        self.roundoff = 2.0**-bits if bits < 1070 else 2.0**-1070
+
+    def number(self, value: Any) -> Any:
+        """Return the nearest number of this context."""
+        if isinstance(value, Fraction):
+            return self.context.mpf(value.numerator) / value.denominator
+        if isinstance(value, flint.arb):
+            mantissa, exponent = value.mid().man_exp()
+            return self.context.ldexp(self.context.mpf(int(mantissa)), int(exponent))
+        if isinstance(value, np.generic):
+            value = value.item()
+        if hasattr(value, "_mpf_"):  # exact: conversion must not round to another precision twice
+            return self.context.make_mpf(value._mpf_) + 0
+        return self.context.mpf(value)
+
+    def vector(self, values: Iterable[Any]) -> NDArray[Any]:
+        """Return an array of mpmath numbers."""
+        return _objects([self.number(v) for v in values])
+
+    def matrix(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """Return the array itself."""
+        return rows
+
+    def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[Any]:
+        """Return matrix times vector, each entry rounded once."""
+        entries = vector.tolist()
+        return _objects([self.context.fdot(row, entries) for row in matrix.tolist()])
+
+    def dot(self, x: NDArray[Any], y: NDArray[Any]) -> Any:
+        """Return the scalar product, rounded once."""
+        return self.context.fdot(x.tolist(), y.tolist())
+
+    def sqrt(self, x: Any) -> Any:
+        """Return the square root."""
+        return self.context.sqrt(x)
+
+    def arctangent(self, y: Any, x: Any) -> Any:
+        """Return the angle of the point (x, y)."""
+        return self.context.atan2(y, x)
+
+    def pi(self) -> Any:
+        """Return pi."""
+        return +self.context.pi
+
+    def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return sines and cosines."""
+        pairs = [self.context.cos_sin(angle) for angle in angles.tolist()]
+        return _objects([p[1] for p in pairs]), _objects([p[0] for p in pairs])
+
+    def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
+        """Return sines of rational multiples of pi."""
+        return _tabled(self._sin_pi_ratio, numerators, denominator)
+
+    def _sin_pi_ratio(self, k: int, denominator: int) -> Any:
+        return self.context.sinpi(self.context.mpf(k) / denominator)
+
+    def sign(self, x: Any, slack: Any = 0) -> int:
+        """Return the sign, or 0 within `slack`."""
+        return int(x > slack) - int(x < -slack)
+
+    def lower(self, x: Any) -> Any:
+        """Return `x`."""
+        return x
+
+    def upper(self, x: Any) -> Any:
+        """Return `x`."""
+        return x
+
+
+class Balls(Arithmetic):
+    """python-flint's real balls: every number is a proved enclosure.
+
+    python-flint has one working precision for the whole process. Every public call of the package
+    that computes with balls does so inside `active`, which sets it, gives it back as it was, and
+    keeps other threads of the package waiting meanwhile.
+    """
+
+    name = "balls"
+    encloses = True
+    roundoff = 0.0
+
+    def __init__(self, bits: int) -> None:
+        self.bits = bits
+
+    @contextmanager
+    def _active(self) -> Iterator[None]:
+        with _FLINT:
+            before = flint.ctx.prec
+            flint.ctx.prec = self.bits
+            try:
+                yield
+            finally:
+                flint.ctx.prec = before
+
+    def active(self) -> AbstractContextManager[None]:
+        """Return the context in which python-flint works at this precision."""
+        return self._active()
+
+    def number(self, value: Any) -> Any:
+        """Return a ball around `value` (exact for floats and ints)."""
+        if isinstance(value, flint.arb):
+            return value
+        if isinstance(value, Fraction):
+            return flint.arb(flint.fmpq(value.numerator, value.denominator))
+        if hasattr(value, "_mpf_"):
+            sign, mantissa, exponent, _ = value._mpf_
+            return flint.arb((-int(mantissa) if sign else int(mantissa), exponent))
+        return flint.arb(value.item() if isinstance(value, np.generic) else value)
+
+    def vector(self, values: Iterable[Any]) -> NDArray[Any]:
+        """Return an array of balls."""
+        return _objects([self.number(v) for v in values])
+
+    def matrix(self, rows: NDArray[Any]) -> Any:
+        """Return an ``arb_mat``."""
+        return flint.arb_mat(rows.tolist())
+
+    def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[Any]:
+        """Return matrix times vector."""
+        return _objects((matrix * flint.arb_mat(len(vector), 1, vector.tolist())).entries())
+
+    def dot(self, x: NDArray[Any], y: NDArray[Any]) -> Any:
+        """Return the scalar product."""
+        n = len(x)
+        if n == 0:
+            return flint.arb(0)
+        return (flint.arb_mat(1, n, x.tolist()) * flint.arb_mat(n, 1, y.tolist()))[0, 0]
+
+    def sqrt(self, x: Any) -> Any:
+        """Return the square root of a ball (its part below zero, if any, is left out)."""
+        return flint.arb.max(x, flint.arb(0)).sqrt()
+
+    def arctangent(self, y: Any, x: Any) -> Any:
+        """Return the angle of the point (x, y)."""
+        return flint.arb.atan2(y, x)
+
+    def pi(self) -> Any:
+        """Return pi."""
+        return flint.arb.pi()
+
+    def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return sines and cosines."""
+        pairs = [angle.sin_cos() for angle in angles.tolist()]
+        return _objects([p[0] for p in pairs]), _objects([p[1] for p in pairs])
+
+    def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
+        """Return sines of rational multiples of pi."""
+        return _tabled(self._sin_pi_ratio, numerators, denominator)
+
+    def _sin_pi_ratio(self, k: int, denominator: int) -> Any:
+        return flint.arb.sin_pi_fmpq(flint.fmpq(k, denominator))
+
+    def sign(self, x: Any, slack: Any = 0) -> int:
+        """Return the sign; a ball around zero that is not zero raises `Undecided`."""
+        if x > slack:
+            return 1
+        if x < -slack:
+            return -1
+        if x == 0 and slack == 0:
+            return 0
+        raise Undecided(f"the sign of {x} is not decided at {self.bits} bits")
+
+    def lower(self, x: Any) -> Any:
+        """Return the lower end, exactly."""
+        return x.lower()
+
+    def upper(self, x: Any) -> Any:
+        """Return the upper end, exactly."""
+        return x.upper()
+
+    def midpoint(self, x: Any) -> Any:
+        """Return the midpoint, exactly."""
+        return x.mid()
+
+    def radius(self, x: Any) -> float:
+        """Return the radius, rounded up."""
+        return math.nextafter(float(x.rad()), math.inf) if not x.is_exact() else 0.0
+
+
+@lru_cache(maxsize=64)
+def digits_of(bits: int) -> Digits:
+    """Return the mpmath arithmetic of `bits` bits (its mode tables are kept with it)."""
+    return Digits(bits)
+
+
+@lru_cache(maxsize=64)
+def balls_of(bits: int) -> Balls:
+    """Return the ball arithmetic of `bits` bits (its mode tables are kept with it)."""
+    return Balls(bits)
+
+
+def _objects(values: list[Any]) -> NDArray[Any]:
+    out = np.empty(len(values), dtype=object)
+    out[:] = values
+    return out
+
+
+def _tabled(function: Any, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
+    """Apply `function(k, denominator)` once per distinct k modulo a turn."""
+    table: dict[int, Any] = {}
+    out = np.empty(numerators.shape, dtype=object)
+    for index, k in np.ndenumerate(np.mod(numerators, 2 * denominator)):
+        key = int(k)
+        if key not in table:
+            table[key] = function(key, denominator)
+        out[index] = table[key]
+    return out

@@ -1,0 +1,532 @@
+"""The exact motion of a run of sliders, and of the whole chain between two events.
+
+Inside a run ``x'' = -K x + f`` with constant f. With v and a the velocities and accelerations at
+the beginning, and the eigenvectors and frequencies of K in closed form for every length,
+
+    displacement(t) = sum over modes of  (a_q 2 sin^2(w t/2) / w^2 + v_q sin(w t) / w)  e_q
+
+so that nothing is ever divided out of a difference of large numbers, and the zero mode of a run
+with two free ends is the uniformly accelerated one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property, lru_cache
+from math import comb
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model import disorder
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.state import State
+from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
+from exactcreep.motion.solution import Motion, Solution
+
+
+class Ends(NamedTuple):
+    """What a run meets at its two ends: the end of the chain (free) or a resting slider."""
+
+    left_free: bool
+    right_free: bool
+
+
+def stiffness(p: int, ends: Ends) -> list[list[int]]:
+    """Return K of a run of length `p`: 2 on the diagonal (1 at a free end), -1 beside it."""
+    rows = [[0] * p for _ in range(p)]
+    for i in range(p):
+        rows[i][i] = 2 - (i == 0 and ends.left_free) - (i == p - 1 and ends.right_free)
+        if i > 0:
+            rows[i][i - 1] = rows[i - 1][i] = -1
+    return rows
+
+
+def compliance(p: int, ends: Ends) -> list[list[Fraction]]:
+    """Return the inverse of K, exactly (two free ends: its pseudo-inverse).
+
+    Fixed-fixed ``min(i,j) (p+1-max(i,j)) / (p+1)``, free-fixed ``p+1-max(i,j)``, fixed-free
+    ``min(i,j)``; free-free, on motions orthogonal to the mean,
+    ``(i(i-1) + (p-j)(p-j+1)) / 2p - (p^2-1) / 6p`` for ``i <= j``.
+    """
+
+    def entry(i: int, j: int) -> Fraction:
+        low, high = min(i, j), max(i, j)
+        if ends == (False, False):
+            return Fraction(low * (p + 1 - high), p + 1)
+        if ends == (True, False):
+            return Fraction(p + 1 - high)
+        if ends == (False, True):
+            return Fraction(low)
+        squares = low * (low - 1) + (p - high) * (p - high + 1)
+        return Fraction(squares, 2 * p) - Fraction(p * p - 1, 6 * p)
+
+    return [[entry(i, j) for j in range(1, p + 1)] for i in range(1, p + 1)]
+
+
+@dataclass(frozen=True, eq=False)
+class Modes:
+    """Frequencies and orthonormal eigenvectors of a run.
+
+    Attributes
+    ----------
+    frequencies : ndarray, shape (p,)
+        ``2 sin(theta_q / 2)``; a zero mode comes first.
+    vectors : ndarray, shape (p, p)
+        ``vectors[n, q]``: slider n of mode q.
+    forward, backward : matrix
+        The transpose and the matrix itself, for `Arithmetic.product`.
+    """
+
+    frequencies: NDArray[Any]
+    vectors: NDArray[Any]
+    forward: Any
+    backward: Any
+
+
+@lru_cache(maxsize=512)
+def modes(arithmetic: Arithmetic, p: int, ends: Ends) -> Modes:
+    """Return the modes of a run of length `p`, from their closed forms.
+
+    Guarantee: in float64 every entry is within a few ulp for any p (angles are reduced exactly
+    as rational multiples of pi); in balls it is enclosed.
+    """
+    n = np.arange(1, p + 1, dtype=np.int64)[:, None]
+    q = np.arange(1, p + 1, dtype=np.int64)[None, :]
+    left, right = ends
+    if not left and not right:
+        whole, norm = 2 * (p + 1), Fraction(2, p + 1)
+        angle, shape = 2 * n * q, q[0]
+    elif left and right:
+        whole, norm = 2 * p, Fraction(2, p)
+        q = q - 1
+        angle, shape = p + (2 * n - 1) * q, q[0]
+    else:
+        whole, norm = 2 * (2 * p + 1), Fraction(4, 2 * p + 1)
+        shape = 2 * q[0] - 1
+        # cos x = sin(x + pi/2): the quarter turn is whole / 2 = 2p + 1
+        angle = (2 * p + 1) + (2 * n - 1) * shape if left else 2 * n * shape
+    frequencies = 2 * arithmetic.sin_pi(shape, whole)
+    vectors = arithmetic.sin_pi(angle, whole) * arithmetic.sqrt(arithmetic.number(norm))
+    if left and right:
+        frequencies[0] = arithmetic.number(0)
+        vectors[:, 0] = 1 / arithmetic.sqrt(arithmetic.number(p))
+    forward = arithmetic.matrix(np.ascontiguousarray(vectors.T))
+    return Modes(frequencies, vectors, forward, arithmetic.matrix(vectors))
+
+
+class RunMotion:
+    """The motion of one run from given velocities and accelerations.
+
+    Parameters
+    ----------
+    arithmetic : Arithmetic
+    ends : Ends
+    velocities, accelerations : ndarray, shape (p,)
+        At time 0.
+    """
+
+    def __init__(
+        self,
+        arithmetic: Arithmetic,
+        ends: Ends,
+        velocities: NDArray[Any],
+        accelerations: NDArray[Any],
+    ) -> None:
+        self.arithmetic = arithmetic
+        self.ends = ends
+        self.p = len(velocities)
+        self.velocities = velocities
+        self.accelerations = accelerations
+        self.modes = modes(arithmetic, self.p, ends)
+        self.modal_velocities = arithmetic.product(self.modes.forward, velocities)
+        self.modal_accelerations = arithmetic.product(self.modes.forward, accelerations)
+
+    @property
+    def has_zero_mode(self) -> bool:
+        """Whether both ends are free."""
+        return self.ends.left_free and self.ends.right_free
+
+    @cached_property
+    def energy(self) -> Any:
+        """2J: ``|v|^2 + a^T K^-1 a`` without the mean motion; conserved."""
+        first = 1 if self.has_zero_mode else 0
+        v, a = self.modal_velocities[first:], self.modal_accelerations[first:]
+        ratio = a / self.modes.frequencies[first:]
+        return self.arithmetic.dot(v, v) + self.arithmetic.dot(ratio, ratio)
+
+    def _half_angles(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
+        return self.arithmetic.sin_cos(self.modes.frequencies * (t / 2))
+
+    def _modal_displacements(self, t: Any, sin: NDArray[Any], cos: NDArray[Any]) -> NDArray[Any]:
+        w = self.modes.frequencies
+        v, a = self.modal_velocities, self.modal_accelerations
+        if not self.has_zero_mode:
+            stretched = sin / w
+            out: NDArray[Any] = 2 * stretched * (a * stretched + v * cos)
+            return out
+        out = np.empty_like(v)
+        stretched = sin[1:] / w[1:]
+        out[1:] = 2 * stretched * (a[1:] * stretched + v[1:] * cos[1:])
+        out[0] = (v[0] + a[0] * (t / 2)) * t
+        return out
+
+    def _modal_gains(self, t: Any, sin: NDArray[Any], cos: NDArray[Any]) -> NDArray[Any]:
+        """Modal velocities at t minus those at 0."""
+        w = self.modes.frequencies
+        v, a = self.modal_velocities, self.modal_accelerations
+        if not self.has_zero_mode:
+            out: NDArray[Any] = 2 * sin * (a * cos / w - v * sin)
+            return out
+        out = np.empty_like(v)
+        out[1:] = 2 * sin[1:] * (a[1:] * cos[1:] / w[1:] - v[1:] * sin[1:])
+        out[0] = a[0] * t
+        return out
+
+    def displacements(self, t: Any) -> NDArray[Any]:
+        """Return how far each slider has moved since time 0, shape (p,)."""
+        return self.moved(t)[0]
+
+    def moved(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return displacements since time 0 and velocities at `t`, each of shape (p,).
+
+        Guarantee: in float64 the error is a few ulp of the largest entry of the run (of the
+        largest *change*, for short times); in balls it is enclosed.
+        """
+        sin, cos = self._half_angles(t)
+        product, back = self.arithmetic.product, self.modes.backward
+        displacements = product(back, self._modal_displacements(t, sin, cos))
+        velocities = self.velocities + product(back, self._modal_gains(t, sin, cos))
+        return displacements, velocities
+
+    def slider(self, n: int, t: Any) -> tuple[Any, Any, Any]:
+        """Return displacement, velocity and acceleration of slider `n` (from 0) of the run."""
+        sin, cos = self._half_angles(t)
+        row = self.modes.vectors[n]
+        w = self.modes.frequencies
+        dot = self.arithmetic.dot
+        turned = 2 * sin * (self.modal_accelerations * sin + w * self.modal_velocities * cos)
+        return (
+            dot(row, self._modal_displacements(t, sin, cos)),
+            self.velocities[n] + dot(row, self._modal_gains(t, sin, cos)),
+            self.accelerations[n] - dot(row, turned),
+        )
+
+    def bound(self, n: int, k: int) -> Any:
+        """Return ``sqrt((K^k)_nn 2J)``, which bounds ``|v_n^(k)|`` for ever (free-free: k >= 2)."""
+        power = _diagonal_of_power(self.p, self.ends, n, k)
+        return self.arithmetic.sqrt(self.energy * power)
+
+
+@lru_cache(maxsize=4096)
+def _diagonal_of_power(p: int, ends: Ends, n: int, k: int) -> int:
+    """Return ``(K^k)_nn``, exactly; only sliders within k/2 + 1 of n matter."""
+    if ends == (False, False) and k <= n and k <= p - 1 - n:
+        return comb(2 * k, k)
+    reach = k // 2 + 1
+    low, high = max(0, n - reach), min(p - 1, n + reach)
+    vector = {n: 1}
+    for _ in range(k):
+        following: dict[int, int] = {}
+        for i, value in vector.items():
+            own = 2 - (i == 0 and ends.left_free) - (i == p - 1 and ends.right_free)
+            for j, factor in ((i - 1, -1), (i, own), (i + 1, -1)):
+                if max(0, low - 1) <= j <= min(p - 1, high + 1):
+                    following[j] = following.get(j, 0) + factor * value
+        vector = following
+    return vector[n]
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run in the chain: sliders ``first`` .. ``first + p - 1`` (counted from 0)."""
+
+    first: int
+    motion: RunMotion
+
+    @property
+    def sliders(self) -> range:
+        """Its sliders, counted from 0."""
+        return range(self.first, self.first + self.motion.p)
+
+
+class ModalPiece:
+    """The motion between two events, in closed form (a `Piece` of a `Solution`).
+
+    Only the sliders that have moved since the start of the rearrangement are stored.
+    """
+
+    def __init__(
+        self, t_min: Any, t_max: Any, initial: Motion, moved: dict[int, Any], runs: Sequence[Run]
+    ) -> None:
+        self.t_min = t_min
+        self.t_max = t_max
+        self._initial = initial
+        self._moved = moved
+        self.runs = tuple(runs)
+
+    def __call__(self, t: Any) -> Motion:
+        """Return positions, velocities and forces at `t`, each of shape (n,).
+
+        Guarantee: in float64, a few ulp of the largest displacement since the last event, on top of
+        the error of the event times; in balls, an enclosure.
+        """
+        start = self._initial
+        arithmetic = self.runs[0].motion.arithmetic if self.runs else FLOAT64
+        with arithmetic.active():
+            return self._at(t - self.t_min, start)
+
+    def _at(self, since: Any, start: Motion) -> Motion:
+        n = len(start.positions)
+        moved = dict(self._moved)
+        velocities = start.velocities.copy()
+        for run in self.runs:
+            displacements, speeds = run.motion.moved(since)
+            for i, slider in enumerate(run.sliders):
+                moved[slider] = moved.get(slider, 0) + displacements[i]
+                velocities[slider] = speeds[i]
+        positions, forces = start.positions.copy(), start.forces.copy()
+        for slider, value in moved.items():
+            positions[slider] = positions[slider] + value
+        touched = {m for s in moved for m in (s - 1, s, s + 1) if 0 <= m < n}
+        for m in touched:
+            own = moved.get(m, 0)
+            change: Any = 0
+            if m > 0:
+                change = change + (moved.get(m - 1, 0) - own)
+            if m < n - 1:
+                change = change + (moved.get(m + 1, 0) - own)
+            forces[m] = forces[m] + change
+        return Motion(positions, velocities, forces)
+
+
+class Flow:
+    """The chain in motion at one instant: forces, velocities, directions, and how far it came.
+
+    Parameters
+    ----------
+    arithmetic : Arithmetic
+    forces : ndarray, shape (n,)
+        Non-frictional forces at rest, at the start.
+    friction : number
+        ``mu_d cos(alpha)``.
+
+    Attributes
+    ----------
+    signs : ndarray of int, shape (n,)
+        Direction of motion of each slider, 0 at rest.
+    moved : ndarray, shape (n,)
+        Displacement since the start.
+    """
+
+    def __init__(self, arithmetic: Arithmetic, forces: NDArray[Any], friction: Any) -> None:
+        n = len(forces)
+        self.arithmetic = arithmetic
+        self.forces = forces.copy()
+        self.friction = friction
+        self.velocities = arithmetic.zeros(n)
+        self.moved = arithmetic.zeros(n)
+        self.signs = np.zeros(n, dtype=np.int64)
+        self.touched: set[int] = set()
+
+    def start(self, sliders: Iterable[int], signs: Iterable[int]) -> None:
+        """Set sliders (from 0) in motion, from rest."""
+        for n, sign in zip(sliders, signs, strict=True):
+            self.signs[n] = sign
+            self.touched.add(n)
+
+    def stop(self, sliders: Iterable[int]) -> None:
+        """Bring sliders (from 0) to rest."""
+        for n in sliders:
+            self.signs[n] = 0
+            self.velocities[n] = self.arithmetic.number(0)
+
+    def moving(self) -> list[tuple[int, int]]:
+        """Return the runs as (first, length), sliders counted from 0."""
+        where = np.flatnonzero(self.signs)
+        if where.size == 0:
+            return []
+        cuts = np.flatnonzero(np.diff(where) > 1) + 1
+        return [(int(part[0]), len(part)) for part in np.split(where, cuts)]
+
+    def ends(self, first: int, p: int) -> Ends:
+        """Return what the run of length `p` beginning at slider `first` meets at its ends."""
+        return Ends(first == 0, first + p == len(self.forces))
+
+    def runs(self) -> list[Run]:
+        """Return the motion of every run from this instant on."""
+        out = []
+        for first, p in self.moving():
+            span = slice(first, first + p)
+            accelerations = self.forces[span] - self.friction * self.signs[span]
+            velocities = self.velocities[span].copy()
+            ends = self.ends(first, p)
+            out.append(Run(first, RunMotion(self.arithmetic, ends, velocities, accelerations)))
+        return out
+
+    def advance(self, runs: Sequence[Run], t: Any) -> None:
+        """Let time `t` pass."""
+        for run in runs:
+            displacements, velocities = run.motion.moved(t)
+            self.shift(run.first, displacements)
+            self.velocities[run.first : run.first + run.motion.p] = velocities
+
+    def shift(self, first: int, displacements: NDArray[Any]) -> None:
+        """Move the sliders of a run beginning at `first`, and change forces accordingly."""
+        p, n = len(displacements), len(self.forces)
+        self.moved[first : first + p] = self.moved[first : first + p] + displacements
+        stretched = np.diff(displacements)  # of the springs inside the run
+        self.forces[first : first + p - 1] = self.forces[first : first + p - 1] + stretched
+        self.forces[first + 1 : first + p] = self.forces[first + 1 : first + p] - stretched
+        if first > 0:
+            self.forces[first - 1] = self.forces[first - 1] + displacements[0]
+            self.forces[first] = self.forces[first] - displacements[0]
+        if first + p < n:
+            self.forces[first + p] = self.forces[first + p] + displacements[-1]
+            self.forces[first + p - 1] = self.forces[first + p - 1] - displacements[-1]
+
+    def piece(self, t_min: Any, t_max: Any, initial: Motion, runs: Sequence[Run]) -> ModalPiece:
+        """Return the motion from this instant, called `t_min`, on."""
+        moved = {n: self.moved[n] for n in sorted(self.touched)}
+        return ModalPiece(t_min, t_max, initial, moved, runs)
+
+
+class Replay(NamedTuple):
+    """A rearrangement rebuilt from its events.
+
+    Attributes
+    ----------
+    solution : Solution
+    residuals : tuple
+        For each event how far its condition is from holding, as in `Event`.
+    displacements, velocities, tensions : ndarray
+        At the last event: displacement since the start of the rearrangement, shape (n,),
+        velocities just before the last event's stops, shape (n,), and tensions, shape (n - 1,).
+    """
+
+    solution: Solution
+    residuals: tuple[Any, ...]
+    displacements: NDArray[Any]
+    velocities: NDArray[Any]
+    tensions: NDArray[Any]
+
+
+def tensions_at(arithmetic: Arithmetic, state: State) -> NDArray[Any]:
+    """Return the tensions of a state as numbers of this arithmetic."""
+    return arithmetic.vector(state.tensions.tolist())
+
+
+def forces_of(arithmetic: Arithmetic, tensions: NDArray[Any], weight: Any) -> NDArray[Any]:
+    """Return ``F_n = T_n - T_(n-1) + s`` from tensions of shape (n - 1,)."""
+    forces = arithmetic.vector([weight] * (len(tensions) + 1))
+    forces[:-1] = forces[:-1] + tensions
+    forces[1:] = forces[1:] - tensions
+    return forces
+
+
+def incline(arithmetic: Arithmetic, chain: Chain) -> tuple[Any, Any]:
+    """Return cos(alpha) and sin(alpha)."""
+    tangent = chain.tan_alpha
+    square = arithmetic.number(1 + tangent * tangent)
+    if arithmetic is FLOAT64:
+        return chain.cos_alpha, chain.sin_alpha
+    cosine = 1 / arithmetic.sqrt(square)
+    return cosine, arithmetic.number(tangent) * cosine
+
+
+def solution_from_events(
+    chain: Chain,
+    initial: State,
+    events: Iterable[Event | tuple[Any, EventKind | str, Sequence[int], Sequence[int]]],
+    arithmetic: Arithmetic = FLOAT64,
+    *,
+    seed: int = 0,
+) -> Replay:
+    """Return the motion that a list of events describes, with the residual of every event.
+
+    Parameters
+    ----------
+    chain : Chain
+    initial : State
+        At rest, at theta_c.
+    events : iterable of Event or (time, kind, sliders, signs)
+        In order; a residual that an `Event` brings along is not used.
+    arithmetic : Arithmetic
+    seed : int
+        Keys the coefficients that were drawn at stops (for the residuals of later starts).
+
+    Guarantee
+    ---------
+    Between events the motion is the closed form for the given event times, in float64 to a few
+    ulp of the largest displacement; the residuals measure what the event times leave.
+    """
+    with arithmetic.active():
+        return _replayed(chain, initial, events, arithmetic, seed)
+
+
+def _replayed(
+    chain: Chain, initial: State, events: Iterable[Any], arithmetic: Arithmetic, seed: int
+) -> Replay:
+    cosine, weight = incline(arithmetic, chain)
+    friction = chain.friction if arithmetic is FLOAT64 else arithmetic.number(chain.mu_d) * cosine
+    tensions = tensions_at(arithmetic, initial)
+    flow = Flow(arithmetic, forces_of(arithmetic, tensions, weight), friction)
+    start = Motion(
+        arithmetic.vector(initial.displacements.tolist()),
+        arithmetic.zeros(chain.n),
+        flow.forces.copy(),
+    )
+    drawn: dict[int, int] = {}  # slider -> number of its last draw
+    pieces: list[ModalPiece] = []
+    residuals: list[Any] = []
+    stopped_now: set[int] = set()
+    ending = flow.velocities.copy()
+    now: Any = None
+    for item in events:
+        time, kind, sliders, signs = (
+            (item.time, item.kind, item.sliders, item.signs) if isinstance(item, Event) else item
+        )
+        numbers = [int(n) - 1 for n in sliders]
+        if now is None:
+            now = time
+        elif time != now:
+            runs = flow.runs()
+            pieces.append(flow.piece(now, time, start, runs))
+            flow.advance(runs, time - now)
+            now = time
+            stopped_now = set()
+        ending = flow.velocities.copy()
+        if EventKind(kind) is EventKind.STOP:
+            residuals.append(max(abs(flow.velocities[n]) for n in numbers))
+            flow.stop(numbers)
+            for n in numbers:
+                drawn[n] = drawn.get(n, int(initial.draws[n]) - 1) + 1
+            stopped_now.update(numbers)
+            continue
+        distances = []
+        for n in numbers:
+            coefficient = _coefficient(chain, initial, seed, n, drawn.get(n))
+            short = arithmetic.number(coefficient) * cosine - abs(flow.forces[n])
+            # a reversal, or an unstable start, exceeds its threshold: the condition holds
+            exceeds = n in stopped_now or not pieces
+            distances.append(max(short, arithmetic.number(0)) if exceeds else abs(short))
+        residuals.append(max(distances))
+        flow.start(numbers, [int(sign) for sign in signs])
+    tensions = tensions + np.diff(flow.moved)
+    solution = Solution(pieces, start)
+    return Replay(solution, tuple(residuals), flow.moved, ending, tensions)
+
+
+def _coefficient(chain: Chain, initial: State, seed: int, n: int, draw: int | None) -> Any:
+    """Return the static coefficient that acts at slider n (from 0): never below mu_d."""
+    if chain.sigma_mu == 0:
+        return chain.mu_s
+    if draw is None:
+        value = initial.coefficients[n]
+    else:
+        value = disorder.static_coefficient(chain, seed, n + 1, draw)
+    return max(Fraction(float(value)), chain.mu_d)
