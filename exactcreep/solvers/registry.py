@@ -14,9 +14,11 @@ from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import Rearrangement, Solver
+from exactcreep.solvers.verlet import Verlet
 
 SOLVERS: dict[str, type[Solver]] = {
     Sliding.name: Sliding,
+    Verlet.name: Verlet,
 }
 """Every solver class by its name."""
 
