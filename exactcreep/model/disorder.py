@@ -54,7 +54,7 @@ def _high_product(typing_context: Any, a: Any, b: Any) -> Any:
     return types.uint64(types.uint64, types.uint64), generate
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, forceinline=True)
 def philox(seed, stream, n, block):  # type: ignore[no-untyped-def]
     """Return the four words of block `block` of (seed, stream, n): Philox 4x64-10."""
     c0 = np.uint64(block) + np.uint64(1)  # NumPy steps the counter before it uses it
@@ -135,7 +135,7 @@ def _normal_tail(q):  # type: ignore[no-untyped-def]
     return -z if q < 0.0 else z
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, forceinline=True)
 def normal_deviate(word):  # type: ignore[no-untyped-def]
     """Return the normal deviate of a 64-bit word, within 4 ulp.
 

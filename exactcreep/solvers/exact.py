@@ -1,0 +1,467 @@
+"""The solver called "exact": float64, compiled, from event to event; see `kernel` for its loop."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.modes import solution_from_events
+from exactcreep.solvers import kernel
+from exactcreep.solvers.kernel import PAD
+from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Stretch, Tally
+
+class Work(NamedTuple):
+    """The arrays of the compiled loop; their rows and cells are named in `kernel`."""
+
+    cell: NDArray[np.float64]
+    count: NDArray[np.int64]
+    series: NDArray[np.float64]
+    real: NDArray[np.float64]
+    whole: NDArray[np.int64]
+    log: NDArray[np.float64]
+
+
+MOST_EVENTS = 10**7
+"""`Exact.rearrange` gives up after so many events of one rearrangement."""
+
+_COLUMNS = {
+    "event_half_cycle": 4,
+    "event_rearrangement": 5,
+    "event_number": 6,
+    "event_kind": 7,
+    "event_slider": 8,
+    "event_sign": 9,
+}
+
+
+def _split(value: Fraction) -> tuple[float, float]:
+    """Return `value` as two floats, good to about 2**-106."""
+    high = nearest_float(value)
+    return high, nearest_float(value - Fraction(high))
+
+
+def _rational(value: Any) -> Fraction:
+    """Return a state's number (float, Fraction, mpmath or ball midpoint) as a rational."""
+    try:
+        return exact_number(value, "state")
+    except InputError:
+        return Fraction(float(value))
+
+
+def _two_sum(
+    a: NDArray[np.float64], b: NDArray[np.float64] | float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    total = a + b
+    part = total - a
+    return total, (a - (total - part)) + (b - part)
+
+
+def _halves(array: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return an array of numbers as two arrays of floats whose sum it is."""
+    if array.dtype == np.float64:
+        return array.copy(), np.zeros(array.size)
+    pairs = np.array([_split(_rational(value)) for value in array.tolist()]).reshape(-1, 2)
+    return pairs[:, 0].copy(), pairs[:, 1].copy()
+
+
+def _refuse_no_slips(chain: Chain) -> None:
+    if chain.sigma_mu == 0 and chain.mu_s == chain.mu_d:
+        raise InputError(
+            "mu_s",
+            chain.mu_s,
+            "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta: use"
+            ' solver="sliding"',
+        )
+
+
+def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
+    n = chain.n
+    m = n + 2 * PAD
+    real = np.zeros(kernel.REALS)
+    whole = np.zeros(kernel.WHOLES, dtype=np.int64)
+    theta = _split(chain.l0 * _rational(state.theta))
+    cosine = chain.times_cosine(Fraction(1))
+    mu_d = _split(chain.mu_d)
+    real[kernel.THETA], real[kernel.THETA_LOW] = theta
+    real[kernel.FRICTION] = chain.friction
+    real[kernel.MU_D], real[kernel.MU_D_LOW] = mu_d
+    real[kernel.COSINE] = cosine
+    real[kernel.MEAN] = nearest_float(chain.mu_s)
+    real[kernel.WIDTH] = nearest_float(chain.sigma_mu)
+    real[kernel.MEAN_EXCESS] = chain.excess
+    real[kernel.SINE] = chain.sin_alpha
+    whole[kernel.N] = n
+    whole[kernel.STAGE] = kernel.UNSTABLE
+    whole[kernel.CONSTANT] = chain.sigma_mu == 0
+    whole[kernel.LOGGING] = capacity > 0
+    whole[kernel.TARGET] = 1
+    whole[kernel.SEED] = np.uint64(seed).astype(np.int64)
+    if chain.may_run_away:
+        whole[kernel.DOWNHILL] = 1 if chain.tan_alpha >= 0 else -1
+
+    tension, tension_low = _halves(state.tensions)
+    padded = np.concatenate(([0.0], tension, [0.0]))
+    padded_low = np.concatenate(([0.0], tension_low, [0.0]))
+    force, low = _two_sum(padded[1:], -padded[:-1])
+    low += padded_low[1:] - padded_low[:-1]
+    force, error = _two_sum(force, chain.sin_alpha)
+    low += error
+    if n > 1:  # the ends without theta
+        for end, way in ((0, 1.0), (n - 1, -1.0)):
+            force[end : end + 1], error = _two_sum(force[end : end + 1], way * theta[0])
+            low[end] += error[0] + way * theta[1]
+
+    coefficient, coefficient_low = _halves(state.coefficients)
+    above = ((coefficient - mu_d[0]) - mu_d[1]) + coefficient_low
+    excess = np.maximum(above, 0.0) * cosine
+    if chain.sigma_mu == 0:
+        excess[coefficient == nearest_float(chain.mu_s)] = chain.excess
+
+    work = Work(
+        cell=np.zeros((kernel.CELLS, m)),
+        count=np.zeros((kernel.COUNTS, m), dtype=np.int64),
+        series=np.zeros((kernel.SERIES, m)),
+        real=real,
+        whole=whole,
+        log=np.zeros((capacity, kernel.LOG_COLUMNS)),
+    )
+    cell = work.cell[:, PAD : PAD + n]
+    cell[kernel.FORCE] = force
+    cell[kernel.FORCE_LOW] = low
+    cell[kernel.EXCESS] = excess
+    work.cell[kernel.STIFFNESS] = 2.0
+    cell[kernel.STIFFNESS, [0, n - 1]] = 1.0 if n > 1 else 0.0
+    cell[kernel.COEFFICIENT] = coefficient
+    work.count[kernel.DRAWS, PAD : PAD + n] = state.draws
+    cell[kernel.TRAVEL], cell[kernel.TRAVEL_LOW] = _halves(state.displacements)
+    real[kernel.TOTAL] = cell[kernel.TRAVEL].sum()
+    kernel.prepare(*work)
+    return work
+
+
+class ExactSimulation(Simulation):
+    """A chain on its way along a drive, event by event; see `Exact`."""
+
+    def __init__(
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...] = ("x_G",)
+    ) -> None:
+        _refuse_no_slips(chain)
+        self.chain = chain
+        self.record = record
+        self.start = state
+        logging = "events" in record
+        self.work = _work(chain, state, seed, 4 * chain.n + 4096 if logging else 0)
+        self._below = int(np.sum(self._cell(kernel.COEFFICIENT) < nearest_float(chain.mu_d)))
+        if chain.sigma_mu == 0:
+            self._below = 0
+
+    @property
+    def _inner(self) -> slice:
+        return slice(PAD, PAD + self.chain.n)
+
+    def _cell(self, row: int) -> NDArray[np.float64]:
+        """Return one row of `kernel`'s cells for the sliders of the chain, shape (n,)."""
+        return self.work.cell[row, self._inner]
+
+    @property
+    def tally(self) -> Tally:  # type: ignore[override]
+        """Counts since the start."""
+        whole = self.work.whole
+        return Tally(
+            rearrangements=int(whole[kernel.REARRANGEMENTS]),
+            events=int(whole[kernel.EVENTS]),
+            slips=int(whole[kernel.SLIP_TOTAL]),
+            draws_below_mu_d=int(whole[kernel.BELOW]) + self._below,
+            undecided=int(whole[kernel.UNDECIDED]),
+        )
+
+    def _targets(
+        self, drive: Drive, first: int, count: int, seed: int
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return ``l0 theta`` of the targets as two arrays of floats."""
+        if isinstance(drive, Cycles):
+            high, low = _split(self.chain.l0 * drive.amplitude)
+            way = np.where(np.arange(first, first + count) % 2 == 1, 1.0, -1.0)
+            return way * high, way * low
+        theta = drive.targets(first, count, seed)
+        l0, l0_low = _split(self.chain.l0)
+        high = l0 * theta
+        # Dekker's product: the rounding error of l0 * theta from halves of 26 bits
+        a = l0 * 134217729.0
+        a_high = a - (a - l0)
+        b = theta * 134217729.0
+        b_high = b - (b - theta)
+        a_low = l0 - a_high
+        b_low = theta - b_high
+        error = ((a_high * b_high - high) + a_high * b_low + a_low * b_high) + a_low * b_low
+        return high, error + l0_low * theta
+
+    def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
+        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
+        seed = int(self.work.whole[kernel.SEED : kernel.SEED + 1].view(np.uint64)[0])
+        high, low = self._targets(drive, first, count, seed)
+        self.work.whole[kernel.TARGET] = first
+        each = bool({"x", "tension", "slips"} & set(self.record))
+        travel = np.empty(count)
+        rows: dict[str, list[Any]] = {name: [] for name in ("x", "tension", "slips")}
+        logs: list[dict[str, NDArray[Any]]] = []
+        last = int(self.work.whole[kernel.EVENTS]) + max_events
+        done = 0
+        reason = kernel.DONE
+        while done < count:
+            upto = done + 1 if each else count
+            left = last - int(self.work.whole[kernel.EVENTS])
+            reason, reached = kernel.follow(
+                *self.work, high[done:upto], low[done:upto], travel[done:upto], left, False
+            )
+            done += reached
+            if self.work.whole[kernel.LOGGED]:
+                logs.append(self._drain())
+            if each and reached:
+                if "x" in self.record:
+                    rows["x"].append(self._displacements())
+                if "tension" in self.record:
+                    rows["tension"].append(self._tensions())
+                if "slips" in self.record:
+                    rows["slips"].append(self.work.count[kernel.SLIPS, self._inner].copy())
+                self.work.count[kernel.SLIPS] = 0
+            if reason in (kernel.BUDGET, kernel.RUNAWAY):
+                break
+        recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
+        widths = {"x": self.chain.n, "tension": self.chain.n - 1, "slips": self.chain.n}
+        for name in rows:
+            if name in self.record:
+                recorded[name] = np.array(rows[name]).reshape(-1, widths[name])
+        if "events" in self.record:
+            empty = self._drain()
+            for name in empty:
+                recorded[name] = np.concatenate([log[name] for log in logs] + [empty[name]])
+        outcome = Outcome.RUNAWAY if reason == kernel.RUNAWAY else None
+        return Stretch(done, recorded, outcome)
+
+    def _drain(self) -> dict[str, NDArray[Any]]:
+        """Return the event log by column, and empty it."""
+        count = int(self.work.whole[kernel.LOGGED])
+        self.work.whole[kernel.LOGGED] = 0
+        log = self.work.log[:count]
+        columns: dict[str, NDArray[Any]] = {
+            name: log[:, column].astype(np.int64) for name, column in _COLUMNS.items()
+        }
+        for name in ("event_kind", "event_sign"):
+            columns[name] = columns[name].astype(np.int8)
+        columns["event_time"] = log[:, 0].copy()
+        columns["event_theta"] = (log[:, 2] + log[:, 3]) / nearest_float(self.chain.l0)
+        return columns
+
+    def _displacements(self) -> NDArray[np.float64]:
+        moved = self._cell(kernel.TRAVEL_LOW) + self._cell(kernel.X)
+        return self._cell(kernel.TRAVEL) + moved
+
+    def _tensions(self) -> NDArray[np.float64]:
+        """Return the tensions from displacements and theta, shape (n - 1,)."""
+        chain = self.chain
+        real = self.work.real
+        high = self._cell(kernel.TRAVEL)
+        low = self._cell(kernel.TRAVEL_LOW) + self._cell(kernel.X)
+        start, start_low = _halves(self.start.displacements)
+        tension, tension_low = _halves(self.start.tensions)
+        theta_0 = _split(chain.l0 * _rational(self.start.theta))
+        terms = [
+            (tension, tension_low),
+            (high[1:], low[1:]),
+            (-high[:-1], -low[:-1]),
+            (-start[1:], -start_low[1:]),
+            (start[:-1], start_low[:-1]),
+            (-real[kernel.THETA], -real[kernel.THETA_LOW]),
+            theta_0,
+        ]
+        total = np.zeros(chain.n - 1)
+        error = np.zeros(chain.n - 1)
+        for value, rest in terms:
+            total, rounded = _two_sum(total, value)
+            error += rounded + rest
+        return total + error
+
+    def _theta(self) -> float | Fraction:
+        real = self.work.real
+        total = Fraction(float(real[kernel.THETA])) + Fraction(float(real[kernel.THETA_LOW]))
+        return nearest_float(total / self.chain.l0)
+
+    def state(self) -> State:
+        """Return the present state."""
+        return State(
+            tensions=self._tensions(),
+            displacements=self._displacements(),
+            coefficients=self._cell(kernel.COEFFICIENT),
+            draws=self.work.count[kernel.DRAWS, self._inner],
+            theta=self._theta(),
+        )
+
+    def capture(self) -> dict[str, Any]:
+        """Return everything needed to go on bit for bit."""
+        captured: dict[str, Any] = {
+            name: getattr(self.work, name).copy() for name in ("cell", "count", "real", "whole")
+        }
+        tension, tension_low = _halves(self.start.tensions)
+        displacement, displacement_low = _halves(self.start.displacements)
+        theta = _split(_rational(self.start.theta))
+        captured |= {
+            "start_tension": tension,
+            "start_tension_low": tension_low,
+            "start_displacement": displacement,
+            "start_displacement_low": displacement_low,
+            "start_theta": np.array(theta),
+            "below": self._below,
+        }
+        return captured
+
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        """Take over what `capture` returned."""
+        for name in ("cell", "count", "real", "whole"):
+            getattr(self.work, name)[...] = captured[name]
+
+        def whole(name: str) -> NDArray[Any]:
+            pairs = zip(captured[name].tolist(), captured[name + "_low"].tolist(), strict=True)
+            values = [Fraction(high) + Fraction(low) for high, low in pairs]
+            if not np.any(captured[name + "_low"]):
+                return np.array(captured[name], dtype=np.float64)
+            exact = np.empty(len(values), dtype=object)
+            exact[:] = values
+            return exact
+
+        high, low = (Fraction(float(part)) for part in captured["start_theta"])
+        self.start = State(
+            tensions=whole("start_tension"),
+            displacements=whole("start_displacement"),
+            coefficients=self.start.coefficients,
+            draws=self.start.draws,
+            theta=high + low,
+        )
+        self._below = int(captured["below"])
+
+    def report(self) -> dict[str, Any]:
+        """Return the work done: cluster steps, margins tested, polynomial evaluations."""
+        whole = self.work.whole
+        return {
+            "cluster_steps": int(whole[kernel.STEPS]),
+            "margin_tests": int(whole[kernel.TESTS]),
+            "root_evaluations": int(whole[kernel.ROOTS]),
+        }
+
+
+@dataclass(frozen=True)
+class Exact(Solver):
+    """The event-driven solver in float64, compiled.
+
+    Guarantee: every event is located to a few ulp of its time, and none is missed: an event is
+    accepted only after all sliders were certified to have none before (see `kernel`). Errors
+    over one rearrangement stay below 1e-12 of the friction force; comparisons within their
+    rounding bound are settled by the model's rules and counted as undecided.
+    """
+
+    name: ClassVar[str] = "exact"
+    summary: ClassVar[str] = "event by event in closed form, float64, compiled"
+
+    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
+        """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
+        simulation = ExactSimulation(chain, state, seed, ("events",))
+        work = simulation.work
+        logs: list[NDArray[Any]] = []
+        reason = kernel.ONE_DONE
+        if direction == 0 or chain.n > 1:
+            if direction != 0:
+                work.whole[kernel.STAGE] = kernel.AT_REST
+            target = np.array([np.inf * direction]) if direction else np.zeros(1)
+            reason = kernel.LOG_FULL
+            while reason == kernel.LOG_FULL:
+                left = MOST_EVENTS - int(work.whole[kernel.EVENTS])
+                reason, _ = kernel.follow(*work, target, np.zeros(1), np.empty(1), left, True)
+                count = int(work.whole[kernel.LOGGED])
+                logs.append(work.log[:count, [6, 7, 8, 9, 0, 1]])
+                work.whole[kernel.LOGGED] = 0
+        rows = np.concatenate(logs) if logs else np.empty((0, 6))
+        events = _events(rows)
+        initial = State(
+            tensions=_shifted(chain, state, work),
+            displacements=state.displacements,
+            coefficients=state.coefficients,
+            draws=state.draws,
+            theta=simulation._theta() if events else state.theta,
+        )
+        solution, residuals = solution_from_events(chain, initial, events)
+        events = tuple(
+            Event(e.time, e.kind, e.sliders, e.signs, residual)
+            for e, residual in zip(events, residuals, strict=True)
+        )
+        tally = simulation.tally
+        outcome = {
+            kernel.ONE_DONE: Outcome.AT_REST,
+            kernel.RUNAWAY: Outcome.RUNAWAY,
+            kernel.BUDGET: Outcome.LIMIT,
+        }[reason]
+        return Rearrangement(
+            chain=chain,
+            initial=initial,
+            events=events,
+            outcome=outcome,
+            evidence=simulation.evidence,
+            state=simulation.state(),
+            velocities=(work.cell[kernel.VELOCITY] * work.count[kernel.SIGN])[simulation._inner],
+            sol=solution,
+            undecided=tally.undecided,
+            draws_below_mu_d=tally.draws_below_mu_d - simulation._below,
+            solver=self.name,
+            report=simulation.report() | {"time": float(work.real[kernel.TIME])},
+        )
+
+    def simulation(
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
+    ) -> ExactSimulation:
+        """Return a simulation that starts from `state`."""
+        return ExactSimulation(chain, state, seed, record)
+
+
+def _shifted(chain: Chain, state: State, work: Work) -> NDArray[np.float64]:
+    """Return the tensions of `state` after theta has gone to theta_c."""
+    tension, tension_low = _halves(state.tensions)
+    before = _split(chain.l0 * _rational(state.theta))
+    change, error = _two_sum(
+        np.array([before[0]]), -float(work.real[kernel.THETA])
+    )
+    rest = float(error[0]) + (before[1] - float(work.real[kernel.THETA_LOW]))
+    total, error = _two_sum(tension, float(change[0]))
+    return total + (error + (rest + tension_low))
+
+
+def _events(rows: NDArray[Any]) -> tuple[Event, ...]:
+    """Return the logged rows (number, kind, slider, sign, time, residual) as events."""
+    events: list[Event] = []
+    begin = 0
+    while begin < len(rows):
+        end = begin
+        while end < len(rows) and rows[end, 0] == rows[begin, 0] and rows[end, 1] == rows[begin, 1]:
+            end += 1
+        group = rows[begin:end]
+        group = group[np.argsort(group[:, 2], kind="stable")]
+        events.append(
+            Event(
+                time=float(group[0, 4]),
+                kind=EventKind.START if group[0, 1] == kernel.START else EventKind.STOP,
+                sliders=tuple(int(i) for i in group[:, 2]),
+                signs=tuple(int(i) for i in group[:, 3]),
+                residual=float(group[:, 5].max()),
+            )
+        )
+        begin = end
+    return tuple(events)
