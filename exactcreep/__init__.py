@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from exactcreep.model.state import State as State
     from exactcreep.model.verdict import Evidence as Evidence
     from exactcreep.model.verdict import Outcome as Outcome
-    from exactcreep.quasistatic import Creep as Creep
     from exactcreep.quasistatic import Interrupted as Interrupted
     from exactcreep.quasistatic import creep as creep
     from exactcreep.quasistatic import resume as resume
+    from exactcreep.result import Creep as Creep
     from exactcreep.scene import load_scene as load_scene
     from exactcreep.solvers.registry import iterate as iterate
     from exactcreep.solvers.registry import rearrange as rearrange
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 # that only prints its help does not wait for a compiler. "module:" alone is the module itself.
 _HOMES = {
     "Chain": "model.chain:Chain",
-    "Creep": "quasistatic:Creep",
+    "Creep": "result:Creep",
     "Cycles": "model.drive:Cycles",
     "Event": "model.contact:Event",
     "EventKind": "model.contact:EventKind",

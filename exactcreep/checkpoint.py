@@ -1,0 +1,200 @@
+"""Checkpoint files: plain data, checksummed, written in one piece or not at all.
+
+A file is a line that names the format and its version, the length and the SHA-256 of what
+follows, and then that: a JSON tree and the bytes of its arrays, little-endian. Nothing in it
+is ever executed.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+import tempfile
+from collections.abc import Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from exactcreep.model.numbers import InputError
+
+VERSION = 1
+_FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
+_LINE = b"exactcreep checkpoint %d\n"
+_HEADER = 8 + 32  # length and SHA-256 of the body
+_KINDS = "biufUS"  # array types that are plain bytes
+
+
+def _encoded(value: Any, blobs: list[bytes]) -> Any:
+    if value is None or isinstance(value, (bool, str)):
+        return value
+    if isinstance(value, int):
+        return value if abs(value) < 2**63 else {"$integer": hex(value)}
+    if isinstance(value, float):
+        return {"$float": value.hex()}
+    if isinstance(value, Fraction):
+        return {"$fraction": [hex(value.numerator), hex(value.denominator)]}
+    if isinstance(value, (np.ndarray, np.generic)):
+        array = np.asarray(value)
+        if array.dtype.kind == "O":
+            items = [_encoded(item, blobs) for item in array.ravel().tolist()]
+            return {"$objects": items, "shape": list(array.shape)}
+        if array.dtype.kind not in _KINDS:
+            raise TypeError(f"a checkpoint cannot hold an array of {array.dtype}")
+        array = array.astype(array.dtype.newbyteorder("<"), copy=False)
+        blobs.append(array.tobytes())
+        kept = {"$array": array.dtype.str, "shape": list(array.shape), "bytes": array.nbytes}
+        return kept | ({"scalar": True} if isinstance(value, np.generic) else {})
+    if isinstance(value, (list, tuple)):
+        items = [_encoded(item, blobs) for item in value]
+        return items if isinstance(value, list) else {"$tuple": items}
+    if isinstance(value, Mapping):
+        if not all(isinstance(key, str) and not key.startswith("$") for key in value):
+            raise TypeError("a checkpoint's names are strings that do not begin with $")
+        return {key: _encoded(item, blobs) for key, item in value.items()}
+    raise TypeError(f"a checkpoint cannot hold a {type(value).__name__}")
+
+
+def _decoded(value: Any, body: memoryview) -> Any:
+    """Return the value of a JSON tree; arrays are taken from `body` in the order of writing."""
+    position = 0
+
+    def decode(item: Any) -> Any:
+        nonlocal position
+        if isinstance(item, list):
+            return [decode(part) for part in item]
+        if not isinstance(item, dict):
+            return item
+        if "$integer" in item:
+            return int(item["$integer"], 16)
+        if "$float" in item:
+            return float.fromhex(item["$float"])
+        if "$fraction" in item:
+            numerator, denominator = item["$fraction"]
+            return Fraction(int(numerator, 16), int(denominator, 16))
+        if "$tuple" in item:
+            return tuple(decode(part) for part in item["$tuple"])
+        if "$objects" in item:
+            parts = [decode(part) for part in item["$objects"]]
+            array = np.empty(len(parts), dtype=object)
+            array[:] = parts
+            return array.reshape(item["shape"])
+        if "$array" in item:
+            kind = np.dtype(item["$array"])
+            if kind.kind not in _KINDS:
+                raise ValueError("an array of an unknown kind")
+            data = body[position : position + item["bytes"]]
+            position += item["bytes"]
+            array = np.frombuffer(data, kind).reshape(item["shape"])
+            array = array.astype(kind.newbyteorder("="))  # a copy of its own, writable
+            return array[()] if item.get("scalar") else array
+        return {key: decode(part) for key, part in item.items()}
+
+    return decode(value)
+
+
+def to_bytes(content: Mapping[str, Any]) -> bytes:
+    """Return the checkpoint that holds `content`.
+
+    Parameters
+    ----------
+    content : mapping
+        Of names to None, truth values, numbers, strings, rationals, arrays, and lists, tuples
+        and mappings of them.
+    """
+    blobs: list[bytes] = []
+    tree = json.dumps(_encoded(content, blobs), separators=(",", ":")).encode()
+    body = b"".join([len(tree).to_bytes(8, "little"), tree, *blobs])
+    digest = hashlib.sha256(body).digest()
+    return b"".join([_LINE % VERSION, len(body).to_bytes(8, "little"), digest, body])
+
+
+def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:
+    """Return what the checkpoint `data` holds; `name` is the file's, for the message.
+
+    Raises
+    ------
+    InputError
+        If it is no checkpoint, or a damaged, truncated or newer one.
+    """
+    line = _FIRST_LINE.match(data)
+    if line is None:
+        raise InputError("checkpoint", name, "is not a checkpoint of exactcreep")
+    if int(line[1]) > VERSION:
+        raise InputError(
+            "checkpoint",
+            name,
+            f"is of version {int(line[1])}; this program reads versions up to {VERSION}",
+        )
+    start = line.end() + _HEADER
+    length = int.from_bytes(data[line.end() : line.end() + 8], "little")
+    if len(data) < start + length or len(data) < start:
+        raise InputError(
+            "checkpoint",
+            name,
+            f"is truncated or damaged: it holds {len(data)} of {start + length} bytes",
+        )
+    body = memoryview(data)[start:]
+    if len(body) != length or hashlib.sha256(body).digest() != data[line.end() + 8 : start]:
+        raise InputError("checkpoint", name, "is damaged: its checksum does not match")
+    try:
+        end = 8 + int.from_bytes(body[:8], "little")
+        content = _decoded(json.loads(bytes(body[8:end])), body[end:])
+    except (ValueError, TypeError, KeyError, RecursionError) as error:
+        raise InputError("checkpoint", name, f"cannot be understood: {error}") from None
+    if not isinstance(content, dict):
+        raise InputError("checkpoint", name, "cannot be understood: it holds no names")
+    return content
+
+
+def write(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
+    """Write a checkpoint; whatever happens, `path` holds the previous one or the new one."""
+    write_atomically(Path(path), to_bytes(content))
+
+
+def write_atomically(path: Path, data: bytes) -> None:
+    """Replace the file `path` by `data`, in one piece or not at all, even if the power fails."""
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
+        os.chmod(temporary, 0o666 & ~_umask())
+        os.replace(temporary, path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    if os.name == "posix":  # the new name, too, must be on the disk
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
+def _umask() -> int:
+    mask = os.umask(0o077)
+    os.umask(mask)
+    return mask
+
+
+def read(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return what the checkpoint file `path` holds.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, is no checkpoint, or is a damaged, truncated or newer one.
+    """
+    name = os.fspath(path)
+    if not Path(path).is_file():
+        raise InputError("checkpoint", name, "must be a file")
+    try:
+        data = Path(path).read_bytes()
+    except OSError as error:
+        raise InputError("checkpoint", name, f"cannot be read: {error.strerror}") from None
+    return from_bytes(data, name)

@@ -1,0 +1,86 @@
+"""Numbers of any arithmetic as what a file can hold: a float, decimal digits and a radius."""
+
+from __future__ import annotations
+
+from decimal import Context, Decimal
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.numbers import nearest_float
+
+
+class Enclosure(NamedTuple):
+    """A number known to lie within `radius` of `middle`; both exact rationals."""
+
+    middle: Fraction
+    radius: Fraction
+
+    def text(self, digits: int) -> str:
+        """Return at most `digits` significant decimal digits, none beyond the radius."""
+        known = digits
+        if self.radius and self.middle:
+            # one unit of the last digit shown is at least the radius
+            known = _magnitude(self.middle) - _magnitude(self.radius)
+            known = max(1, min(digits, known))
+        return _decimal(self.middle, known)
+
+    def radius_text(self) -> str:
+        """Return the radius as a decimal of three digits, rounded up."""
+        return _decimal(self.radius, 3, rounding="ROUND_CEILING")
+
+
+def _magnitude(value: Fraction) -> int:
+    """Return the exponent of the leading decimal digit of `value` != 0."""
+    return _rounded(abs(value), 20, "ROUND_FLOOR").adjusted()
+
+
+def _rounded(value: Fraction, digits: int, rounding: str) -> Decimal:
+    context = Context(prec=max(digits, 1), rounding=rounding, Emax=10**9, Emin=-(10**9))
+    return context.divide(Decimal(value.numerator), Decimal(value.denominator))
+
+
+def _decimal(value: Fraction, digits: int, rounding: str = "ROUND_HALF_EVEN") -> str:
+    return str(_rounded(value, digits, rounding)) if value else "0"
+
+
+def enclosure(value: Any) -> Enclosure:
+    """Return the exact middle and radius of a float, a rational, an mpmath number or a ball.
+
+    A number that makes no claim about its error has the radius zero.
+    """
+    if isinstance(value, (float, np.floating)):
+        return Enclosure(Fraction(float(value)), Fraction(0))
+    if isinstance(value, (int, Fraction, np.integer)):
+        return Enclosure(Fraction(value), Fraction(0))
+    if hasattr(value, "mid") and hasattr(value, "rad"):  # a ball of python-flint
+        return Enclosure(_dyadic(*value.mid().man_exp()), _dyadic(*value.rad().man_exp()))
+    if hasattr(value, "man_exp"):  # an mpmath number; its mantissa has no sign
+        size = _dyadic(*value.man_exp)
+        return Enclosure(-size if value < 0 else size, Fraction(0))
+    raise TypeError(f"a {type(value).__name__} has no exact value")
+
+
+def _dyadic(mantissa: Any, exponent: Any) -> Fraction:
+    m, e = int(mantissa), int(exponent)
+    return Fraction(m << e) if e >= 0 else Fraction(m, 1 << -e)
+
+
+def floats(array: NDArray[Any]) -> NDArray[np.float64]:
+    """Return the float64 nearest to every number of `array`."""
+    if array.dtype != object:
+        return array.astype(np.float64, copy=False)
+    near = [nearest_float(enclosure(value).middle) for value in array.ravel().tolist()]
+    return np.array(near, dtype=np.float64).reshape(array.shape)
+
+
+def digits_and_radii(
+    array: NDArray[Any], digits: int
+) -> tuple[NDArray[np.str_], NDArray[np.float64]]:
+    """Return the decimal digits and the radii (rounded up) of every number of `array`."""
+    known = [enclosure(value) for value in array.ravel().tolist()]
+    texts = np.array([value.text(digits) for value in known], dtype=str).reshape(array.shape)
+    radii = np.array([nearest_float(value.radius) for value in known]).reshape(array.shape)
+    return texts, np.where(radii > 0, np.nextafter(radii, np.inf), radii)

@@ -1,0 +1,189 @@
+"""An experiment: everything that determines a run, checked and frozen before it begins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.disorder import valid_seed
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
+from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.state import State
+from exactcreep.solvers.registry import solver_named
+from exactcreep.solvers.solver import RECORDS, Solver
+
+DRIVES: dict[str, type[Drive]] = {kind.kind: kind for kind in (Cycles, GaussianSteps, Path)}
+"""Every drive class by its kind; ``DRIVES[kind](**parameters)`` makes the drive again."""
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """A chain, a drive, the disorder, a solver, and what is to be recorded.
+
+    Attributes
+    ----------
+    chain : Chain
+    drive : Drive
+    seed : int
+    solver : str
+    options : mapping
+        The solver's own options, as given.
+    start : State or None
+        None: the relaxed chain.
+    record : tuple of str
+    burn_in : int
+        Targets left out of the mean velocity.
+    """
+
+    chain: Chain
+    drive: Drive
+    seed: int
+    solver: str
+    options: Mapping[str, Any]
+    start: State | None
+    record: tuple[str, ...]
+    burn_in: int
+
+    @classmethod
+    def of(
+        cls,
+        chain: Any,
+        drive: Any,
+        *,
+        seed: Any = 0,
+        solver: Any = "exact",
+        start: Any = None,
+        record: Any = ("x_G",),
+        burn_in: Any = None,
+        options: Mapping[str, Any] | None = None,
+    ) -> Experiment:
+        """Return the experiment with these parameters; see `exactcreep.creep`.
+
+        Raises
+        ------
+        InputError
+            If one of them is of the wrong type or out of range.
+        """
+        if not isinstance(chain, Chain):
+            raise InputError("chain", chain, "must be a Chain")
+        if not isinstance(drive, Drive):
+            raise InputError("drive", drive, "must be a drive: Cycles, GaussianSteps or Path")
+        if start is not None and not isinstance(start, State):
+            raise InputError("start", start, "must be a State, or None for the relaxed chain")
+        if start is not None and start.n != chain.n:
+            raise InputError("start", start.n, f"must have the chain's {chain.n} sliders")
+        given = dict(options or {})
+        solver_named(solver, given)
+        return cls(
+            chain=chain,
+            drive=drive,
+            seed=valid_seed(seed),
+            solver=solver,
+            options=given,
+            start=start,
+            record=_valid_record(record),
+            burn_in=_valid_burn_in(burn_in, drive),
+        )
+
+    @cached_property
+    def algorithm(self) -> Solver:
+        """The solver with its options."""
+        return solver_named(self.solver, dict(self.options))
+
+    @cached_property
+    def initial(self) -> State:
+        """The state from which the chain starts."""
+        return State.relaxed(self.chain, self.seed) if self.start is None else self.start
+
+    @property
+    def digits(self) -> int | None:
+        """Significant decimal digits asked of the solver; None if it knows only floats."""
+        digits = getattr(self.algorithm, "digits", None)
+        return digits if isinstance(digits, int) else None
+
+    def description(self) -> dict[str, Any]:
+        """Return the experiment as plain data, exactly; `from_description` makes it again."""
+        start = self.start
+        return {
+            "chain": self.chain.parameters(),
+            "drive": self.drive.parameters(),
+            "seed": self.seed,
+            "solver": self.solver,
+            "options": dict(self.options),
+            "start": None
+            if start is None
+            else {
+                "tensions": start.tensions,
+                "displacements": start.displacements,
+                "coefficients": start.coefficients,
+                "draws": start.draws,
+                "theta": start.theta,
+            },
+            "record": list(self.record),
+            "burn_in": self.burn_in,
+        }
+
+    @classmethod
+    def from_description(cls, data: Mapping[str, Any]) -> Experiment:
+        """Return the experiment that `description` described.
+
+        Raises
+        ------
+        InputError
+            If the data do not describe one.
+        """
+        try:
+            drive = dict(data["drive"])
+            kind = drive.pop("kind")
+            if kind not in DRIVES:
+                raise InputError("drive.kind", kind, "must be one of " + ", ".join(DRIVES))
+            start = data["start"]
+            return cls.of(
+                Chain(**data["chain"]),
+                DRIVES[kind](**drive),
+                seed=data["seed"],
+                solver=data["solver"],
+                start=None if start is None else State(**start),
+                record=data["record"],
+                burn_in=data["burn_in"],
+                options=data["options"],
+            )
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError("experiment", "…", f"is not described completely: {error}") from None
+
+
+def _valid_record(record: Any) -> tuple[str, ...]:
+    names = (record,) if isinstance(record, str) else record
+    if not isinstance(names, Iterable):
+        raise InputError("record", record, "must be a list of names")
+    names = tuple(names)
+    for name in names:
+        if not isinstance(name, str) or name not in RECORDS:
+            raise InputError("record", name, "must be among " + ", ".join(RECORDS))
+    return tuple(name for name in RECORDS if name in names)
+
+
+def _valid_burn_in(burn_in: Any, drive: Drive) -> int:
+    total = drive.half_cycles
+    if burn_in is None:
+        targets = min(max(2, total // 10), total)
+    else:
+        targets = whole_number(burn_in, "burn_in", least=0)
+        if targets > total:
+            raise InputError("burn_in", burn_in, f"must be at most the drive's {total} targets")
+    return targets + targets % 2 if drive.cyclic else targets
+
+
+def is_exact(array: Any) -> bool:
+    """Return whether `array` holds rationals that no float64 is equal to."""
+    return bool(array.dtype == object) and all(
+        isinstance(value, (Fraction, int, float, np.floating)) for value in array.ravel().tolist()
+    )

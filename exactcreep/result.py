@@ -1,0 +1,490 @@
+"""What a run came to: `Creep`, its labelled dataset, and the NetCDF file that keeps it."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import h5netcdf
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from exactcreep import __version__
+from exactcreep.decimals import Enclosure, digits_and_radii, enclosure, floats
+from exactcreep.experiment import DRIVES, Experiment, is_exact
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Drive
+from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
+
+FORMAT = "exactcreep result 1"
+_DIMENSIONS = {
+    "x_G": ("half_cycle",),
+    "x": ("half_cycle", "slider"),
+    "tension": ("half_cycle", "spring"),
+    "slips": ("half_cycle", "slider"),
+}
+_UNITS = {
+    "theta": "1",
+    "x_G": "g tau_dyn^2",
+    "x": "g tau_dyn^2",
+    "tension": "m g",
+    "displacement": "g tau_dyn^2",
+    "coefficient": "1",
+    "draws": "1",
+    "slips": "1",
+    "event_time": "tau_dyn",
+    "event_theta": "1",
+}
+_MEANINGS = {
+    "theta": "dilation at the end of the half-cycle",
+    "x_G": "displacement of the centre of mass",
+    "x": "displacement of each slider",
+    "tension": "tension of the spring below each slider",
+    "slips": "slips of each slider within the half-cycle",
+    "event_half_cycle": "number of the half-cycle, from 1",
+    "event_rearrangement": "number of the rearrangement, from 0",
+    "event_number": "number of the event within its rearrangement, from 0",
+    "event_theta": "dilation at which the chain rearranges",
+    "event_time": "time since the start of the rearrangement",
+    "event_kind": "0 start, 1 stop",
+    "event_slider": "number of the slider, from 1",
+    "event_sign": "+1 downhill, -1 uphill",
+}
+_COUNTS = (
+    "half_cycles",
+    "rearrangements",
+    "events",
+    "slips",
+    "draws_below_mu_d",
+    "undecided",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Creep:
+    """What a chain did along a drive, and how well that is known.
+
+    Attributes
+    ----------
+    experiment : Experiment
+        Everything that determined the run.
+    outcome : Outcome
+        What the chain does, or why the computation stopped; see `exactcreep.creep`.
+    evidence : Evidence
+    reason : str
+        For a limit or a runaway: one sentence.
+    velocity : float
+        Mean displacement of x_G per half-cycle (per target, if the drive is not cyclic) after the
+        burn-in, unit ``g tau_dyn**2``; nan if no half-cycle is left, +-inf for a runaway.
+    velocity_error : float
+        Its standard error; nan if there are too few half-cycles to tell.
+    velocity_enclosure : Enclosure or None
+        The velocity as the rational that the solver's digits make it; None if it has none.
+    half_cycles : int
+        Targets reached.
+    rearrangements, events, slips : int
+    draws_below_mu_d : int
+        Static coefficients drawn below `mu_d`, which act as `mu_d`.
+    undecided : int
+        Comparisons inside their rounding bound, settled by the model's rules.
+    warnings : mapping of str to int
+        Where the run left the model's physical range, and how often.
+    seconds : float
+        Wall time of the run, without compilation.
+    state : State
+        At the end.
+    recorded : mapping of str to ndarray
+        What was recorded, as in `dataset`.
+    report : mapping
+        What only this solver knows: precision, enclosure radii, work counts.
+    """
+
+    experiment: Experiment
+    outcome: Outcome
+    evidence: Evidence
+    reason: str
+    velocity: float
+    velocity_error: float
+    velocity_enclosure: Enclosure | None
+    half_cycles: int
+    rearrangements: int
+    events: int
+    slips: int
+    draws_below_mu_d: int
+    undecided: int
+    warnings: Mapping[str, int]
+    seconds: float
+    state: State
+    recorded: Mapping[str, NDArray[Any]]
+    report: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def chain(self) -> Chain:
+        """The chain."""
+        return self.experiment.chain
+
+    @property
+    def drive(self) -> Drive:
+        """The drive."""
+        return self.experiment.drive
+
+    @property
+    def solver(self) -> str:
+        """The solver's name."""
+        return self.experiment.solver
+
+    @property
+    def seed(self) -> int:
+        """The seed of the disorder."""
+        return self.experiment.seed
+
+    @property
+    def x_G(self) -> float:
+        """Displacement of the centre of mass at the end, unit ``g tau_dyn**2``."""
+        return math.fsum(floats(self.state.displacements).tolist()) / self.chain.n
+
+    @property
+    def velocity_text(self) -> str | None:
+        """The velocity in the digits that were asked for and are known; None without digits."""
+        digits = self.experiment.digits
+        if self.velocity_enclosure is None or digits is None:
+            return None
+        return self.velocity_enclosure.text(digits)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the numbers by name, ready for JSON: a number that is not finite is None."""
+        out: dict[str, Any] = {
+            "velocity": self.velocity_text or _finite(self.velocity),
+            "velocity_error": _finite(self.velocity_error),
+            "outcome": self.outcome.value,
+            "evidence": self.evidence.value,
+            "solver": self.solver,
+        }
+        out |= {name: getattr(self, name) for name in _COUNTS}
+        out |= {"x_G": _finite(self.x_G), "seconds": self.seconds, "seed": self.seed}
+        if self.velocity_text is not None and self.velocity_enclosure is not None:
+            out["velocity_radius"] = self.velocity_enclosure.radius_text()
+        if self.reason:
+            out["reason"] = self.reason
+        if self.warnings:
+            out["warnings"] = dict(self.warnings)
+        if self.report:
+            out["report"] = json.loads(_json(self.report))
+        return out
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """What was recorded, labelled, with all that is needed to make it again.
+
+        Dimensions: ``half_cycle`` (from 1), ``slider`` (1 .. n), ``spring`` (1 .. n - 1) and
+        ``event``. Parameters stand in the attributes, rationals as strings.
+        """
+        return xr.Dataset(self._variables(), self._coordinates(), self._attributes())
+
+    def _coordinates(self) -> dict[str, Any]:
+        n = self.chain.n
+        coordinates = {"slider": np.arange(1, n + 1), "spring": np.arange(1, n)}
+        if self.experiment.record:
+            coordinates["half_cycle"] = np.arange(1, self.half_cycles + 1)
+        return coordinates
+
+    def _variables(self) -> dict[str, Any]:
+        variables: dict[str, Any] = {}
+
+        def add(name: str, dimensions: tuple[str, ...], values: Any, quantity: str = "") -> None:
+            about = {}
+            if (quantity or name) in _UNITS:
+                about["units"] = _UNITS[quantity or name]
+            if name in _MEANINGS:
+                about["long_name"] = _MEANINGS[name]
+            variables[name] = (dimensions, values, about)
+
+        if self.experiment.record:
+            theta = self.drive.targets(1, self.half_cycles, self.seed)
+            add("theta", ("half_cycle",), theta)
+        for name, values in self.recorded.items():
+            quantity = name.removesuffix("_decimal").removesuffix("_radius")
+            dimensions = _DIMENSIONS.get(quantity, ("event",))
+            add(name, dimensions, values, quantity)
+        for moment, state in (("initial", self.experiment.initial), ("final", self.state)):
+            for name, dimension in (
+                ("tension", "spring"),
+                ("displacement", "slider"),
+                ("coefficient", "slider"),
+                ("draws", "slider"),
+            ):
+                field_name = name if name == "draws" else f"{name}s"
+                self._add_exact(add, f"{moment}_{name}", dimension, getattr(state, field_name))
+            add(f"{moment}_theta", (), nearest_float(enclosure(state.theta).middle), "theta")
+        for name, value in self.drive.parameters().items():
+            if isinstance(value, (list, tuple)):
+                texts = np.array([str(item) for item in value], dtype=str)
+                variables[f"drive_{name}"] = (f"drive_{name}_index", texts)
+        return variables
+
+    def _add_exact(self, add: Any, name: str, dimension: str, values: NDArray[Any]) -> None:
+        quantity = name.partition("_")[2]
+        if values.dtype != object:
+            add(name, (dimension,), values, quantity)
+            return
+        add(name, (dimension,), floats(values), quantity)
+        if is_exact(values):
+            texts = np.array([str(Fraction(value)) for value in values.tolist()], dtype=str)
+            add(f"{name}_exact", (dimension,), texts, quantity)
+        else:
+            texts, radii = digits_and_radii(values, self.experiment.digits or 17)
+            add(f"{name}_decimal", (dimension,), texts, quantity)
+            add(f"{name}_radius", (dimension,), radii, quantity)
+
+    def _attributes(self) -> dict[str, Any]:
+        about: dict[str, Any] = {"format": FORMAT, "version": __version__}
+        about |= _attribute_values(self.chain.parameters())
+        drive = self.drive.parameters()
+        about["drive"] = drive.pop("kind")
+        about["drive_parameters"] = " ".join(drive)
+        about |= _attribute_values(drive)
+        about["seed"] = np.uint64(self.seed)
+        about["solver"] = self.solver
+        about["options"] = _json(self.experiment.options)
+        about["record"] = " ".join(self.experiment.record)
+        about["burn_in"] = self.experiment.burn_in
+        about["start"] = "relaxed" if self.experiment.start is None else "given"
+        theta = self.experiment.initial.theta
+        about["start_theta"] = str(enclosure(theta).middle)
+        about["outcome"] = self.outcome.value
+        about["evidence"] = self.evidence.value
+        about["reason"] = self.reason
+        about["velocity"] = self.velocity
+        about["velocity_error"] = self.velocity_error
+        if self.velocity_enclosure is not None:
+            about["velocity_exact"] = str(self.velocity_enclosure.middle)
+            about["velocity_exact_radius"] = str(self.velocity_enclosure.radius)
+        about["velocity_units"] = "g tau_dyn^2 per half-cycle"
+        about |= {name: getattr(self, name) for name in _COUNTS}
+        about["seconds"] = self.seconds
+        about["warnings"] = _json(self.warnings)
+        about["report"] = _json(self.report)
+        return about
+
+    def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
+        """Write `dataset` to a NetCDF file, in one piece or not at all.
+
+        Raises
+        ------
+        InputError
+            If the file exists and `force` is not given, or it cannot be written.
+        """
+        save_members([self], path, force=force)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str]) -> Creep:
+        """Return the result that `save` wrote.
+
+        Raises
+        ------
+        InputError
+            If the file is none, or holds several members (see `load_members`).
+        """
+        members = load_members(path)
+        if len(members) != 1:
+            name = os.fspath(path)
+            raise InputError("result", name, f"holds {len(members)} members; use load_members")
+        return members[0]
+
+    @classmethod
+    def from_dataset(cls, data: xr.Dataset) -> Creep:
+        """Return the result that `dataset` shows."""
+        about = data.attrs
+        experiment = _experiment(data)
+        names = [name for name in data.data_vars if _is_recorded(str(name))]
+        exact = None
+        if "velocity_exact" in about:
+            exact = Enclosure(
+                Fraction(about["velocity_exact"]), Fraction(about["velocity_exact_radius"])
+            )
+        return cls(
+            experiment=experiment,
+            outcome=Outcome(about["outcome"]),
+            evidence=Evidence(about["evidence"]),
+            reason=str(about["reason"]),
+            velocity=float(about["velocity"]),
+            velocity_error=float(about["velocity_error"]),
+            velocity_enclosure=exact,
+            **{name: int(about[name]) for name in _COUNTS},
+            warnings=json.loads(about["warnings"]),
+            seconds=float(about["seconds"]),
+            state=_state(data, "final", float(data["final_theta"])),
+            recorded={str(name): data[name].to_numpy() for name in names},
+            report=json.loads(about["report"]),
+        )
+
+
+def _is_recorded(name: str) -> bool:
+    quantity = name.removesuffix("_decimal").removesuffix("_radius")
+    return quantity in _DIMENSIONS or quantity.startswith("event_")
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _json(value: Any) -> str:
+    def plain(item: Any) -> Any:
+        if isinstance(item, Mapping):
+            return {str(key): plain(part) for key, part in item.items()}
+        if isinstance(item, (list, tuple, np.ndarray)):
+            return [plain(part) for part in item]
+        if isinstance(item, np.generic):
+            return plain(item.item())
+        if isinstance(item, float) and not math.isfinite(item):
+            return None
+        return item if isinstance(item, (str, int, float, bool)) or item is None else str(item)
+
+    return json.dumps(plain(value))
+
+
+def _attribute_values(parameters: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        name: str(value) if isinstance(value, Fraction) else value
+        for name, value in parameters.items()
+        if not isinstance(value, (list, tuple))
+    }
+
+
+def _experiment(data: xr.Dataset) -> Experiment:
+    about = data.attrs
+    chain = Chain(
+        int(about["n"]),
+        *(str(about[name]) for name in ("l0", "mu_d", "mu_s", "sigma_mu")),
+        tan_alpha=str(about["tan_alpha"]),
+    )
+    parameters: dict[str, Any] = {}
+    for name in about["drive_parameters"].split():
+        listed = f"drive_{name}"
+        parameters[name] = data[listed].to_numpy().tolist() if listed in data else about[name]
+    if about["drive"] not in DRIVES:
+        raise InputError("drive.kind", about["drive"], "must be one of " + ", ".join(DRIVES))
+    start = None
+    if about["start"] == "given":
+        theta = Fraction(about["start_theta"])
+        near = nearest_float(theta)
+        start = _state(data, "initial", near if Fraction(near) == theta else theta)
+    return Experiment.of(
+        chain,
+        DRIVES[about["drive"]](**parameters),
+        seed=int(about["seed"]),
+        solver=str(about["solver"]),
+        start=start,
+        record=about["record"].split(),
+        burn_in=int(about["burn_in"]),
+        options=json.loads(about["options"]),
+    )
+
+
+def _state(data: xr.Dataset, moment: str, theta: Any) -> State:
+    def values(name: str) -> NDArray[Any]:
+        exact = f"{moment}_{name}_exact"
+        if exact not in data:
+            return data[f"{moment}_{name}"].to_numpy()
+        rationals = np.empty(data[exact].size, dtype=object)
+        rationals[:] = [Fraction(text) for text in data[exact].to_numpy().tolist()]
+        return rationals
+
+    return State(
+        tensions=values("tension"),
+        displacements=values("displacement"),
+        coefficients=values("coefficient"),
+        draws=values("draws"),
+        theta=theta,
+    )
+
+
+def check_output(path: str | os.PathLike[str], field_name: str, *, force: bool) -> Path:
+    """Return `path` if a file can be written there.
+
+    Raises
+    ------
+    InputError
+        If it is a directory, exists and `force` is not given, or its directory cannot be written.
+    """
+    target = Path(path)
+    name = os.fspath(path)
+    if target.is_dir():
+        raise InputError(field_name, name, "must be a file, not a directory")
+    if target.exists() and not force:
+        raise InputError(field_name, name, "exists and is not overwritten without force")
+    if not target.parent.is_dir():
+        raise InputError(field_name, name, "must lie in a directory that exists")
+    if not os.access(target.parent, os.W_OK):
+        raise InputError(field_name, name, "must lie in a directory that can be written")
+    return target
+
+
+def save_members(
+    results: Sequence[Creep], path: str | os.PathLike[str], *, force: bool = False
+) -> None:
+    """Write results to one NetCDF file: a single one at its root, several as groups 1, 2, ...
+
+    Raises
+    ------
+    InputError
+        If the file exists and `force` is not given, or it cannot be written.
+    """
+    target = check_output(path, "out", force=force)
+    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    os.close(handle)
+    try:
+        if len(results) == 1:
+            results[0].dataset.to_netcdf(temporary, engine="h5netcdf")
+        else:
+            about = {"format": FORMAT, "version": __version__, "members": len(results)}
+            xr.Dataset(attrs=about).to_netcdf(temporary, engine="h5netcdf")
+            for number, result in enumerate(results, 1):
+                result.dataset.to_netcdf(
+                    temporary, mode="a", group=f"member_{number}", engine="h5netcdf"
+                )
+        os.chmod(temporary, 0o644)
+        os.replace(temporary, target)
+    except OSError as error:
+        raise InputError("out", os.fspath(path), f"cannot be written: {error}") from None
+    finally:
+        Path(temporary).unlink(missing_ok=True)
+
+
+def load_members(path: str | os.PathLike[str]) -> list[Creep]:
+    """Return the results that `save_members` or `Creep.save` wrote.
+
+    Raises
+    ------
+    InputError
+        If the file is none of theirs.
+    """
+    name = os.fspath(path)
+    if not Path(path).is_file():
+        raise InputError("result", name, "must be a file")
+    try:
+        with h5netcdf.File(name, "r") as file:
+            known = file.attrs.get("format")
+            count = int(file.attrs.get("members", 0))
+        if known != FORMAT:
+            raise InputError("result", name, "is not a result of exactcreep (of this version)")
+        groups: list[str | None] = [f"member_{k}" for k in range(1, count + 1)]
+        return [
+            Creep.from_dataset(xr.load_dataset(name, group=group, engine="h5netcdf"))
+            for group in groups or [None]
+        ]
+    except InputError:
+        raise
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError("result", name, f"cannot be read: {error}") from None
