@@ -15,7 +15,7 @@ from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.model.verdict import Outcome
 from exactcreep.motion.modes import solution_from_events
 from exactcreep.solvers import kernel
 from exactcreep.solvers.kernel import PAD
@@ -399,10 +399,10 @@ class Exact(Solver):
             draws=state.draws,
             theta=simulation._theta() if events else state.theta,
         )
-        solution, residuals = solution_from_events(chain, initial, events)
+        replay = solution_from_events(chain, initial, events, seed=seed)
         events = tuple(
             Event(e.time, e.kind, e.sliders, e.signs, residual)
-            for e, residual in zip(events, residuals, strict=True)
+            for e, residual in zip(events, replay.residuals, strict=True)
         )
         tally = simulation.tally
         outcome = {
@@ -418,7 +418,7 @@ class Exact(Solver):
             evidence=simulation.evidence,
             state=simulation.state(),
             velocities=(work.cell[kernel.VELOCITY] * work.count[kernel.SIGN])[simulation._inner],
-            sol=solution,
+            sol=replay.solution,
             undecided=tally.undecided,
             draws_below_mu_d=tally.draws_below_mu_d - simulation._below,
             solver=self.name,

@@ -507,13 +507,14 @@ def _clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):  # type:
     q1 = 0.25 * (at_0 + 3.0 * b1)
     q2 = 0.5 * (b1 + b2) - bend * (t * t) * (t * t) / 144.0
     q3 = 0.25 * (3.0 * b2 + at_1)
+    if ends:
+        # a dip within the bound before t would be the same crossing, found as well as can be
+        return q1 >= 0.0 and q2 >= 0.0 and q3 >= 0.0 and at_0 >= -bound
     if begins:
         if q1 < 0.0 or q2 < 0.0:
             return False
     elif at_0 <= bound or q1 <= bound or q2 <= bound:
         return False
-    if ends:
-        return q3 >= 0.0 and q2 >= 0.0
     return q3 > bound and at_1 > bound
 
 

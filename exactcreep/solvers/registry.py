@@ -12,11 +12,13 @@ from exactcreep.model.contact import Event
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
+from exactcreep.solvers.exact import Exact
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import Rearrangement, Solver
 from exactcreep.solvers.verlet import Verlet
 
 SOLVERS: dict[str, type[Solver]] = {
+    Exact.name: Exact,
     Sliding.name: Sliding,
     Verlet.name: Verlet,
 }
