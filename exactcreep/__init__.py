@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from exactcreep.model.drive import GaussianSteps as GaussianSteps
     from exactcreep.model.drive import Path as Path
     from exactcreep.model.numbers import InputError as InputError
+    from exactcreep.model.record import TemperatureRecord as TemperatureRecord
     from exactcreep.model.state import State as State
     from exactcreep.model.verdict import Evidence as Evidence
     from exactcreep.model.verdict import Outcome as Outcome
@@ -43,6 +44,7 @@ _HOMES = {
     "Outcome": "model.verdict:Outcome",
     "Path": "model.drive:Path",
     "State": "model.state:State",
+    "TemperatureRecord": "model.record:TemperatureRecord",
     "creep": "quasistatic:creep",
     "disorder": "model.disorder:",
     "iterate": "solvers.registry:iterate",

@@ -14,11 +14,14 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
 from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import RECORDS, Solver
 
-DRIVES: dict[str, type[Drive]] = {kind.kind: kind for kind in (Cycles, GaussianSteps, Path)}
+DRIVES: dict[str, type[Drive]] = {
+    kind.kind: kind for kind in (Cycles, GaussianSteps, Path, TemperatureRecord)
+}
 """Every drive class by its kind; ``DRIVES[kind](**parameters)`` makes the drive again."""
 
 
@@ -73,7 +76,8 @@ class Experiment:
         if not isinstance(chain, Chain):
             raise InputError("chain", chain, "must be a Chain")
         if not isinstance(drive, Drive):
-            raise InputError("drive", drive, "must be a drive: Cycles, GaussianSteps or Path")
+            kinds = ", ".join(kind.__name__ for kind in DRIVES.values())
+            raise InputError("drive", drive, f"must be a drive: one of {kinds}")
         if start is not None and not isinstance(start, State):
             raise InputError("start", start, "must be a State, or None for the relaxed chain")
         if start is not None and start.n != chain.n:

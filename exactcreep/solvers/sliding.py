@@ -128,17 +128,21 @@ class Surd:
     def __hash__(self) -> int:
         return hash((self.a, self.b, self.square))
 
-    def __float__(self) -> float:
+    def bracket(self, bits: int = 128) -> tuple[Fraction, Fraction]:
+        """Return a rational and its largest error, at most ``2**-bits`` of the value."""
         if self.sign() == 0:
-            return 0.0
+            return Fraction(0), Fraction(0)
         p, q = self.square.numerator, self.square.denominator
-        bits = 128
+        used = bits + 8
         while True:  # what cancels between a and b r is made up for by more digits of r
-            root = Fraction(math.isqrt((p << (2 * bits)) // q), 1 << bits)
-            value = self.a + self.b * root
-            if abs(self.b) < abs(value) * 2 ** (bits - 70):
-                return nearest_float(value)
-            bits *= 2
+            root = Fraction(math.isqrt((p << (2 * used)) // q), 1 << used)
+            value, error = self.a + self.b * root, abs(self.b) / (1 << used)
+            if error * 2 ** (bits + 1) <= abs(value):
+                return value, error
+            used *= 2
+
+    def __float__(self) -> float:
+        return nearest_float(self.bracket()[0])
 
     def __repr__(self) -> str:
         return f"{self.a} + {self.b} sqrt({self.square})"
@@ -183,7 +187,7 @@ def _runaway_reason(chain: Chain) -> str:
     )
 
 
-def pivots(chain: Chain) -> tuple[int, ...]:
+def resting_sliders(chain: Chain) -> tuple[int, ...]:
     """Return the slider that no dilation moves, or the two between which the limit is open.
 
     Slider N + 1 - i takes that part in contractions.
@@ -195,8 +199,8 @@ def pivots(chain: Chain) -> tuple[int, ...]:
 
     Notes
     -----
-    Guarantee: decided in rational arithmetic. Source: Eq. (critical_angle) at mu_s = mu_d, where i
-    is one more than here (the paper counts the first slider that moves downhill).
+    Guarantee: decided in rational arithmetic. Source: Eq. (critical_angle) at mu_s = mu_d; the
+    paper's index i is that of the slider below, the first that moves downhill.
     """
     if not _held(chain):
         raise InputError("tan_alpha", chain.tan_alpha, "must be below mu_d in absolute value: "
@@ -211,7 +215,7 @@ def pivots(chain: Chain) -> tuple[int, ...]:
 def cycle_velocity(chain: Chain, amplitude: Any, cosine: Any = None) -> SlidingVelocity:
     """Return the velocity of the asymptotic cycle between +A and -A.
 
-    ``tau_th v = (N + 1 - 2 i) max(0, l0 A - N (mu_d c - |s|)/2)`` with i from `pivots`.
+    ``tau_th v = (N + 1 - 2 i) max(0, l0 A - N (mu_d c - |s|)/2)`` with i from `resting_sliders`.
 
     Parameters
     ----------
@@ -232,7 +236,7 @@ def cycle_velocity(chain: Chain, amplitude: Any, cosine: Any = None) -> SlidingV
     -----
     Source: Eq. (vitesse_seuil), with max(0, .).
     """
-    rest = pivots(chain)
+    rest = resting_sliders(chain)
     c = exact_cosine(chain) if cosine is None else cosine
     reach = exact_number(amplitude, "amplitude")
     if reach < 0:
@@ -326,7 +330,7 @@ def path_displacement(chain: Chain, theta: Sequence[Any], cosine: Any = None) ->
     -----
     Source: Eq. (vitesse_seuil) is the cyclic case.
     """
-    rest = pivots(chain)
+    rest = resting_sliders(chain)
     c = exact_cosine(chain) if cosine is None else cosine
     level = _in_field(chain.n * (chain.mu_d - abs(chain.tan_alpha)), c) * c
     places = [chain.l0 * exact_number(value, f"theta[{k}]") for k, value in enumerate(theta)]
@@ -400,7 +404,7 @@ def _follow_float(  # type: ignore[no-untyped-def]
     """Follow ``places = l0 theta`` from `start`; returns the direction of the last ramp.
 
     `totals` gathers the extension of the shared spring (0), the half-cycles in which it gave way
-    (1), and the slips (2).
+    (1), the starts (2) and the stops (3) of sliders.
     """
     n = x.size
     place = start
@@ -414,7 +418,9 @@ def _follow_float(  # type: ignore[no-untyped-def]
         place = places[q]
         if turn != 0:
             if turn != way:
-                sliding[:] = 0
+                for k in range(n):
+                    totals[3] += sliding[k]
+                    sliding[k] = 0
             way = turn
             row = 0 if way > 0 else 1
             shared = _ramp_float(
@@ -582,7 +588,7 @@ class SlidingSimulation(Simulation):
         n = chain.n
         self._slips = np.zeros(n, dtype=np.int64)
         self._sliding = np.zeros(n, dtype=np.int8)
-        self._totals: NDArray[Any] = np.zeros(3, dtype=object if exact else np.float64)
+        self._totals: NDArray[Any] = np.zeros(4, dtype=object if exact else np.float64)
         if not _held(chain):
             return
         cosine: Any = exact_cosine(chain) if exact else None
@@ -592,7 +598,7 @@ class SlidingSimulation(Simulation):
 
         self._uphill = force(chain.mu_d + chain.tan_alpha)  # b + s, b - s
         self._downhill = force(chain.mu_d - chain.tan_alpha)
-        rest = pivots(chain)
+        rest = resting_sliders(chain)
         across = [n - i for i in rest][::-1]
         # dilations: springs 1..i-1 feel the bound from above, the others the one from below
         self._low = self._array(
@@ -644,7 +650,7 @@ class SlidingSimulation(Simulation):
     def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1` of the drive.
 
-        Every slider of every half-cycle counts as an event of `max_events`.
+        For `max_events`, every slider of every half-cycle counts as an event.
         """
         if not _held(self.chain):
             return Stretch(0, {}, Outcome.RUNAWAY, _runaway_reason(self.chain))
@@ -672,8 +678,10 @@ class SlidingSimulation(Simulation):
                 )
             )
             self._theta = float(theta[-1])
-        self.tally.undecided += int(self._totals[1] - before[1])
-        self.tally.slips += int(self._totals[2] - before[2])
+        _, gave_way, starts, stops = (self._totals - before).tolist()
+        self.tally.undecided += int(gave_way)
+        self.tally.slips += int(starts)
+        self.tally.events += int(starts) + int(stops)
         recorded: dict[str, NDArray[Any]] = {"x_G": x_g}
         for name, table in (("x", x_rows), ("tension", tension_rows), ("slips", slip_rows)):
             if name in self.record:
@@ -695,6 +703,7 @@ class SlidingSimulation(Simulation):
             self._slips[:] = 0
             if turn != 0:
                 if turn != self._way:
+                    self._totals[3] += int(self._sliding.sum())
                     self._sliding[:] = 0
                 self._way = turn
                 row = 0 if turn > 0 else 1
@@ -731,6 +740,7 @@ class SlidingSimulation(Simulation):
         """Return everything needed to go on bit for bit: arrays, numbers and strings by name."""
         captured: dict[str, Any] = {
             "way": self._way, "theta": _written(self._theta), "slips": self.tally.slips,
+            "events": self.tally.events,
             "undecided": self.tally.undecided, "relaxed": self._relaxed,
             "sliding": self._sliding.copy(), "coefficients": self._start.coefficients,
             "draws": self._start.draws,
@@ -750,6 +760,7 @@ class SlidingSimulation(Simulation):
         self._relaxed = bool(captured["relaxed"])
         self._sliding = np.array(captured["sliding"], dtype=np.int8)
         self.tally.slips = int(captured["slips"])
+        self.tally.events = int(captured["events"])
         self.tally.undecided = int(captured["undecided"])
         self._start = State(
             tensions=self._start.tensions,
@@ -778,7 +789,7 @@ class SlidingSimulation(Simulation):
         """Proved in exact arithmetic, computed in float64; undecided if the limit is not unique."""
         if self.tally.undecided:
             return Evidence.UNDECIDED
-        return Evidence.PROVED if self.exact else Evidence.COMPUTED
+        return Evidence.PROVED if self.exact or not _held(self.chain) else Evidence.COMPUTED
 
     def report(self) -> dict[str, Any]:
         """Return the pivots and, where the limit is not unique, the range it leaves to x_G.
@@ -795,7 +806,7 @@ class SlidingSimulation(Simulation):
         if not _held(chain):
             report["reason"] = _runaway_reason(chain)
             return report
-        report["pivots"] = list(pivots(chain))
+        report["pivots"] = list(resting_sliders(chain))
         report["unique"] = self.tally.undecided == 0
         if not report["unique"]:
             x_g = sum((self._x + self._carry).tolist(), Fraction(0)) / chain.n
@@ -818,7 +829,8 @@ class Sliding(Solver):
     """The sliding limit: no inertia, no static excess; `mu_s` and `sigma_mu` play no part.
 
     A start that friction cannot hold first goes to the rest state nearest in elastic energy. A
-    slip is one slider's uninterrupted sliding; there are no rearrangements and no events.
+    slip is one slider's uninterrupted sliding; its start, and its stop where theta turns, are
+    counted as events, but there are no rearrangements, and no events that could be recorded.
 
     Parameters
     ----------

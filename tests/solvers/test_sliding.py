@@ -24,7 +24,7 @@ from exactcreep.solvers.sliding import (
     cycle_velocity,
     exact_cosine,
     path_displacement,
-    pivots,
+    resting_sliders,
     truncated_variation,
 )
 
@@ -79,7 +79,7 @@ def test_cycles_creep_exactly_at_the_plateau_law_cut_off_at_zero(n, tan_alpha, m
         after_transient = [row[9] - row[5] for row in recorded["x"].T]
         if law is None:
             assert not velocity.unique or amplitude <= threshold
-            assert len(pivots(chain)) == 2
+            assert len(resting_sliders(chain)) == 2
             law = velocity.mean
         else:
             assert velocity.unique
@@ -99,7 +99,7 @@ def test_an_irrational_cosine_is_kept_exactly(n):
     assert isinstance(advance, Surd)
     assert advance == 4 * printed_law(chain, amplitude)
     c = 1 / math.sqrt(1 + 0.04)
-    (i,) = pivots(chain)
+    (i,) = resting_sliders(chain)
     floats = (n + 1 - 2 * i) * (2.0 * n - n / 2 * (0.5 - 0.2) * c)
     assert float(advance) == pytest.approx(4 * floats, rel=1e-14, abs=0)
 
@@ -193,7 +193,7 @@ def test_random_paths_and_starts_agree_with_a_brute_force_search_over_sliding_se
     while compared < 25:
         tan_alpha, mu_d = rng.choice(PYTHAGOREAN)
         chain = chain_of(n, tan_alpha, mu_d, l0=10)
-        if len(pivots(chain)) == 2:
+        if len(resting_sliders(chain)) == 2:
             continue
         c = exact_cosine(chain)
         tensions = [Fraction(0)]
@@ -223,7 +223,7 @@ def test_displacement_along_any_path_is_the_truncated_variation(n):
         closed = [-extreme, *wander, extreme, -extreme]
         _, recorded = simulate(chain, Path([extreme, *closed]), record=("x_G", "x"))
         moved = recorded["x"][-1] - recorded["x"][1]
-        assert len(pivots(chain)) == 1
+        assert len(resting_sliders(chain)) == 1
         assert moved.tolist() == [path_displacement(chain, closed).low] * n
 
 
@@ -247,7 +247,7 @@ def test_truncated_variation_is_the_best_subsequence():
 def test_at_half_the_friction_every_fourth_length_has_two_velocities(n):
     chain = chain_of(n, Fraction(1, 4))
     i = n // 4
-    assert pivots(chain) == (i, i + 1)
+    assert resting_sliders(chain) == (i, i + 1)
     amplitude = Fraction(n, 1000)
     velocity = cycle_velocity(chain, amplitude)
     assert not velocity.unique
@@ -284,9 +284,9 @@ def test_the_tie_is_decided_by_rationals_a_hair_on_either_side(n):
     hair = Fraction(1, 10**40)
     for z in range(1, n):
         edge = Fraction(1, 2) * (1 - Fraction(2 * z, n))
-        assert pivots(chain_of(n, edge)) == (z, z + 1)
-        assert pivots(chain_of(n, edge + hair)) == (z,)
-        assert pivots(chain_of(n, edge - hair)) == (z + 1,)
+        assert resting_sliders(chain_of(n, edge)) == (z, z + 1)
+        assert resting_sliders(chain_of(n, edge + hair)) == (z,)
+        assert resting_sliders(chain_of(n, edge - hair)) == (z + 1,)
 
 
 @pytest.mark.parametrize("n", [2, 3, 6, 7])
@@ -311,6 +311,8 @@ def test_floats_agree_with_exact_numbers_and_do_not_drift():
             assert np.abs(gap).max() < 400 * 2**-52 * largest
         assert np.array_equal(one["slips"], other["slips"])
         assert exact.tally.slips == floats.tally.slips == int(one["slips"].sum())
+        assert exact.tally.events == floats.tally.events
+        assert exact.tally.slips < exact.tally.events <= 2 * exact.tally.slips
         assert floats.evidence is Evidence.COMPUTED
 
 
@@ -329,7 +331,7 @@ def test_gaussian_driving_agrees_with_the_closed_form_within_three_standard_erro
     _, recorded = simulate(chain, GaussianSteps(sigma, blocks * length), exact=False, seed=n)
     marks = recorded["x_G"][length - 1 :: length]
     steps = np.diff(marks) / length
-    (i,) = pivots(chain)
+    (i,) = resting_sliders(chain)
     spread = 1000 * float(sigma)
     h = n * (0.5 - 0.23) * chain.cos_alpha / (2 * spread)
     closed = (n + 1 - 2 * i) * spread * gaussian_integral(h)
@@ -371,6 +373,7 @@ def test_from_mu_d_on_no_static_solution_holds_the_chain(tan_alpha, relation):
     stretch = simulation.follow(Cycles("0.01", 3), 1, 6, max_events=EVERYTHING)
     assert (stretch.completed, stretch.outcome) == (0, Outcome.RUNAWAY)
     assert f"|tan_alpha| {relation} mu_d" in stretch.reason
+    assert simulation.evidence is Evidence.PROVED
     with pytest.raises(InputError, match="tan_alpha"):
         cycle_velocity(chain, "0.01")
 
