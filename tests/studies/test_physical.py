@@ -1,0 +1,149 @@
+"""A solid in SI units and its dimensionless chain say the same thing."""
+
+from __future__ import annotations
+
+import doctest
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep.laws import LAWS
+from exactcreep.model.numbers import InputError
+from exactcreep.solvers.sliding import cycle_velocity
+from exactcreep.studies import physical as module
+from exactcreep.studies.physical import physical, solid_of
+
+DAY = 86400
+LEAD = {
+    "length": 3,
+    "youngs_modulus": "16e9",
+    "density": 11340,
+    "section": "0.003",
+    "kappa": "29e-6",
+    "contacts": 20,
+    "mu_d": "0.5",
+    "mu_s": "0.6",
+    "tan_alpha": "0.25",
+}
+SLOPE = math.atan(0.25)
+
+
+def printed_velocity(amplitude_kelvin, period):
+    """Eq. (vitessecontinue) as it stands in the paper, in mm/day."""
+    length, modulus, density, kappa, mu_d, g = 3.0, 16e9, 11340.0, 29e-6, 0.5, 9.80665
+    bracket = kappa * amplitude_kelvin - g * density * length / (2 * modulus) * (
+        mu_d * math.cos(SLOPE) - math.sin(SLOPE)
+    )
+    per_half_cycle = length * math.tan(SLOPE) / mu_d * bracket
+    return per_half_cycle / (period / 2) * DAY * 1000
+
+
+def test_the_dimensionless_law_in_millimetres_per_day_is_the_printed_one_in_si_units():
+    solid = physical(**LEAD)
+    for amplitude in (0.01, 1.0, 10.0):
+        for period in (3600, DAY):
+            assert solid.continuum_velocity(amplitude, period) == pytest.approx(
+                printed_velocity(amplitude, period), rel=1e-13, abs=0
+            )
+
+
+def test_the_critical_temperature_change_is_the_printed_formula():
+    solid = physical(**LEAD)
+    margin = 0.5 * math.cos(SLOPE) - math.sin(SLOPE)
+    printed = 9.80665 * 11340 * 3 / (2 * 16e9 * 29e-6) * margin
+    assert solid.critical_temperature_change == pytest.approx(printed, rel=1e-14, abs=0)
+    law = LAWS["seuil"].printed(n=20, l0=solid.chain.l0, mu_d=0.5, tan_alpha=0.25)
+    assert solid.dilation(solid.critical_temperature_change) == pytest.approx(law, rel=1e-14, abs=0)
+
+
+def test_the_papers_estimate_of_the_least_dilation_is_ten_times_its_own_formula():
+    # L = 1 cm, Y = 100 GPa, rho = 10^4 kg/m^3 are said to give "about 10^-8"
+    solid = physical(**LEAD | {"length": "0.01", "youngs_modulus": "1e11", "density": 10**4})
+    amplitude = float(solid.dilation(solid.critical_temperature_change))
+    formula = 9.80665 * 1e4 * 0.01 / (2 * 1e11) * (0.5 - 0.25) * math.cos(SLOPE)
+    assert amplitude == pytest.approx(formula, rel=1e-12, abs=0)
+    assert 1.1e-9 < amplitude < 1.3e-9
+
+
+def test_units_follow_from_mass_and_stiffness_exactly():
+    solid = physical(**LEAD)
+    mass = Fraction(11340) * Fraction(3, 1000) * 3 / 20
+    stiffness = 20 * Fraction(16 * 10**9) * Fraction(3, 1000) / 3
+    g = Fraction("9.80665")
+    assert (solid.mass, solid.stiffness) == (mass, stiffness)
+    assert solid.length_unit == g * mass / stiffness
+    assert solid.force_unit == mass * g
+    assert solid.tau_dyn == pytest.approx(math.sqrt(mass / stiffness), rel=1e-15, abs=0)
+    # the natural length of a spring is one piece of the solid
+    assert solid.chain.l0 * solid.length_unit == Fraction(3, 20)
+    assert solid.metres(solid.chain.l0) == Fraction(3, 20)
+    # one kelvin makes the force kappa Y S in a piece that is held
+    held = solid.newtons(solid.chain.l0 * solid.dilation(1))
+    assert held == Fraction("29e-6") * 16 * 10**9 * Fraction(3, 1000)
+
+
+@pytest.mark.parametrize("contacts", [1, 2, 7, 100])
+def test_a_chain_gives_its_solid_back(contacts):
+    solid = physical(**LEAD | {"contacts": contacts})
+    again = solid_of(
+        solid.chain, youngs_modulus="16e9", density=11340, section="0.003", kappa="29e-6"
+    )
+    assert again == solid
+
+
+def test_velocities_go_there_and_back():
+    solid = physical(**LEAD)
+    velocity = Fraction(17, 3)
+    there = solid.millimetres_per_day(velocity, DAY)
+    assert solid.per_half_cycle(there, DAY) == velocity
+    # one unit of length per half a day is two units a day
+    assert solid.millimetres_per_day(Fraction(1), DAY) == 2000 * solid.length_unit
+    floats = np.array([0.5, 2.0])
+    assert solid.per_half_cycle(solid.millimetres_per_day(floats, 60), 60) == pytest.approx(
+        floats, rel=1e-15, abs=0
+    )
+    assert solid.temperature_change(solid.dilation("0.1")) == Fraction(1, 10)
+
+
+def test_many_contacts_creep_like_the_continuous_solid():
+    gaps = []
+    for contacts in (50, 200, 800):
+        solid = physical(**LEAD | {"contacts": contacts, "tan_alpha": "0.23"})
+        velocity = cycle_velocity(solid.chain, solid.dilation(10)).mean
+        measured = solid.millimetres_per_day(float(velocity), DAY)
+        gaps.append(abs(measured / solid.continuum_velocity(10, DAY) - 1))
+    # plateaus of height 2 in N + 3 - 2i: the deviation is at most one of N tan(alpha)/mu_d
+    assert all(
+        gap <= 1 / (n * 0.46) + 1e-12 for gap, n in zip(gaps, (50, 200, 800), strict=True)
+    )
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"length": 0}, "length"),
+        ({"youngs_modulus": -1}, "youngs_modulus"),
+        ({"density": "heavy"}, "density"),
+        ({"section": 0}, "section"),
+        ({"kappa": 0}, "kappa"),
+        ({"gravity": "inf"}, "gravity"),
+        ({"contacts": 0}, "contacts"),
+        ({"mu_s": "0.4"}, "mu_s"),
+    ],
+)
+def test_bad_quantities_are_refused_by_name(change, field):
+    with pytest.raises(InputError) as caught:
+        physical(**LEAD | change)
+    assert caught.value.field == field
+
+
+def test_the_example_in_the_documentation_is_right():
+    failed, tried = doctest.testmod(module)
+    assert (failed, tried) == (0, 2)
+
+
+def test_a_period_must_be_positive():
+    with pytest.raises(InputError, match="period"):
+        physical(**LEAD).millimetres_per_day(1.0, 0)
