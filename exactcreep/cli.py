@@ -66,7 +66,7 @@ def status(words: Sequence[str]) -> int:
         from exactcreep.model.numbers import InputError
 
         if isinstance(error, usage_error):
-            _complain(str(getattr(error, "format_message", lambda: error)()))
+            _complain(error.format_message() if hasattr(error, "format_message") else str(error))
             return 2
         if isinstance(error, InputError):
             _complain(str(error))

@@ -53,10 +53,14 @@ def enclosure(value: Any) -> Enclosure:
     """
     if isinstance(value, (float, np.floating)):
         return Enclosure(Fraction(float(value)), Fraction(0))
-    if isinstance(value, (int, Fraction, np.integer)):
-        return Enclosure(Fraction(value), Fraction(0))
+    if isinstance(value, (int, np.integer)):
+        return Enclosure(Fraction(int(value)), Fraction(0))
+    if isinstance(value, Fraction):
+        return Enclosure(value, Fraction(0))
     if hasattr(value, "mid") and hasattr(value, "rad"):  # a ball of python-flint
         return Enclosure(_dyadic(*value.mid().man_exp()), _dyadic(*value.rad().man_exp()))
+    if hasattr(value, "bracket"):  # a rational plus a multiple of cos(alpha), exactly
+        return Enclosure(*value.bracket())
     if hasattr(value, "man_exp"):  # an mpmath number; its mantissa has no sign
         size = _dyadic(*value.man_exp)
         return Enclosure(-size if value < 0 else size, Fraction(0))

@@ -2,7 +2,41 @@
 
 from __future__ import annotations
 
+from typing import Annotated
 
-def scenes() -> None:
-    """List the built-in scenes."""
-    raise NotImplementedError
+import typer
+
+
+def scenes(
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    show: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Print the TOML text of this scene.")
+    ] = None,
+) -> None:
+    """List the built-in scenes, or print one as a start for your own.
+
+    Example:
+
+        exactcreep scenes --show chain-jumps > my-scene.toml
+    """
+    from exactcreep.commands.answer import as_json
+    from exactcreep.model.numbers import InputError
+    from exactcreep.scene import builtin_scenes, load_scene
+
+    texts = builtin_scenes()
+    if show is not None:
+        if show not in texts:
+            raise InputError("show", show, "must be one of " + ", ".join(texts))
+        typer.echo(texts[show], nl=False)
+        return
+    found = [load_scene(name) for name in texts]
+    if json:
+        listed = [
+            {"name": scene.name, "title": scene.title, "members": len(scene.settings())}
+            for scene in found
+        ]
+        typer.echo(as_json({"scenes": listed}))
+        return
+    width = max(len(scene.name) for scene in found)
+    for scene in found:
+        typer.echo(f"{scene.name:<{width}}  {scene.title}")

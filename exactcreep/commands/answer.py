@@ -1,0 +1,171 @@
+"""What a command prints: one JSON object, or a short summary for the eye."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from exactcreep.result import Creep
+
+_JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
+
+
+def as_json(value: Any, indent: str = "") -> str:
+    """Return `value` as JSON; a decimal of a scene keeps every digit that was written."""
+    from exactcreep.scene import Literal
+
+    inner = indent + "  "
+    if isinstance(value, Mapping):
+        items = [f"{json.dumps(str(key))}: {as_json(part, inner)}" for key, part in value.items()]
+        return _bracketed(items, "{}", indent)
+    if isinstance(value, (list, tuple)):
+        return _bracketed([as_json(part, inner) for part in value], "[]", indent)
+    if isinstance(value, Literal) and _JSON_NUMBER.fullmatch(value):
+        return str(value)
+    if isinstance(value, float) and not math.isfinite(value):
+        return "null"
+    return json.dumps(value)
+
+
+def _bracketed(items: list[str], brackets: str, indent: str) -> str:
+    if not items:
+        return brackets
+    lines = f",\n{indent}  ".join(items)
+    return f"{brackets[0]}\n{indent}  {lines}\n{indent}{brackets[1]}"
+
+
+def json_of_run(
+    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], scene: str
+) -> dict[str, Any]:
+    """Return the object that ``--json`` prints for a scene."""
+    if len(settings) == 1 and not settings[0]:
+        return {"scene": scene} | results[0].summary()
+    members = [
+        {"set": dict(setting)} | result.summary()
+        for setting, result in zip(settings, results, strict=False)
+    ]
+    return {"scene": scene, "members": members}
+
+
+def print_summary(
+    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], scene: str, title: str
+) -> None:
+    """Print what a run came to, the paper's prediction beside the measured value."""
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    console.print(f"[bold]{scene}[/bold]" + (f": {title}" if title else ""), soft_wrap=True)
+    console.print(_described(results[0], bool(settings and settings[0])), soft_wrap=True)
+    if len(settings) == 1 and not settings[0]:
+        _print_one(console, results[0])
+    else:
+        _print_members(console, results, settings)
+
+
+def _described(result: Creep, varied: bool) -> str:
+    chain, experiment = result.chain, result.experiment
+    options = "".join(f", {name} = {value}" for name, value in experiment.options.items())
+    first = "first member: " if varied else ""
+    return (
+        f"{first}N = {chain.n}, l0 = {_short(chain.l0)}, mu_d = {_short(chain.mu_d)},"
+        f" mu_s = {_short(chain.mu_s)}, sigma_mu = {_short(chain.sigma_mu)},"
+        f" tan_alpha = {_short(chain.tan_alpha)}; solver {result.solver}{options},"
+        f" seed {result.seed}"
+    )
+
+
+def _short(value: Any) -> str:
+    return f"{float(value):.6g}"
+
+
+def measured(result: Creep) -> str:
+    """Return the velocity with its standard error."""
+    if result.velocity_text is not None and result.velocity_enclosure is not None:
+        radius = result.velocity_enclosure.radius
+        known = f", known to {result.velocity_enclosure.radius_text()}" if radius else ""
+        return f"{result.velocity_text} (standard error {result.velocity_error:.2g}{known})"
+    if math.isnan(result.velocity):
+        return "not known"
+    if math.isinf(result.velocity):
+        return "unbounded"
+    if math.isnan(result.velocity_error):
+        return f"{result.velocity:.6g}"
+    return f"{result.velocity:.6g} ± {result.velocity_error:.2g}"
+
+
+def _predicted(result: Creep) -> tuple[str, str] | None:
+    from exactcreep.studies.prediction import prediction
+
+    found = prediction(result.experiment)
+    if found is None:
+        return None
+    printed = " or ".join(f"{value:.6g}" for value in found.printed)
+    if all(value <= 0 for value in found.printed) and result.chain.tan_alpha > 0:
+        printed += ", hence none"
+    return f"paper, Eq. ({found.label})", printed
+
+
+def _print_one(console: Any, result: Creep) -> None:
+    from rich.table import Table
+
+    table = Table.grid(padding=(0, 2))
+    target = "half-cycle" if result.drive.cyclic else "target"
+    table.add_row("outcome", result.outcome.value + (f": {result.reason}" if result.reason else ""))
+    table.add_row(f"velocity per {target}", measured(result))
+    law = _predicted(result)
+    if law is not None:
+        table.add_row(f"  {law[0]}", law[1])
+    table.add_row("evidence", _evidence(result))
+    table.add_row(
+        "counts",
+        f"{result.half_cycles} {target}s, {result.rearrangements} rearrangements,"
+        f" {result.events} events, {result.slips} slips",
+    )
+    for name, count in result.warnings.items():
+        table.add_row("outside the model", f"{name}: {count}")
+    table.add_row("time", f"{result.seconds:.3g} s")
+    console.print(table)
+
+
+def _evidence(result: Creep) -> str:
+    ties = f", {result.undecided} comparisons undecided" if result.undecided else ""
+    return result.evidence.value + ties
+
+
+def _print_members(
+    console: Any, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]
+) -> None:
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, 1), header_style="bold")
+    for key in settings[0]:
+        table.add_column(key, overflow="fold")
+    for name in ("velocity", "paper", "outcome", "evidence", "slips"):
+        table.add_column(name, overflow="fold")
+    for setting, result in zip(settings, results, strict=False):
+        law = _predicted(result)
+        table.add_row(
+            *(_setting_text(value) for value in setting.values()),
+            measured(result),
+            law[1] if law is not None else "",
+            result.outcome.value,
+            _evidence(result),
+            str(result.slips),
+        )
+    console.print(table)
+    counts = Counter(result.outcome.value for result in results)
+    told = ", ".join(f"{count} {name}" for name, count in counts.most_common())
+    missing = len(settings) - len(results)
+    console.print(f"{len(results)} members: {told}" + (f"; {missing} not run" if missing else ""))
+    console.print(f"{sum(result.seconds for result in results):.3g} s", highlight=False)
+
+
+def _setting_text(value: Any) -> str:
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} = {part}" for key, part in value.items())
+    return str(value)

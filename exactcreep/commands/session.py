@@ -1,0 +1,127 @@
+"""A session: run experiments under a progress bar, then save, draw and print what came of them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from exactcreep.experiment import Experiment
+    from exactcreep.quasistatic import Keeper, Limits, Progress
+    from exactcreep.result import Creep
+
+LIMIT_STATUS = 3
+INTERRUPTED_STATUS = 130
+
+
+class ProgressBar(AbstractContextManager["ProgressBar"]):
+    """A progress bar on standard error: members, half-cycles, time left."""
+
+    def __init__(self, members: int) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+        from rich.progress import TimeRemainingColumn as TimeLeft
+
+        self.console = Console(stderr=True)
+        columns: list[Any] = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
+        columns += [TextColumn("half-cycles"), TimeLeft()]
+        self.bar = Progress(*columns, console=self.console, transient=True)
+        self.members = members
+        self.task = self.bar.add_task("starting", total=None)
+
+    def __enter__(self) -> ProgressBar:
+        self.bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.bar.stop()
+
+    def show(self, progress: Progress) -> None:
+        """Show how far the run has come."""
+        if progress.phase == "compiling":
+            self.console.print("compiling the kernel, once; the next start finds it ready")
+            return
+        several = f"member {progress.member}/{progress.members}" if self.members > 1 else "running"
+        # members are taken as equally long, so that the time left is that of all of them
+        self.bar.update(
+            self.task,
+            description=several,
+            total=progress.total * progress.members,
+            completed=progress.half_cycles + progress.total * (progress.member - 1),
+        )
+
+
+def run_session(
+    experiments: Sequence[Experiment],
+    settings: Sequence[Mapping[str, Any]],
+    *,
+    scene: str,
+    title: str,
+    limits: Limits,
+    keeper: Keeper | None,
+    captured: Sequence[Mapping[str, Any] | None] | None = None,
+    out: Path | None,
+    plot: Path | None,
+    as_json: bool,
+    force: bool,
+) -> None:
+    """Run the experiments, then save, draw and print; leave with the exit status they make.
+
+    Raises
+    ------
+    typer.Exit
+        With 3 after a limit, 130 after Ctrl-C.
+    """
+    from exactcreep.model.verdict import Outcome
+    from exactcreep.quasistatic import Interrupted, run_members
+    from exactcreep.result import check_output, save_members
+
+    for path, option in ((out, "out"), (plot, "plot")):
+        if path is not None:
+            check_output(path, option, force=force)
+    status = 0
+    results: list[Creep]
+    with ProgressBar(len(experiments)) as bar:
+        try:
+            results = run_members(
+                experiments,
+                progress=_tell_compiling if as_json else bar.show,
+                limits=limits,
+                keeper=keeper,
+                captured=captured,
+            )
+        except Interrupted as interrupted:
+            results = interrupted.results
+            status = INTERRUPTED_STATUS
+    if status == 0 and any(result.outcome is Outcome.LIMIT for result in results):
+        status = LIMIT_STATUS
+    if out is not None:
+        save_members(results, out, force=force)
+    if plot is not None:
+        from exactcreep.studies.figures import draw_run, label_of
+
+        labels = [label_of(setting) for setting in settings]
+        draw_run(results, plot, labels=labels, title=title)
+    from exactcreep.commands import answer
+
+    if as_json:
+        typer.echo(answer.as_json(answer.json_of_run(results, settings, scene)))
+    else:
+        answer.print_summary(results, settings, scene, title)
+        for path in (out, plot):
+            if path is not None:
+                typer.echo(f"written: {path}")
+    if status == INTERRUPTED_STATUS and keeper is not None:
+        typer.echo(f"exactcreep: interrupted; exactcreep resume {keeper.path} goes on", err=True)
+    if status:
+        raise typer.Exit(status)
+
+
+def _tell_compiling(progress: Progress) -> None:
+    if progress.phase == "compiling":
+        sys.stderr.write("compiling the kernel, once; the next start finds it ready\n")

@@ -1,0 +1,409 @@
+"""Scenes: a chain, a drive and a run as one TOML file, whose members vary what `[vary]` lists.
+
+Numbers are read as exact decimals; a name that is not known is refused, with the nearest
+known one.
+"""
+
+from __future__ import annotations
+
+import difflib
+import itertools
+import json
+import math
+import os
+import tomllib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from importlib import resources
+from pathlib import Path as FilePath
+from typing import Any
+
+from exactcreep.experiment import Experiment
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
+from exactcreep.model.numbers import InputError
+from exactcreep.model.state import State
+from exactcreep.solvers.registry import SOLVERS
+
+MOST_MEMBERS = 1_000_000
+_LARGEST_FILE = 16 * 2**20
+_DEEPEST = 8  # tables within tables
+
+CHAIN_KEYS = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
+RUN_KEYS = ("solver", "seed", "burn_in", "record", "start")
+START_KEYS = ("tensions", "theta", "size", "seed")
+
+
+class Literal(str):
+    """A decimal number as it was written; its value is exact."""
+
+
+@dataclass(frozen=True)
+class DriveKind:
+    """How a ``[drive]`` table of one kind becomes a drive.
+
+    Attributes
+    ----------
+    required, optional : tuple of str
+        The keys of the table, apart from ``kind``.
+    build : callable
+        Called with the table's entries by name and, as ``folder``, the directory of the scene.
+    """
+
+    required: tuple[str, ...]
+    build: Callable[..., Drive]
+    optional: tuple[str, ...] = ()
+
+
+def _cycles(folder: FilePath, **given: Any) -> Drive:
+    return Cycles(**given)
+
+
+def _gaussian(folder: FilePath, **given: Any) -> Drive:
+    return GaussianSteps(**given)
+
+
+def _path(folder: FilePath, **given: Any) -> Drive:
+    return Path(**given)
+
+
+DRIVE_KINDS: dict[str, DriveKind] = {
+    "cycles": DriveKind(("amplitude", "cycles"), _cycles),
+    "gaussian": DriveKind(("sigma_theta", "steps"), _gaussian),
+    "path": DriveKind(("theta",), _path),
+}
+"""The kinds of drives that a scene may ask for."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One member of a scene: what it sets, and the experiment it makes.
+
+    Attributes
+    ----------
+    settings : mapping of str to value
+        The varied keys and this member's values, as written.
+    experiment : Experiment
+    """
+
+    settings: Mapping[str, Any]
+    experiment: Experiment
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a TOML scene says, checked for its names but not yet for its values.
+
+    Attributes
+    ----------
+    name : str
+    title : str
+        One line for humans.
+    tables : mapping
+        ``chain``, ``drive`` and ``run`` by name, as written.
+    vary : mapping of str to list
+        Dotted keys and the values that the members take, all combinations of them.
+    folder : Path
+        Where files named by the scene are looked for.
+    """
+
+    name: str
+    title: str
+    tables: Mapping[str, Mapping[str, Any]]
+    vary: Mapping[str, list[Any]]
+    folder: FilePath
+
+    @classmethod
+    def from_mapping(
+        cls, data: Mapping[str, Any], *, name: str = "scene", folder: FilePath | None = None
+    ) -> Scene:
+        """Return the scene that nested mappings (as from TOML) describe.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown or a table is not one.
+        """
+        _known(data, ("title", "chain", "drive", "run", "vary"), "")
+        title = data.get("title", "")
+        if not isinstance(title, str) or isinstance(title, Literal):
+            raise InputError("title", title, "must be a string")
+        tables: dict[str, dict[str, Any]] = {}
+        for table in ("chain", "drive", "run"):
+            entries = data.get(table, {})
+            if not isinstance(entries, Mapping):
+                raise InputError(table, entries, f"must be a table, [{table}]")
+            tables[table] = dict(entries)
+        varied = data.get("vary", {})
+        if not isinstance(varied, Mapping):
+            raise InputError("vary", varied, "must be a table, [vary]")
+        vary = dict(_flattened(varied))
+        _known(tables["chain"], CHAIN_KEYS, "chain.")
+        _known(tables["run"], _run_keys(), "run.")
+        scene = cls(name, title, tables, vary, folder or FilePath())
+        for key, values in vary.items():
+            scene._check_key(key, values, "vary.")
+            if not isinstance(values, list) or not values:
+                raise InputError(f"vary.{key}", values, "must be a list of at least one value")
+        kinds = {tables["drive"].get("kind"), *vary.get("drive.kind", [])} - {None}
+        for kind in kinds:
+            _drive_kind(kind)
+        known = {"kind", *(key for kind in kinds for key in _drive_keys(kind))}
+        if kinds:
+            _known(tables["drive"], tuple(known), "drive.")
+        return scene
+
+    def _check_key(self, key: str, value: Any, prefix: str = "") -> None:
+        """Raise InputError unless `key` is a dotted key of a scene."""
+        known = [f"chain.{name}" for name in CHAIN_KEYS]
+        known += [f"run.{name}" for name in _run_keys()]
+        known += [f"run.start.{name}" for name in START_KEYS]
+        known += ["drive.kind"]
+        known += sorted({f"drive.{name}" for kind in DRIVE_KINDS for name in _drive_keys(kind)})
+        if key not in known:
+            near = difflib.get_close_matches(key, known, 1, 0.5)
+            hint = f"; did you mean {near[0]}?" if near else ""
+            raise InputError(f"{prefix}{key}", value, f"is not a key of a scene{hint}")
+
+    def with_settings(self, settings: Mapping[str, Any]) -> Scene:
+        """Return the scene with dotted keys set, ``{"chain.n": 6}``.
+
+        A key that was varied takes the one value instead. Setting ``drive.kind`` to another
+        kind empties the table ``[drive]`` first; ``vary.KEY`` takes a list, and varies KEY.
+
+        Raises
+        ------
+        InputError
+            If a key is unknown.
+        """
+        tables = {table: dict(entries) for table, entries in self.tables.items()}
+        vary = dict(self.vary)
+        kind = settings.get("drive.kind")
+        if kind is not None and kind != tables["drive"].get("kind"):
+            tables["drive"] = {}
+            vary = {key: values for key, values in vary.items() if not key.startswith("drive.")}
+        for key, value in settings.items():
+            varied = key.removeprefix("vary.")
+            self._check_key(varied, value, "vary." if varied != key else "")
+            vary.pop(varied, None)
+            if varied != key:
+                vary[varied] = value
+            else:
+                _put(tables, key, value)
+        data = {"title": self.title, **tables, "vary": vary}
+        return Scene.from_mapping(data, name=self.name, folder=self.folder)
+
+    def settings(self) -> list[dict[str, Any]]:
+        """Return, for every member, the varied keys and their values; the first varies slowest."""
+        count = math.prod(len(values) for values in self.vary.values())
+        if count > MOST_MEMBERS:
+            raise InputError("vary", count, f"must make at most {MOST_MEMBERS} members")
+        return [
+            dict(zip(self.vary, values, strict=True))
+            for values in itertools.product(*self.vary.values())
+        ]
+
+    def members(self) -> list[Member]:
+        """Return the members of the scene; a scene that varies nothing has one.
+
+        Raises
+        ------
+        InputError
+            If a value is out of its range; the message names the key.
+        """
+        return [Member(settings, self.experiment(settings)) for settings in self.settings()]
+
+    def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
+        """Return the experiment of the scene with these dotted keys set."""
+        tables = {table: dict(entries) for table, entries in self.tables.items()}
+        for key, value in (settings or {}).items():
+            _put(tables, key, value)
+        chain = _named("chain", lambda: _chain(tables["chain"]))
+        drive = _named("drive", lambda: _drive(tables["drive"], self.folder))
+        run = dict(tables["run"])
+        given = {name: run.pop(name) for name in RUN_KEYS if name in run}
+        seed = given.get("seed", 0)
+        start = _named("run.start", lambda: _start(given.pop("start", "relaxed"), chain, seed))
+        made: Experiment = _named(
+            "run", lambda: Experiment.of(chain, drive, start=start, options=run, **given)
+        )
+        return made
+
+
+def load_scene(scene: str | os.PathLike[str]) -> Scene:
+    """Return the built-in scene of that name, or the scene in that file.
+
+    Raises
+    ------
+    InputError
+        If there is neither, the file cannot be read, it is no TOML, or a name in it is unknown.
+    """
+    name = os.fspath(scene)
+    builtin = builtin_scenes()
+    if name in builtin:
+        return Scene.from_mapping(_parsed(builtin[name], name), name=name)
+    path = FilePath(name)
+    try:
+        if path.is_dir():
+            raise InputError("scene", name, "is a directory, and must be a file")
+        if not path.exists():
+            near = difflib.get_close_matches(name, builtin, 1, 0.5)
+            hint = f" (did you mean {near[0]}?)" if near else ""
+            names = ", ".join(builtin)
+            raise InputError("scene", name, f"must be a file or one of {names}{hint}")
+        if not path.is_file():
+            raise InputError("scene", name, "must be a regular file")
+        with path.open("rb") as file:
+            raw = file.read(_LARGEST_FILE + 1)
+    except (OSError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        reason = getattr(error, "strerror", None) or error
+        raise InputError("scene", name, f"cannot be read: {reason}") from None
+    if len(raw) > _LARGEST_FILE:
+        raise InputError("scene", name, f"must have at most {_LARGEST_FILE} bytes")
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError as error:
+        allowed = f"must be UTF-8 text; byte {error.start} is not"
+        raise InputError("scene", name, allowed) from None
+    return Scene.from_mapping(_parsed(text, name), name=path.stem, folder=path.parent)
+
+
+def builtin_scenes() -> dict[str, str]:
+    """Return the text of every built-in scene by its name."""
+    folder = resources.files("exactcreep") / "scenes"
+    return {
+        file.name.removesuffix(".toml"): file.read_text(encoding="utf-8")
+        for file in sorted(folder.iterdir(), key=lambda file: file.name)
+        if file.name.endswith(".toml")
+    }
+
+
+def parsed_value(text: str) -> Any:
+    """Return the value that `text` has in TOML, or `text` itself if it is none (``exact``)."""
+    try:
+        data = tomllib.loads(f"value = {text}", parse_float=Literal)
+    except (ValueError, RecursionError):
+        return text
+    return data["value"] if list(data) == ["value"] else text
+
+
+def _parsed(text: str, name: str) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text, parse_float=Literal)
+    except tomllib.TOMLDecodeError as error:
+        raise InputError("scene", name, f"must be a TOML file: {error}") from None
+    except (ValueError, RecursionError) as error:  # an endless integer, endless nesting
+        kind = "nested too deeply" if isinstance(error, RecursionError) else "a number is too long"
+        raise InputError("scene", name, f"must be a TOML file: {kind}") from None
+
+
+def _known(table: Mapping[str, Any], known: tuple[str, ...], prefix: str) -> None:
+    """Raise InputError if `table` has a key that is not `known`, naming the nearest one."""
+    for key in table:
+        if key not in known:
+            near = difflib.get_close_matches(str(key), known, 1, 0.5)
+            hint = f"did you mean {prefix}{near[0]}?" if near else "known are " + ", ".join(known)
+            raise InputError(f"{prefix}{key}", table[key], f"is not a key of a scene; {hint}")
+
+
+def _run_keys() -> tuple[str, ...]:
+    options = {
+        field.name
+        for solver in SOLVERS.values()
+        if is_dataclass(solver)
+        for field in fields(solver)  # type: ignore[arg-type]
+    }
+    return (*RUN_KEYS, *sorted(options))
+
+
+def _drive_kind(kind: Any) -> DriveKind:
+    if not isinstance(kind, str) or kind not in DRIVE_KINDS:
+        raise InputError("drive.kind", kind, "must be one of " + ", ".join(DRIVE_KINDS))
+    return DRIVE_KINDS[kind]
+
+
+def _drive_keys(kind: str) -> tuple[str, ...]:
+    return (*DRIVE_KINDS[kind].required, *DRIVE_KINDS[kind].optional)
+
+
+def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:
+    """Yield dotted keys and values of nested tables."""
+    for key, value in table.items():
+        if isinstance(value, Mapping) and depth < _DEEPEST:
+            yield from _flattened(value, f"{prefix}{key}.", depth + 1)
+        else:
+            yield f"{prefix}{key}", value
+
+
+def _put(tables: dict[str, dict[str, Any]], key: str, value: Any) -> None:
+    table, name, *rest = key.split(".")
+    if not rest:
+        tables[table][name] = value
+        return
+    inner = tables[table].get(name)
+    tables[table][name] = {**(inner if isinstance(inner, Mapping) else {}), rest[0]: value}
+
+
+def _named(table: str, build: Callable[[], Any]) -> Any:
+    """Return what `build` makes; an error in it names the key with its table."""
+    try:
+        return build()
+    except InputError as error:
+        field = error.field
+        if field == table.rpartition(".")[2]:
+            field = table
+        elif not field.startswith(f"{table}."):
+            field = f"{table}.{field}"
+        raise InputError(field, error.value, error.allowed) from None
+
+
+def _required(table: Mapping[str, Any], names: tuple[str, ...]) -> None:
+    for name in names:
+        if name not in table:
+            raise InputError(name, None, "is missing; " + ", ".join(names) + " are required")
+
+
+def _chain(table: Mapping[str, Any]) -> Chain:
+    _required(table, tuple(name for name in CHAIN_KEYS if name != "sigma_mu"))
+    return Chain(**table)
+
+
+def _drive(table: Mapping[str, Any], folder: FilePath) -> Drive:
+    given = dict(table)
+    _required(given, ("kind",))
+    kind = given.pop("kind")
+    about = _drive_kind(kind)
+    _known(given, _drive_keys(kind), "drive.")
+    _required(given, about.required)
+    return about.build(folder, **given)
+
+
+def _start(given: Any, chain: Chain, seed: Any) -> State | None:
+    """Return the start that a scene asks for; None: the relaxed chain."""
+    if given == "relaxed":
+        return None
+    if not isinstance(given, Mapping):
+        allowed = 'must be "relaxed", { tensions = [...] } or { size = 1e-6, seed = 1 }'
+        raise InputError("start", given, allowed)
+    _known(given, START_KEYS, "run.start.")
+    if "size" in given:
+        for name in ("tensions", "theta"):
+            if name in given:
+                raise InputError(name, given[name], "cannot be given together with size")
+        return State.perturbed(chain, given["size"], start_seed=given.get("seed", 0), seed=seed)
+    if "seed" in given:
+        raise InputError("seed", given["seed"], "belongs to a start of a given size")
+    return State.prepared(chain, given.get("tensions"), theta=given.get("theta", 0), seed=seed)
+
+
+def parsed_settings_text(text: Any, members: int) -> list[dict[str, Any]]:
+    """Return the varied keys and values of every member from the JSON text that keeps them."""
+    try:
+        settings = json.loads(text, parse_float=Literal)
+    except (ValueError, TypeError, RecursionError):
+        settings = None
+    if not isinstance(settings, list) or len(settings) != members:
+        return [{} for _ in range(members)]
+    return settings
