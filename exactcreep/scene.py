@@ -22,6 +22,8 @@ from exactcreep.experiment import Experiment
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
+from exactcreep.model.record import TemperatureRecord
+from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import SOLVERS
 
@@ -67,10 +69,29 @@ def _path(folder: FilePath, **given: Any) -> Drive:
     return Path(**given)
 
 
+def _record(folder: FilePath, *, file: Any, **given: Any) -> Drive:
+    # a path in a scene is meant from where the scene is, not from where the program was started
+    return TemperatureRecord(folder / file if isinstance(file, str) else file, **given)
+
+
+def _record(folder: FilePath, file: Any, **given: Any) -> Drive:
+    return TemperatureRecord(folder / file if isinstance(file, str) else file, **given)
+
+
 DRIVE_KINDS: dict[str, DriveKind] = {
     "cycles": DriveKind(("amplitude", "cycles"), _cycles),
     "gaussian": DriveKind(("sigma_theta", "steps"), _gaussian),
     "path": DriveKind(("theta",), _path),
+    "record": DriveKind(
+        ("file", "kappa", "T0"),
+        _record,
+        ("time_column", "temperature_column", "unit", "delimiter"),
+    ),
+    "record": DriveKind(
+        ("file", "kappa", "T0"),
+        _record,
+        ("time_column", "temperature_column", "unit", "delimiter"),
+    ),
 }
 """The kinds of drives that a scene may ask for."""
 

@@ -13,6 +13,7 @@ from exactcreep.model.drive import Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
+from exactcreep.scene import load_scene
 from exactcreep.solvers.sliding import Sliding
 
 KAPPA = "29e-6"
@@ -170,3 +171,46 @@ def test_rows_within_a_monotone_stretch_change_nothing(write):
         ends.append(simulation.state().displacements.tolist())
         assert simulation.tally.slips > 0
     assert ends[0] == ends[1]
+
+
+SCENE = """
+[chain]
+n = 4
+l0 = 1000
+mu_d = 0.5
+mu_s = 0.6
+tan_alpha = 0.25
+
+[drive]
+kind = "record"
+file = "station.csv"
+time_column = "hour"
+temperature_column = "air"
+unit = "C"
+kappa = 29e-6
+T0 = 10
+"""
+
+
+def test_a_scene_finds_its_record_beside_it(write):
+    write("hour,air\n0,10\n12,35\n24,8.5\n")
+    (member,) = load_scene(write(SCENE, "roof.toml")).members()
+    drive = member.experiment.drive
+    assert drive.theta == (0, Fraction(KAPPA) * 25, -Fraction(KAPPA) * Fraction(3, 2))
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (("kappa = 29e-6\n", ""), "drive.kappa"),
+        (('unit = "C"', 'unit = "F"'), "drive.unit"),
+        (("station.csv", "elsewhere.csv"), "drive.file"),
+        (('file = "station.csv"', "file = 3"), "drive.file"),
+        (("T0 = 10", "T0 = 10\ntheta = [1]"), "drive.theta"),
+    ],
+)
+def test_a_scene_with_a_bad_record_is_refused_by_key(write, change, field):
+    write("hour,air\n0,10\n12,35\n")
+    with pytest.raises(InputError) as caught:
+        load_scene(write(SCENE.replace(*change), "roof.toml")).members()
+    assert caught.value.field == field
