@@ -93,14 +93,14 @@ SERIES = MARGIN + ORDERS
 LOG_COLUMNS = 10
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _two_sum(a, b):  # type: ignore[no-untyped-def]
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _plus(high, low, term):  # type: ignore[no-untyped-def]
     """Return (high + low) + term as two floats."""
     total, error = _two_sum(high, term)
@@ -109,7 +109,7 @@ def _plus(high, low, term):  # type: ignore[no-untyped-def]
     return result, error - (result - total)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _log(cell, count, series, real, whole, log, kind, i, sign, residual):  # type: ignore[no-untyped-def]
     if whole[LOGGING] == 0:
         return
@@ -127,14 +127,14 @@ def _log(cell, count, series, real, whole, log, kind, i, sign, residual):  # typ
     whole[LOGGED] = row + 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _fill_deviates(cell, count, series, real, whole, log, i, block):  # type: ignore[no-untyped-def]
     words = philox(np.uint64(whole[SEED]), STREAM_COEFFICIENT, i + 1 - PAD, block)
     for j in range(4):
         cell[DEVIATE + j, i] = normal_deviate(words[j])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _draw(cell, count, series, real, whole, log, i):  # type: ignore[no-untyped-def]
     """Give slider i its next static coefficient."""
     k = count[DRAWS, i]
@@ -153,7 +153,7 @@ def _draw(cell, count, series, real, whole, log, i):  # type: ignore[no-untyped-
     cell[EXCESS, i] = above * real[COSINE]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _rest_force(cell, count, series, real, whole, log, i):  # type: ignore[no-untyped-def]
     """Return the force on slider i before this rearrangement moved anything."""
     high = cell[FORCE, i]
@@ -166,23 +166,23 @@ def _rest_force(cell, count, series, real, whole, log, i):  # type: ignore[no-un
     return high
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _present_force(cell, count, series, real, whole, log, i):  # type: ignore[no-untyped-def]
     return _rest_force(cell, count, series, real, whole, log, i) + ((cell[X, i - 1] + cell[X, i + 1]) - cell[STIFFNESS, i] * cell[X, i])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _inside(cell, count, series, real, whole, log, i):  # type: ignore[no-untyped-def]
     return PAD <= i < PAD + whole[N]
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _touch(cell, count, series, real, whole, log, i):  # type: ignore[no-untyped-def]
     whole[TOUCHED_FIRST] = min(whole[TOUCHED_FIRST], i)
     whole[TOUCHED_LAST] = max(whole[TOUCHED_LAST], i)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _start(cell, count, series, real, whole, log, i, sign, residual):  # type: ignore[no-untyped-def]
     count[SIGN, i] = sign
     cell[VELOCITY, i] = 0.0
@@ -198,7 +198,7 @@ def _start(cell, count, series, real, whole, log, i, sign, residual):  # type: i
     _log(cell, count, series, real, whole, log, START, i, sign, residual)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _stop(cell, count, series, real, whole, log, i, residual):  # type: ignore[no-untyped-def]
     _log(cell, count, series, real, whole, log, STOP, i, count[SIGN, i], residual)
     count[SIGN, i] = 0
@@ -210,7 +210,7 @@ def _stop(cell, count, series, real, whole, log, i, residual):  # type: ignore[n
     _draw(cell, count, series, real, whole, log, i)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _begin(cell, count, series, real, whole, log):  # type: ignore[no-untyped-def]
     whole[REARRANGEMENTS] += 1
     whole[NUMBER] = 0
@@ -219,7 +219,7 @@ def _begin(cell, count, series, real, whole, log):  # type: ignore[no-untyped-de
     real[TIME] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _settle(cell, count, series, real, whole, log):  # type: ignore[no-untyped-def]
     """Turn the displacements of the rearrangement into forces at rest."""
     first = whole[TOUCHED_FIRST]
@@ -240,7 +240,7 @@ def _settle(cell, count, series, real, whole, log):  # type: ignore[no-untyped-d
     whole[STAGE] = AT_REST
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _after_event(cell, count, series, real, whole, log):  # type: ignore[no-untyped-def]
     """Choose the stage that goes on from the present set of movers."""
     whole[EVENTS] += 1
@@ -258,7 +258,7 @@ def _after_event(cell, count, series, real, whole, log):  # type: ignore[no-unty
     whole[STAGE] = LONE if first == last else CLUSTER
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _stopped_exceeds(cell, count, series, real, whole, log, i, pull):  # type: ignore[no-untyped-def]
     """Test a slider that has just stopped; return the sign of its start, 0 if it stays."""
     threshold = real[FRICTION] + cell[EXCESS, i]
@@ -271,7 +271,7 @@ def _stopped_exceeds(cell, count, series, real, whole, log, i, pull):  # type: i
     return 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _ramp(cell, count, series, real, whole, log, target, target_low):  # type: ignore[no-untyped-def]
     """Move theta towards the target; return whether a slider has started before it."""
     n = whole[N]
@@ -324,7 +324,7 @@ def _ramp(cell, count, series, real, whole, log, target, target_low):  # type: i
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _unstable(cell, count, series, real, whole, log):  # type: ignore[no-untyped-def]
     """Start every slider that exceeds its threshold as the chain stands."""
     n = whole[N]
@@ -351,7 +351,7 @@ def _unstable(cell, count, series, real, whole, log):  # type: ignore[no-untyped
     return began
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _lone(cell, count, series, real, whole, log):  # type: ignore[no-untyped-def]
     """Advance a lone mover to its stop or to the start of a neighbour, by energy."""
     i = whole[FIRST]
@@ -450,7 +450,7 @@ def _lone(cell, count, series, real, whole, log):  # type: ignore[no-untyped-def
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _never_stops(cell, count, series, real, whole, log):  # type: ignore[no-untyped-def]
     """Return whether it is proved that no slider of the moving whole chain ever stops."""
     n = whole[N]
@@ -477,7 +477,7 @@ def _never_stops(cell, count, series, real, whole, log):  # type: ignore[no-unty
     return mean * (1.0 - 4.0 * n * ULP) > math.sqrt((1.0 - 1.0 / n) * energy)
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _value(series, row, i, orders, t):  # type: ignore[no-untyped-def]
     """Return value and slope at t of the polynomial with coefficients series[row : row + orders, i]."""
     value = series[row + orders - 1, i]
@@ -488,7 +488,7 @@ def _value(series, row, i, orders, t):  # type: ignore[no-untyped-def]
     return value, slope
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _bend(cell, count, series, real, whole, log, i, t):  # type: ignore[no-untyped-def]
     """Return a bound of the fourth derivative of margin i on [0, t]."""
     return (
@@ -496,7 +496,7 @@ def _bend(cell, count, series, real, whole, log, i, t):  # type: ignore[no-untyp
     )
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):  # type: ignore[no-untyped-def]
     """Return whether a margin is proved positive on (0, t).
 
@@ -518,7 +518,7 @@ def _clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):  # type:
     return q3 > bound and at_1 > bound
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _quadratic_root(p0, p1, p2):  # type: ignore[no-untyped-def]
     """Return the first positive root of p0 + p1 t + p2 t^2 with p0 >= 0, inf if there is none."""
     square = p1 * p1 - 4.0 * p2 * p0
@@ -530,7 +530,7 @@ def _quadratic_root(p0, p1, p2):  # type: ignore[no-untyped-def]
     return 2.0 * p0 / low
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _expand(cell, count, series, real, whole, log, first, last):  # type: ignore[no-untyped-def]
     """Fill jets and margins of the cells first .. last at the present time."""
     for i in range(first - 1, last + 2):
@@ -577,7 +577,7 @@ def _expand(cell, count, series, real, whole, log, first, last):  # type: ignore
         cell[BEND, i] += k * (k - 1.0) * (k - 2.0) * (k - 3.0) * abs(series[MARGIN + k, i])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _bound(cell, count, series, real, whole, log, i, t):  # type: ignore[no-untyped-def]
     """Return a bound of the rounding error of margin i at t."""
     size = abs(series[MARGIN + 0, i]) + t * (abs(series[MARGIN + 1, i]) + t * (abs(series[MARGIN + 2, i]) + t * abs(series[MARGIN + 3, i])))
@@ -586,7 +586,7 @@ def _bound(cell, count, series, real, whole, log, i, t):  # type: ignore[no-unty
     return 16.0 * ULP * (size + real[FRICTION] + cell[EXCESS, i])
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _first_crossing(cell, count, series, real, whole, log, i, upper, t):  # type: ignore[no-untyped-def]
     """Return the first time in (0, t] at which margin i leaves its range, inf if it never does.
 
@@ -667,7 +667,7 @@ def _first_crossing(cell, count, series, real, whole, log, i, upper, t):  # type
                 return np.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _refine(cell, count, series, real, whole, log, i, upper, t):  # type: ignore[no-untyped-def]
     """Return the root near t of margin i by Newton's method, inf if it strays."""
     shift = 0.0 if count[SIGN, i] != 0 else real[FRICTION] + cell[EXCESS, i]
@@ -695,7 +695,7 @@ def _refine(cell, count, series, real, whole, log, i, upper, t):  # type: ignore
     return np.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def _cluster(cell, count, series, real, whole, log):  # type: ignore[no-untyped-def]
     """Advance several movers to their first event and resolve it; return True for a runaway."""
     if whole[MOVING] == whole[N] and _never_stops(cell, count, series, real, whole, log):
@@ -835,7 +835,7 @@ def _cluster(cell, count, series, real, whole, log):  # type: ignore[no-untyped-
     return False
 
 
-@njit(cache=True, nogil=True, error_model="numpy", forceinline=True)
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
 def prepare(cell, count, series, real, whole, log):  # type: ignore[no-untyped-def]
     """Fill the blocks of deviates that hold the next draws."""
     if whole[CONSTANT] == 0:
@@ -844,7 +844,7 @@ def prepare(cell, count, series, real, whole, log):  # type: ignore[no-untyped-d
                 _fill_deviates(cell, count, series, real, whole, log, i, count[DRAWS, i] >> 2)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 def follow(cell, count, series, real, whole, log, theta, theta_low, travel, max_events, single):  # type: ignore[no-untyped-def]
     """Take the chain along the targets; return why it came back, and how many it reached.
 
