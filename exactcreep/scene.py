@@ -23,7 +23,6 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.record import TemperatureRecord
-from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import SOLVERS
 
@@ -74,19 +73,10 @@ def _record(folder: FilePath, *, file: Any, **given: Any) -> Drive:
     return TemperatureRecord(folder / file if isinstance(file, str) else file, **given)
 
 
-def _record(folder: FilePath, file: Any, **given: Any) -> Drive:
-    return TemperatureRecord(folder / file if isinstance(file, str) else file, **given)
-
-
 DRIVE_KINDS: dict[str, DriveKind] = {
     "cycles": DriveKind(("amplitude", "cycles"), _cycles),
     "gaussian": DriveKind(("sigma_theta", "steps"), _gaussian),
     "path": DriveKind(("theta",), _path),
-    "record": DriveKind(
-        ("file", "kappa", "T0"),
-        _record,
-        ("time_column", "temperature_column", "unit", "delimiter"),
-    ),
     "record": DriveKind(
         ("file", "kappa", "T0"),
         _record,
