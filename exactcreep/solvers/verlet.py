@@ -47,12 +47,12 @@ from exactcreep.solvers.solver import (
 MOST_STEPS = 10**9
 """Steps of one rearrangement after which it is given up."""
 
-_SMALLEST = 5e-324  # v < _SMALLEST is v <= 0
 _EPS = 2.0**-52
-_GAP = 4  # movers closer than this share a window
+_SMALLEST = 5e-324  # v < _SMALLEST is v <= 0
+_GAP = 5  # movers at most so far apart share a window
 _BISECTED = 2.0**-53  # of a step
-_LOOK = 1 << 8  # steps between two looks of a whole chain in motion that may run away
-_SURVEY = 1 << 14  # steps between two looks at whether the motion is finite, or runs away
+_LOOK = 1 << 8  # steps between two looks at a whole chain in motion that may run away
+_SURVEY = 1 << 14  # steps between two looks at whether the motion is finite
 
 # What `_advance` and `_follow` return
 _REST, _EVENTS, _ROWS, _RUNAWAY, _STEPS, _INFINITE = 0, 1, 2, 3, 4, 5
@@ -62,13 +62,6 @@ _REASONS = {
 }
 _OUTCOMES = {_RUNAWAY: Outcome.RUNAWAY, _STEPS: Outcome.LIMIT, _INFINITE: Outcome.LIMIT}
 _UNTESTED, _AT_REST, _MOVING = 0, 1, 2
-
-# Places in `_Work.number`
-_PHASE, _MOVERS, _LOW, _HIGH, _STEP, _STEPS_HERE = 0, 1, 2, 3, 4, 5
-_REARRANGEMENTS, _EVENT_COUNT, _SLIPS, _BELOW, _UNDECIDED, _NUMBER = 6, 7, 8, 9, 10, 11
-_ROW, _TARGET, _KEEP, _STEPS_ALL = 12, 13, 14, 15
-# Places in `_Work.clock`: l0 (theta - theta at the start), theta, time of step 0
-_SHIFT, _THETA, _ORIGIN = 0, 1, 2
 
 
 class _Laws(NamedTuple):
@@ -90,161 +83,194 @@ class _Laws(NamedTuple):
     locate: bool
 
 
+_SLIDER = np.dtype(
+    [
+        ("base", np.float64),  # T_n + shift of the spring below; the first and the last: shift
+        ("displacement", np.float64),  # at the last rest
+        ("coefficient", np.float64),
+        ("threshold", np.float64),  # max(coefficient, mu_d) cos(alpha)
+        ("draws", np.int64),
+        ("x", np.float64),  # displacement since the last rest
+        ("w", np.float64),  # velocity times dt
+        ("sign", np.float64),  # S_n, 0 at rest
+        ("slips", np.int64),  # in this half-cycle
+    ]
+)
+_NOW = np.dtype(
+    [
+        ("shift", np.float64),  # l0 (theta - theta at the start)
+        ("theta", np.float64),
+        ("origin", np.float64),  # the time of step 0
+        ("step", np.int64),
+        ("steps_here", np.int64),  # in this rearrangement
+        ("steps", np.int64),
+        ("phase", np.int64),
+        ("movers", np.int64),
+        ("low", np.int64),  # the sliders that have moved in this rearrangement
+        ("high", np.int64),
+        ("rearrangements", np.int64),
+        ("events", np.int64),
+        ("slips", np.int64),
+        ("below", np.int64),
+        ("undecided", np.int64),
+        ("number", np.int64),  # of the event in its rearrangement
+        ("target", np.int64),
+    ]
+)
+_ROW = np.dtype(
+    [
+        ("half_cycle", np.int64),
+        ("rearrangement", np.int64),
+        ("number", np.int64),
+        ("theta", np.float64),
+        ("time", np.float64),
+        ("kind", np.int8),
+        ("slider", np.int64),
+        ("sign", np.int8),
+        ("residual", np.float64),
+    ]
+)
+
+
 class _Work(NamedTuple):
-    """Everything that changes, sliders at 1 .. n with a ghost at either end."""
+    """Everything that changes."""
 
-    base: NDArray[np.float64]  # base[n] = T_n + shift; base[0] = base[n] = shift
-    displacement: NDArray[np.float64]  # at the last rest
-    coefficient: NDArray[np.float64]
-    threshold: NDArray[np.float64]  # max(coefficient, mu_d) cos(alpha)
-    draws: NDArray[np.int64]
-    x: NDArray[np.float64]  # displacement since the last rest
-    w: NDArray[np.float64]  # velocity times dt
-    sign: NDArray[np.float64]  # S_n, 0 at rest
+    sliders: NDArray[Any]  # of _SLIDER; 1 .. n, with a ghost at either end
     movers: NDArray[np.int64]  # ascending
-    number: NDArray[np.int64]
-    clock: NDArray[np.float64]
-    slips: NDArray[np.int64]  # of each slider in this half-cycle
-    # prepared anew after every event, in the windows only
-    y: NDArray[np.float64]
-    b: NDArray[np.float64]
-    pull: NDArray[np.float64]
-    mass: NDArray[np.float64]  # dt**2, 0 at rest
-    drag: NDArray[np.float64]  # dt**2 mu_d c S_n
-    floor: NDArray[np.float64]  # S v below this is a stop
-    ceiling: NDArray[np.float64]  # |F| above this is a start
-    hit: NDArray[np.int8]  # 1: a stop or a start; 2: has just stopped
-    old_x: NDArray[np.float64]  # at the beginning of the step in which an event is located
-    old_w: NDArray[np.float64]
-    old_b: NDArray[np.float64]
-    windows: NDArray[np.int64]
-    # one row for every slider of an event
-    row_half_cycle: NDArray[np.int64]
-    row_rearrangement: NDArray[np.int64]
-    row_number: NDArray[np.int64]
-    row_theta: NDArray[np.float64]
-    row_time: NDArray[np.float64]
-    row_kind: NDArray[np.int8]
-    row_slider: NDArray[np.int64]
-    row_sign: NDArray[np.int8]
-    row_residual: NDArray[np.float64]
+    now: NDArray[Any]  # one _NOW
+    rows: NDArray[Any]  # of _ROW: one for every slider of an event, if events are kept
+    written: NDArray[np.int64]  # how many rows
+    # The windows, laid out anew after every event: slots side by side, slot by slot
+    place: NDArray[np.int64]  # the slider in the slot, 0 for the border of a window
+    hit: NDArray[np.int8]  # 1: it stops or starts; 2: it has just stopped
+    lanes: NDArray[np.float64]  # shape (13, slots): what follows
 
 
-_KEPT = _Work._fields[:12]  # what capture() must hold
+_X, _Y, _B, _PULL, _MASS, _DRAG, _SIGN, _FLOOR, _CEILING, _SPRINGS = range(10)
+# x; y and b of the module's docstring; F at x = 0; dt**2 (0 at rest); dt**2 mu_d c S; S;
+# S v below the floor is a stop; |F| above the ceiling is a start; 1 or 2 springs
+_OLD_X, _OLD_W, _OLD_B = 10, 11, 12  # at the beginning of the step in which an event is located
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _draw(laws, work, i):  # type: ignore[no-untyped-def]
+def _draw(laws, now, slider, i):  # type: ignore[no-untyped-def]
     """Draw the next static coefficient of slider i."""
-    k = work.draws[i]
-    work.draws[i] = k + 1
+    k = slider.draws
+    slider.draws = k + 1
+    now.slips += 1
+    slider.slips += 1
     if laws.random:
         words = philox(laws.seed, STREAM_COEFFICIENT, i, k // 4)
         mu = laws.mu_s + laws.sigma * normal_deviate(words[k % 4])
-        work.coefficient[i] = mu
+        slider.coefficient = mu
         if mu < laws.mu_d:
-            work.number[_BELOW] += 1
-            work.threshold[i] = laws.friction
+            now.below += 1
+            slider.threshold = laws.friction
         else:
-            work.threshold[i] = mu * laws.cosine
+            slider.threshold = mu * laws.cosine
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _force(work, laws, i):  # type: ignore[no-untyped-def]
-    pull = (work.base[i] - work.base[i - 1]) + laws.weight
-    return pull + ((work.x[i - 1] + work.x[i + 1]) - 2.0 * work.x[i])
+def _force(laws, sliders, i):  # type: ignore[no-untyped-def]
+    """Return F_i."""
+    springs = (1.0 if i > 1 else 0.0) + (1.0 if i < laws.n else 0.0)
+    pull = (sliders[i].base - sliders[i - 1].base) + laws.weight
+    return pull + ((sliders[i - 1].x + sliders[i + 1].x) - springs * sliders[i].x)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _rounding(work, laws, i):  # type: ignore[no-untyped-def]
-    """Return a bound for the rounding error of `_force` and of the threshold."""
-    size = abs(work.base[i]) + abs(work.base[i - 1]) + abs(laws.weight) + work.threshold[i]
-    size += abs(work.x[i - 1]) + abs(work.x[i + 1]) + 2.0 * abs(work.x[i])
-    return 4.0 * _EPS * size
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _ghosts(work, laws):  # type: ignore[no-untyped-def]
-    work.x[0] = work.x[1]
-    work.x[laws.n + 1] = work.x[laws.n]
+def _rounding(laws, sliders, i):  # type: ignore[no-untyped-def]
+    """Return a bound for the rounding errors of F_i and of its threshold."""
+    size = abs(sliders[i].base) + abs(sliders[i - 1].base) + abs(laws.weight)
+    size += abs(sliders[i - 1].x) + abs(sliders[i + 1].x) + 2.0 * abs(sliders[i].x)
+    return 4.0 * _EPS * (size + sliders[i].threshold)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _enlist(work, i, sign):  # type: ignore[no-untyped-def]
     """Set slider i in motion."""
-    work.sign[i] = sign
-    k = work.number[_MOVERS]
+    now = work.now[0]
+    work.sliders[i].sign = sign
+    k = now.movers
     while k > 0 and work.movers[k - 1] > i:
         work.movers[k] = work.movers[k - 1]
         k -= 1
     work.movers[k] = i
-    work.number[_MOVERS] += 1
-    work.number[_LOW] = min(work.number[_LOW], i)
-    work.number[_HIGH] = max(work.number[_HIGH], i)
+    now.movers += 1
+    now.low = min(now.low, i)
+    now.high = max(now.high, i)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _discharge(work):  # type: ignore[no-untyped-def]
     """Strike the sliders that rest off the list of movers."""
+    now = work.now[0]
     kept = 0
-    for k in range(work.number[_MOVERS]):
+    for k in range(now.movers):
         i = work.movers[k]
-        if work.sign[i] != 0.0:
+        if work.sliders[i].sign != 0.0:
             work.movers[kept] = i
             kept += 1
-    work.number[_MOVERS] = kept
+    now.movers = kept
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _write(work, time, kind, i, sign, residual):  # type: ignore[no-untyped-def]
-    row = work.number[_ROW]
-    work.row_half_cycle[row] = work.number[_TARGET]
-    work.row_rearrangement[row] = work.number[_REARRANGEMENTS] - 1
-    work.row_number[row] = work.number[_NUMBER]
-    work.row_theta[row] = work.clock[_THETA]
-    work.row_time[row] = time
-    work.row_kind[row] = kind
-    work.row_slider[row] = i
-    work.row_sign[row] = np.int8(sign)
-    work.row_residual[row] = residual
-    work.number[_ROW] = row + 1
+    """Keep one slider of an event, if events are kept."""
+    if work.rows.size == 0:
+        return
+    now = work.now[0]
+    row = work.rows[work.written[0]]
+    row.half_cycle = now.target
+    row.rearrangement = now.rearrangements - 1
+    row.number = now.number
+    row.theta = now.theta
+    row.time = time
+    row.kind = kind
+    row.slider = i
+    row.sign = np.int8(sign)
+    row.residual = residual
+    work.written[0] += 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _close_event(work):  # type: ignore[no-untyped-def]
-    work.number[_EVENT_COUNT] += 1
-    work.number[_NUMBER] += 1
+def _close_event(now):  # type: ignore[no-untyped-def]
+    now.events += 1
+    now.number += 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _begin(work):  # type: ignore[no-untyped-def]
-    work.number[_REARRANGEMENTS] += 1
-    work.number[_NUMBER] = 0
-    work.number[_STEP] = 0
-    work.number[_STEPS_HERE] = 0
-    work.number[_PHASE] = _MOVING
-    work.number[_LOW] = work.base.size
-    work.number[_HIGH] = 0
-    work.clock[_ORIGIN] = 0.0
+def _begin(laws, now):  # type: ignore[no-untyped-def]
+    """Begin a rearrangement."""
+    now.rearrangements += 1
+    now.number = 0
+    now.origin = 0.0
+    now.step = 0
+    now.steps_here = 0
+    now.phase = _MOVING
+    now.low = laws.n + 1
+    now.high = 0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _release(laws, work):  # type: ignore[no-untyped-def]
     """Start every slider that exceeds its threshold as the chain stands; return how many."""
+    now = work.now[0]
+    sliders = work.sliders
     started = 0
     for i in range(1, laws.n + 1):
-        force = _force(work, laws, i)
-        excess = abs(force) - work.threshold[i]
-        if abs(excess) <= _rounding(work, laws, i) and excess != 0.0:
-            work.number[_UNDECIDED] += 1
+        force = _force(laws, sliders, i)
+        excess = abs(force) - sliders[i].threshold
+        if abs(excess) <= _rounding(laws, sliders, i):
+            now.undecided += 1
         if excess > 0.0:
             if started == 0:
-                _begin(work)
+                _begin(laws, now)
             started += 1
             _enlist(work, i, math.copysign(1.0, force))
-            _write(work, 0.0, 0, i, work.sign[i], excess)
+            _write(work, 0.0, 0, i, sliders[i].sign, excess)
     if started > 0:
-        _close_event(work)
+        _close_event(now)
     return started
 
 
@@ -257,82 +283,122 @@ def _ramp(laws, work, way, room):  # type: ignore[no-untyped-def]
     n = laws.n
     if n == 1:
         return False
-    first = max(work.threshold[1] + way * _force(work, laws, 1), 0.0)
-    last = max(work.threshold[n] - way * _force(work, laws, n), 0.0)
+    now = work.now[0]
+    sliders = work.sliders
+    first = max(sliders[1].threshold + way * _force(laws, sliders, 1), 0.0)
+    last = max(sliders[n].threshold - way * _force(laws, sliders, n), 0.0)
     ramp = min(first, last)
-    slack = _rounding(work, laws, 1) + _rounding(work, laws, n)
-    if room - ramp <= slack and ramp - room <= slack and room != 0.0 and ramp != room:
-        work.number[_UNDECIDED] += 1
+    slack = _rounding(laws, sliders, 1) + _rounding(laws, sliders, n)
+    if abs(ramp - room) <= slack:
+        now.undecided += 1
     if not ramp < room:
         return False
     tie = abs(first - last) <= slack
     if tie:
-        work.number[_UNDECIDED] += 1
-    shift = work.clock[_SHIFT] + way * ramp
-    work.clock[_SHIFT] = shift
-    work.clock[_THETA] = (laws.origin + shift) / laws.l0
-    work.base[0] = shift
-    work.base[n] = shift
-    _begin(work)
+        now.undecided += 1
+    now.shift += way * ramp
+    now.theta = (laws.origin + now.shift) / laws.l0
+    sliders[0].base = now.shift
+    sliders[n].base = now.shift
+    _begin(laws, now)
     if first <= last or tie:
         _enlist(work, 1, -way)
-        _write(work, 0.0, 0, 1, -way, abs(abs(_force(work, laws, 1)) - work.threshold[1]))
+        residual = abs(abs(_force(laws, sliders, 1)) - sliders[1].threshold)
+        _write(work, 0.0, 0, 1, -way, residual)
     if last <= first or tie:
         _enlist(work, n, way)
-        _write(work, 0.0, 0, n, way, abs(abs(_force(work, laws, n)) - work.threshold[n]))
-    _close_event(work)
-    # with mu_s = mu_d the slip has no length: it stops where it starts, and draws anew
+        residual = abs(abs(_force(laws, sliders, n)) - sliders[n].threshold)
+        _write(work, 0.0, 0, n, way, residual)
+    _close_event(now)
+    # where mu_s acts as mu_d the slip has no length: it stops where it starts, and draws anew
     stopped = 0
     for i in (1, n):
-        if work.sign[i] != 0.0 and work.threshold[i] <= laws.friction:
-            _write(work, 0.0, 1, i, work.sign[i], 0.0)
-            work.sign[i] = 0.0
-            _draw(laws, work, i)
-            work.number[_SLIPS] += 1
-            work.slips[i] += 1
+        slider = sliders[i]
+        if slider.sign != 0.0 and slider.threshold <= laws.friction:
+            _write(work, 0.0, 1, i, slider.sign, 0.0)
+            slider.sign = 0.0
+            _draw(laws, now, slider, i)
             stopped += 1
     if stopped > 0:
-        _close_event(work)
+        _close_event(now)
         _discharge(work)
     return True
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _border(work, slot, x):  # type: ignore[no-untyped-def]
+    """Fill a slot with the resting slider beyond a window, which nothing here can start."""
+    work.place[slot] = 0
+    work.hit[slot] = 0
+    lanes = work.lanes
+    for row in range(_OLD_B + 1):
+        lanes[row, slot] = 0.0
+    lanes[_X, slot] = x
+    lanes[_OLD_X, slot] = x
+    lanes[_CEILING, slot] = np.inf
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def _prepare(laws, work):  # type: ignore[no-untyped-def]
-    """Lay out the windows and what a step needs in them; return how many windows."""
+    """Lay out the windows; return the number of slots."""
     n = laws.n
-    count = work.number[_MOVERS]
+    now = work.now[0]
+    sliders = work.sliders
+    lanes = work.lanes
     square = laws.dt * laws.dt
-    windows = 0
+    slot = 0
     k = 0
-    while k < count:
+    while k < now.movers:
         low = work.movers[k]
         high = low
-        while k + 1 < count and work.movers[k + 1] - high < _GAP:
+        while k + 1 < now.movers and work.movers[k + 1] - high <= _GAP:
             k += 1
             high = work.movers[k]
         k += 1
         low = max(low - 1, 1)
         high = min(high + 1, n)
-        work.windows[2 * windows] = low
-        work.windows[2 * windows + 1] = high
-        windows += 1
+        _border(work, slot, sliders[low - 1].x)
+        slot += 1
         for i in range(low, high + 1):
-            work.pull[i] = (work.base[i] - work.base[i - 1]) + laws.weight
-            if work.sign[i] != 0.0:
-                work.mass[i] = square
-                work.drag[i] = square * laws.friction * work.sign[i]
-                work.floor[i] = _SMALLEST
-                work.ceiling[i] = np.inf
+            slider = sliders[i]
+            pull = (slider.base - sliders[i - 1].base) + laws.weight
+            springs = (1.0 if i > 1 else 0.0) + (1.0 if i < n else 0.0)
+            x = slider.x
+            sign = slider.sign
+            work.place[slot] = i
+            work.hit[slot] = 0
+            lanes[_X, slot] = x
+            lanes[_PULL, slot] = pull
+            lanes[_SPRINGS, slot] = springs
+            lanes[_SIGN, slot] = sign
+            if sign != 0.0:
+                drag = square * laws.friction * sign
+                force = pull + ((sliders[i - 1].x + sliders[i + 1].x) - springs * x)
+                b = square * force - drag
+                lanes[_MASS, slot] = square
+                lanes[_DRAG, slot] = drag
+                lanes[_FLOOR, slot] = _SMALLEST
+                lanes[_CEILING, slot] = np.inf
+                lanes[_B, slot] = b
+                lanes[_Y, slot] = slider.w - 0.5 * b
             else:
-                work.mass[i] = 0.0
-                work.drag[i] = 0.0
-                work.floor[i] = 0.0
-                work.ceiling[i] = work.threshold[i]
-            work.b[i] = work.mass[i] * _force(work, laws, i) - work.drag[i]
-            work.y[i] = work.w[i] - 0.5 * work.b[i]
-            work.hit[i] = 0
-    return windows
+                lanes[_MASS, slot] = 0.0
+                lanes[_DRAG, slot] = 0.0
+                lanes[_FLOOR, slot] = 0.0
+                lanes[_CEILING, slot] = slider.threshold
+                lanes[_B, slot] = 0.0
+                lanes[_Y, slot] = 0.0
+            slot += 1
+        _border(work, slot, sliders[high + 1].x)
+        slot += 1
+    return slot
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _at(lanes, j):  # type: ignore[no-untyped-def]
+    """Return the force on the slider in slot j."""
+    inner = (lanes[_X, j - 1] + lanes[_X, j + 1]) - lanes[_SPRINGS, j] * lanes[_X, j]
+    return lanes[_PULL, j] + inner
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -341,23 +407,20 @@ def _alone(laws, work, most):  # type: ignore[no-untyped-def]
 
     Returns the number of steps, at most `most`, and whether there is an event.
     """
-    i = work.movers[0]
-    n = laws.n
-    sign = work.sign[i]
-    springs = (1 if i > 1 else 0) + (1 if i < n else 0)
-    rate = springs * laws.dt * laws.dt
+    lanes = work.lanes
+    j = 1 if work.movers[0] == 1 else 2
+    sign = lanes[_SIGN, j]
+    rate = lanes[_SPRINGS, j] * laws.dt * laws.dt
     # the room of the neighbours: their forces grow as the slider advances
-    room = np.inf
     left = np.inf
     right = np.inf
-    if i > 1:
-        left = work.ceiling[i - 1] - sign * _force(work, laws, i - 1)
-        room = left
-    if i < n:
-        right = work.ceiling[i + 1] - sign * _force(work, laws, i + 1)
-        room = min(room, right)
-    y = sign * work.y[i]
-    b = sign * work.b[i]
+    if work.place[j - 1] > 0:
+        left = lanes[_CEILING, j - 1] - sign * _at(lanes, j - 1)
+    if work.place[j + 1] > 0:
+        right = lanes[_CEILING, j + 1] - sign * _at(lanes, j + 1)
+    room = min(left, right)
+    y = sign * lanes[_Y, j]
+    b = sign * lanes[_B, j]
     x = 0.0
     steps = 0
     while steps < most:
@@ -367,166 +430,175 @@ def _alone(laws, work, most):  # type: ignore[no-untyped-def]
         steps += 1
         if x > room or y + 0.5 * b <= 0.0:
             break
-    work.x[i] += sign * x
-    work.y[i] = sign * y
-    work.b[i] = sign * b
-    found = False
-    if y + 0.5 * b <= 0.0:
-        work.hit[i] = 1
-        found = True
+    lanes[_X, j] += sign * x
+    lanes[_Y, j] = sign * y
+    lanes[_B, j] = sign * b
     if x > left:
-        work.hit[i - 1] = 1
-        found = True
+        work.hit[j - 1] = 1
+    if y + 0.5 * b <= 0.0:
+        work.hit[j] = 1
     if x > right:
-        work.hit[i + 1] = 1
-        found = True
-    _ghosts(work, laws)
-    return steps, found
+        work.hit[j + 1] = 1
+    return steps, x > room or y + 0.5 * b <= 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _together(laws, work, windows, most):  # type: ignore[no-untyped-def]
-    """Step the windows until a slider stops or starts; returns as `_alone`."""
-    n = laws.n
-    x, y, b = work.x, work.y, work.b
+def _together(lanes, slots, hit, most):  # type: ignore[no-untyped-def]
+    """Step all windows until a slider stops or starts; returns as `_alone`.
+
+    One sweep does a step: every slider advances just before the force on its left neighbour
+    is needed.
+    """
+    x, y, b = lanes[_X], lanes[_Y], lanes[_B]
+    pull, mass, drag, springs = lanes[_PULL], lanes[_MASS], lanes[_DRAG], lanes[_SPRINGS]
+    sign, floor, ceiling = lanes[_SIGN], lanes[_FLOOR], lanes[_CEILING]
     steps = 0
     found = False
     while steps < most and not found:
         steps += 1
-        for k in range(windows):
-            for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-                y[i] += b[i]
-                x[i] += y[i]
-        x[0] = x[1]
-        x[n + 1] = x[n]
-        for k in range(windows):
-            for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-                force = work.pull[i] + ((x[i - 1] + x[i + 1]) - 2.0 * x[i])
-                b[i] = work.mass[i] * force - work.drag[i]
-                late = work.sign[i] * (y[i] + 0.5 * b[i]) < work.floor[i]
-                found |= late | (abs(force) > work.ceiling[i])
+        left = x[0]
+        advance = y[1] + b[1]
+        here = x[1] + advance
+        x[1] = here
+        for j in range(slots - 2):
+            ahead = y[j + 2] + b[j + 2]
+            right = x[j + 2] + ahead
+            x[j + 2] = right
+            force = pull[j + 1] + ((left + right) - springs[j + 1] * here)
+            push = mass[j + 1] * force - drag[j + 1]
+            b[j + 1] = push
+            y[j + 1] = advance
+            late = sign[j + 1] * (advance + 0.5 * push) < floor[j + 1]
+            found |= late | (abs(force) > ceiling[j + 1])
+            left = here
+            here = right
+            advance = ahead
     if found:
-        for k in range(windows):
-            for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-                force = work.pull[i] + ((x[i - 1] + x[i + 1]) - 2.0 * x[i])
-                late = work.sign[i] * (y[i] + 0.5 * b[i]) < work.floor[i]
-                work.hit[i] = late | (abs(force) > work.ceiling[i])
+        for j in range(1, slots - 1):
+            late = sign[j] * (y[j] + 0.5 * b[j]) < floor[j]
+            hit[j] = late | (abs(_at(lanes, j)) > ceiling[j])
     return steps, found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _within(laws, work, windows, part):  # type: ignore[no-untyped-def]
-    """Take the windows to the fraction `part` of the step; return whether a slider is hit."""
+def _within(lanes, slots, hit, part):  # type: ignore[no-untyped-def]
+    """Take the windows to the fraction `part` of a step; return whether a slider is hit.
+
+    Within the step the motion is the velocity Verlet step of a shorter length.
+    """
     half = 0.5 * part
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            work.x[i] = work.old_x[i] + part * (work.old_w[i] + half * work.old_b[i])
-    _ghosts(work, laws)
+    for j in range(slots):
+        lanes[_X, j] = lanes[_OLD_X, j] + part * (lanes[_OLD_W, j] + half * lanes[_OLD_B, j])
     found = False
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            force = work.pull[i] + ((work.x[i - 1] + work.x[i + 1]) - 2.0 * work.x[i])
-            b = work.mass[i] * force - work.drag[i]
-            work.w[i] = work.old_w[i] + half * (work.old_b[i] + b)
-            late = work.sign[i] * work.w[i] < work.floor[i]
-            work.hit[i] = late | (abs(force) > work.ceiling[i])
-            found |= late | (abs(force) > work.ceiling[i])
+    for j in range(1, slots - 1):
+        force = _at(lanes, j)
+        b = lanes[_MASS, j] * force - lanes[_DRAG, j]
+        lanes[_B, j] = b
+        w = lanes[_OLD_W, j] + half * (lanes[_OLD_B, j] + b)
+        lanes[_Y, j] = w - 0.5 * b
+        late = lanes[_SIGN, j] * w < lanes[_FLOOR, j]
+        hit[j] = late | (abs(force) > lanes[_CEILING, j])
+        found |= late | (abs(force) > lanes[_CEILING, j])
     return found
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _locate(laws, work, windows):  # type: ignore[no-untyped-def]
-    """Go back to the first event inside the last step; return the fraction of the step.
+def _locate(lanes, slots, hit):  # type: ignore[no-untyped-def]
+    """Go back to the first event inside the last step.
 
-    Within the step the motion is the velocity Verlet step of a shorter length.
+    Returns the fraction of the step, and whether there is an event.
     """
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            work.x[i] -= work.y[i]
-            work.old_x[i] = work.x[i]
-    _ghosts(work, laws)
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            work.old_b[i] = work.mass[i] * _force(work, laws, i) - work.drag[i]
-            work.old_w[i] = work.y[i] - 0.5 * work.old_b[i]
+    for j in range(slots):
+        lanes[_X, j] -= lanes[_Y, j]
+        lanes[_OLD_X, j] = lanes[_X, j]
+    for j in range(1, slots - 1):
+        lanes[_OLD_B, j] = lanes[_MASS, j] * _at(lanes, j) - lanes[_DRAG, j]
+        lanes[_OLD_W, j] = lanes[_Y, j] - 0.5 * lanes[_OLD_B, j]
     low = 0.0
     high = 1.0
-    if not _within(laws, work, windows, high):
-        return high, False  # the step was hit by a rounding error: the next one will be
+    if not _within(lanes, slots, hit, high):
+        return high, False  # only a rounding error hit this step: the next one will be hit
     while high - low > _BISECTED:
         middle = 0.5 * (low + high)
-        if _within(laws, work, windows, middle):
+        if _within(lanes, slots, hit, middle):
             high = middle
         else:
             low = middle
-    return high, _within(laws, work, windows, high)
+    return high, _within(lanes, slots, hit, high)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _ties(laws, work, windows):  # type: ignore[no-untyped-def]
+def _ties(laws, work, slots):  # type: ignore[no-untyped-def]
     """Let what cannot be told apart from an event at this instant take part in it."""
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            if work.hit[i] != 0:
-                continue
-            if work.sign[i] != 0.0:
-                if laws.locate and work.sign[i] * work.w[i] <= 4.0 * _EPS * (
-                    abs(work.old_w[i]) + abs(work.old_b[i])
-                ):
-                    work.number[_UNDECIDED] += 1
-                    work.hit[i] = 1
-                continue
-            force = _force(work, laws, i)
-            if work.threshold[i] - abs(force) <= _rounding(work, laws, i):
-                # together with the event if the force is on the rise; else at threshold: it stays
-                work.number[_UNDECIDED] += 1
-                pace = work.w[i - 1] * (i > 1) + work.w[i + 1] * (i < laws.n)
-                if math.copysign(pace, pace * force) > 0.0:
-                    work.hit[i] = 1
+    now = work.now[0]
+    lanes = work.lanes
+    for j in range(1, slots - 1):
+        i = work.place[j]
+        if i == 0 or work.hit[j] != 0:
+            continue
+        slider = work.sliders[i]
+        if slider.sign != 0.0:
+            size = abs(lanes[_OLD_W, j]) + abs(lanes[_OLD_B, j])
+            if laws.locate and slider.sign * slider.w <= 4.0 * _EPS * size:
+                now.undecided += 1
+                work.hit[j] = 1
+            continue
+        force = _at(lanes, j)
+        margin = slider.threshold - abs(force)
+        if margin <= _rounding(laws, work.sliders, i):
+            # together with the event if the force is on the rise; else at threshold: it stays
+            now.undecided += 1
+            pace = work.sliders[i - 1].w + work.sliders[i + 1].w
+            if pace * force > 0.0:
+                work.hit[j] = 1
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _resolve(laws, work, windows):  # type: ignore[no-untyped-def]
+def _resolve(laws, work, slots):  # type: ignore[no-untyped-def]
     """Stop, draw and start what the event asks for, in this order."""
-    time = work.clock[_ORIGIN] + work.number[_STEP] * laws.dt
-    _ties(laws, work, windows)
+    now = work.now[0]
+    lanes = work.lanes
+    time = now.origin + now.step * laws.dt
+    _ties(laws, work, slots)
     stopped = 0
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            if work.sign[i] != 0.0 and work.hit[i] != 0:
-                _write(work, time, 1, i, work.sign[i], abs(work.w[i]) / laws.dt)
-                work.w[i] = 0.0
-                work.sign[i] = 0.0
-                work.hit[i] = 2
-                _draw(laws, work, i)
-                work.number[_SLIPS] += 1
-                work.slips[i] += 1
+    for j in range(1, slots - 1):
+        if work.hit[j] == 1:
+            i = work.place[j]
+            slider = work.sliders[i]
+            if slider.sign != 0.0:
+                _write(work, time, 1, i, slider.sign, abs(slider.w) / laws.dt)
+                slider.w = 0.0
+                slider.sign = 0.0
+                work.hit[j] = 2
+                _draw(laws, now, slider, i)
                 stopped += 1
     if stopped > 0:
-        _close_event(work)
+        _close_event(now)
         _discharge(work)
     started = 0
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            if work.sign[i] == 0.0:
-                force = _force(work, laws, i)
-                excess = abs(force) - work.threshold[i]
-                if work.hit[i] == 2 and abs(excess) <= _rounding(work, laws, i):
-                    work.number[_UNDECIDED] += 1
-                if work.hit[i] == 1 or excess > 0.0:
-                    started += 1
-                    _enlist(work, i, math.copysign(1.0, force))
-                    _write(work, time, 0, i, work.sign[i], abs(excess))
+    for j in range(1, slots - 1):
+        i = work.place[j]
+        if i == 0 or work.sliders[i].sign != 0.0:
+            continue
+        force = _at(lanes, j)
+        excess = abs(force) - work.sliders[i].threshold
+        if work.hit[j] == 2 and abs(excess) <= _rounding(laws, work.sliders, i):
+            now.undecided += 1
+        if work.hit[j] == 1 or excess > 0.0:
+            started += 1
+            sign = math.copysign(1.0, force)
+            _enlist(work, i, sign)
+            _write(work, time, 0, i, sign, abs(excess))
     if started > 0:
-        _close_event(work)
+        _close_event(now)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _finite(work):  # type: ignore[no-untyped-def]
     total = 0.0
-    for k in range(work.number[_MOVERS]):
-        i = work.movers[k]
-        total += abs(work.x[i]) + abs(work.w[i])
+    for k in range(work.now[0].movers):
+        slider = work.sliders[work.movers[k]]
+        total += abs(slider.x) + abs(slider.w)
     return total < np.inf
 
 
@@ -538,80 +610,82 @@ def _never_stops(laws, work):  # type: ignore[no-untyped-def]
     motion, V > sqrt((1 - 1/N) 2 J) leaves every velocity positive for ever.
     """
     n = laws.n
-    if not laws.runs_away or work.number[_MOVERS] < n:
+    if not laws.runs_away or work.now[0].movers < n:
         return False
-    sign = work.sign[1]
-    mean = 0.0
-    for i in range(1, n + 1):
-        if work.sign[i] != sign:
-            return False
-        mean += work.w[i]
+    sliders = work.sliders
+    sign = sliders[1].sign
     if sign * laws.weight < 0.0:
         return False
+    mean = 0.0
+    for i in range(1, n + 1):
+        if sliders[i].sign != sign:
+            return False
+        mean += sliders[i].w
     mean /= n * laws.dt
     twice = 0.0
     for i in range(1, n + 1):
-        twice += (work.w[i] / laws.dt - mean) ** 2
+        twice += (sliders[i].w / laws.dt - mean) ** 2
     for i in range(1, n):
-        twice += (work.base[i] - work.clock[_SHIFT] + (work.x[i + 1] - work.x[i])) ** 2
+        tension = sliders[i].base - work.now[0].shift + (sliders[i + 1].x - sliders[i].x)
+        twice += tension**2
     return sign * mean > math.sqrt((1.0 - 1.0 / n) * twice)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _make_room(laws, work):  # type: ignore[no-untyped-def]
-    """Return whether the rows of one more event fit."""
-    if work.number[_ROW] + 2 * laws.n + 2 <= work.row_time.size:
-        return True
-    if work.number[_KEEP] == 0:
-        work.number[_ROW] = 0
-        return True
-    return False
+def _come_to_rest(laws, work):  # type: ignore[no-untyped-def]
+    """End the rearrangement."""
+    now = work.now[0]
+    sliders = work.sliders
+    now.phase = _AT_REST
+    if now.high == 0:
+        return
+    for i in range(now.low, now.high + 1):
+        sliders[i].displacement += sliders[i].x
+    for i in range(max(now.low - 1, 1), min(now.high + 1, laws.n)):
+        sliders[i].base += sliders[i + 1].x - sliders[i].x
+    for i in range(now.low, now.high + 1):
+        sliders[i].x = 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _advance(laws, work, last_event):  # type: ignore[no-untyped-def]
     """Move the chain until it rests, or `last_event` events have happened, or it never will rest.
 
-    Returns only at events (or with the chain given up), with the velocities in `work.w`, so
-    that going on later changes no bit.
+    Returns only at events, or with the chain given up: going on later changes no bit.
     """
-    while work.number[_MOVERS] > 0:
+    now = work.now[0]
+    while now.movers > 0:
         if not _finite(work):
             return _INFINITE
         if _never_stops(laws, work):
             return _RUNAWAY
-        if work.number[_STEPS_HERE] >= MOST_STEPS:
+        if now.steps_here >= MOST_STEPS:
             return _STEPS
-        if work.number[_EVENT_COUNT] >= last_event:
+        if now.events >= last_event:
             return _EVENTS
-        if not _make_room(laws, work):
+        if work.rows.size > 0 and work.written[0] + 2 * laws.n + 2 > work.rows.size:
             return _ROWS
-        windows = _prepare(laws, work)
-        most = _LOOK if laws.runs_away and work.number[_MOVERS] == laws.n else _SURVEY
-        if work.number[_MOVERS] == 1:
+        slots = _prepare(laws, work)
+        most = _LOOK if laws.runs_away and now.movers == laws.n else _SURVEY
+        if now.movers == 1:
             steps, found = _alone(laws, work, most)
         else:
-            steps, found = _together(laws, work, windows, most)
-        work.number[_STEPS_HERE] += steps
-        work.number[_STEPS_ALL] += steps
+            steps, found = _together(work.lanes, slots, work.hit, most)
+        now.steps += steps
+        now.steps_here += steps
+        now.step += steps
         if found and laws.locate:
-            part, found = _locate(laws, work, windows)
-            work.clock[_ORIGIN] += (work.number[_STEP] + steps - 1 + part) * laws.dt
-            work.number[_STEP] = 0
-        else:
-            work.number[_STEP] += steps
-            for k in range(windows):
-                for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-                    work.w[i] = work.y[i] + 0.5 * work.b[i]
+            part, found = _locate(work.lanes, slots, work.hit)
+            now.origin += (now.step - 1 + part) * laws.dt
+            now.step = 0
+        for j in range(1, slots - 1):
+            if work.lanes[_SIGN, j] != 0.0:
+                slider = work.sliders[work.place[j]]
+                slider.x = work.lanes[_X, j]
+                slider.w = work.lanes[_Y, j] + 0.5 * work.lanes[_B, j]
         if found:
-            _resolve(laws, work, windows)
-    for i in range(work.number[_LOW], work.number[_HIGH] + 1):
-        work.displacement[i] += work.x[i]
-    for i in range(max(work.number[_LOW] - 1, 1), min(work.number[_HIGH] + 1, laws.n)):
-        work.base[i] += work.x[i + 1] - work.x[i]
-    for i in range(work.number[_LOW] - 1, work.number[_HIGH] + 2):
-        work.x[i] = 0.0
-    work.number[_PHASE] = _AT_REST
+            _resolve(laws, work, slots)
+    _come_to_rest(laws, work)
     return _REST
 
 
@@ -619,52 +693,57 @@ def _advance(laws, work, last_event):  # type: ignore[no-untyped-def]
 def _follow(laws, work, targets, first, budget, x_G, x, tension, slips, wanted):  # type: ignore[no-untyped-def]
     """Take the chain to the targets; return why it returns and how many were reached."""
     n = laws.n
-    last_event = work.number[_EVENT_COUNT] + budget
+    now = work.now[0]
+    sliders = work.sliders
+    last_event = now.events + budget
     done = 0
     while done < targets.size:
-        work.number[_TARGET] = first + done
-        if not _make_room(laws, work):
+        now.target = first + done
+        if work.rows.size > 0 and work.written[0] + 2 * n + 2 > work.rows.size:
             return _ROWS, done
-        if work.number[_PHASE] == _UNTESTED:
-            work.number[_PHASE] = _AT_REST
+        if now.phase == _UNTESTED:
+            now.phase = _AT_REST
             _release(laws, work)
-        if work.number[_PHASE] == _MOVING:
+        if now.phase == _MOVING:
             code = _advance(laws, work, last_event)
             if code != _REST:
                 return code, done
-        if work.number[_EVENT_COUNT] >= last_event:
+        if now.events >= last_event:
             return _EVENTS, done
         goal = laws.l0 * targets[done] - laws.origin
-        climb = goal - work.clock[_SHIFT]
+        climb = goal - now.shift
         if climb != 0.0 and _ramp(laws, work, math.copysign(1.0, climb), abs(climb)):
             continue
-        work.clock[_SHIFT] = goal
-        work.clock[_THETA] = targets[done]
-        work.base[0] = goal
-        work.base[n] = goal
+        now.shift = goal
+        now.theta = targets[done]
+        sliders[0].base = goal
+        sliders[n].base = goal
         total = 0.0
         for i in range(1, n + 1):
-            total += work.displacement[i]
+            total += sliders[i].displacement
         x_G[done] = total / n
         if wanted[0]:
-            x[done, :] = work.displacement[1 : n + 1]
+            for i in range(1, n + 1):
+                x[done, i - 1] = sliders[i].displacement
         if wanted[1]:
             for i in range(1, n):
-                tension[done, i - 1] = work.base[i] - goal
+                tension[done, i - 1] = sliders[i].base - goal
         if wanted[2]:
-            slips[done, :] = work.slips[1 : n + 1]
-            work.slips[:] = 0
+            for i in range(1, n + 1):
+                slips[done, i - 1] = sliders[i].slips
+                sliders[i].slips = 0
         done += 1
     return _REST, done
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _trace(laws, x, w, sign, pull, low, steps, xs, ws):  # type: ignore[no-untyped-def]
-    """Repeat `steps` steps of the sliders low .. low + size - 1, every one kept in `xs`, `ws`.
+def _trace(laws, x, w, sign, pull, low, xs, ws):  # type: ignore[no-untyped-def]
+    """Repeat the steps of the sliders low .. low + size - 1, every one kept in `xs`, `ws`.
 
     The entries before and after are their neighbours, which do not move.
     """
     size = pull.size
+    steps = len(xs) - 1
     xs[0] = x
     ws[0] = w
     b = np.zeros(size + 2)
@@ -704,68 +783,43 @@ def _laws(chain: Chain, state: State, seed: int, dt: float, locate: bool) -> _La
     )
 
 
-def _work(chain: Chain, state: State, laws: _Laws) -> _Work:
+def _work(chain: Chain, state: State, laws: _Laws, keep_events: bool) -> _Work:
     n = chain.n
-
-    def sliders(values: Any = 0.0, kind: Any = np.float64) -> NDArray[Any]:
-        array = np.zeros(n + 2, dtype=kind)
-        array[1 : n + 1] = values
-        return array
-
-    base = np.zeros(n + 1)
-    base[1:n] = state.tensions.astype(np.float64)
-    coefficients = state.coefficients.astype(np.float64)
+    sliders = np.zeros(n + 2, dtype=_SLIDER)
+    inner = sliders[1 : n + 1]
+    sliders["base"][1:n] = state.tensions.astype(np.float64)
+    inner["displacement"] = state.displacements.astype(np.float64)
+    inner["coefficient"] = state.coefficients.astype(np.float64)
+    inner["draws"] = state.draws
     if laws.random:
+        coefficients = inner["coefficient"]
         below = coefficients < laws.mu_d
-        thresholds = np.where(below, laws.friction, coefficients * laws.cosine)
+        inner["threshold"] = np.where(below, laws.friction, coefficients * laws.cosine)
     else:
-        thresholds = np.full(n, chain.times_cosine(chain.mu_s))
-    rows = 2 * n + 4096
+        inner["threshold"] = chain.times_cosine(chain.mu_s)
+    now = np.zeros(1, dtype=_NOW)
+    now["theta"] = float(state.theta)
     return _Work(
-        base=base,
-        displacement=sliders(state.displacements.astype(np.float64)),
-        coefficient=sliders(coefficients),
-        threshold=sliders(thresholds),
-        draws=sliders(state.draws, np.int64),
-        x=sliders(),
-        w=sliders(),
-        sign=sliders(),
+        sliders=sliders,
         movers=np.zeros(n + 1, dtype=np.int64),
-        number=np.zeros(16, dtype=np.int64),
-        clock=np.array([0.0, float(state.theta), 0.0]),
-        slips=sliders(0, np.int64),
-        y=sliders(),
-        b=sliders(),
-        pull=sliders(),
-        mass=sliders(),
-        drag=sliders(),
-        floor=sliders(),
-        ceiling=sliders(),
-        hit=sliders(0, np.int8),
-        old_x=sliders(),
-        old_w=sliders(),
-        old_b=sliders(),
-        windows=np.zeros(2 * n + 2, dtype=np.int64),
-        row_half_cycle=np.zeros(rows, dtype=np.int64),
-        row_rearrangement=np.zeros(rows, dtype=np.int64),
-        row_number=np.zeros(rows, dtype=np.int64),
-        row_theta=np.zeros(rows),
-        row_time=np.zeros(rows),
-        row_kind=np.zeros(rows, dtype=np.int8),
-        row_slider=np.zeros(rows, dtype=np.int64),
-        row_sign=np.zeros(rows, dtype=np.int8),
-        row_residual=np.zeros(rows),
+        now=now,
+        rows=np.zeros(2 * n + 4096 if keep_events else 0, dtype=_ROW),
+        written=np.zeros(1, dtype=np.int64),
+        place=np.zeros(2 * n + 8, dtype=np.int64),
+        hit=np.zeros(2 * n + 8, dtype=np.int8),
+        lanes=np.zeros((_OLD_B + 1, 2 * n + 8)),
     )
 
 
 def _state(laws: _Laws, work: _Work) -> State:
     n = laws.n
+    inner = work.sliders[1 : n + 1]
     return State(
-        tensions=work.base[1:n] - work.clock[_SHIFT] + np.diff(work.x[1 : n + 1]),
-        displacements=work.displacement[1 : n + 1] + work.x[1 : n + 1],
-        coefficients=work.coefficient[1 : n + 1].copy(),
-        draws=work.draws[1 : n + 1].copy(),
-        theta=float(work.clock[_THETA]),
+        tensions=inner["base"][: n - 1] - work.now["shift"][0] + np.diff(inner["x"]),
+        displacements=inner["displacement"] + inner["x"],
+        coefficients=inner["coefficient"].copy(),
+        draws=inner["draws"].copy(),
+        theta=float(work.now["theta"][0]),
     )
 
 
@@ -795,27 +849,26 @@ class _Course:
     def __init__(self, rest: _Rest, work: _Work, t_min: float) -> None:
         self.t_min = t_min
         self.t_max = t_min
-        low, high = int(work.number[_LOW]), int(work.number[_HIGH])
         self._rest = rest
-        self._low, self._high = low, high
-        self._x = work.x[low - 1 : high + 2].copy()
-        self._w = work.w[low - 1 : high + 2].copy()
-        self._sign = work.sign[low - 1 : high + 2].copy()
-        self._pull = np.diff(rest.base)[low - 1 : high] + rest.laws.weight
+        self._low, self._high = int(work.now["low"][0]), int(work.now["high"][0])
+        moved = work.sliders[self._low - 1 : self._high + 2]
+        self._x = moved["x"].copy()
+        self._w = moved["w"].copy()
+        self._sign = moved["sign"].copy()
+        self._pull = np.diff(rest.base)[self._low - 1 : self._high] + rest.laws.weight
         self._kept: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
     def _steps(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         if self._kept is None:
-            count = math.floor((self.t_max - self.t_min) / self._rest.laws.dt)
+            laws = self._rest.laws
+            count = math.floor((self.t_max - self.t_min) / laws.dt)
             xs = np.zeros((count + 1, self._x.size))
             ws = np.zeros((count + 1, self._x.size))
-            _trace(
-                self._rest.laws, self._x, self._w, self._sign, self._pull, self._low, count, xs, ws
-            )
+            _trace(laws, self._x, self._w, self._sign, self._pull, self._low, xs, ws)
             self._kept = xs, ws
         return self._kept
 
-    def _twice_force(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _push(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return dt**2 times the acceleration of the sliders of this piece, 0 at rest."""
         laws = self._rest.laws
         full = x.copy()
@@ -824,8 +877,8 @@ class _Course:
         if self._high == laws.n:
             full[-1] = full[-2]
         force = self._pull + ((full[:-2] + full[2:]) - 2.0 * full[1:-1])
-        b = np.zeros_like(x)
         sign = self._sign[1:-1]
+        b = np.zeros_like(x)
         b[1:-1] = np.where(sign != 0.0, laws.dt**2 * (force - laws.friction * sign), 0.0)
         return b
 
@@ -836,43 +889,37 @@ class _Course:
         passed = (float(t) - self.t_min) / laws.dt
         step = min(math.floor(passed), len(xs) - 1)
         part = passed - step
-        b = self._twice_force(xs[step])
+        b = self._push(xs[step])
         local = xs[step] + part * (ws[step] + 0.5 * part * b)
-        speed = (ws[step] + 0.5 * part * (b + self._twice_force(local))) / laws.dt
+        speed = (ws[step] + 0.5 * part * (b + self._push(local))) / laws.dt
         x = np.zeros(laws.n + 2)
-        x[self._low - 1 : self._high + 2] = local
         velocities = np.zeros(laws.n + 2)
+        x[self._low - 1 : self._high + 2] = local
         velocities[self._low - 1 : self._high + 2] = speed
-        velocities = velocities[1:-1]
-        return Motion(rest.displacement + x[1:-1], velocities, _forces(laws, rest.base, x))
+        return Motion(rest.displacement + x[1:-1], velocities[1:-1], _forces(laws, rest.base, x))
 
 
 def _new_events(work: _Work) -> list[Event]:
     """Return the events whose rows have been written, and clear the rows."""
+    rows = work.rows[: int(work.written[0])]
     events: list[Event] = []
-    rows = int(work.number[_ROW])
-    row = 0
-    while row < rows:
-        number = work.row_number[row]
-        end = row
-        while end < rows and work.row_number[end] == number:
-            end += 1
+    for number in np.unique(rows["number"]):
+        part = rows[rows["number"] == number]
         events.append(
             Event(
-                time=float(work.row_time[row]),
-                kind=EventKind.STOP if work.row_kind[row] else EventKind.START,
-                sliders=tuple(work.row_slider[row:end].tolist()),
-                signs=tuple(work.row_sign[row:end].tolist()),
-                residual=float(work.row_residual[row:end].max()),
+                time=float(part["time"][0]),
+                kind=EventKind.STOP if part["kind"][0] else EventKind.START,
+                sliders=tuple(part["slider"].tolist()),
+                signs=tuple(part["sign"].tolist()),
+                residual=float(part["residual"].max()),
             )
         )
-        row = end
-    work.number[_ROW] = 0
+    work.written[0] = 0
     return events
 
 
 def _report(laws: _Laws, work: _Work, code: int) -> dict[str, Any]:
-    steps = int(work.number[_STEPS_ALL])
+    steps = int(work.now["steps"][0])
     report: dict[str, Any] = {"dt": laws.dt, "locate": laws.locate, "steps": steps}
     if code in _REASONS:
         report["reason"] = _REASONS[code]
@@ -898,18 +945,17 @@ class VerletSimulation(Simulation):
         self._seed = seed
         self._record = record
         self._laws = _laws(chain, state, seed, dt, locate)
-        self._work = _work(chain, state, self._laws)
-        self._work.number[_KEEP] = "events" in record
+        self._work = _work(chain, state, self._laws, "events" in record)
         self._count()
 
     def _count(self) -> None:
-        count = self._work.number
+        now = self._work.now[0]
         self.tally = Tally(
-            rearrangements=int(count[_REARRANGEMENTS]),
-            events=int(count[_EVENT_COUNT]),
-            slips=int(count[_SLIPS]),
-            draws_below_mu_d=int(count[_BELOW]),
-            undecided=int(count[_UNDECIDED]),
+            rearrangements=int(now["rearrangements"]),
+            events=int(now["events"]),
+            slips=int(now["slips"]),
+            draws_below_mu_d=int(now["below"]),
+            undecided=int(now["undecided"]),
         )
 
     def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
@@ -921,17 +967,16 @@ class VerletSimulation(Simulation):
         x = np.empty((count if wanted[0] else 0, n))
         tension = np.empty((count if wanted[1] else 0, n - 1))
         slips = np.empty((count if wanted[2] else 0, n), dtype=np.int64)
-        columns: dict[str, list[NDArray[Any]]] = {name: [] for name in _COLUMNS}
-        done, code, spent = 0, _ROWS, 0
-        before = int(work.number[_EVENT_COUNT])
+        rows = []
+        done, code = 0, _ROWS
+        last_event = int(work.now["events"][0]) + max_events
         while code == _ROWS:
-            spent = int(work.number[_EVENT_COUNT]) - before
             code, more = _follow(
                 self._laws,
                 work,
                 targets[done:],
                 first + done,
-                max_events - spent,
+                last_event - int(work.now["events"][0]),
                 x_G[done:],
                 x[done:],
                 tension[done:],
@@ -939,21 +984,20 @@ class VerletSimulation(Simulation):
                 wanted,
             )
             done += more
-            if "events" in self._record:
-                rows = int(work.number[_ROW])
-                for name, pieces in columns.items():
-                    pieces.append(getattr(work, "row_" + name)[:rows].copy())
-                work.number[_ROW] = 0
-        recorded: dict[str, NDArray[Any]] = {"x_G": x_G[:done]}
-        if wanted[0]:
-            recorded["x"] = x[:done]
-        if wanted[1]:
-            recorded["tension"] = tension[:done]
-        if wanted[2]:
-            recorded["slips"] = slips[:done]
-        if "events" in self._record:
-            recorded |= {f"event_{name}": np.concatenate(parts) for name, parts in columns.items()}
+            rows.append(work.rows[: int(work.written[0])].copy())
+            work.written[0] = 0
         self._count()
+        recorded: dict[str, NDArray[Any]] = {"x_G": x_G[:done]}
+        for name, values, asked in zip(
+            ("x", "tension", "slips"), (x, tension, slips), wanted, strict=True
+        ):
+            if asked:
+                recorded[name] = values[:done]
+        if "events" in self._record:
+            kept = np.concatenate(rows)
+            for name in _ROW.names or ():
+                if name != "residual":
+                    recorded["event_" + name] = kept[name].copy()
         return Stretch(done, recorded, _OUTCOMES.get(code), _REASONS.get(code, ""))
 
     def state(self) -> State:
@@ -962,27 +1006,29 @@ class VerletSimulation(Simulation):
 
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
-        kept: dict[str, Any] = {name: getattr(self._work, name).copy() for name in _KEPT}
-        kept["origin"] = self._laws.origin
-        return kept
+        work = self._work
+        return {
+            "origin": self._laws.origin,
+            "movers": work.movers.copy(),
+            **{"slider_" + name: work.sliders[name].copy() for name in _SLIDER.names or ()},
+            **{"now_" + name: work.now[name][0].item() for name in _NOW.names or ()},
+        }
 
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned."""
-        for name in _KEPT:
-            getattr(self._work, name)[:] = captured[name]
+        work = self._work
         self._laws = self._laws._replace(origin=float(captured["origin"]))
-        self._work.number[_ROW] = 0
-        self._work.number[_KEEP] = "events" in self._record
+        work.movers[:] = captured["movers"]
+        for name in _SLIDER.names or ():
+            work.sliders[name] = captured["slider_" + name]
+        for name in _NOW.names or ():
+            work.now[name] = captured["now_" + name]
+        work.written[0] = 0
         self._count()
 
     def report(self) -> dict[str, Any]:
         """Return the time step, how events are found, and the number of steps."""
         return _report(self._laws, self._work, _REST)
-
-
-_COLUMNS = (
-    "half_cycle", "rearrangement", "number", "theta", "time", "kind", "slider", "sign",
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -1053,30 +1099,31 @@ class Verlet(Solver):
         """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange."""
         laws, work = self._start(chain, state, direction, seed)
         n = chain.n
-        rest = _Rest(laws, work.base.copy(), work.displacement[1 : n + 1].copy())
-        tensions = work.base[1:n] - work.clock[_SHIFT]
+        base = work.sliders["base"][: n + 1].copy()
+        rest = _Rest(laws, base, work.sliders["displacement"][1 : n + 1].copy())
+        tensions = base[1:n] - work.now["shift"][0]
         initial = State(
             tensions=tensions,
             displacements=state.displacements,
             coefficients=state.coefficients,
             draws=state.draws,
-            theta=float(work.clock[_THETA]),
+            theta=float(work.now["theta"][0]),
         )
         events = _new_events(work)
         courses = [_Course(rest, work, 0.0) for _ in events]
         code = _REST
-        while work.number[_PHASE] == _MOVING and code not in _OUTCOMES:
-            code = _advance(laws, work, work.number[_EVENT_COUNT] + 1)
+        while work.now["phase"][0] == _MOVING and code not in _OUTCOMES:
+            code = _advance(laws, work, work.now["events"][0] + 1)
             new = _new_events(work)
             events += new
             if code != _REST:
                 courses += [_Course(rest, work, event.time) for event in new]
         ends = [event.time for event in events[1:]]
         if code in _OUTCOMES:
-            ends.append(float(work.clock[_ORIGIN] + work.number[_STEP] * laws.dt))
+            ends.append(float(work.now["origin"][0] + work.now["step"][0] * laws.dt))
         for course, end in zip(courses, ends, strict=False):
             course.t_max = end
-        undecided = int(work.number[_UNDECIDED])
+        undecided = int(work.now["undecided"][0])
         return Rearrangement(
             chain=chain,
             initial=initial,
@@ -1084,13 +1131,13 @@ class Verlet(Solver):
             outcome=_OUTCOMES.get(code, Outcome.AT_REST),
             evidence=Evidence.UNDECIDED if undecided else Evidence.COMPUTED,
             state=_state(laws, work),
-            velocities=work.w[1 : n + 1] / laws.dt,
+            velocities=work.sliders["w"][1 : n + 1] / laws.dt,
             sol=Solution(
                 courses[: len(ends)],
                 Motion(initial.displacements, np.zeros(n), initial.forces(chain)),
             ),
             undecided=undecided,
-            draws_below_mu_d=int(work.number[_BELOW]),
+            draws_below_mu_d=int(work.now["below"][0]),
             solver=self.name,
             report=_report(laws, work, code),
         )
@@ -1100,6 +1147,6 @@ class Verlet(Solver):
         laws, work = self._start(chain, state, direction, seed)
         yield from _new_events(work)
         code = _REST
-        while work.number[_PHASE] == _MOVING and code not in _OUTCOMES:
-            code = _advance(laws, work, work.number[_EVENT_COUNT] + 1)
+        while work.now["phase"][0] == _MOVING and code not in _OUTCOMES:
+            code = _advance(laws, work, work.now["events"][0] + 1)
             yield from _new_events(work)
