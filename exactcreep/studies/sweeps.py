@@ -1,0 +1,576 @@
+"""Sweeps: every member of a scene as one cell of a labelled grid, on threads or many machines.
+
+A cell is a pure function of its experiment, so that it does not matter where or in which order
+cells are computed. Each one that finishes is saved at once as a small file of its own, named by
+the digest of its experiment: a sweep that is stopped, in whatever way, goes on from there and
+gives the same bits, and a grid that grows keeps what it had.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import tempfile
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from exactcreep import __version__, checkpoint
+from exactcreep.experiment import Experiment
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.quasistatic import PhysicsWarning, Progress, run_members
+
+FORMAT = "exactcreep sweep 1"
+_CELL_FORMAT = "exactcreep cell 1"
+_RECORDED = {
+    "x_G": (),
+    "x": ("slider",),
+    "tension": ("spring",),
+    "slips": ("slider",),
+}
+_NUMBERS = {
+    "velocity": ("g tau_dyn^2 per half-cycle", "mean displacement of x_G per half-cycle"),
+    "velocity_error": ("g tau_dyn^2 per half-cycle", "standard error of velocity"),
+    "x_G": ("g tau_dyn^2", "displacement of the centre of mass at the end"),
+}
+_COUNTS = {
+    "half_cycles": "targets reached",
+    "rearrangements": "rearrangements",
+    "events": "start and stop events",
+    "slips": "slips",
+    "draws_below_mu_d": "static coefficients drawn below mu_d, which act as mu_d",
+    "undecided": "comparisons inside their rounding bound",
+}
+_WORDS = {
+    "outcome": "what the chain does, or why the computation stopped",
+    "evidence": "how well that is known",
+    "reason": "for a limit or a runaway: one sentence",
+}
+_MISSING = -1  # of a count
+_FEWEST_AHEAD = 64  # cells handed to an executor beyond those that have finished
+_GLANCE = 0.25  # seconds between two reports of progress
+
+
+class Grid(Protocol):
+    """What a sweep asks of a scene."""
+
+    @property
+    def name(self) -> str:
+        """The scene's name."""
+        ...
+
+    @property
+    def vary(self) -> Mapping[str, list[Any]]:
+        """Dotted keys and the values that the members take."""
+        ...
+
+    @property
+    def tables(self) -> Mapping[str, Mapping[str, Any]]:
+        """``chain``, ``drive`` and ``run`` as written."""
+        ...
+
+    def settings(self) -> list[dict[str, Any]]:
+        """Return the varied keys and values of every member; the first key varies slowest."""
+        ...
+
+    def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
+        """Return the experiment of one member."""
+        ...
+
+
+@dataclass(frozen=True)
+class SweepProgress:
+    """How far a sweep has come.
+
+    Attributes
+    ----------
+    cells, total : int
+        Cells finished, those found saved included, and cells of the grid.
+    found : int
+        Cells that an earlier sweep had saved.
+    events : int
+        Events of the cells computed now.
+    seconds : float
+        Since the start.
+    seconds_left : float
+        An estimate from half-cycles and sliders; nan before the first cell has finished.
+    """
+
+    cells: int
+    total: int
+    found: int
+    events: int
+    seconds: float
+    seconds_left: float
+
+    @property
+    def events_per_second(self) -> float:
+        """Events of finished cells per second of wall time."""
+        return self.events / self.seconds if self.seconds > 0 else 0.0
+
+
+class _Stopped(Exception):
+    """The sweep was interrupted while this cell was being computed."""
+
+
+def sweep(
+    scene: Grid,
+    *,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    progress: Callable[[SweepProgress], None] | None = None,
+) -> xr.Dataset:
+    """Run every member of a scene and return the results as one labelled grid.
+
+    Parameters
+    ----------
+    scene : Scene
+        From `exactcreep.load_scene`. What `[vary]` lists spans the grid; ``run.seed`` may be
+        among it.
+    executor : concurrent.futures.Executor, optional
+        Where the cells are computed: threads, processes, or a cluster (see
+        `exactcreep.studies.cluster`). It is not shut down.
+    workers : int, optional
+        Without an executor: so many threads; default one for each processor.
+    out : path, optional
+        A directory, made if need be. Every cell is saved in it when it has finished, and the grid
+        as ``sweep.nc`` at the end or after Ctrl-C. Default: nothing is saved.
+    resume : bool
+        Take the cells that `out` holds instead of computing them again.
+    progress : callable, optional
+        Called with a `SweepProgress` about four times a second.
+
+    Returns
+    -------
+    Dataset
+        One dimension for each varied key, named by its last part (``chain.n`` is ``n``): velocity,
+        velocity_error, x_G, the counts, outcome and evidence of every cell. If the scene records
+        x_G, x, tension or slips, they follow as ``recorded_x_G`` and so on along ``half_cycle``,
+        filled up with nan (or -1) where a cell has fewer.
+
+    Raises
+    ------
+    InputError
+        If a member is out of range, `out` holds cells and `resume` is not given, or a cell that
+        was saved is damaged.
+    KeyboardInterrupt
+        After Ctrl-C; what has finished is saved.
+
+    Notes
+    -----
+    Guarantee: a cell depends on its experiment alone, whatever computes it: the dataset of a
+    sweep that was stopped and resumed, on other machines or in another order, is the same bit
+    for bit.
+    """
+    settings = scene.settings()
+    experiments = [_experiment(scene, setting) for setting in settings]
+    store = None if out is None else Store(out, resume=resume)
+    names = [_digest(experiment) for experiment in experiments]
+    values: list[dict[str, Any] | None] = [None] * len(experiments)
+    if store is not None:
+        values = [store.load(name) for name in names]
+    todo = [index for index, value in enumerate(values) if value is None]
+    board = _Board(experiments, todo, progress)
+
+    def take(index: int, value: dict[str, Any]) -> None:
+        if store is not None:
+            store.save(names[index], value)
+        values[index] = value
+        board.add(index, value)
+
+    try:
+        with _pool(executor, workers) as (pool, stop, ahead), _quiet():
+            _compute(pool, stop, ahead, experiments, settings, todo, take, board)
+    except KeyboardInterrupt:
+        if store is not None:
+            store.finish(_assembled(scene, experiments, values))
+        raise
+    dataset = _assembled(scene, experiments, values)
+    if store is not None:
+        store.finish(dataset)
+    _warn(values)
+    return dataset
+
+
+def compute_cell(experiment: Experiment, stop: threading.Event | None = None) -> dict[str, Any]:
+    """Return what a sweep keeps of one experiment, as plain data.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    stop : Event, optional
+        Set by a sweep in the same process that was interrupted.
+    """
+
+    def glance(progress: Progress) -> None:
+        if stop is not None and stop.is_set():
+            raise _Stopped
+
+    result = run_members([experiment], progress=glance)[0]
+    value: dict[str, Any] = {"version": __version__, "seconds": result.seconds}
+    value |= {name: float(getattr(result, name)) for name in _NUMBERS}
+    value |= {name: int(getattr(result, name)) for name in _COUNTS}
+    value |= {
+        "outcome": result.outcome.value,
+        "evidence": result.evidence.value,
+        "reason": result.reason,
+    }
+    if result.velocity_text is not None:
+        value["velocity_decimal"] = result.velocity_text
+    value["warnings"] = dict(result.warnings)
+    value["recorded"] = {name: result.recorded[name] for name in experiment.record}
+    return value
+
+
+class Store:
+    """The directory in which the cells of a sweep are saved, one file each.
+
+    Raises
+    ------
+    InputError
+        If `out` cannot be such a directory, or holds cells and `resume` is not given.
+    """
+
+    def __init__(self, out: str | os.PathLike[str], *, resume: bool) -> None:
+        self.folder = Path(out)
+        self.cells = self.folder / "cells"
+        name = os.fspath(out)
+        if self.folder.exists() and not self.folder.is_dir():
+            raise InputError("out", name, "must be a directory")
+        if not resume and self.cells.is_dir() and any(self.cells.glob("*.cell")):
+            raise InputError(
+                "out", name, "holds the cells of an earlier sweep; resume it, or name another"
+            )
+        try:
+            self.cells.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError("out", name, f"cannot be made: {error.strerror}") from None
+        if not os.access(self.cells, os.W_OK):
+            raise InputError("out", name, "must be a directory that can be written")
+
+    def _path(self, name: str) -> Path:
+        return self.cells / f"{name}.cell"
+
+    def load(self, name: str) -> dict[str, Any] | None:
+        """Return the cell saved under `name`, None if there is none."""
+        path = self._path(name)
+        if not path.exists():
+            return None
+        try:
+            content = checkpoint.read(path)
+            if content.get("format") != _CELL_FORMAT or content.get("name") != name:
+                raise InputError("cell", os.fspath(path), "is not this cell")
+            value: dict[str, Any] = content["value"]
+        except (InputError, KeyError) as error:
+            reason = error.allowed if isinstance(error, InputError) else "it holds no value"
+            raise InputError(
+                "cell", os.fspath(path), f"{reason}; delete the file to compute it again"
+            ) from None
+        return value
+
+    def save(self, name: str, value: Mapping[str, Any]) -> None:
+        """Write a cell, in one piece or not at all."""
+        content = {"format": _CELL_FORMAT, "name": name, "value": dict(value)}
+        checkpoint.write(self._path(name), content)
+
+    def finish(self, dataset: xr.Dataset) -> None:
+        """Write the grid as ``sweep.nc``, in one piece or not at all."""
+        handle, temporary = tempfile.mkstemp(prefix=".sweep.", dir=self.folder)
+        os.close(handle)
+        try:
+            dataset.to_netcdf(temporary, engine="h5netcdf")
+            os.chmod(temporary, 0o644)
+            os.replace(temporary, self.folder / "sweep.nc")
+        finally:
+            Path(temporary).unlink(missing_ok=True)
+
+
+class _Board:
+    """Counts what has been done, and says so."""
+
+    def __init__(
+        self,
+        experiments: list[Experiment],
+        todo: list[int],
+        progress: Callable[[SweepProgress], None] | None,
+    ) -> None:
+        self.progress = progress
+        self.total = len(experiments)
+        self.found = self.total - len(todo)
+        self.cells = self.found
+        self.events = 0
+        self.begin = time.perf_counter()
+        self.last = -math.inf
+        # a slider of a half-cycle costs about the same everywhere
+        self.weights = {i: experiments[i].drive.half_cycles * experiments[i].chain.n for i in todo}
+        self.left = sum(self.weights.values())
+        self.done = 0
+
+    def add(self, index: int, value: Mapping[str, Any]) -> None:
+        self.cells += 1
+        self.events += value["events"]
+        self.done += self.weights[index]
+        self.left -= self.weights[index]
+
+    def show(self, *, now: bool = False) -> None:
+        moment = time.perf_counter()
+        if self.progress is None or not (now or moment - self.last >= _GLANCE):
+            return
+        self.last = moment
+        seconds = moment - self.begin
+        left = seconds * self.left / self.done if self.done else math.nan
+        self.progress(
+            SweepProgress(self.cells, self.total, self.found, self.events, seconds, left)
+        )
+
+
+@contextmanager
+def _pool(
+    executor: Executor | None, workers: int | None
+) -> Iterator[tuple[Executor, threading.Event | None, int]]:
+    """Yield an executor, what stops the cells that it computes, and how many it may hold."""
+    if executor is not None:
+        if workers is not None:
+            raise InputError("workers", workers, "belongs to the executor that is given")
+        known = getattr(executor, "_max_workers", None)
+        ahead = 4 * known if isinstance(known, int) else 4 * _FEWEST_AHEAD
+        yield executor, None, max(ahead, _FEWEST_AHEAD)
+        return
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    if workers is not None:
+        count = whole_number(workers, "workers", least=1, most=10_000)
+    stop = threading.Event()
+    with ThreadPoolExecutor(count, thread_name_prefix="cell") as threads:
+        try:
+            yield threads, stop, 4 * (count or 1)
+        except BaseException:
+            stop.set()
+            raise
+
+
+def _compute(
+    pool: Executor,
+    stop: threading.Event | None,
+    ahead: int,
+    experiments: list[Experiment],
+    settings: list[dict[str, Any]],
+    todo: list[int],
+    take: Callable[[int, dict[str, Any]], None],
+    board: _Board,
+) -> None:
+    """Have the cells `todo` computed and take each one as it finishes."""
+    waiting: dict[Future[dict[str, Any]], int] = {}
+    remaining = iter(todo)
+
+    def collect(timeout: float | None) -> None:
+        done, _ = wait(waiting, timeout, return_when=FIRST_COMPLETED)
+        for future in done:
+            index = waiting.pop(future)
+            take(index, _value(future, settings[index]))
+
+    board.show(now=True)
+    try:
+        while True:
+            for index in remaining:
+                cell = (experiments[index],) if stop is None else (experiments[index], stop)
+                waiting[pool.submit(compute_cell, *cell)] = index
+                if len(waiting) >= ahead:
+                    break
+            if not waiting:
+                break
+            collect(_GLANCE)
+            board.show()
+    except BaseException:
+        if stop is not None:
+            stop.set()
+        for future in waiting:
+            future.cancel()
+        # what finished in the meantime is not thrown away
+        for future, index in waiting.items():
+            if future.done() and not future.cancelled() and future.exception() is None:
+                take(index, future.result())
+        raise
+    board.show(now=True)
+
+
+def _value(future: Future[dict[str, Any]], setting: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what a cell came to; an error in it names the cell."""
+    try:
+        value = future.result()
+    except InputError as error:
+        where = ", ".join(f"{key} = {text}" for key, text in setting.items())
+        allowed = f"{error.allowed} (in the cell {where})" if where else error.allowed
+        raise InputError(error.field, error.value, allowed) from None
+    if value["version"] != __version__:
+        raise InputError(
+            "worker", value["version"], f"must run the same version as this program, {__version__}"
+        )
+    return value
+
+
+def _experiment(scene: Grid, setting: Mapping[str, Any]) -> Experiment:
+    """Return one member; nothing is recorded that the scene does not ask for by name."""
+    record = setting.get("run.record", scene.tables["run"].get("record", []))
+    experiment = scene.experiment({**setting, "run.record": record})
+    if "events" in experiment.record:
+        raise InputError(
+            "run.record", "events", "are too many for a sweep; record them in a single run"
+        )
+    return experiment
+
+
+def _digest(experiment: Experiment) -> str:
+    """Return the name under which the cell of an experiment is saved."""
+    description = {"version": __version__, "experiment": experiment.description()}
+    return hashlib.sha256(checkpoint.to_bytes(description)).hexdigest()[:32]
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep the warnings of single cells back; the sweep counts them."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)
+        yield
+
+
+def _warn(values: list[dict[str, Any] | None]) -> None:
+    kinds: dict[str, int] = {}
+    for value in values:
+        for name in value["warnings"] if value is not None else ():
+            kinds[name] = kinds.get(name, 0) + 1
+    if kinds:
+        counts = ", ".join(f"{name} in {count}" for name, count in kinds.items())
+        warnings.warn(
+            f"of {len(values)} cells: {counts} left the model's physical range",
+            PhysicsWarning,
+            stacklevel=3,
+        )
+
+
+# --- the grid ------------------------------------------------------------------------------------
+
+
+def dimensions(vary: Mapping[str, list[Any]]) -> dict[str, str]:
+    """Return the name of the dimension of each varied key: its last part, if no other has it."""
+    short = [key.rpartition(".")[2] for key in vary]
+    return {
+        key: name if short.count(name) == 1 and name not in _taken() else key.replace(".", "_")
+        for key, name in zip(vary, short, strict=True)
+    }
+
+
+def _taken() -> set[str]:
+    return {*_NUMBERS, *_COUNTS, *_WORDS, "half_cycle", "slider", "spring", "warnings"}
+
+
+def _coordinate(values: list[Any]) -> NDArray[Any]:
+    """Return the values of a varied key as numbers, or as text where one is none."""
+    numbers: list[Fraction] = []
+    for value in values:
+        try:
+            numbers.append(exact_number(value, "value"))
+        except InputError:
+            return np.array([value if isinstance(value, str) else _text(value) for value in values])
+    if all(number.denominator == 1 and abs(number) < 2**63 for number in numbers):
+        return np.array([int(number) for number in numbers], dtype=np.int64)
+    return np.array([nearest_float(number) for number in numbers])
+
+
+def _text(value: Any) -> str:
+    return json.dumps(value, default=str)
+
+
+def _assembled(
+    scene: Grid, experiments: list[Experiment], values: list[dict[str, Any] | None]
+) -> xr.Dataset:
+    """Return the cells as one dataset; cells not computed are marked by ``finished``."""
+    names = dimensions(scene.vary)
+    shape = tuple(len(options) for options in scene.vary.values())
+    dims = tuple(names.values())
+    coordinates = {names[key]: (names[key], _coordinate(v)) for key, v in scene.vary.items()}
+    variables: dict[str, Any] = {}
+
+    def column(name: str, missing: Any, kind: Any) -> NDArray[Any]:
+        cells = [missing if value is None else value.get(name, missing) for value in values]
+        return np.array(cells, dtype=kind).reshape(shape)
+
+    for name, (units, meaning) in _NUMBERS.items():
+        about = {"units": units, "long_name": meaning}
+        variables[name] = (dims, column(name, math.nan, np.float64), about)
+    for name, meaning in _COUNTS.items():
+        about = {"units": "1", "long_name": meaning}
+        variables[name] = (dims, column(name, _MISSING, np.int64), about)
+    for name, meaning in _WORDS.items():
+        variables[name] = (dims, column(name, "", str), {"long_name": meaning})
+    if any(value is not None and "velocity_decimal" in value for value in values):
+        variables["velocity_decimal"] = (dims, column("velocity_decimal", "", str))
+    finished = np.array([value is not None for value in values]).reshape(shape)
+    variables["finished"] = (dims, finished, {"long_name": "the cell has been computed"})
+    variables |= _recorded(dims, shape, values)
+    attributes = {
+        "format": FORMAT,
+        "version": __version__,
+        "scene": scene.name,
+        "tables": _text({name: dict(table) for name, table in scene.tables.items()}),
+        "vary": _text(dict(scene.vary)),
+    }
+    attributes |= _shared(experiments)
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def _shared(experiments: list[Experiment]) -> dict[str, Any]:
+    """Return the parameters that all experiments have in common, rationals as strings."""
+    common: dict[str, Any] = {}
+    described = [
+        {**experiment.chain.parameters(), "drive": experiment.drive.kind}
+        | {k: v for k, v in experiment.drive.parameters().items() if k != "kind"}
+        | {"solver": experiment.solver, "seed": experiment.seed}
+        for experiment in experiments
+    ]
+    for name, value in described[0].items():
+        if isinstance(value, (list, tuple)) or value is None:
+            continue
+        if all(other.get(name) == value for other in described):
+            common[name] = str(value) if isinstance(value, Fraction) else value
+    if "seed" in common:
+        common["seed"] = np.uint64(common["seed"])
+    return common
+
+
+def _recorded(
+    dims: tuple[str, ...], shape: tuple[int, ...], values: list[dict[str, Any] | None]
+) -> dict[str, Any]:
+    """Return what was recorded, cells stacked, filled up to the longest and widest."""
+    variables: dict[str, Any] = {}
+    for name, inner in _RECORDED.items():
+        found = [None if value is None else value["recorded"].get(name) for value in values]
+        arrays = [array for array in found if array is not None]
+        if not arrays:
+            continue
+        size = tuple(np.max([array.shape for array in arrays], axis=0).tolist())
+        whole = arrays[0].dtype.kind == "i"
+        stacked = np.full((len(values), *size), _MISSING if whole else math.nan, arrays[0].dtype)
+        for index, array in enumerate(found):
+            if array is not None:
+                stacked[(index, *(slice(length) for length in array.shape))] = array
+        variables[f"recorded_{name}"] = (
+            (*dims, "half_cycle", *inner),
+            stacked.reshape(*shape, *size),
+            {"units": "1" if whole else "m g" if name == "tension" else "g tau_dyn^2"},
+        )
+    return variables
