@@ -28,6 +28,7 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 
 FORMAT = "exactcreep result 1"
+PICTURES = (".png", ".pdf", ".svg")
 _DIMENSIONS = {
     "x_G": ("half_cycle",),
     "x": ("half_cycle", "slider"),
@@ -429,6 +430,12 @@ def check_output(path: str | os.PathLike[str], field_name: str, *, force: bool) 
     if not os.access(target.parent, os.W_OK):
         raise InputError(field_name, name, "must lie in a directory that can be written")
     return target
+
+
+def check_picture(path: Path) -> None:
+    """Raise `InputError` unless the name ends like that of a picture."""
+    if path.suffix.lower() not in PICTURES:
+        raise InputError("plot", str(path), "must end in " + ", ".join(PICTURES))
 
 
 def save_members(

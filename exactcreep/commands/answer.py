@@ -83,7 +83,7 @@ def _short(value: Any) -> str:
     return f"{float(value):.6g}"
 
 
-def measured(result: Creep) -> str:
+def measured(result: Creep, digits: int = 6) -> str:
     """Return the velocity with its standard error."""
     if result.velocity_text is not None and result.velocity_enclosure is not None:
         radius = result.velocity_enclosure.radius
@@ -94,20 +94,18 @@ def measured(result: Creep) -> str:
     if math.isinf(result.velocity):
         return "unbounded"
     if math.isnan(result.velocity_error):
-        return f"{result.velocity:.6g}"
-    return f"{result.velocity:.6g} ± {result.velocity_error:.2g}"
+        return f"{result.velocity:.{digits}g}"
+    return f"{result.velocity:.{digits}g} ± {result.velocity_error:.2g}"
 
 
-def _predicted(result: Creep) -> tuple[str, str] | None:
+def _predicted(result: Creep, digits: int = 6) -> tuple[str, str, tuple[float, ...]] | None:
     from exactcreep.studies.prediction import prediction
 
     found = prediction(result.experiment)
     if found is None:
         return None
-    printed = " or ".join(f"{value:.6g}" for value in found.printed)
-    if all(value <= 0 for value in found.printed) and result.chain.tan_alpha > 0:
-        printed += ", hence none"
-    return f"paper, Eq. ({found.label})", printed
+    printed = " or ".join(f"{value:.{digits}g}" for value in found.printed)
+    return f"paper, Eq. ({found.label})", printed, found.printed
 
 
 def _print_one(console: Any, result: Creep) -> None:
@@ -119,7 +117,8 @@ def _print_one(console: Any, result: Creep) -> None:
     table.add_row(f"velocity per {target}", measured(result))
     law = _predicted(result)
     if law is not None:
-        table.add_row(f"  {law[0]}", law[1])
+        below = not any(found > 0 for found in law[2]) and result.chain.tan_alpha > 0
+        table.add_row(f"  {law[0]}", law[1] + (" (below its threshold: none)" if below else ""))
     table.add_row("evidence", _evidence(result))
     table.add_row(
         "counts",
@@ -144,28 +143,41 @@ def _print_members(
 
     table = Table(box=None, padding=(0, 1), header_style="bold")
     for key in settings[0]:
-        table.add_column(key, overflow="fold")
-    for name in ("velocity", "paper", "outcome", "evidence", "slips"):
-        table.add_column(name, overflow="fold")
+        table.add_column(key.rpartition(".")[2], no_wrap=True)
+    for name in ("velocity", "paper", "outcome", "slips"):
+        justify: Any = "right" if name in ("paper", "slips") else "left"
+        table.add_column(name, justify=justify, no_wrap=True)
     for setting, result in zip(settings, results, strict=False):
-        law = _predicted(result)
+        law = _predicted(result, digits=4)
         table.add_row(
             *(_setting_text(value) for value in setting.values()),
-            measured(result),
+            measured(result, digits=4),
             law[1] if law is not None else "",
             result.outcome.value,
-            _evidence(result),
             str(result.slips),
         )
     console.print(table)
-    counts = Counter(result.outcome.value for result in results)
-    told = ", ".join(f"{count} {name}" for name, count in counts.most_common())
+    outcomes = Counter(result.outcome.value for result in results)
+    evidence = Counter(result.evidence.value for result in results)
     missing = len(settings) - len(results)
-    console.print(f"{len(results)} members: {told}" + (f"; {missing} not run" if missing else ""))
-    console.print(f"{sum(result.seconds for result in results):.3g} s", highlight=False)
+    console.print(
+        f"{len(results)} members: {_told(outcomes)}; evidence: {_told(evidence)}"
+        + (f"; {missing} not run" if missing else "")
+        + f"; {sum(result.seconds for result in results):.3g} s",
+        soft_wrap=True,
+    )
+
+
+def _told(counts: Counter[str]) -> str:
+    return ", ".join(f"{count} {name}" for name, count in counts.most_common())
 
 
 def _setting_text(value: Any) -> str:
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} = {part}" for key, part in value.items())
-    return str(value)
+        return ", ".join(f"{key} {_setting_text(part)}" for key, part in value.items())
+    if isinstance(value, list):
+        return f"({len(value)} values)"
+    try:
+        return f"{float(value):.6g}"
+    except (TypeError, ValueError):
+        return str(value)

@@ -79,11 +79,13 @@ def run_session(
     """
     from exactcreep.model.verdict import Outcome
     from exactcreep.quasistatic import Interrupted, run_members
-    from exactcreep.result import check_output, save_members
+    from exactcreep.result import check_output, check_picture, save_members
 
     for path, option in ((out, "out"), (plot, "plot")):
         if path is not None:
             check_output(path, option, force=force)
+    if plot is not None:
+        check_picture(plot)
     status = 0
     results: list[Creep]
     with ProgressBar(len(experiments)) as bar:
@@ -103,10 +105,9 @@ def run_session(
     if out is not None:
         save_members(results, out, force=force)
     if plot is not None:
-        from exactcreep.studies.figures import draw_run, label_of
+        from exactcreep.studies.figures import draw_run
 
-        labels = [label_of(setting) for setting in settings]
-        draw_run(results, plot, labels=labels, title=title)
+        draw_run(results, plot, settings=settings, title=title)
     from exactcreep.commands import answer
 
     if as_json:

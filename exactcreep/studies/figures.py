@@ -14,12 +14,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
-from exactcreep.result import Creep
+from exactcreep.result import Creep, check_picture
 
 INKS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#999999")
 """Okabe and Ito's colours, which everybody can tell apart."""
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
-FORMATS = ("png", "pdf", "svg")
 STYLE: dict[Any, Any] = {
     "font.family": "serif",
     "font.size": 10,
@@ -62,19 +61,17 @@ def save_picture(figure: Figure, path: Path | str) -> None:
         raise InputError("plot", str(path), f"cannot be written: {error.strerror}") from None
 
 
-def check_picture(path: Path) -> None:
-    """Raise `InputError` unless the name ends like a picture's."""
-    if path.suffix.lower().removeprefix(".") not in FORMATS:
-        raise InputError("plot", str(path), "must end in ." + ", .".join(FORMATS))
-
-
 def label_of(settings: Mapping[str, Any]) -> str:
     """Return a label for a member from what it sets."""
-    parts = []
-    for key, value in settings.items():
-        symbol = _SYMBOLS.get(key, key.partition(".")[2] or key)
-        parts.append(f"{symbol} = {_value_text(value)}")
-    return ", ".join(parts)
+    return ", ".join(_setting_text(key, value) for key, value in settings.items())
+
+
+def _setting_text(key: str, value: Any) -> str:
+    if isinstance(value, Mapping) and "size" in value:
+        return f"{key.rpartition('.')[2]} {value.get('seed', 0)}"
+    if isinstance(value, str) and key == "run.start":
+        return value
+    return f"{_SYMBOLS.get(key, key.partition('.')[2] or key)} = {_value_text(value)}"
 
 
 _SYMBOLS = {
@@ -90,10 +87,8 @@ _SYMBOLS = {
 
 
 def _value_text(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return " ".join(f"{key} {_value_text(part)}" for key, part in value.items())
-    if isinstance(value, list):
-        return f"[{len(value)} values]"
+    if isinstance(value, (list, Mapping)):
+        return f"({len(value)} values)"
     try:
         return f"{float(value):.6g}"
     except (TypeError, ValueError):
@@ -101,7 +96,11 @@ def _value_text(value: Any) -> str:
 
 
 def draw_run(
-    results: Sequence[Creep], path: Path | str, *, labels: Sequence[str] = (), title: str = ""
+    results: Sequence[Creep],
+    path: Path | str,
+    *,
+    settings: Sequence[Mapping[str, Any]] = (),
+    title: str = "",
 ) -> None:
     """Draw theta(t) and x_G(t) of one or several runs, time in half-cycles.
 
@@ -119,14 +118,17 @@ def draw_run(
     check_picture(Path(path))
     with mpl.rc_context(STYLE):
         figure = picture(6.4, 5.2)
-        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1, 2.4))
+        # the band of many cycles says less than a trace, and needs less room
+        band = all(result.drive.cyclic and result.half_cycles > 400 for result in results)
+        ratios = (1, 5) if band else (1, 2.4)
+        top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=ratios)
         if title:
             figure.suptitle(title, fontsize=10)
-        _draw_theta(top, results)
+        _draw_theta(top, results, band=band)
         if len(results) == 1:
             _draw_one(bottom, results[0])
         else:
-            _draw_members(bottom, results, labels)
+            _draw_members(bottom, results, settings)
         target = "half-cycles" if results[0].drive.cyclic else "targets"
         bottom.set_xlabel(rf"time $t/\tau_\mathrm{{th}}$ ({target})")
         save_picture(figure, path)
@@ -146,25 +148,35 @@ def _thinned(time: NDArray[Any], values: NDArray[Any]) -> tuple[NDArray[Any], ND
     return time[kept], values[kept]
 
 
-def _draw_theta(axes: Axes, results: Sequence[Creep]) -> None:
+def _draw_theta(axes: Axes, results: Sequence[Creep], *, band: bool) -> None:
     axes.set_ylabel(r"dilation $\theta$")
-    largest = max(results, key=_largest_theta)
-    theta = np.concatenate([[0.0], largest.drive.targets(1, largest.half_cycles, largest.seed)])
-    time = np.arange(theta.size)
-    if largest.drive.cyclic and theta.size > 400:
-        # the lines of so many cycles merge: the band that they fill says as much
-        levels = sorted({_largest_theta(result) for result in results}, reverse=True)
-        for level, shade in zip(levels, ("0.75", "0.55", "0.4"), strict=False):
-            axes.fill_between([0, time[-1]], -level, level, color=shade, linewidth=0)
-        axes.text(
-            0.99, 0.5, rf"$\theta$ cycles between $\pm A_\theta$, {theta.size - 1} half-cycles",
-            transform=axes.transAxes, ha="right", va="center", fontsize=8,
-        )  # fmt: skip
-    elif theta.size > 2000:
-        axes.plot(*_thinned(time, theta), color="0.35", linewidth=0.4)
-    else:
-        axes.plot(time, theta, color="0.2", linewidth=0.7)
     axes.margins(x=0.01)
+    longest = max(results, key=lambda result: result.half_cycles)
+    if band:
+        # the lines of so many cycles merge: the band that they fill says as much
+        for level in sorted({_largest_theta(result) for result in results}, reverse=True):
+            axes.fill_between(
+                [0, longest.half_cycles], -level, level, facecolor="0.85", edgecolor="0.3"
+            )
+        axes.text(
+            0.5, 0.5, rf"cycles between $\pm A_\theta$ ({longest.half_cycles} half-cycles)",
+            transform=axes.transAxes, ha="center", va="center", fontsize=8,
+        )  # fmt: skip
+        return
+    for number, result in enumerate(_distinct_drives(results)):
+        theta = np.concatenate([[0.0], result.drive.targets(1, result.half_cycles, result.seed)])
+        width = 0.7 if theta.size <= 2000 else 0.3
+        time, values = _thinned(np.arange(theta.size), theta)
+        axes.plot(time, values, color="0.25" if number == 0 else INKS[number], linewidth=width)
+
+
+def _distinct_drives(results: Sequence[Creep]) -> list[Creep]:
+    """Return one run for each drive, at most as many as there are colours."""
+    found: dict[Any, Creep] = {}
+    for result in results:
+        key = (str(result.drive), result.seed if result.drive.random else None)
+        found.setdefault(key, result)
+    return list(found.values())[: len(INKS)]
 
 
 def _largest_theta(result: Creep) -> float:
@@ -201,43 +213,47 @@ def _draw_one(axes: Axes, result: Creep) -> None:
     axes.margins(x=0.01)
 
 
-def _draw_members(axes: Axes, results: Sequence[Creep], labels: Sequence[str]) -> None:
+def _draw_members(
+    axes: Axes, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]
+) -> None:
     families: dict[str, list[tuple[Creep, str]]] = {}
-    for result, label in zip(results, labels or [""] * len(results), strict=False):
+    for result, setting in zip(results, settings or [{}] * len(results), strict=False):
         if "x_G" in result.recorded and result.recorded["x_G"].size:
-            first, _, rest = label.partition(", ")
-            families.setdefault(first, []).append((result, rest))
-    single = all(len(family) == 1 for family in families.values())
+            texts = [_setting_text(key, value) for key, value in setting.items()]
+            families.setdefault(texts[0] if texts else "", []).append(
+                (result, ", ".join(texts[1:]))
+            )
+    ends: list[tuple[float, str, str]] = []
     for number, (name, family) in enumerate(families.items()):
         ink = INKS[number % len(INKS)]
-        dashes = DASHES[number // len(INKS) % len(DASHES)]
-        shown = name if single else f"{name} ({len(family)} members)"
-        for k, (result, _) in enumerate(family):
+        shown = name if len(family) == 1 else f"{name} ({len(family)} members)"
+        for k, (result, own) in enumerate(family):
             axes.plot(
                 *_course(result.recorded["x_G"], 0.0),
                 color=ink,
-                linestyle=dashes,
+                linestyle=DASHES[number // len(INKS) % len(DASHES)],
                 linewidth=1.4 if k == 0 else 0.8,
-                alpha=1.0 if k == 0 else 0.75,
+                alpha=1.0 if k == 0 else 0.8,
                 label=shown if k == 0 else None,
             )
-        _mark_ends(axes, family, ink)
+            ends.append((float(result.recorded["x_G"][-1]), own, ink))
     axes.set_ylabel(r"displacement $\Delta\tilde{x}_G$ ($g\,\tau_\mathrm{dyn}^2$)")
-    if len(families) <= 16:
-        axes.legend(loc="best")
     axes.margins(x=0.01)
+    if len(families) <= 16:
+        axes.legend(loc="upper left")
+    if any(own for _, own, _ in ends) and len(ends) <= 32:
+        _name_ends(axes, ends)
 
 
-def _mark_ends(axes: Axes, family: Sequence[tuple[Creep, str]], ink: str) -> None:
-    """Write each member's own setting at the end of its line, where there is room for it."""
-    if len(family) == 1:
-        return
-    ends = sorted(
-        ((float(r.recorded["x_G"][-1]), r.recorded["x_G"].size, rest) for r, rest in family),
-        reverse=True,
-    )
-    for value, time, rest in ends:
+def _name_ends(axes: Axes, ends: list[tuple[float, str, str]]) -> None:
+    """Write each line's own setting beside its end, moved apart where they would overlap."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high)
+    apart = 1 / 36  # of the height of the axes: one line of text
+    at = -1.0
+    for value, own, ink in sorted(ends):
+        at = max((value - low) / (high - low), at + apart)
         axes.annotate(
-            rest, (time, value), xytext=(3, 0), textcoords="offset points", color=ink,
-            fontsize=5, va="center", annotation_clip=False,
+            own, (1.0, at), xycoords="axes fraction", xytext=(4, 0), textcoords="offset points",
+            color=ink, fontsize=6.5, va="center", annotation_clip=False,
         )  # fmt: skip
