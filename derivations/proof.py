@@ -1,0 +1,229 @@
+"""What a derivation returns, what a check proves, and what the ledger says of a statement."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import sympy as sp
+
+from derivations.notation import Expression, Formula, NotationError, read
+
+VERDICTS = ("exact", "approximation", "misprint", "inconsistent", "convention")
+"""Follows from the model; leading term of what follows; slip of the pen; contradicts the model or the
+paper's own law; a definition or a choice."""
+
+
+class Refuted(AssertionError):
+    """A statement that does not follow."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a derivation: what is done, and the expression it leads to."""
+
+    text: str
+    expression: Expression = None
+
+
+@dataclass(frozen=True)
+class Derivation:
+    """The steps of a subject and the expressions they end in.
+
+    Attributes
+    ----------
+    title : str
+    steps : tuple of Step
+    results : mapping
+        Expressions by name; forces in m g, lengths in g tau_dyn**2 unless a step says otherwise.
+    assumptions : tuple of str
+    """
+
+    title: str
+    steps: tuple[Step, ...]
+    results: Mapping[str, Any]
+    assumptions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement that was checked: proved, or verified over a stated range of cases."""
+
+    text: str
+    proved: bool
+    how: str
+
+
+@dataclass
+class Verification:
+    """Everything that one subject's check has established."""
+
+    subject: str
+    assumptions: tuple[str, ...] = ()
+    claims: list[Claim] = field(default_factory=list)
+
+    def identity(self, text: str, expression: Expression, how: str = "identity") -> None:
+        """Record that an expression vanishes identically; raise `Refuted` if it does not."""
+        if not vanishes(expression):
+            raise Refuted(f"{self.subject}: {text}: {sp.simplify(expression)} is not zero")
+        self.claims.append(Claim(text, True, how))
+
+    def proved(self, text: str, truth: bool, how: str) -> None:
+        """Record a statement decided symbolically or by exact arithmetic on a complete set."""
+        if not bool(truth):
+            raise Refuted(f"{self.subject}: {text}")
+        self.claims.append(Claim(text, True, how))
+
+    def verified(self, text: str, truth: bool, how: str) -> None:
+        """Record a statement checked over the range of cases that `how` names."""
+        if not bool(truth):
+            raise Refuted(f"{self.subject}: {text}")
+        self.claims.append(Claim(text, False, how))
+
+
+def vanishes(expression: Expression) -> bool:
+    """Return whether an expression is identically zero (False: it is not, or it is not seen to be)."""
+    expression = sp.sympify(expression)
+    if expression == 0:
+        return True
+    reduced = sp.cancel(sp.together(sp.expand(expression)))
+    if reduced == 0:
+        return True
+    if reduced.has(sp.Function, sp.Pow, sp.Piecewise):
+        return bool(sp.simplify(reduced) == 0)
+    return False
+
+
+Judge = Callable[[Formula], bool]
+"""Says whether a formula follows from the derivation."""
+
+
+def follows(bindings: Mapping[Any, Any], relation: str = "=~") -> Judge:
+    """Return a judge: all sides of the formula agree once the derived expressions are put in."""
+
+    def judge(formula: Formula) -> bool:
+        if not formula.relations or any(r not in relation for r in formula.relations):
+            return False
+        sides = formula.bound(bindings).sides
+        return all(vanishes(a - b) for a, b in zip(sides, sides[1:], strict=False))
+
+    return judge
+
+
+def inequality(bindings: Mapping[Any, Any], margin: Expression) -> Judge:
+    """Return a judge: the formula says that `margin` is positive, up to a positive factor.
+
+    The factor must be free of everything but symbols known to be positive.
+    """
+
+    def judge(formula: Formula) -> bool:
+        if len(formula.relations) != 1 or formula.relations[0] not in ("<", ">"):
+            return False
+        left, right = formula.bound(bindings).sides
+        difference = left - right if formula.relations[0] == ">" else right - left
+        ratio = sp.cancel(sp.together(sp.expand(difference) / sp.expand(margin)))
+        return ratio.is_positive is True
+
+    return judge
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What the audit says of one statement of the paper.
+
+    Attributes
+    ----------
+    name : str
+        A name of its own (the label, where the paper has one).
+    label : str or None
+        The paper's label.
+    place : str
+        Where it stands.
+    printed : str
+        The statement, verbatim but for white space.
+    verdict : str
+        One of :data:`VERDICTS`.
+    how : str
+        Module and argument that back the verdict.
+    proved : bool
+        Whether the verdict rests on a proof (False: on a verification over stated cases).
+    assumptions : tuple of str
+    corrected : str or None
+        The corrected or exact form, in LaTeX or in words.
+    error : str or None
+        Leading error of an approximation and the condition under which it is small; what a misprint
+        gets wrong.
+    formula : str or None
+        The part of `printed` that is a formula.
+    corrected_formula : str or None
+        The part of `corrected` that is one.
+    holds : Judge or None
+        Whether a formula says what the derivation says: exactly, or (approximations) to leading order.
+    holds_exactly : Judge or None
+        The judge of the corrected form; `holds` where it is the same.
+    repair : tuple of str or None
+        What must be replaced by what in `formula` to make it follow (misprints and inconsistencies).
+    """
+
+    name: str
+    place: str
+    printed: str
+    verdict: str
+    how: str
+    proved: bool = True
+    label: str | None = None
+    assumptions: tuple[str, ...] = ()
+    corrected: str | None = None
+    error: str | None = None
+    formula: str | None = None
+    corrected_formula: str | None = None
+    holds: Judge | None = None
+    holds_exactly: Judge | None = None
+    repair: tuple[str, str] | None = None
+
+    def accepts_printed(self, text: str) -> bool:
+        """Return whether `text` in the place of the printed formula would earn the same verdict."""
+        if self.holds is None:
+            raise ValueError(f"{self.name} has no formula")
+        try:
+            if self.repair is None:
+                return self.holds(read(text))
+            wrong, right = self.repair
+            if text.count(wrong) != 1:
+                return False
+            return not self.holds(read(text)) and self.holds(read(text.replace(wrong, right)))
+        except NotationError:
+            return False
+
+    def accepts_corrected(self, text: str) -> bool:
+        """Return whether `text` in the place of the corrected formula follows."""
+        judge = self.holds_exactly or self.holds
+        if judge is None:
+            raise ValueError(f"{self.name} has no formula")
+        try:
+            return judge(read(text))
+        except NotationError:
+            return False
+
+    def check(self) -> None:
+        """Raise `Refuted` unless the verdict holds for what is printed and what is corrected."""
+        if self.formula is not None and not self.accepts_printed(self.formula):
+            raise Refuted(f"{self.name}: the printed formula does not earn its verdict")
+        if self.corrected_formula is not None and not self.accepts_corrected(self.corrected_formula):
+            raise Refuted(f"{self.name}: the corrected formula does not follow")
+
+    def as_json(self) -> dict[str, object]:
+        """Return the entry as a JSON object."""
+        return {
+            "label": self.label,
+            "name": self.name,
+            "place": self.place,
+            "verdict": self.verdict,
+            "printed": self.printed,
+            "corrected": self.corrected,
+            "assumptions": list(self.assumptions),
+            "error": self.error,
+            "proved": self.proved,
+            "how": self.how,
+        }

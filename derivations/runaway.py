@@ -1,0 +1,126 @@
+"""Runaway: when a chain can slide for ever, and what proves that it does."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+
+import sympy as sp
+
+from derivations.notation import Formula, alpha, c, mu_d, s, slope_margin, symbol
+from derivations.proof import Derivation, Entry, Judge, Step, Verification, follows
+
+
+def derive() -> Derivation:
+    """Return the mean acceleration of a chain that moves as a whole, and the critical slope."""
+    direction = sp.Symbol("S")
+    mean = s - mu_d * c * direction  # springs cancel in the sum over the chain
+    critical = sp.solve((mean.subs(direction, 1) / c).subs(s, c * symbol("t")), symbol("t"))[0]
+    results = {"mean_acceleration": mean.subs(direction, 1), "critical_slope": critical}
+    steps = (
+        Step("sum of the equations of motion over a chain that moves as a whole, per slider", mean),
+        Step("downhill", results["mean_acceleration"]),
+        Step("it vanishes at tan(alpha)", critical),
+    )
+    return Derivation("Runaway", steps, results, ("all sliders move downhill",))
+
+
+def check() -> Verification:
+    """Prove the critical slope, the dissipation bound and the certificate of a runaway."""
+    v = Verification("runaway", ("constant mu_d", "theta frozen"))
+    r = derive().results
+    v.identity("the chain's mean acceleration downhill is -m", r["mean_acceleration"] + slope_margin)
+    v.identity("it vanishes at tan(alpha) = mu_d", r["critical_slope"] - mu_d)
+    # certificate: v_n = mean + w_n, w orthogonal to (1, ..., 1), |w|**2 <= 2 J
+    p, J = symbol("p"), sp.Symbol("J", positive=True)
+    v.identity(
+        "the projection of a unit vector on the internal motions has the square 1 - 1/p",
+        (1 - 1 / p) ** 2 + (p - 1) / p**2 - (1 - 1 / p),
+        "components 1 - 1/p once and -1/p (p - 1) times; Cauchy-Schwarz then gives "
+        "|w_n| <= sqrt((1 - 1/p) 2J)",
+    )
+    surplus = sp.Symbol("surplus", positive=True)
+    bound = sp.sqrt((1 - 1 / p) * 2 * J)
+    v.proved(
+        "a mean velocity above sqrt((1 - 1/N) 2J) at tan(alpha) >= mu_d: no slider ever stops",
+        sp.expand(bound + surplus - bound).is_positive
+        and sp.expand(r["mean_acceleration"].subs(s, mu_d * c + surplus)).is_positive,
+        "every v_n >= mean - sqrt((1 - 1/N) 2J) > 0; J is conserved while all move (modes), and the mean "
+        "does not decrease since its acceleration s - mu_d c is not negative",
+    )
+    v.verified("|w_n|**2 <= (1 - 1/p)|w|**2 for motions without a mean", _spread(), "300 rational vectors")
+    speed = sp.Symbol("speed", nonnegative=True)
+    for direction in (1, -1):
+        power = s * direction * speed - mu_d * c * speed
+        v.identity(
+            f"power of weight and friction on a slider moving {'down' if direction == 1 else 'up'}hill "
+            "is at most -(mu_d c - s)|v| for s >= 0",
+            power + slope_margin * speed - (direction - 1) * s * speed,
+            "the difference (direction - 1) s |v| is never positive",
+        )
+    v.identity(
+        "for 0 <= tan(alpha) < mu_d the path lengths of an avalanche sum up to at most E_elastic/m",
+        sp.integrate(slope_margin, (speed, 0, J)) - slope_margin * J,
+        "the energy, not below zero, loses at least m per unit of path (the power above, integrated)",
+    )
+    return v
+
+
+def _spread() -> bool:
+    """Return whether no component of random vectors without a mean exceeds its bound."""
+    random = Random(11)
+    for _ in range(300):
+        size = random.randint(2, 9)
+        raw = [Fraction(random.randint(-99, 99), random.randint(1, 9)) for _ in range(size)]
+        mean = sum(raw) / size
+        vector = [value - mean for value in raw]
+        square = sum(value * value for value in vector)
+        if max(value * value for value in vector) > (1 - Fraction(1, size)) * square:
+            return False
+    return True
+
+
+def _critical(formula: Formula) -> bool:
+    """Judge a statement of the critical slope, as a tangent or as an angle."""
+    if len(formula.sides) == 1:
+        return bool(sp.simplify(sp.tan(formula.left) - derive().results["critical_slope"]) == 0)
+    return follows({symbol("alpha_c"): sp.atan(derive().results["critical_slope"])})(
+        Formula(tuple(side.subs(symbol("mu_d"), mu_d) for side in formula.sides), formula.relations)
+    )
+
+
+def _accelerates() -> Judge:
+    """Return a judge for `alpha > alpha_c = arctan(mu_d)`."""
+
+    def judge(formula: Formula) -> bool:
+        if formula.relations != (">", "="):
+            return False
+        if formula.sides[:2] != (alpha, symbol("alpha_c")):
+            return False
+        return bool(sp.simplify(sp.tan(formula.right) - derive().results["critical_slope"]) == 0)
+
+    return judge
+
+
+ENTRIES: tuple[Entry, ...] = (
+    Entry(
+        "alpha_c",
+        "Sec. III A 1",
+        r"$\tan(\alpha_\mathrm{c}) \equiv \mu_\mathrm{d}$",
+        "exact",
+        "runaway: the mean acceleration of a chain sliding downhill is s - mu_d c",
+        assumptions=("the chain moves as a whole; at rest it holds on up to the mean of mu_s",),
+        formula=r"\tan(\alpha_\mathrm{c}) \equiv \mu_\mathrm{d}",
+        holds=_critical,
+    ),
+    Entry(
+        "accelerates_above",
+        "Sec. III A 2",
+        r"$\alpha>\alpha_\mathrm{c}=\arctan(\mu_d)$",
+        "exact",
+        "runaway: s - mu_d c > 0 exactly for tan(alpha) > mu_d; at equality the mean velocity is constant",
+        assumptions=("the system slides as a whole",),
+        formula=r"\alpha>\alpha_\mathrm{c}=\arctan(\mu_d)",
+        holds=_accelerates(),
+    ),
+)

@@ -1,0 +1,114 @@
+"""One slider's slip: closed forms of a slider that moves between resting neighbours."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from derivations.notation import Expression, c, excess, mu_d, mu_s, symbol
+from derivations.proof import Derivation, Entry, Step, Verification, follows
+
+t = sp.Symbol("t", nonnegative=True)
+a0, w = sp.symbols("a_0 omega", positive=True)
+v0 = sp.Symbol("v_0", nonnegative=True)
+
+
+def derive() -> Derivation:
+    """Return displacement, duration and path of a lone slip with driving acceleration a_0.
+
+    The slider feels ``x'' = a_0 - omega**2 x`` with omega**2 the number of its springs.
+    """
+    path = sp.Function("path")
+    solution = sp.dsolve(
+        path(t).diff(t, 2) - a0 + w**2 * path(t), path(t), ics={path(0): 0, path(t).diff(t).subs(t, 0): 0}
+    ).rhs
+    duration = sp.pi / w
+    displacement = sp.simplify(solution.subs(t, duration))
+    energy = v0**2 + 2 * a0 * symbol("X") - w**2 * symbol("X") ** 2
+    reach = [root for root in sp.solve(energy, symbol("X")) if root.subs({v0: 0, a0: 1, w: 1}) > 0][0]
+    at_threshold = {a0: excess}
+    results = {
+        "path": sp.simplify(solution),
+        "duration": duration,
+        "displacement": displacement,
+        "reach": reach,
+        "end_displacement": displacement.subs(w, 1).subs(at_threshold),
+        "end_duration": duration.subs(w, 1),
+        "inner_displacement": displacement.subs(w, sp.sqrt(2)).subs(at_threshold),
+        "inner_duration": duration.subs(w, sp.sqrt(2)),
+    }
+    steps = (
+        Step("x'' = a_0 - omega**2 x from rest, omega**2 = number of springs", results["path"]),
+        Step("velocity, zero for the first time at pi/omega", sp.diff(results["path"], t)),
+        Step("displacement at that time", displacement),
+        Step("from velocity v_0, by energy", reach),
+        Step("end slider from its threshold: a_0 = mu_s c - mu_d c, omega = 1", results["end_displacement"]),
+        Step("inner slider: omega**2 = 2", results["inner_displacement"]),
+    )
+    return Derivation("One slider's slip", steps, results, ("neighbours rest",))
+
+
+def check() -> Verification:
+    """Prove the closed forms of lone slips and where their neighbours are most loaded."""
+    v = Verification("slip", ("the neighbours stay at rest", "the slip starts at the static threshold"))
+    r = derive().results
+    path = r["path"]
+    v.identity("the path solves the equation of motion", path.diff(t, 2) - a0 + w**2 * path)
+    v.identity("it starts at rest", path.diff(t).subs(t, 0))
+    v.identity("its velocity is (a_0/omega) sin(omega t)", path.diff(t) - a0 / w * sp.sin(w * t))
+    v.proved(
+        "the first zero of the velocity after the start is at pi/omega",
+        sp.sin(sp.pi) == 0 and all(sp.sin(sp.pi * sp.Rational(k, 12)) > 0 for k in range(1, 12)),
+        "sin has no zero between 0 and pi",
+    )
+    v.identity("an end slider moves by 2D", r["end_displacement"] - 2 * excess)
+    v.identity("an inner slider moves by D", r["inner_displacement"] - excess)
+    v.identity("an inner slider takes pi/sqrt(2)", r["inner_duration"] - sp.pi / sp.sqrt(2))
+    X = symbol("X")
+    v.identity(
+        "the reach from velocity v_0 is (a_0 + sqrt(a_0**2 + omega**2 v_0**2))/omega**2",
+        r["reach"] - (a0 + sp.sqrt(a0**2 + w**2 * v0**2)) / w**2,
+    )
+    v.identity(
+        "energy: v**2 = v_0**2 + 2 a_0 X - omega**2 X**2 has the derivative of the motion",
+        sp.diff(v0**2 + 2 * a0 * X - w**2 * X**2, X) / 2 - (a0 - w**2 * X),
+    )
+    after: Expression = mu_s * c - w**2 * r["displacement"].subs(a0, excess)
+    v.identity(
+        "after a slip from the threshold the force is (2 mu_d - mu_s) c, whatever the number of springs",
+        after - (2 * mu_d - mu_s) * c,
+    )
+    v.proved(
+        "the slider then rests: |2 mu_d - mu_s| <= mu_s",
+        sp.expand(mu_s**2 - (2 * mu_d - mu_s) ** 2 - 4 * mu_d * (mu_s - mu_d)) == 0,
+        "mu_s**2 - (2 mu_d - mu_s)**2 = 4 mu_d (mu_s - mu_d) >= 0",
+    )
+    v.proved(
+        "the path is monotone, so a neighbour's force is most changed when the slip ends",
+        (path.diff(t) / sp.sin(w * t)).simplify().is_positive,
+        "the velocity is a positive multiple of sin(omega t)",
+    )
+    return v
+
+
+_mu = sp.Function("mu_s")
+
+ENTRIES: tuple[Entry, ...] = (
+    Entry(
+        "force_drop",
+        "Sec. III A 2",
+        r"$\Delta f_{1\to2} = 2\,m g\,\cos\alpha\,(\mu_{\mathrm{s},2}-\mu_\mathrm{d})$",
+        "exact",
+        "slip: an end slider moves by 2 (mu_s - mu_d) cos(alpha), which is the change of the spring's force",
+        assumptions=("slider 1 rests", "slider 2 starts at its threshold"),
+        formula=r"\Delta f_{1\to2} = 2\,m g\,\cos\alpha\,(\mu_{\mathrm{s},2}-\mu_\mathrm{d})",
+        holds=follows(
+            {
+                "Delta_f": lambda a, b: symbol("m")
+                * symbol("g")
+                * derive().results["end_displacement"].subs(mu_s, _mu(b))
+                if (a, b) == (1, 2)
+                else sp.Symbol("elsewhere"),
+            }
+        ),
+    ),
+)

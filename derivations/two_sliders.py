@@ -1,0 +1,510 @@
+"""Two sliders: every slip, the staircase of the velocity, its thresholds and its mean over phases."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import ceil, floor
+from random import Random
+
+import sympy as sp
+
+from derivations.notation import (
+    Expression,
+    Formula,
+    alpha,
+    amplitude,
+    c,
+    excess,
+    l0,
+    mu_d,
+    mu_s,
+    s,
+    sigma_mu,
+    slope_margin,
+    static_margin,
+    symbol,
+)
+from derivations.play import BothStart, TwoSliders
+from derivations.proof import Derivation, Entry, Judge, Step, Verification, follows, inequality
+
+m, g, tau_th = (symbol(name) for name in "m g tau_th".split())
+tension = symbol("tension")
+mu_1, mu_2 = sp.Function("mu_s")(1), sp.Function("mu_s")(2)
+jump = sp.Symbol("jump", positive=True)
+room = l0 * amplitude
+
+
+def derive() -> Derivation:
+    """Return thresholds, the tension after a slip, the plateau's ends, and the mean velocity."""
+    start_2 = sp.solve(-tension + s - mu_s * c, tension)[0]
+    start_1_up = sp.solve(tension + s + mu_s * c, tension)[0]
+    start_1_down = sp.solve(tension + s - mu_s * c, tension)[0]
+    after = start_2 + 2 * excess
+    # different coefficients
+    first_2 = sp.solve(-tension + s - mu_2 * c, tension)[0]
+    first_1 = sp.solve(tension + s + mu_1 * c, tension)[0]
+    left = first_2 + 2 * (mu_2 - mu_d) * c
+    lower = sp.solve((first_2 - first_1).subs(s, c * symbol("t")), symbol("t"))[0]
+    upper = sp.solve((mu_1 * c - (left + s)).subs(s, c * symbol("t")), symbol("t"))[0]
+    # mean displacement of a half-cycle: tension at its start and end uniform over one slip
+    at_start, at_end = start_2 + excess, start_1_down - excess
+    length = l0 * jump
+    mean = sp.expand(length - (at_end - at_start))
+    rho = sp.Symbol("rho", real=True)
+    reach = room - slope_margin  # |rho| below it: relay rho switches twice per cycle
+    velocity = sp.integrate(sp.Integer(1), (rho, -reach, reach)) / 2
+    width = sp.sqrt(2 * (sigma_mu / 2) ** 2)
+    results = {
+        "start_2": start_2,
+        "start_1_up": start_1_up,
+        "start_1_down": start_1_down,
+        "after": after,
+        "ordering": lower,
+        "stability": upper,
+        "alpha_c_minus": width,
+        "alpha_c_plus": upper.subs({mu_1: mu_s, mu_2: mu_s}) - width,
+        "half_cycle": mean,
+        "velocity": sp.expand(velocity),
+        "threshold": sp.solve(room - slope_margin - excess, amplitude)[0],
+    }
+    steps = (
+        Step("Dilation: slider 2 starts downhill when -T + s = mu_s c, at the tension", start_2),
+        Step("slider 1 would start uphill only when T + s = -mu_s c, at", start_1_up),
+        Step("slider 2 is first, by 2s", sp.expand(start_2 - start_1_up)),
+        Step("it moves by 2D (slip), which leaves the tension", after),
+        Step("slider 1 then stays: mu_s c - (T + s) = 2m", sp.expand(mu_s * c - after - s)),
+        Step("different coefficients: slider 2 is first if tan(alpha) exceeds", lower),
+        Step("... and slider 1 stays after the slip if tan(alpha) is below", upper),
+        Step("standard deviation of (mu_1 - mu_2)/2", width),
+        Step("r = x_2 - x_1 - l0 changes by +-2D only: r0 = r mod 2D is conserved"),
+        Step(
+            "y = l0 theta: r -> r + 2D at y = r + a and back at y = r + 2D - a, so the relay at rho = r + D "
+            "switches at rho + m and at rho - m; every switching moves x_G by D"
+        ),
+        Step("a cycle of amplitude A switches the relays with |rho| < l0 A - m, twice"),
+        Step("relaxed chain: rho = +-D, +-3D, ...; it creeps if A exceeds", results["threshold"]),
+        Step("mean over r0: relays of density 1/(2D), each moving x_G by D per half-cycle", results["velocity"]),
+        Step("mean displacement of the moving slider in a half-cycle that reverses the last", mean),
+    )
+    return Derivation(
+        "Two sliders", steps, results, ("0 < tan(alpha) < mu_d", "sigma_mu = 0 for the staircase")
+    )
+
+
+def staircase(slope: Fraction, low: Fraction, high: Fraction, reach: Fraction, r0: Fraction) -> Fraction:
+    """Return the velocity by counting relays; lengths in units of cos(alpha)."""
+    step = high - low
+    inside = reach - (low - slope)
+    if inside <= 0:
+        return Fraction(0)
+    # rho = r0 + D + 2 D k strictly inside
+    first = floor((-inside - r0 - step) / (2 * step)) + 1
+    last = ceil((inside - r0 - step) / (2 * step)) - 1
+    return step * max(0, last - first + 1)
+
+
+def _cases(number: int, seed: int) -> list[tuple[Fraction, Fraction, Fraction, Fraction, Fraction]]:
+    """Return rational (slope, mu_d, mu_s, l0 A, r0) with 0 < slope < mu_d < mu_s."""
+    random = Random(seed)
+    cases = []
+    for _ in range(number):
+        low = Fraction(random.randint(2, 40), 20)
+        slope = low * Fraction(random.randint(1, 19), 20)
+        high = low + Fraction(random.randint(1, 30), random.choice((10, 20, 37)))
+        reach = Fraction(random.randint(1, 400), random.choice((20, 33, 40)))
+        r0 = (high - low) * Fraction(random.randint(-20, 20), 20)
+        cases.append((slope, low, high, reach, r0))
+    return cases
+
+
+def check() -> Verification:
+    """Prove the slips, the relay picture, the staircase, the phase average and the thresholds."""
+    v = Verification(
+        "two_sliders",
+        ("0 < tan(alpha) < mu_d <= mu_s", "sigma_mu = 0 where slips are counted", "slips are those of slip.py"),
+    )
+    r = derive().results
+    v.identity("slider 2 starts at T = -a", r["start_2"] + static_margin)
+    v.identity("in a dilation slider 2 is first, by 2s", r["start_2"] - r["start_1_up"] - 2 * s)
+    v.identity("the slip of slider 2 leaves slider 1 a margin 2m", mu_s * c - r["after"] - s - 2 * slope_margin)
+    v.identity("... and 2s + 2D to the other side", r["after"] + s + mu_s * c - 2 * s - 2 * excess)
+    position = symbol("r")
+    y_up = sp.solve(position - symbol("y") - r["start_2"], symbol("y"))[0]
+    y_down = sp.solve(position - symbol("y") - r["start_1_down"], symbol("y"))[0]
+    rho = position + excess
+    v.identity("r -> r + 2D switches at y = rho + m, rho = r + D", y_up - rho - slope_margin)
+    v.identity(
+        "r + 2D -> r switches at y = rho - m, the same rho",
+        y_down.subs(position, position + 2 * excess) - rho + slope_margin,
+        "so the chain is a row of relays at rho in r0 + D + 2D Z, for any path of theta",
+    )
+    v.identity(
+        "every switching moves the centre of mass downhill by D",
+        sp.Rational(1, 2) * 2 * excess - excess,
+        "slider 2 down by 2D in a dilation, slider 1 down by 2D in a contraction",
+    )
+    r0 = sp.Symbol("r_0", nonnegative=True)
+    v.identity(
+        "creep is sustained iff l0 A > a - |r0|",
+        (slope_margin + (excess - r0)) - (static_margin - r0),
+        "the relay closest to zero is at D - |r0|, |r0| <= D; it switches iff D - |r0| < l0 A - m",
+    )
+    v.identity("the mean over r0 is l0 A - m", r["velocity"] - (room - slope_margin))
+    v.identity("mean displacement after a reversal: l0 |d theta| - 2m", r["half_cycle"] - (l0 * jump - 2 * slope_margin))
+    v.identity(
+        "the paper's minimum dilation 2a is that of the least favourable phase; the mean is 2m",
+        (2 * static_margin - 2 * excess) - 2 * slope_margin,
+        "a dilation ends with T anywhere in [-a, -a + 2D), a contraction in (a - 2D, a]: D on average at each end",
+    )
+    agree = conserved = ceiling = True
+    above = below = 0
+    for slope, low, high, reach, start in _cases(500, 2011):
+        pair = TwoSliders(slope, low, high, r=start)
+        predicted = staircase(slope, low, high, reach, start)
+        step = high - low
+        for target in (reach, -reach):
+            pair.ramp(target)
+        before = sum(pair.x) / 2
+        for target in (reach, -reach) * 3:
+            pair.ramp(target)
+        measured = (sum(pair.x) / 2 - before) / 6
+        agree &= measured == predicted
+        conserved &= (pair.r - start) % (2 * step) == 0
+        creeps = measured > 0
+        ceiling &= creeps == (reach > (high - slope) - abs(start))
+        above, below = above + creeps, below + (not creeps)
+        relaxed = staircase(slope, low, high, reach, Fraction(0))
+        ceiling &= relaxed == 2 * step * max(0, ceil((reach - (high - slope)) / (2 * step)))
+    v.verified("staircase for any r0", agree, f"500 rational cases, {above} creep and {below} do not")
+    v.verified("r0 is conserved", conserved, "the same 500 cases")
+    v.verified("threshold a - |r0| and the ceiling formula of the relaxed chain", ceiling, "the same 500 cases")
+    v.verified("phase average max(0, l0 A - m)", _phases(), "60 rational cases, integrated exactly over r0")
+    v.verified("any path: x_G moves by half the truncated variation on average over r0", _paths(), "40 random paths")
+    return v
+
+
+def _phases() -> bool:
+    """Return whether the integral of the staircase over r0 is 2D max(0, l0 A - m), exactly.
+
+    The staircase is piecewise constant in r0 with at most two jumps, where a relay reaches the edge.
+    """
+    for slope, low, high, reach, _ in _cases(60, 7):
+        step, inside = high - low, reach - (low - slope)
+        breaks = {-step, step}
+        for edge in (inside, -inside):
+            breaks.add((edge - step + step) % (2 * step) - step)
+        ends = sorted(breaks)
+        total = Fraction(0)
+        for a, b in zip(ends, ends[1:], strict=False):
+            total += (b - a) * staircase(slope, low, high, reach, (a + b) / 2)
+        if total != 2 * step * max(Fraction(0), inside):
+            return False
+    return True
+
+
+def _paths() -> bool:
+    """Return whether slips along random paths are the relays' switchings, for many phases."""
+    random = Random(5)
+    for slope, low, high, _, _ in _cases(40, 9):
+        path = [Fraction(random.randint(-300, 300), 40) for _ in range(12)]
+        step = high - low
+        start = step * Fraction(random.randint(-19, 19), 20)
+        pair = TwoSliders(slope, low, high, r=start)
+        half = low - slope
+        # relays far enough out never switch; at the start those below r + D are "up"
+        relays = {start + step + 2 * step * index: index < 0 for index in range(-60, 60)}
+        moved = Fraction(0)
+        for target in path:
+            pair.ramp(target)
+            for rho, up in relays.items():
+                if not up and target > rho + half:
+                    relays[rho] = True
+                    moved += step
+                elif up and target < rho - half:
+                    relays[rho] = False
+                    moved += step
+        if sum(pair.x) / 2 != moved:
+            return False
+    return True
+
+
+def leading(bindings: dict[object, Expression], large: Expression) -> Judge:
+    """Return a judge: the formula's sides agree in the limit of a large quantity."""
+
+    def judge(formula: Formula) -> bool:
+        if not formula.relations or any(r not in "=~" for r in formula.relations):
+            return False
+        sides = [sp.sympify(side) for side in formula.bound(bindings).sides]
+        if any(b == 0 for b in sides):
+            return False
+        return all(
+            sp.limit(sp.cancel(a / b), large, sp.oo) == 1 for a, b in zip(sides, sides[1:], strict=False)
+        )
+
+    return judge
+
+
+def _forces(exerting: Expression, on: Expression) -> Expression:
+    if (exerting, on) == (1, 2):
+        return -m * g * tension
+    if (exerting, on) == (2, 1):
+        return m * g * tension
+    return sp.Symbol("no_spring")
+
+
+_R = derive().results
+_MARGIN_2 = -tension + s - mu_2 * c
+_HALF = sp.Rational(1, 2)
+_exact_velocity = {symbol("v_G"): _R["velocity"] / tau_th}
+
+
+def _dilation(sign: int) -> dict[object, Expression]:
+    moving = symbol("moving")
+    return {
+        symbol("Delta_x_G"): _HALF * moving,
+        "Delta_x": lambda index: moving if index == (2 if sign > 0 else 1) else sp.Integer(0),
+        symbol("Delta_theta"): sign * jump,
+    }
+
+
+def _moved(sign: int) -> Judge:
+    exact = _R["half_cycle"]
+
+    def judge(formula: Formula) -> bool:
+        bound = formula.bound(_dilation(sign))
+        inner = Formula(
+            tuple(side.subs(symbol("moving"), exact) for side in bound.sides), bound.relations
+        )
+        return leading({}, jump)(inner)
+
+    return judge
+
+
+def _by_symmetry(formula: Formula) -> bool:
+    # the mirror image of a chain on a horizontal plane is the same chain: v = -v
+    v = symbol("v_G")
+    return follows({v: sp.solve(v - (-v), v)[0]})(formula)
+
+
+_CHAIN = ("0 < tan(alpha) < mu_d", "sigma_mu = 0", "mean over the phase r0")
+
+ENTRIES: tuple[Entry, ...] = (
+    Entry(
+        "horizontal",
+        "Sec. III A 2",
+        r"for $\alpha=0$, by symmetry, we expect $<\tilde{v}_G> = 0$",
+        "exact",
+        "two_sliders: the mirror image of the chain is a chain with the same law of disorder",
+        assumptions=("mean over the disorder or over mirror-symmetric starts",),
+        formula=r"<\tilde{v}_G> = 0",
+        holds=_by_symmetry,
+    ),
+    Entry(
+        "dilation_step",
+        "Sec. III A 2",
+        r"$\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_2 \simeq \frac{1}{2}\tilde{l}_0\Delta\theta$",
+        "approximation",
+        "two_sliders: half_cycle",
+        assumptions=_CHAIN,
+        corrected=r"\Delta\tilde{x}_G = \frac{1}{2}\Bigl[\tilde{l}_0 \Delta\theta - 2(\mu_\mathrm{d} \cos\alpha - "
+        r"\sin\alpha)\Bigr] after a contraction",
+        corrected_formula=r"\Delta\tilde{x}_G = \frac{1}{2}\Bigl[\tilde{l}_0 \Delta\theta - 2(\mu_\mathrm{d} "
+        r"\cos\alpha - \sin\alpha)\Bigr]",
+        error="-m after a reversal, 0 (to a slip) otherwise; small if l0 |d theta| >> 2m",
+        formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_2 \simeq \frac{1}{2}\tilde{l}_0\Delta\theta",
+        holds=_moved(1),
+        holds_exactly=follows({symbol("Delta_x_G"): _R["half_cycle"] / 2, symbol("Delta_theta"): jump}),
+    ),
+    Entry(
+        "contraction_step",
+        "Sec. III A 2",
+        r"$\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_1 \simeq -\frac{1}{2}\tilde{l}_0\Delta\theta$",
+        "approximation",
+        "two_sliders: half_cycle, mirrored",
+        assumptions=_CHAIN,
+        error="-m after a reversal; small if l0 |d theta| >> 2m",
+        formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_1 \simeq -\frac{1}{2}\tilde{l}_0\Delta\theta",
+        holds=_moved(-1),
+    ),
+    Entry(
+        "step",
+        "Sec. III A 2",
+        r"$\Delta\tilde{x}_G \simeq \frac{1}{2}\tilde{l}_0 |\Delta\theta|$",
+        "approximation",
+        "two_sliders: half_cycle, both directions",
+        assumptions=_CHAIN,
+        error="-m after a reversal; small if l0 |d theta| >> 2m",
+        formula=r"\Delta\tilde{x}_G \simeq \frac{1}{2}\tilde{l}_0 |\Delta\theta|",
+        holds=lambda formula: _moved(1)(formula) and _moved(-1)(formula),
+    ),
+    Entry(
+        "half_cycle_step",
+        "Sec. III A 2",
+        r"$\Delta\tilde{x}_G \simeq \frac{1}{2} \tilde{l}_0 (2 A_\theta)$",
+        "approximation",
+        "two_sliders: half_cycle with |d theta| = 2A",
+        assumptions=_CHAIN,
+        error="-m; small if l0 A >> m",
+        formula=r"\Delta\tilde{x}_G \simeq \frac{1}{2} \tilde{l}_0 (2 A_\theta)",
+        holds=leading({symbol("Delta_x_G"): _R["half_cycle"].subs(jump, 2 * amplitude) / 2}, amplitude),
+    ),
+    Entry(
+        "velocity_th_2_cycle",
+        "Sec. III A 2",
+        r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta.",
+        "approximation",
+        "two_sliders: phase average of the staircase",
+        label="velocity_th_2_cycle",
+        assumptions=_CHAIN,
+        corrected=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} \cos{\alpha} - "
+        r"\sin{\alpha}), not below 0",
+        corrected_formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} \cos{\alpha} - "
+        r"\sin{\alpha})",
+        error="-m/(l0 A), small if l0 A >> m; for sigma_mu = 0 and one r0 the steps of the staircase, 2D, besides",
+        formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta",
+        holds=leading(_exact_velocity, amplitude),
+        holds_exactly=follows(_exact_velocity),
+    ),
+    Entry(
+        "lower_slider_starts",
+        "Sec. III A 2",
+        r"$f_{1\to2} + m g\,\sin\alpha > \mu_{\mathrm{s},2}\,m g\,\cos\alpha$ [Eq.~(\ref{static_eqN})]"
+        "\n"
+        r"and",
+        "exact",
+        "two_sliders: Eq. (static_eqN) downhill",
+        formula=r"f_{1\to2} + m g\,\sin\alpha > \mu_{\mathrm{s},2}\,m g\,\cos\alpha",
+        holds=inequality({"f": _forces}, _MARGIN_2),
+    ),
+    Entry(
+        "upper_slider_stays",
+        "Sec. III A 2",
+        r"$ f_{2\to1} + m g\,\sin\alpha > - \mu_{\mathrm{s},1}\,m g\,\cos\alpha$",
+        "exact",
+        "two_sliders: slider 1 does not start uphill",
+        formula=r"f_{2\to1} + m g\,\sin\alpha > - \mu_{\mathrm{s},1}\,m g\,\cos\alpha",
+        holds=inequality({"f": _forces}, tension + s + mu_1 * c),
+    ),
+    Entry(
+        "ordering",
+        "Sec. III A 2",
+        r"$\tan\alpha > \frac{1}{2} (\mu_{\mathrm{s},2}-\mu_{\mathrm{s},1})$",
+        "exact",
+        "two_sliders: the tension at which slider 2 starts lies above the one at which slider 1 does",
+        formula=r"\tan\alpha > \frac{1}{2} (\mu_{\mathrm{s},2}-\mu_{\mathrm{s},1})",
+        holds=inequality({}, s / c - _R["ordering"]),
+    ),
+    Entry(
+        "alpha_c_minus",
+        "Sec. III A 2",
+        r"$\tan\alpha > \tan\alpha_\mathrm{c}^- \equiv \sigma_\mu/\sqrt{2}$",
+        "approximation",
+        "two_sliders: one standard deviation of (mu_s2 - mu_s1)/2",
+        assumptions=("independent Gaussian coefficients",),
+        error="at this angle the condition is fulfilled in 84 % of the draws, Phi(1); a convention for the edge "
+        "of a smooth crossover",
+        formula=r"\tan\alpha_\mathrm{c}^- \equiv \sigma_\mu/\sqrt{2}",
+        holds=follows({sp.tan(symbol("alpha_c_minus")): _R["alpha_c_minus"]}),
+    ),
+    Entry(
+        "slip_starts",
+        "Sec. III A 2",
+        r"for $f_{1\to2} + m g\,\sin\alpha > \mu_{\mathrm{s},2}\,m g\,\cos\alpha$",
+        "exact",
+        "two_sliders: Eq. (static_eqN) downhill",
+        formula=r"f_{1\to2} + m g\,\sin\alpha > \mu_{\mathrm{s},2}\,m g\,\cos\alpha",
+        holds=inequality({"f": _forces}, _MARGIN_2),
+    ),
+    Entry(
+        "upper_slider_after_slip",
+        "Sec. III A 2",
+        r"$-f_{1\to2}+m g\,\sin\alpha < \mu_{\mathrm{s},1}\,m g\,\cos\alpha$",
+        "exact",
+        "two_sliders: slider 1 does not start downhill",
+        formula=r"-f_{1\to2}+m g\,\sin\alpha < \mu_{\mathrm{s},1}\,m g\,\cos\alpha",
+        holds=inequality({"f": _forces}, mu_1 * c - tension - s),
+    ),
+    Entry(
+        "stability_after_slip",
+        "Sec. III A 2",
+        r"$\tan\alpha < \mu_\mathrm{d} + {(\mu_{\mathrm{s},1}-\mu_{\mathrm{s},2})}/{2}$",
+        "exact",
+        "two_sliders: margin of slider 1 at the end of the slip, which is its worst moment (slip)",
+        formula=r"\tan\alpha < \mu_\mathrm{d} + {(\mu_{\mathrm{s},1}-\mu_{\mathrm{s},2})}/{2}",
+        holds=inequality({}, _R["stability"] - s / c),
+    ),
+    Entry(
+        "alpha_c_plus",
+        "Sec. III A 2",
+        r"$\tan\alpha < \tan\alpha_\mathrm{c}^+ \equiv \mu_\mathrm{d} - \sigma_\mu/{\sqrt{2}}$",
+        "approximation",
+        "two_sliders: one standard deviation below the mean of the stability limit",
+        assumptions=("independent Gaussian coefficients",),
+        error="at this angle the slider stays in 84 % of the draws, Phi(1)",
+        formula=r"\tan\alpha_\mathrm{c}^+ \equiv \mu_\mathrm{d} - \sigma_\mu/{\sqrt{2}}",
+        holds=follows({sp.tan(symbol("alpha_c_plus")): _R["alpha_c_plus"]}),
+    ),
+    Entry(
+        "reversal_step",
+        "Sec. III A 2",
+        r"$\Delta\tilde{x}_G \simeq \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta|"
+        "\n"
+        r"- 2 (\overline{\mu}_\mathrm{s} \cos{\alpha} - \sin{\alpha}) \Bigr]$",
+        "inconsistent",
+        "two_sliders: half_cycle; contradicts Eq. (vitesse_seuil) at N = 2",
+        assumptions=_CHAIN,
+        corrected=r"\Delta\tilde{x}_G = \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta| - 2 (\mu_\mathrm{d} \cos{\alpha} "
+        r"- \sin{\alpha}) \Bigr]",
+        corrected_formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta| - 2 (\mu_\mathrm{d} "
+        r"\cos{\alpha} - \sin{\alpha}) \Bigr]",
+        error="too small by D: the last slip overshoots its threshold by 2D, D on average, at both ends of a "
+        "half-cycle",
+        formula=r"\Delta\tilde{x}_G \simeq \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta|"
+        "\n"
+        r"- 2 (\overline{\mu}_\mathrm{s} \cos{\alpha} - \sin{\alpha}) \Bigr]",
+        holds=follows({symbol("Delta_x_G"): _R["half_cycle"] / 2, symbol("Delta_theta"): jump}),
+        repair=(r"\overline{\mu}_\mathrm{s}", r"\mu_\mathrm{d}"),
+    ),
+    Entry(
+        "velocity_th_2_cycle_corrected",
+        "Sec. III A 2",
+        r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta - (\overline{\mu}_\mathrm{s} \cos{\alpha} - "
+        r"\sin{\alpha}),",
+        "inconsistent",
+        "two_sliders: the mean over phases has mu_d, as Eq. (vitesse_seuil) at N = 2, i = 2 says; for one phase "
+        "the exact law is the staircase",
+        label="velocity_th_2_cycle_corrected",
+        assumptions=_CHAIN,
+        corrected=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} \cos{\alpha} - "
+        r"\sin{\alpha}), not below 0; relaxed chain: 2D max(0, ceil((l0 A - a)/(2D)))",
+        corrected_formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} \cos{\alpha} - "
+        r"\sin{\alpha})",
+        error="too small by D = (mu_s - mu_d) cos(alpha), at every amplitude",
+        formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta - (\overline{\mu}_\mathrm{s} "
+        r"\cos{\alpha} - \sin{\alpha})",
+        holds=follows(_exact_velocity),
+        repair=(r"\overline{\mu}_\mathrm{s}", r"\mu_\mathrm{d}"),
+    ),
+    Entry(
+        "threshold_th_2_cycle_corrected",
+        "Sec. III A 2",
+        r"A_\theta^* \equiv \frac{1}{\tilde{l}_0} (\overline{\mu}_\mathrm{s} \cos{\alpha} - \sin{\alpha}).",
+        "exact",
+        "two_sliders: threshold of the relaxed chain",
+        label="threshold_th_2_cycle_corrected",
+        assumptions=("sigma_mu = 0", "relaxed chain, r0 = 0; otherwise (a - |r0|)/l0, down to m/l0"),
+        error="not the amplitude at which the mean velocity of the corrected law vanishes, which is m/l0",
+        formula=r"A_\theta^* \equiv \frac{1}{\tilde{l}_0} (\overline{\mu}_\mathrm{s} \cos{\alpha} - \sin{\alpha})",
+        holds=follows({symbol("A_theta_star"): _R["threshold"]}),
+    ),
+    Entry(
+        "rest_below_threshold",
+        "Sec. III A 2",
+        r"If the amplitude is smaller than $A_\theta^*$, the dilations are not sufficient to rearrange the system"
+        "\n"
+        r"and $<\tilde{v}_G> = 0$.",
+        "exact",
+        "two_sliders: no relay switches if l0 A <= a - |r0|",
+        assumptions=("relaxed chain; one with r0 != 0 creeps down to a - |r0|", "sigma_mu = 0"),
+    ),
+)
