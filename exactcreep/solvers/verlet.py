@@ -47,6 +47,9 @@ from exactcreep.solvers.solver import (
 MOST_STEPS = 10**9
 """Steps of one rearrangement after which it is given up."""
 
+MOST_EVENTS = 10**6
+"""Events after which `Verlet.rearrange`, which keeps them all, gives up."""
+
 _EPS = 2.0**-52
 _SMALLEST = 5e-324  # v < _SMALLEST is v <= 0
 _GAP = 5  # movers at most so far apart share a window
@@ -58,6 +61,8 @@ _SURVEY = 1 << 14  # steps between two looks at whether the motion is finite
 _REST, _EVENTS, _ROWS, _RUNAWAY, _STEPS, _INFINITE = 0, 1, 2, 3, 4, 5
 _REASONS = {
     _STEPS: f"a rearrangement did not end within {MOST_STEPS:.0e} steps; dt may be too large",
+    _EVENTS: f"a rearrangement did not end within {MOST_EVENTS:.0e} events",
+    _RUNAWAY: "the whole chain slides down for ever",
     _INFINITE: "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)",
 }
 _OUTCOMES = {_RUNAWAY: Outcome.RUNAWAY, _STEPS: Outcome.LIMIT, _INFINITE: Outcome.LIMIT}
@@ -918,12 +923,8 @@ def _new_events(work: _Work) -> list[Event]:
     return events
 
 
-def _report(laws: _Laws, work: _Work, code: int) -> dict[str, Any]:
-    steps = int(work.now["steps"][0])
-    report: dict[str, Any] = {"dt": laws.dt, "locate": laws.locate, "steps": steps}
-    if code in _REASONS:
-        report["reason"] = _REASONS[code]
-    return report
+def _report(laws: _Laws, work: _Work) -> dict[str, Any]:
+    return {"dt": laws.dt, "locate": laws.locate, "steps": int(work.now["steps"][0])}
 
 
 class VerletSimulation(Simulation):
@@ -998,7 +999,8 @@ class VerletSimulation(Simulation):
             for name in _ROW.names or ():
                 if name != "residual":
                     recorded["event_" + name] = kept[name].copy()
-        return Stretch(done, recorded, _OUTCOMES.get(code), _REASONS.get(code, ""))
+        reason = _REASONS[code] if code in (_STEPS, _INFINITE) else ""
+        return Stretch(done, recorded, _OUTCOMES.get(code), reason)
 
     def state(self) -> State:
         """Return the present state."""
@@ -1028,7 +1030,7 @@ class VerletSimulation(Simulation):
 
     def report(self) -> dict[str, Any]:
         """Return the time step, how events are found, and the number of steps."""
-        return _report(self._laws, self._work, _REST)
+        return _report(self._laws, self._work)
 
 
 @dataclass(frozen=True)
@@ -1113,13 +1115,16 @@ class Verlet(Solver):
         courses = [_Course(rest, work, 0.0) for _ in events]
         code = _REST
         while work.now["phase"][0] == _MOVING and code not in _OUTCOMES:
+            if len(events) >= MOST_EVENTS:
+                break
             code = _advance(laws, work, work.now["events"][0] + 1)
             new = _new_events(work)
             events += new
             if code != _REST:
                 courses += [_Course(rest, work, event.time) for event in new]
         ends = [event.time for event in events[1:]]
-        if code in _OUTCOMES:
+        ended = work.now["phase"][0] != _MOVING
+        if not ended:
             ends.append(float(work.now["origin"][0] + work.now["step"][0] * laws.dt))
         for course, end in zip(courses, ends, strict=False):
             course.t_max = end
@@ -1128,7 +1133,7 @@ class Verlet(Solver):
             chain=chain,
             initial=initial,
             events=tuple(events),
-            outcome=_OUTCOMES.get(code, Outcome.AT_REST),
+            outcome=Outcome.AT_REST if ended else _OUTCOMES.get(code, Outcome.LIMIT),
             evidence=Evidence.UNDECIDED if undecided else Evidence.COMPUTED,
             state=_state(laws, work),
             velocities=work.sliders["w"][1 : n + 1] / laws.dt,
@@ -1139,7 +1144,7 @@ class Verlet(Solver):
             undecided=undecided,
             draws_below_mu_d=int(work.now["below"][0]),
             solver=self.name,
-            report=_report(laws, work, code),
+            report=_report(laws, work) | ({} if ended else {"reason": _REASONS[code]}),
         )
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
