@@ -10,8 +10,10 @@ then all are tested with the same forces.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
+from fractions import Fraction
 from typing import Any
 
 
@@ -56,3 +58,18 @@ class Event:
 
 Itinerary = tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...]
 """The sequence of event signatures of a rearrangement: (kind, sliders, signs)."""
+
+
+def acting_coefficient(mu_s: Fraction, mu_d: Fraction) -> Fraction:
+    """Return the static coefficient that acts: a drawn one below `mu_d` acts as `mu_d`."""
+    return max(mu_s, mu_d)
+
+
+def start_direction(force: Any, threshold: Any, sign: Callable[[Any], int]) -> int:
+    """Return the direction in which a slider at rest starts, 0 while ``|force| <= threshold``.
+
+    `sign` is the sign of a number in the arithmetic at hand; where it is zero, the slider stays.
+    """
+    if sign(force - threshold) > 0:
+        return 1
+    return -1 if sign(-force - threshold) > 0 else 0

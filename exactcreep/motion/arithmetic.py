@@ -122,9 +122,33 @@ class Arithmetic(ABC):
         """Return the radius of `x` as a float64, rounded up (0 where there is none)."""
         return 0.0
 
+    def between(self, low: Any, high: Any) -> Any:
+        """Return the ball from `low` to `high` (for floats and mpmath: the middle)."""
+        return (low + high) / 2
+
     def zeros(self, size: int) -> NDArray[Any]:
         """Return a vector of zeros."""
         return self.vector([self.number(0)] * size)
+
+    def plain(self, value: Any) -> Any:
+        """Return a number or an array of them as plain data, exactly."""
+        if isinstance(value, np.ndarray) and value.dtype == object:
+            return [self._plain(x) for x in value.tolist()]
+        return value if isinstance(value, np.ndarray) else self._plain(value)
+
+    def from_plain(self, value: Any) -> Any:
+        """Return the number or the vector that `plain` described."""
+        if isinstance(value, np.ndarray):
+            return value.copy()
+        if isinstance(value, list):
+            return _objects([self._from_plain(x) for x in value])
+        return self._from_plain(value)
+
+    def _plain(self, value: Any) -> Any:
+        return float(value)
+
+    def _from_plain(self, value: Any) -> Any:
+        return value
 
     def dot(self, x: NDArray[Any], y: NDArray[Any]) -> Any:
         """Return the scalar product."""
@@ -223,6 +247,15 @@ class Digits(Arithmetic):
             return self.context.make_mpf(value._mpf_) + 0
         return self.context.mpf(value)
 
+    def _plain(self, value: Any) -> Any:
+        if isinstance(value, (int, float)):
+            return float(value)
+        sign, mantissa, exponent, _ = value._mpf_
+        return (-int(mantissa) if sign else int(mantissa), int(exponent))
+
+    def _from_plain(self, value: Any) -> Any:
+        return value if isinstance(value, float) else self.context.mpf(tuple(value))
+
     def vector(self, values: Iterable[Any]) -> NDArray[Any]:
         """Return an array of mpmath numbers."""
         return _objects([self.number(v) for v in values])
@@ -317,6 +350,18 @@ class Balls(Arithmetic):
             return flint.arb((-int(mantissa) if sign else int(mantissa), exponent))
         return flint.arb(value.item() if isinstance(value, np.generic) else value)
 
+    def _plain(self, value: Any) -> Any:
+        if isinstance(value, (int, float)):
+            return float(value)
+        parts = (*value.mid().man_exp(), *value.rad().man_exp())
+        return tuple(int(part) for part in parts)
+
+    def _from_plain(self, value: Any) -> Any:
+        if isinstance(value, float):
+            return value
+        middle, exponent, radius, of_radius = value
+        return flint.arb((middle, exponent), (radius, of_radius))
+
     def vector(self, values: Iterable[Any]) -> NDArray[Any]:
         """Return an array of balls."""
         return _objects([self.number(v) for v in values])
@@ -381,6 +426,10 @@ class Balls(Arithmetic):
     def midpoint(self, x: Any) -> Any:
         """Return the midpoint, exactly."""
         return x.mid()
+
+    def between(self, low: Any, high: Any) -> Any:
+        """Return the ball from `low` to `high`."""
+        return self.number(low).union(self.number(high))
 
     def radius(self, x: Any) -> float:
         """Return the radius, rounded up."""

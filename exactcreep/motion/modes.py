@@ -321,10 +321,17 @@ class Flow:
         Direction of motion of each slider, 0 at rest.
     moved : ndarray, shape (n,)
         Displacement since the start.
+    velocity_slack, force_slack : number
+        How far rounding may have taken velocities and forces from the exact motion between the
+        same events (0 in balls). What the events themselves amplify is not in it.
     """
 
-    def __init__(self, arithmetic: Arithmetic, forces: NDArray[Any], friction: Any) -> None:
+    def __init__(
+        self, arithmetic: Arithmetic, forces: NDArray[Any], friction: Any, force_slack: Any = 0
+    ) -> None:
         n = len(forces)
+        self.velocity_slack: Any = 0
+        self.force_slack = force_slack
         self.arithmetic = arithmetic
         self.forces = forces.copy()
         self.friction = friction
@@ -370,14 +377,26 @@ class Flow:
 
     def advance(self, runs: Sequence[Run], t: Any) -> None:
         """Let time `t` pass."""
+        roundoff = self.arithmetic.roundoff
         for run in runs:
             displacements, velocities = run.motion.moved(t)
             self.shift(run.first, displacements)
             self.velocities[run.first : run.first + run.motion.p] = velocities
+            if roundoff:
+                # sums of p terms whose angles w t / 2 are rounded, w <= 2; the sum of the terms'
+                # sizes is at most the norm of the modal amplitudes
+                speed = self.arithmetic.sqrt(run.motion.energy) + max(abs(velocities))
+                rounding = roundoff * (run.motion.p + 16 + 2 * t)
+                self.velocity_slack = self.velocity_slack + rounding * speed
+                self.force_slack = self.force_slack + 4 * rounding * speed * min(t, 2)
 
     def shift(self, first: int, displacements: NDArray[Any]) -> None:
         """Move the sliders of a run beginning at `first`, and change forces accordingly."""
         p, n = len(displacements), len(self.forces)
+        if self.arithmetic.roundoff:
+            span = self.forces[max(first - 1, 0) : first + p + 1]
+            largest = max(abs(span)) + 4 * max(abs(displacements))
+            self.force_slack = self.force_slack + 4 * self.arithmetic.roundoff * largest
         self.moved[first : first + p] = self.moved[first : first + p] + displacements
         stretched = np.diff(displacements)  # of the springs inside the run
         self.forces[first : first + p - 1] = self.forces[first : first + p - 1] + stretched
@@ -388,6 +407,21 @@ class Flow:
         if first + p < n:
             self.forces[first + p] = self.forces[first + p] + displacements[-1]
             self.forces[first + p - 1] = self.forces[first + p - 1] - displacements[-1]
+
+    def mirror(self) -> None:
+        """Make the lower half of the chain the mirror image of the upper one."""
+        n = len(self.forces)
+        for values in (self.forces, self.velocities, self.moved):
+            values[n - n // 2 :] = -values[: n // 2][::-1]
+            if n % 2:
+                values[n // 2] = self.arithmetic.number(0)
+
+    def rounded(self, arithmetic: Arithmetic) -> Flow:
+        """Return the flow in balls of another precision (inside its `Arithmetic.active`)."""
+        other = Flow(arithmetic, self.forces + 0, self.friction + 0)
+        other.velocities = self.velocities + 0
+        other.signs = self.signs
+        return other
 
     def piece(self, t_min: Any, t_max: Any, initial: Motion, runs: Sequence[Run]) -> ModalPiece:
         """Return the motion from this instant, called `t_min`, on."""

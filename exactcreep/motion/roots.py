@@ -1,0 +1,493 @@
+"""The first event of the moving chain, by steps that are guaranteed to be free of events.
+
+Every slider that could act next is *watched*: a function of time that is positive until its event
+(the speed of a moving slider, the distance of a resting one from its threshold) with a bound B of
+its second derivative that holds for ever. From value g and slope d at a time t there is no root
+before ``t + (d + sqrt(d^2 + 2 g B)) / B``; and if ``d < 0`` and ``4 g B <= d^2`` there is exactly
+one root in ``[t, t + 2 g / |d|]``. Only the watch that can be next is evaluated; the first
+whose bracket ends before all others can begin is the event, refined by interval Newton. Just after
+an event the trivial root is removed by the first derivative that is not zero, never by an
+epsilon. A slider that moves alone needs no search: it is followed by its energy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import NDArray
+
+from exactcreep.motion.arithmetic import Undecided
+from exactcreep.motion.modes import Flow, Run, RunMotion
+
+MOST_EVALUATIONS = 20_000
+"""Of one search; a motion that needs more is given up, and said to be."""
+ORDERS = 6
+"""Derivatives looked at to tell how a slider departs from a trivial root."""
+EARLY_REFINEMENTS = 2
+"""Newton steps of the leading root before its rivals are looked at."""
+
+
+class SearchLimit(ArithmeticError):
+    """No event was found or excluded within `MOST_EVALUATIONS`."""
+
+
+@dataclass(frozen=True)
+class FirstEvent:
+    """What happens first, and when.
+
+    Attributes
+    ----------
+    time : number
+        Since the last event. In balls it encloses the only root, and no event comes before it.
+    stops : tuple of int
+        Sliders (from 0) whose velocity reaches zero.
+    starts : tuple of (int, int)
+        Sliders (from 0) that cross their threshold, and the direction in which.
+    shifts : tuple of (slider, displacement, velocity), or None
+        For sliders that move alone: where the event finds them.
+    exact : bool
+        Whether the displacements lie in Q(c) and have been taken there.
+    """
+
+    time: Any
+    stops: tuple[int, ...]
+    starts: tuple[tuple[int, int], ...]
+    shifts: tuple[tuple[int, Any, Any], ...] | None = None
+    exact: bool = False
+
+
+@dataclass(eq=False)
+class Watch:
+    """A function of time that is positive until a slider acts.
+
+    ``side`` is 0 for a moving slider (the function is its speed), else the direction in which the
+    resting slider would start (the function is what is missing to its threshold). ``safe``: no root
+    before this time; ``last``: the only root is not after this time (None: not isolated).
+    """
+
+    slider: int
+    side: int
+    direction: int
+    terms: tuple[tuple[RunMotion, int], ...]
+    value: Any
+    slope: Any
+    bound: Any
+    slack: Any
+    safe: Any = 0
+    last: Any = None
+    steepness: Any = None
+    grazes: int = 0
+    refinements: int = 0
+
+    def __call__(self, t: Any) -> tuple[Any, Any]:
+        """Return value and slope at `t`."""
+        if self.side == 0:
+            motion, i = self.terms[0]
+            _, v, a = motion.slider(i, t)
+            return self.direction * v, self.direction * a
+        value, slope = self.value, 0
+        for motion, i in self.terms:
+            u, v, _ = motion.slider(i, t)
+            value = value - self.side * u
+            slope = slope - self.side * v
+        return value, slope
+
+
+class Search:
+    """The search for the first event of a flow.
+
+    Parameters
+    ----------
+    flow : Flow
+    runs : sequence of Run
+        Its runs.
+    thresholds : ndarray, shape (n,)
+        ``mu_s cos(alpha)`` as it acts.
+    excess : mapping of int to number
+        For the sliders that have just started by crossing their threshold: threshold minus
+        dynamical friction, their acceleration, without the rounding of the forces.
+    touching : set of (slider, side)
+        Resting sliders that are known to be exactly at threshold.
+    assume : bool
+        Whether what balls cannot decide is settled by the rules and counted (as it always is for
+        floats and mpmath); otherwise `Undecided` is raised.
+    half : bool
+        Whether the lower half of the chain mirrors the upper one, and need not be watched.
+    """
+
+    def __init__(
+        self,
+        flow: Flow,
+        runs: Sequence[Run],
+        thresholds: NDArray[Any],
+        excess: dict[int, Any],
+        touching: Iterable[tuple[int, int]] = (),
+        *,
+        assume: bool = False,
+        half: bool = False,
+    ) -> None:
+        self.flow = flow
+        self.arithmetic = flow.arithmetic
+        self.thresholds = thresholds
+        self.excess = excess
+        self.touching = set(touching)
+        self.assume = assume or not flow.arithmetic.encloses
+        self.evaluations = 0
+        self.undecided = 0
+        last = len(flow.forces) // 2 if half else len(flow.forces)
+        self.watches = [w for w in self._watched(runs) if w.slider < last]
+
+    def first(self, horizon: Any = None) -> list[Watch]:
+        """Return the watches that act first; several if they act together.
+
+        Their ``safe`` and ``last`` enclose the time. Empty if nothing ever happens, or
+        nothing before `horizon`.
+
+        Raises
+        ------
+        Undecided
+            In balls, if the order of two events or a graze is not decided.
+        SearchLimit
+        """
+        for watch in self.watches:
+            self._begin(watch)
+        while self.watches:
+            leader = min(self.watches, key=_soonest)
+            if leader.safe == math.inf or (horizon is not None and leader.safe > horizon):
+                return []
+            if leader.last is None:
+                self._evaluate(leader)
+                continue
+            rivals = [w for w in self.watches if w is not leader and not w.safe > leader.last]
+            if not rivals:
+                return [leader]
+            if leader.refinements < EARLY_REFINEMENTS and self.refine(leader):
+                continue
+            loose = [w for w in rivals if w.last is None]
+            if loose:
+                self._evaluate(loose[0])
+                continue
+            if sum(self.refine(w) for w in [leader, *rivals]):
+                continue
+            if leader.last == 0:  # at once; so do the rivals that begin at time 0
+                return [leader, *(w for w in rivals if w.last == 0)]
+            if not self.assume:
+                raise Undecided("two events are too close to be told apart")
+            self.undecided += len(rivals)
+            return [leader, *rivals]
+        return []
+
+    def taken_over(self, found: Sequence[Watch]) -> list[Watch]:
+        """Return this search's watches with the brackets that another precision has found."""
+        brackets = {(w.slider, w.side): w for w in found}
+        out = []
+        for watch in self.watches:
+            other = brackets.get((watch.slider, watch.side))
+            if other is not None:
+                watch.safe, watch.last = other.safe, other.last
+                watch.steepness = other.steepness
+                out.append(watch)
+        return out
+
+    def refine(self, watch: Watch) -> bool:
+        """Narrow the bracket of an isolated root by one interval Newton step; say if it helped."""
+        width = watch.last - watch.safe
+        if watch.steepness is None or not width > 0:
+            return False
+        self._count()
+        watch.refinements += 1
+        arithmetic = self.arithmetic
+        middle = arithmetic.midpoint((watch.safe + watch.last) / 2)
+        value, slope = watch(middle)
+        spread = watch.bound * width / 2
+        if arithmetic.encloses:
+            root = middle - value / (slope + arithmetic.between(-spread, spread))
+            low, high = arithmetic.lower(root), arithmetic.upper(root)
+        else:
+            steep = slope if slope < 0 else watch.steepness
+            root = middle - value / steep
+            error = watch.slack / -steep + 4 * arithmetic.roundoff * abs(root)
+            error = error + watch.bound * (root - middle) ** 2 / -steep
+            low, high = root - error, root + error
+        low = low if low > watch.safe else watch.safe
+        high = high if high < watch.last else watch.last
+        if not high - low < 0.75 * width:
+            return False
+        watch.safe, watch.last = low, high
+        return True
+
+    # -- what is watched -----------------------------------------------------------------------
+
+    def _watched(self, runs: Sequence[Run]) -> list[Watch]:
+        flow, out = self.flow, []
+        neighbours: dict[int, list[tuple[RunMotion, int]]] = {}
+        for run in runs:
+            motion = run.motion
+            for i, n in enumerate(run.sliders):
+                s = int(flow.signs[n])
+                bound = self.arithmetic.upper(motion.bound(i, 2))
+                speed, slope = s * flow.velocities[n], s * motion.accelerations[i]
+                slack = flow.velocity_slack
+                if self.arithmetic.roundoff:
+                    slack = slack + self._rounding(motion)
+                out.append(Watch(n, 0, s, ((motion, i),), speed, slope, bound, slack))
+            if run.first > 0:
+                neighbours.setdefault(run.first - 1, []).append((motion, 0))
+            after = run.first + motion.p
+            if after < len(flow.forces):
+                neighbours.setdefault(after, []).append((motion, motion.p - 1))
+        for n, terms in neighbours.items():
+            bound = self.arithmetic.upper(sum(motion.bound(i, 1) for motion, i in terms))
+            rate = sum(motion.velocities[i] for motion, i in terms)
+            slack = flow.force_slack
+            if self.arithmetic.roundoff:
+                size = abs(flow.forces[n]) + self.thresholds[n]
+                slack = slack + 4 * self.arithmetic.roundoff * size
+                slack = slack + sum(4 * self._rounding(motion) for motion, _ in terms)
+            for side in (1, -1):
+                room = self.thresholds[n] - side * flow.forces[n]
+                if (n, side) in self.touching:
+                    room = self.arithmetic.number(0)
+                out.append(Watch(n, side, 0, tuple(terms), room, -side * rate, bound, slack))
+        return out
+
+    def _rounding(self, motion: RunMotion) -> Any:
+        """Return a bound of the rounding of a speed that is evaluated within a period or so."""
+        return self.arithmetic.roundoff * (motion.p + 16) * self.arithmetic.sqrt(motion.energy)
+
+    # -- one watch -----------------------------------------------------------------------------
+
+    def _begin(self, watch: Watch) -> None:
+        """Take the first step of a watch, from what is known at time 0."""
+        trivial = watch.side == 0 and bool(self.flow.velocities[watch.slider] == 0)
+        if trivial or self._sign(watch.value, watch.slack) == 0:
+            self._depart(watch)
+        else:
+            self._step(watch, self.arithmetic.number(0), watch.value, watch.slope)
+
+    def _sign(self, x: Any, slack: Any) -> int:
+        try:
+            return self.arithmetic.sign(x, slack)
+        except Undecided:
+            if not self.assume:
+                raise
+            return 0
+
+    def _depart(self, watch: Watch) -> None:
+        """Leave the trivial root at time 0 by the first derivative that is not zero."""
+        zero = self.arithmetic.number(0)
+        exactly = watch.side == 0 or bool(watch.value == 0)
+        for k, derivative in enumerate(self._derivatives(watch), 1):
+            sign = self._sign(derivative, self._derivative_slack(watch, k))
+            if sign > 0:
+                # g(t) >= d_k t^k / k! - B_(k+1) t^(k+1) / (k+1)!
+                order = k + 1 if watch.side == 0 else k
+                total = sum(motion.bound(i, order) for motion, i in watch.terms)
+                bound = self.arithmetic.upper(total)
+                inert = bool(bound == 0)
+                watch.safe = (
+                    math.inf if inert else self.arithmetic.lower((k + 1) * derivative / bound)
+                )
+                break
+            if sign < 0:
+                watch.safe = watch.last = zero
+                break
+            exactly = exactly and bool(derivative == 0)
+        else:
+            # nothing drives it: a moving slider makes a slip of length zero, a resting one stays
+            if watch.side == 0:
+                watch.safe = watch.last = zero
+            else:
+                watch.safe = math.inf
+        self.undecided += not exactly
+
+    def _derivatives(self, watch: Watch) -> list[Any]:
+        """Return derivatives 1 .. ORDERS of the watch's function at time 0."""
+        out: list[Any] = [self.arithmetic.number(0)] * ORDERS
+        for motion, i in watch.terms:
+            # v, a, -K v, -K a, K^2 v, ... are the derivatives of v from the 0th on
+            even, odd = motion.velocities, motion.accelerations
+            series = []
+            for k in range(0, ORDERS + 1, 2):
+                series += [even[i], odd[i]]
+                if k < ORDERS:
+                    even, odd = -_stiffened(motion, even), -_stiffened(motion, odd)
+            if watch.side == 0 and watch.slider in self.excess:
+                series[1] = watch.direction * self.excess[watch.slider]
+            for k in range(ORDERS):
+                if watch.side == 0:
+                    out[k] = out[k] + watch.direction * series[k + 1]
+                else:
+                    out[k] = out[k] - watch.side * series[k]
+        return out
+
+    def _derivative_slack(self, watch: Watch, k: int) -> Any:
+        of_force = k % 2 == (1 if watch.side == 0 else 0)
+        slack = self.flow.force_slack if of_force else self.flow.velocity_slack
+        return slack * 4 ** (k // 2)
+
+    def _step(self, watch: Watch, t: Any, value: Any, slope: Any) -> None:
+        """Move the watch on from `t`: isolate its root, or pass a time free of roots."""
+        sign = self._sign(value, watch.slack)
+        reach = abs(value) + watch.slack
+        if slope < 0 and 4 * reach * watch.bound <= slope * slope:
+            watch.safe = t
+            watch.last = self.arithmetic.upper(t + 2 * reach / -slope)
+            watch.steepness = slope
+            return
+        if sign <= 0:
+            self._graze(watch, t)
+            return
+        if bool(watch.bound == 0):
+            watch.safe = math.inf  # the slope is constant, and not negative
+            return
+        root = self.arithmetic.sqrt(slope * slope + 2 * value * watch.bound)
+        step = 2 * value / (root - slope) if slope < 0 else (slope + root) / watch.bound
+        watch.safe = self.arithmetic.lower(t + step)
+
+    def _graze(self, watch: Watch, t: Any) -> None:
+        """Settle a root that is not simple at this precision: a stop stops, a rest stays."""
+        if not self.assume:
+            raise Undecided("a grazing root is not decided")
+        self.undecided += watch.grazes == 0
+        watch.grazes += 1
+        if watch.side == 0:
+            watch.safe = watch.last = t
+            return
+        slack = watch.slack if watch.slack > 0 else self.arithmetic.upper(abs(watch(t)[0]))
+        # by then the function has left the undecided band, or its bound is used again
+        watch.safe = self.arithmetic.upper(t + 2 * self.arithmetic.sqrt(slack / watch.bound))
+
+    def _evaluate(self, watch: Watch) -> None:
+        self._count()
+        before = watch.safe
+        value, slope = watch(before)
+        self._step(watch, before, value, slope)
+        if watch.last is None and not watch.safe > before:
+            self._graze(watch, before)
+
+    def _count(self) -> None:
+        self.evaluations += 1
+        if self.evaluations > MOST_EVALUATIONS:
+            raise SearchLimit(f"no event found within {MOST_EVALUATIONS} evaluations")
+
+
+def root_time(search: Search, watch: Watch) -> Any:
+    """Return the time of an isolated root, as well as this arithmetic can.
+
+    Guarantee: in balls, an enclosure of the only root between the watch's ``safe`` and ``last``.
+    """
+    while search.refine(watch):
+        pass
+    arithmetic = search.arithmetic
+    if arithmetic.encloses or watch.steepness is None:
+        return arithmetic.between(watch.safe, watch.last)
+    t = (watch.safe + watch.last) / 2
+    for _ in range(2):  # the bracket is as wide as the rounding bound; its middle is not the root
+        value, slope = watch(t)
+        t = t - value / (slope if slope < 0 else watch.steepness)
+    search.evaluations += 2
+    return t
+
+
+def lone_event(
+    flow: Flow,
+    n: int,
+    thresholds: NDArray[Any],
+    excess: dict[int, Any],
+    touching: Iterable[tuple[int, int]] = (),
+    *,
+    assume: bool = False,
+) -> tuple[FirstEvent, int]:
+    """Return the first event while slider `n` (from 0) moves alone, and the undecided comparisons.
+
+    With x the way from here, ``v^2 + 2 a x - w^2 x^2`` is its squared speed: it stops after
+    ``(a + sqrt(a^2 + w^2 v^2)) / w^2``, or starts the neighbour with the smaller room before.
+
+    Raises
+    ------
+    Undecided
+        In balls, if the order of stop and starts is not decided.
+    """
+    arithmetic = flow.arithmetic
+    known = _Signs(flow, assume)
+    direction = int(flow.signs[n])
+    beside = [m for m in (n - 1, n + 1) if 0 <= m < len(flow.forces)]
+    w2 = len(beside)
+    speed = direction * flow.velocities[n]
+    pull = direction * flow.forces[n] - flow.friction
+    pull = excess.get(n, pull)
+    zero = arithmetic.number(0)
+    from_rest = bool(speed == 0)
+    if from_rest and known.sign(pull, flow.force_slack) <= 0:
+        return FirstEvent(zero, (n,), (), ((n, zero, zero),)), known.undecided
+    root = pull if from_rest else arithmetic.sqrt(pull * pull + w2 * speed * speed)
+    longest = (pull + root) / w2
+    rooms = {}
+    for m in beside:
+        room = thresholds[m] - direction * flow.forces[m]
+        touches = (m, direction) in touching
+        rooms[m] = zero if touches or known.sign(room, flow.force_slack) <= 0 else room
+    slack = 2 * flow.force_slack + 4 * flow.velocity_slack
+    early = [m for m in beside if known.sign(longest - rooms[m], slack) > 0]
+    if not early:  # reaching the threshold exactly at the stop is not crossing it
+        phase = _phase(flow, speed, pull, w2)
+        time = (arithmetic.pi() - phase) / arithmetic.sqrt(arithmetic.number(w2))
+        return FirstEvent(time, (n,), (), ((n, direction * longest, zero),)), known.undecided
+    if len(early) == 2:
+        order = known.sign(rooms[early[0]] - rooms[early[1]], slack)
+        early = early if order == 0 else early[:1] if order < 0 else early[1:]
+    way = rooms[early[0]]
+    if bool(way == 0):
+        time, left = zero, speed
+    else:
+        other = (pull - root) / w2
+        left = arithmetic.sqrt(w2 * (longest - way) * (way - other))
+        turned = _phase(flow, left, pull - w2 * way, w2) - _phase(flow, speed, pull, w2)
+        time = turned / arithmetic.sqrt(arithmetic.number(w2))
+    starts = tuple((m, direction) for m in early)
+    return FirstEvent(time, (), starts, ((n, direction * way, direction * left),)), known.undecided
+
+
+def _phase(flow: Flow, speed: Any, pull: Any, w2: int) -> Any:
+    """Return the phase of a lone slider's oscillation: 0 at rest behind, pi at rest ahead."""
+    frequency = flow.arithmetic.sqrt(flow.arithmetic.number(w2))
+    return flow.arithmetic.arctangent(speed * frequency, pull)
+
+
+class _Signs:
+    """Signs that are settled as zero, and counted, where they are not decided."""
+
+    def __init__(self, flow: Flow, assume: bool) -> None:
+        self.arithmetic = flow.arithmetic
+        self.assume = assume
+        self.undecided = 0
+
+    def sign(self, x: Any, slack: Any) -> int:
+        try:
+            sign = self.arithmetic.sign(x, slack)
+        except Undecided:
+            if not self.assume:
+                raise
+            sign = 0
+        self.undecided += sign == 0 and not bool(x == 0)
+        return sign
+
+
+def _soonest(watch: Watch) -> Any:
+    return watch.safe
+
+
+def _stiffened(motion: RunMotion, x: NDArray[Any]) -> NDArray[Any]:
+    """Return K x."""
+    out = 2 * x
+    if motion.ends.left_free:
+        out[0] = out[0] - x[0]
+    if motion.ends.right_free:
+        out[-1] = out[-1] - x[-1]
+    out[1:] = out[1:] - x[:-1]
+    out[:-1] = out[:-1] - x[1:]
+    return out
