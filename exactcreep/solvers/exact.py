@@ -17,9 +17,10 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
 from exactcreep.motion.modes import solution_from_events
-from exactcreep.solvers import kernel
-from exactcreep.solvers.kernel import PAD
+from exactcreep.solvers import kernel, layout
+from exactcreep.solvers.layout import PAD
 from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Stretch, Tally
+
 
 class Work(NamedTuple):
     """The arrays of the compiled loop; their rows and cells are named in `kernel`."""
@@ -36,13 +37,23 @@ MOST_EVENTS = 10**7
 """`Exact.rearrange` gives up after so many events of one rearrangement."""
 
 _COLUMNS = {
-    "event_half_cycle": 4,
-    "event_rearrangement": 5,
-    "event_number": 6,
-    "event_kind": 7,
-    "event_slider": 8,
-    "event_sign": 9,
+    "event_half_cycle": layout.LOG_TARGET,
+    "event_rearrangement": layout.LOG_REARRANGEMENT,
+    "event_number": layout.LOG_NUMBER,
+    "event_kind": layout.LOG_KIND,
+    "event_slider": layout.LOG_SLIDER,
+    "event_sign": layout.LOG_SIGN,
 }
+
+
+_EVENT_COLUMNS = [
+    layout.LOG_NUMBER,
+    layout.LOG_KIND,
+    layout.LOG_SLIDER,
+    layout.LOG_SIGN,
+    layout.LOG_TIME,
+    layout.LOG_RESIDUAL,
+]
 
 
 def _split(value: Fraction) -> tuple[float, float]:
@@ -87,28 +98,28 @@ def _refuse_no_slips(chain: Chain) -> None:
 
 def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
     n = chain.n
-    m = n + 2 * PAD
-    real = np.zeros(kernel.REALS)
-    whole = np.zeros(kernel.WHOLES, dtype=np.int64)
+    m = layout.columns(n)
+    real = np.zeros(layout.REALS)
+    whole = np.zeros(layout.WHOLES, dtype=np.int64)
     theta = _split(chain.l0 * _rational(state.theta))
     cosine = chain.times_cosine(Fraction(1))
     mu_d = _split(chain.mu_d)
-    real[kernel.THETA], real[kernel.THETA_LOW] = theta
-    real[kernel.FRICTION] = chain.friction
-    real[kernel.MU_D], real[kernel.MU_D_LOW] = mu_d
-    real[kernel.COSINE] = cosine
-    real[kernel.MEAN] = nearest_float(chain.mu_s)
-    real[kernel.WIDTH] = nearest_float(chain.sigma_mu)
-    real[kernel.MEAN_EXCESS] = chain.excess
-    real[kernel.SINE] = chain.sin_alpha
-    whole[kernel.N] = n
-    whole[kernel.STAGE] = kernel.UNSTABLE
-    whole[kernel.CONSTANT] = chain.sigma_mu == 0
-    whole[kernel.LOGGING] = capacity > 0
-    whole[kernel.TARGET] = 1
-    whole[kernel.SEED] = np.uint64(seed).astype(np.int64)
+    real[layout.THETA], real[layout.THETA_LOW] = theta
+    real[layout.FRICTION] = chain.friction
+    real[layout.MU_D], real[layout.MU_D_LOW] = mu_d
+    real[layout.COSINE] = cosine
+    real[layout.MEAN] = nearest_float(chain.mu_s)
+    real[layout.WIDTH] = nearest_float(chain.sigma_mu)
+    real[layout.MEAN_EXCESS] = chain.excess
+    real[layout.SINE] = chain.sin_alpha
+    whole[layout.N] = n
+    whole[layout.STAGE] = layout.UNSTABLE
+    whole[layout.CONSTANT] = chain.sigma_mu == 0
+    whole[layout.LOGGING] = capacity > 0
+    whole[layout.TARGET] = 1
+    whole[layout.SEED] = np.uint64(seed).astype(np.int64)
     if chain.may_run_away:
-        whole[kernel.DOWNHILL] = 1 if chain.tan_alpha >= 0 else -1
+        whole[layout.DOWNHILL] = 1 if chain.tan_alpha >= 0 else -1
 
     tension, tension_low = _halves(state.tensions)
     padded = np.concatenate(([0.0], tension, [0.0]))
@@ -129,24 +140,26 @@ def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
         excess[coefficient == nearest_float(chain.mu_s)] = chain.excess
 
     work = Work(
-        cell=np.zeros((kernel.CELLS, m)),
-        count=np.zeros((kernel.COUNTS, m), dtype=np.int64),
-        series=np.zeros((kernel.SERIES, m)),
+        cell=np.zeros((layout.CELLS, m)),
+        count=np.zeros((layout.COUNTS, m), dtype=np.int64),
+        series=np.zeros((layout.SERIES, m + 16)),
         real=real,
         whole=whole,
-        log=np.zeros((capacity, kernel.LOG_COLUMNS)),
+        log=np.zeros((capacity, layout.LOG_COLUMNS)),
     )
+    work.cell[layout.EXCESS] = layout.NEVER
     cell = work.cell[:, PAD : PAD + n]
-    cell[kernel.FORCE] = force
-    cell[kernel.FORCE_LOW] = low
-    cell[kernel.EXCESS] = excess
-    work.cell[kernel.STIFFNESS] = 2.0
-    cell[kernel.STIFFNESS, [0, n - 1]] = 1.0 if n > 1 else 0.0
-    cell[kernel.COEFFICIENT] = coefficient
-    work.count[kernel.DRAWS, PAD : PAD + n] = state.draws
-    cell[kernel.TRAVEL], cell[kernel.TRAVEL_LOW] = _halves(state.displacements)
-    real[kernel.TOTAL] = cell[kernel.TRAVEL].sum()
-    kernel.prepare(*work)
+    cell[layout.FORCE] = force
+    cell[layout.REST] = force
+    cell[layout.FORCE_LOW] = low
+    cell[layout.EXCESS] = excess
+    work.cell[layout.STIFFNESS] = 2.0
+    cell[layout.STIFFNESS, [0, n - 1]] = 1.0 if n > 1 else 0.0
+    cell[layout.COEFFICIENT] = coefficient
+    work.count[layout.DRAWS, PAD : PAD + n] = state.draws
+    cell[layout.TRAVEL], cell[layout.TRAVEL_LOW] = _halves(state.displacements)
+    real[layout.TOTAL] = cell[layout.TRAVEL].sum()
+    kernel.prepare(work.cell, work.count, work.whole)
     return work
 
 
@@ -162,7 +175,7 @@ class ExactSimulation(Simulation):
         self.start = state
         logging = "events" in record
         self.work = _work(chain, state, seed, 4 * chain.n + 4096 if logging else 0)
-        self._below = int(np.sum(self._cell(kernel.COEFFICIENT) < nearest_float(chain.mu_d)))
+        self._below = int(np.sum(self._cell(layout.COEFFICIENT) < nearest_float(chain.mu_d)))
         if chain.sigma_mu == 0:
             self._below = 0
 
@@ -179,11 +192,11 @@ class ExactSimulation(Simulation):
         """Counts since the start."""
         whole = self.work.whole
         return Tally(
-            rearrangements=int(whole[kernel.REARRANGEMENTS]),
-            events=int(whole[kernel.EVENTS]),
-            slips=int(whole[kernel.SLIP_TOTAL]),
-            draws_below_mu_d=int(whole[kernel.BELOW]) + self._below,
-            undecided=int(whole[kernel.UNDECIDED]),
+            rearrangements=int(whole[layout.REARRANGEMENTS]),
+            events=int(whole[layout.EVENTS]),
+            slips=int(whole[layout.SLIP_TOTAL]),
+            draws_below_mu_d=int(whole[layout.BELOW]) + self._below,
+            undecided=int(whole[layout.UNDECIDED]),
         )
 
     def _targets(
@@ -209,24 +222,24 @@ class ExactSimulation(Simulation):
 
     def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
-        seed = int(self.work.whole[kernel.SEED : kernel.SEED + 1].view(np.uint64)[0])
+        seed = int(self.work.whole[layout.SEED : layout.SEED + 1].view(np.uint64)[0])
         high, low = self._targets(drive, first, count, seed)
-        self.work.whole[kernel.TARGET] = first
+        self.work.whole[layout.TARGET] = first
         each = bool({"x", "tension", "slips"} & set(self.record))
         travel = np.empty(count)
         rows: dict[str, list[Any]] = {name: [] for name in ("x", "tension", "slips")}
         logs: list[dict[str, NDArray[Any]]] = []
-        last = int(self.work.whole[kernel.EVENTS]) + max_events
+        last = int(self.work.whole[layout.EVENTS]) + max_events
         done = 0
-        reason = kernel.DONE
+        reason = layout.DONE
         while done < count:
             upto = done + 1 if each else count
-            left = last - int(self.work.whole[kernel.EVENTS])
+            left = last - int(self.work.whole[layout.EVENTS])
             reason, reached = kernel.follow(
                 *self.work, high[done:upto], low[done:upto], travel[done:upto], left, False
             )
             done += reached
-            if self.work.whole[kernel.LOGGED]:
+            if self.work.whole[layout.LOGGED]:
                 logs.append(self._drain())
             if each and reached:
                 if "x" in self.record:
@@ -234,9 +247,9 @@ class ExactSimulation(Simulation):
                 if "tension" in self.record:
                     rows["tension"].append(self._tensions())
                 if "slips" in self.record:
-                    rows["slips"].append(self.work.count[kernel.SLIPS, self._inner].copy())
-                self.work.count[kernel.SLIPS] = 0
-            if reason in (kernel.BUDGET, kernel.RUNAWAY):
+                    rows["slips"].append(self.work.count[layout.SLIPS, self._inner].copy())
+                self.work.count[layout.SLIPS] = 0
+            if reason in (layout.BUDGET, layout.RUNAWAY):
                 break
         recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
         widths = {"x": self.chain.n, "tension": self.chain.n - 1, "slips": self.chain.n}
@@ -247,33 +260,33 @@ class ExactSimulation(Simulation):
             empty = self._drain()
             for name in empty:
                 recorded[name] = np.concatenate([log[name] for log in logs] + [empty[name]])
-        outcome = Outcome.RUNAWAY if reason == kernel.RUNAWAY else None
+        outcome = Outcome.RUNAWAY if reason == layout.RUNAWAY else None
         return Stretch(done, recorded, outcome)
 
     def _drain(self) -> dict[str, NDArray[Any]]:
         """Return the event log by column, and empty it."""
-        count = int(self.work.whole[kernel.LOGGED])
-        self.work.whole[kernel.LOGGED] = 0
+        count = int(self.work.whole[layout.LOGGED])
+        self.work.whole[layout.LOGGED] = 0
         log = self.work.log[:count]
         columns: dict[str, NDArray[Any]] = {
             name: log[:, column].astype(np.int64) for name, column in _COLUMNS.items()
         }
         for name in ("event_kind", "event_sign"):
             columns[name] = columns[name].astype(np.int8)
-        columns["event_time"] = log[:, 0].copy()
-        columns["event_theta"] = (log[:, 2] + log[:, 3]) / nearest_float(self.chain.l0)
+        columns["event_time"] = log[:, layout.LOG_TIME].copy()
+        columns["event_theta"] = (log[:, layout.LOG_THETA] + log[:, layout.LOG_THETA_LOW]) / nearest_float(self.chain.l0)
         return columns
 
     def _displacements(self) -> NDArray[np.float64]:
-        moved = self._cell(kernel.TRAVEL_LOW) + self._cell(kernel.X)
-        return self._cell(kernel.TRAVEL) + moved
+        moved = self._cell(layout.TRAVEL_LOW) + self._cell(layout.X)
+        return self._cell(layout.TRAVEL) + moved
 
     def _tensions(self) -> NDArray[np.float64]:
         """Return the tensions from displacements and theta, shape (n - 1,)."""
         chain = self.chain
         real = self.work.real
-        high = self._cell(kernel.TRAVEL)
-        low = self._cell(kernel.TRAVEL_LOW) + self._cell(kernel.X)
+        high = self._cell(layout.TRAVEL)
+        low = self._cell(layout.TRAVEL_LOW) + self._cell(layout.X)
         start, start_low = _halves(self.start.displacements)
         tension, tension_low = _halves(self.start.tensions)
         theta_0 = _split(chain.l0 * _rational(self.start.theta))
@@ -283,7 +296,7 @@ class ExactSimulation(Simulation):
             (-high[:-1], -low[:-1]),
             (-start[1:], -start_low[1:]),
             (start[:-1], start_low[:-1]),
-            (-real[kernel.THETA], -real[kernel.THETA_LOW]),
+            (-real[layout.THETA], -real[layout.THETA_LOW]),
             theta_0,
         ]
         total = np.zeros(chain.n - 1)
@@ -295,7 +308,7 @@ class ExactSimulation(Simulation):
 
     def _theta(self) -> float | Fraction:
         real = self.work.real
-        total = Fraction(float(real[kernel.THETA])) + Fraction(float(real[kernel.THETA_LOW]))
+        total = Fraction(float(real[layout.THETA])) + Fraction(float(real[layout.THETA_LOW]))
         return nearest_float(total / self.chain.l0)
 
     def state(self) -> State:
@@ -303,8 +316,8 @@ class ExactSimulation(Simulation):
         return State(
             tensions=self._tensions(),
             displacements=self._displacements(),
-            coefficients=self._cell(kernel.COEFFICIENT),
-            draws=self.work.count[kernel.DRAWS, self._inner],
+            coefficients=self._cell(layout.COEFFICIENT),
+            draws=self.work.count[layout.DRAWS, self._inner],
             theta=self._theta(),
         )
 
@@ -354,9 +367,9 @@ class ExactSimulation(Simulation):
         """Return the work done: cluster steps, margins tested, polynomial evaluations."""
         whole = self.work.whole
         return {
-            "cluster_steps": int(whole[kernel.STEPS]),
-            "margin_tests": int(whole[kernel.TESTS]),
-            "root_evaluations": int(whole[kernel.ROOTS]),
+            "cluster_steps": int(whole[layout.STEPS]),
+            "windows_certified": int(whole[layout.TESTS]),
+            "root_evaluations": int(whole[layout.ROOTS]),
         }
 
 
@@ -378,18 +391,18 @@ class Exact(Solver):
         simulation = ExactSimulation(chain, state, seed, ("events",))
         work = simulation.work
         logs: list[NDArray[Any]] = []
-        reason = kernel.ONE_DONE
+        reason = layout.ONE_DONE
         if direction == 0 or chain.n > 1:
             if direction != 0:
-                work.whole[kernel.STAGE] = kernel.AT_REST
+                work.whole[layout.STAGE] = layout.AT_REST
             target = np.array([np.inf * direction]) if direction else np.zeros(1)
-            reason = kernel.LOG_FULL
-            while reason == kernel.LOG_FULL:
-                left = MOST_EVENTS - int(work.whole[kernel.EVENTS])
+            reason = layout.LOG_FULL
+            while reason == layout.LOG_FULL:
+                left = MOST_EVENTS - int(work.whole[layout.EVENTS])
                 reason, _ = kernel.follow(*work, target, np.zeros(1), np.empty(1), left, True)
-                count = int(work.whole[kernel.LOGGED])
-                logs.append(work.log[:count, [6, 7, 8, 9, 0, 1]])
-                work.whole[kernel.LOGGED] = 0
+                count = int(work.whole[layout.LOGGED])
+                logs.append(work.log[:count, _EVENT_COLUMNS])
+                work.whole[layout.LOGGED] = 0
         rows = np.concatenate(logs) if logs else np.empty((0, 6))
         events = _events(rows)
         initial = State(
@@ -406,9 +419,9 @@ class Exact(Solver):
         )
         tally = simulation.tally
         outcome = {
-            kernel.ONE_DONE: Outcome.AT_REST,
-            kernel.RUNAWAY: Outcome.RUNAWAY,
-            kernel.BUDGET: Outcome.LIMIT,
+            layout.ONE_DONE: Outcome.AT_REST,
+            layout.RUNAWAY: Outcome.RUNAWAY,
+            layout.BUDGET: Outcome.LIMIT,
         }[reason]
         return Rearrangement(
             chain=chain,
@@ -417,12 +430,12 @@ class Exact(Solver):
             outcome=outcome,
             evidence=simulation.evidence,
             state=simulation.state(),
-            velocities=(work.cell[kernel.VELOCITY] * work.count[kernel.SIGN])[simulation._inner],
+            velocities=simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE),
             sol=replay.solution,
             undecided=tally.undecided,
             draws_below_mu_d=tally.draws_below_mu_d - simulation._below,
             solver=self.name,
-            report=simulation.report() | {"time": float(work.real[kernel.TIME])},
+            report=simulation.report() | {"time": float(work.real[layout.TIME])},
         )
 
     def simulation(
@@ -437,9 +450,9 @@ def _shifted(chain: Chain, state: State, work: Work) -> NDArray[np.float64]:
     tension, tension_low = _halves(state.tensions)
     before = _split(chain.l0 * _rational(state.theta))
     change, error = _two_sum(
-        np.array([before[0]]), -float(work.real[kernel.THETA])
+        np.array([before[0]]), -float(work.real[layout.THETA])
     )
-    rest = float(error[0]) + (before[1] - float(work.real[kernel.THETA_LOW]))
+    rest = float(error[0]) + (before[1] - float(work.real[layout.THETA_LOW]))
     total, error = _two_sum(tension, float(change[0]))
     return total + (error + (rest + tension_low))
 
@@ -457,7 +470,7 @@ def _events(rows: NDArray[Any]) -> tuple[Event, ...]:
         events.append(
             Event(
                 time=float(group[0, 4]),
-                kind=EventKind.START if group[0, 1] == kernel.START else EventKind.STOP,
+                kind=EventKind.START if group[0, 1] == layout.START else EventKind.STOP,
                 sliders=tuple(int(i) for i in group[:, 2]),
                 signs=tuple(int(i) for i in group[:, 3]),
                 residual=float(group[:, 5].max()),

@@ -1,0 +1,569 @@
+"""Several movers at once: their motion as Taylor series, and their first event, certified.
+
+A cluster moves by ``v'' = -K v``, so the Taylor coefficients of the velocities obey
+``w[k+2] = -K w[k] / ((k+1) (k+2))``. All frequencies are at most 2: within the `HORIZON` the terms
+beyond `ORDERS` are below 2e-17 of the largest force.
+
+Each slider of the window has a *margin* that must stay in its range until its event: a mover its
+velocity along the motion (above 0), a resting neighbour its force (between its thresholds). On
+``[0, t]`` a margin is the cubic through its value and slope at both ends plus at most
+``M s**2 (t - s)**2 / 24``, where M bounds its fourth derivative. Written with Bernstein
+polynomials of degree four it stays in range if five numbers do. They are computed for eight
+sliders at a time; only a slider that fails is looked at alone.
+
+Source: Eqs. (dynamic_eq1)-(static_eqN); derivations/modes.py.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from exactcreep.solvers.lanes import WIDTH as EIGHT
+from exactcreep.solvers.lanes import (
+    below,
+    choose,
+    from_left,
+    from_right,
+    fused,
+    fused_scalar,
+    larger,
+    least,
+    load,
+    lowest_bit,
+    magnitude,
+    not_above,
+    smaller,
+    spread,
+    square_root,
+    store,
+)
+from exactcreep.solvers.layout import (
+    BEND,
+    BENT,
+    DRIVE,
+    EVENT,
+    EXCESS,
+    FRESH,
+    FRICTION,
+    HORIZON,
+    MOVED,
+    NEVER,
+    ORDERS,
+    PULL,
+    PUSH,
+    REST,
+    ROOTS,
+    RUNNING,
+    SIDE,
+    SPEED,
+    STEPS,
+    STIFFNESS,
+    SWING,
+    TESTS,
+    ULP,
+    UNDECIDED,
+    X,
+    compiled,
+    inlined,
+)
+
+_INVERSE = np.array([1.0 / (k + 1.0) for k in range(ORDERS)])
+_STEP = np.array([1.0 / ((k + 1.0) * (k + 2.0)) for k in range(ORDERS)])
+_THIRD = np.array([k * (k - 1.0) * (k - 2.0) for k in range(ORDERS)])
+_FOURTH = np.array([k * (k - 1.0) * (k - 2.0) * (k - 3.0) for k in range(ORDERS)])
+
+
+@inlined
+def _expand(cell, series, friction, first, strips):  # type: ignore[no-untyped-def]
+    """Fill the series of the window that begins in column `first` of `cell`."""
+    zero = spread(0.0)
+    one = spread(1.0)
+    for s in range(strips):
+        i = first + EIGHT * s
+        j = EIGHT + EIGHT * s
+        side = load(cell, SIDE, i)
+        around = load(cell, X, i - 1) + load(cell, X, i + 1)
+        held = load(cell, STIFFNESS, i) * load(cell, X, i)
+        pull = load(cell, REST, i) + (around - held)
+        push = side * pull - spread(friction)
+        push = choose(below(zero, load(cell, FRESH, i)), load(cell, DRIVE, i), push)
+        store(series, PULL, j, pull)
+        store(series, PUSH, j, push)
+        store(series, 0, j, side * load(cell, SPEED, i))
+        store(series, 1, j, side * push)
+    if strips == 1:
+        j = EIGHT
+        side = load(cell, SIDE, first)
+        moving = side * side
+        stiff = load(cell, STIFFNESS, first)
+        w = load(series, 0, j)
+        after = load(series, 1, j)
+        bend = zero
+        swing = zero
+        for k in range(ORDERS - 2):
+            around = from_left(zero, w) + from_right(w, zero)
+            new = (around - stiff * w) * (moving * spread(_STEP[k]))
+            store(series, k + 2, j, new)
+            size = magnitude(new)
+            if k >= 4:
+                bend = fused(size, spread(_THIRD[k + 2]), bend)
+            if k >= 5:
+                swing = fused(size, spread(_FOURTH[k + 2]), swing)
+            w = after
+            after = new
+        store(series, BEND, j, bend)
+        store(series, SWING, j, swing)
+        return
+    for k in range(ORDERS - 2):
+        step = spread(_STEP[k])
+        before = zero
+        w = load(series, k, EIGHT)
+        for s in range(strips):
+            i = first + EIGHT * s
+            j = EIGHT + EIGHT * s
+            following = zero
+            if s + 1 < strips:
+                following = load(series, k, j + EIGHT)
+            around = from_left(before, w) + from_right(w, following)
+            side = load(cell, SIDE, i)
+            store(
+                series,
+                k + 2,
+                j,
+                (around - load(cell, STIFFNESS, i) * w) * (side * side * step),
+            )
+            before = w
+            w = following
+    for s in range(strips):
+        j = EIGHT + EIGHT * s
+        bend = magnitude(load(series, 6, j)) * spread(_THIRD[6])
+        swing = zero
+        for k in range(7, ORDERS):
+            size = magnitude(load(series, k, j))
+            bend = fused(size, spread(_THIRD[k]), bend)
+            swing = fused(size, spread(_FOURTH[k]), swing)
+        store(series, BEND, j, bend)
+        store(series, SWING, j, swing)
+
+
+@inlined
+def _neighbours(series, row, j, s, strips):  # type: ignore[no-untyped-def]
+    """Return a row of the window seen from the left and from the right neighbour's place."""
+    zero = spread(0.0)
+    here = load(series, row, j)
+    before = zero
+    if s > 0:
+        before = load(series, row, j - EIGHT)
+    following = zero
+    if s + 1 < strips:
+        following = load(series, row, j + EIGHT)
+    return from_left(before, here), from_right(here, following)
+
+
+@inlined
+def _watched(cell, i):  # type: ignore[no-untyped-def]
+    """Return the mask of the lanes that move or have a moving neighbour."""
+    moving = magnitude(load(cell, SIDE, i))
+    moving = moving + magnitude(load(cell, SIDE, i - 1)) + magnitude(load(cell, SIDE, i + 1))
+    return below(spread(0.0), moving)
+
+
+@inlined
+def _candidate(cell, series, friction, first, strips):  # type: ignore[no-untyped-def]
+    """Return the lane whose margin seems to end first and when, from three coefficients each.
+
+    A guess that only costs time if it is wrong. Lane -1: none within the `HORIZON`.
+    """
+    zero = spread(0.0)
+    best = HORIZON
+    lane = -1
+    for s in range(strips):
+        i = first + EIGHT * s
+        j = EIGHT + EIGHT * s
+        side = load(cell, SIDE, i)
+        resting = not_above(magnitude(side), zero)
+        left, right = _neighbours(series, 0, j, s, strips)
+        flow = left + right
+        left, right = _neighbours(series, 1, j, s, strips)
+        surge = (left + right) * spread(0.5)
+        # which threshold a resting slider is heading for
+        way = choose(below(flow + surge * spread(0.5), zero), spread(-1.0), spread(1.0))
+        threshold = load(cell, EXCESS, i) + spread(friction)
+        p0 = choose(resting, threshold - way * load(series, PULL, j), load(cell, SPEED, i))
+        p1 = choose(resting, zero - way * flow, load(series, PUSH, j))
+        p2 = choose(resting, zero - way * surge, side * load(series, 2, j))
+        fresh = below(zero, load(cell, FRESH, i))
+        p0 = choose(fresh, p1, p0)
+        p1 = choose(fresh, p2, p1)
+        p2 = choose(fresh, side * load(series, 3, j), p2)
+        p0 = larger(p0, zero)
+        square = p1 * p1 - spread(4.0) * p2 * p0
+        low = square_root(larger(square, zero)) - p1
+        guess = (p0 + p0) / larger(low, spread(1e-300))
+        far = spread(2.0 * HORIZON)
+        guess = choose(below(square, zero), far, guess)
+        guess = choose(not_above(low, zero), far, guess)
+        guess = choose(_watched(cell, i), guess, far)
+        soonest = least(guess)
+        if soonest < best:
+            best = soonest
+            lane = EIGHT * s + lowest_bit(not_above(guess, spread(soonest)))
+    return lane, best
+
+
+@inlined
+def _margin(cell, series, i, j, t):  # type: ignore[no-untyped-def]
+    """Return value and slope at t of the margin of one slider: column i of cell, j of series."""
+    side = cell[SIDE, i]
+    u = t * t
+    if side != 0.0:
+        even = series[ORDERS - 2, j]
+        odd = series[ORDERS - 1, j]
+        even_slope = 0.0
+        odd_slope = 0.0
+        for k in range(ORDERS - 4, -1, -2):
+            even_slope = fused_scalar(even_slope, u, even)
+            odd_slope = fused_scalar(odd_slope, u, odd)
+            even = fused_scalar(even, u, series[k, j])
+            odd = fused_scalar(odd, u, series[k + 1, j])
+        slope = fused_scalar(2.0 * t, fused_scalar(t, odd_slope, even_slope), odd)
+        return side * fused_scalar(t, odd, even), side * slope
+    # its own column is zero: it stands in for a neighbour that does not move
+    left = j - 1 if cell[SIDE, i - 1] != 0.0 else j
+    right = j + 1 if cell[SIDE, i + 1] != 0.0 else j
+    even = series[ORDERS - 2, left] + series[ORDERS - 2, right]
+    odd = series[ORDERS - 1, left] + series[ORDERS - 1, right]
+    even_sum = even * _INVERSE[ORDERS - 2]
+    odd_sum = odd * _INVERSE[ORDERS - 1]
+    for k in range(ORDERS - 4, -1, -2):
+        term = series[k, left] + series[k, right]
+        even = fused_scalar(even, u, term)
+        even_sum = fused_scalar(even_sum, u, term * _INVERSE[k])
+        term = series[k + 1, left] + series[k + 1, right]
+        odd = fused_scalar(odd, u, term)
+        odd_sum = fused_scalar(odd_sum, u, term * _INVERSE[k + 1])
+    value = series[PULL, j] + t * fused_scalar(t, odd_sum, even_sum)
+    return value, fused_scalar(t, odd, even)
+
+
+@inlined
+def _bend_of(series, j, t):  # type: ignore[no-untyped-def]
+    """Return a bound of the fourth derivative of the displacement in column j on [0, t]."""
+    tail = 60.0 * abs(series[5, j]) + t * series[BEND, j]
+    return 6.0 * abs(series[3, j]) + t * (24.0 * abs(series[4, j]) + t * tail)
+
+
+@inlined
+def _swing_of(series, j, t):  # type: ignore[no-untyped-def]
+    """Return a bound of the fourth derivative of the velocity in column j on [0, t]."""
+    tail = 360.0 * abs(series[6, j]) + t * series[SWING, j]
+    return 24.0 * abs(series[4, j]) + t * (120.0 * abs(series[5, j]) + t * tail)
+
+
+@inlined
+def _clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):  # type: ignore[no-untyped-def]
+    """Return whether a margin (as a distance from the end of its range) is positive on (0, t).
+
+    `begins`: it is known to leave zero upwards at 0; `ends`: it is known to vanish at t.
+    """
+    b1 = at_0 + t * slope_0 / 3.0
+    b2 = at_1 - t * slope_1 / 3.0
+    q1 = 0.25 * (at_0 + 3.0 * b1)
+    q2 = 0.5 * (b1 + b2) - bend * (t * t) * (t * t) / 144.0
+    q3 = 0.25 * (3.0 * b2 + at_1)
+    if ends:
+        # a dip within the bound just before t would be the same crossing
+        return q1 >= 0.0 and q2 >= 0.0 and q3 >= 0.0 and at_0 >= -bound
+    if begins:
+        if q1 < 0.0 or q2 < 0.0:
+            return False
+    elif at_0 <= bound or q1 <= bound or q2 <= bound:
+        return False
+    return q3 > bound and at_1 > bound
+
+
+@compiled
+def _first_crossing(cell, series, real, whole, i, j, upper, t):  # type: ignore[no-untyped-def]
+    """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
+
+    Newton steps and bisection, with a certificate for every piece left behind. What is neither
+    clear nor crossed when it is as short as a rounding error is a graze: undecided, no crossing.
+    """
+    moving = cell[SIDE, i] != 0.0
+    side = -1.0 if upper else 1.0
+    threshold = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
+    if moving:
+        bend = _swing_of(series, j, t)
+    else:
+        bend = 0.0
+        if cell[SIDE, i - 1] != 0.0:
+            bend += _bend_of(series, j - 1, t)
+        if cell[SIDE, i + 1] != 0.0:
+            bend += _bend_of(series, j + 1, t)
+    at_a, slope_a = _margin(cell, series, i, j, 0.0)
+    at_b, slope_b = _margin(cell, series, i, j, t)
+    scale = abs(at_a) + abs(at_b) + t * (abs(slope_a) + abs(slope_b))
+    scale += t * real[FRICTION] if moving else threshold + real[FRICTION]
+    bound = 16.0 * ULP * scale
+    at_a = threshold + side * at_a
+    slope_a = side * slope_a
+    begins = cell[FRESH, i] != 0.0
+    if not begins and abs(at_a) <= bound:
+        # exactly at its threshold: it starts at once if it is pushed outwards
+        whole[UNDECIDED] += 1
+        lead = slope_a
+        for k in range(1, 3):
+            if lead == 0.0 and not moving:
+                lead = side * (series[k, j - 1] + series[k, j + 1])
+        if lead < 0.0:
+            return 0.0
+        begins = True
+    a = 0.0
+    b = t
+    far = t
+    crossed = False
+    while True:
+        at_b, slope_b = _margin(cell, series, i, j, b)
+        at_b = threshold + side * at_b
+        slope_b = side * slope_b
+        whole[ROOTS] += 1
+        if begins and at_a < 0.0:
+            at_a = 0.0
+        if at_b > bound:
+            if _clear(at_a, slope_a, at_b, slope_b, bend, b - a, bound, begins, False):
+                if b >= far:
+                    return np.inf
+                a = b
+                at_a = at_b
+                slope_a = slope_b
+                begins = False
+                b = a - at_a / slope_a if slope_a < 0.0 else far
+                if not (b > a and b < far):
+                    b = 0.5 * (a + far) if crossed else far
+            else:
+                b = 0.5 * (a + b)
+        elif at_b >= -bound:
+            if slope_b < 0.0 and _clear(
+                at_a, slope_a, 0.0, slope_b, bend, b - a, bound, begins, True
+            ):
+                return b
+            b = 0.5 * (a + b)
+        else:
+            crossed = True
+            far = b
+            middle = 0.5 * (a + b)
+            if slope_b < 0.0:
+                b -= at_b / slope_b
+            if not (b > a and b < far):
+                b = middle
+        if b - a <= 4.0 * ULP * t:
+            whole[UNDECIDED] += 1
+            if crossed and far - a <= 8.0 * ULP * t:
+                return far
+            # a graze: at its threshold it stays
+            a = b
+            at_a, slope_a = _margin(cell, series, i, j, a)
+            at_a = max(threshold + side * at_a, 2.0 * bound)
+            slope_a = max(side * slope_a, 0.0)
+            begins = False
+            b = far
+            if b <= a:
+                return np.inf
+
+
+@inlined
+def _refine(cell, series, real, whole, i, j, t):  # type: ignore[no-untyped-def]
+    """Return the root near t of one margin by Newton's method, inf if it strays."""
+    moving = cell[SIDE, i] != 0.0
+    threshold = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
+    for _ in range(12):
+        value, slope = _margin(cell, series, i, j, t)
+        whole[ROOTS] += 1
+        if not moving:
+            if slope >= 0.0:
+                value = threshold - value
+                slope = -slope
+            else:
+                value = threshold + value
+        if slope >= 0.0:
+            return np.inf
+        step = value / slope
+        t -= step
+        if not (t > 0.0 and t <= HORIZON):
+            return np.inf
+        # the next step would be about step**2 / t: below an ulp it need not be made
+        if step * step <= 0.25 * ULP * t * t:
+            return t
+    return np.inf
+
+
+@inlined
+def _evaluate(series, strips, t):  # type: ignore[no-untyped-def]
+    """Fill displacements and velocities of the window at t."""
+    u = spread(t * t)
+    at = spread(t)
+    for s in range(strips):
+        j = EIGHT + EIGHT * s
+        even = load(series, ORDERS - 2, j)
+        odd = load(series, ORDERS - 1, j)
+        even_sum = even * spread(_INVERSE[ORDERS - 2])
+        odd_sum = odd * spread(_INVERSE[ORDERS - 1])
+        for k in range(ORDERS - 4, -1, -2):
+            term = load(series, k, j)
+            even = fused(even, u, term)
+            even_sum = fused(even_sum, u, term * spread(_INVERSE[k]))
+            term = load(series, k + 1, j)
+            odd = fused(odd, u, term)
+            odd_sum = fused(odd_sum, u, term * spread(_INVERSE[k + 1]))
+        store(series, RUNNING, j, fused(at, odd, even))
+        store(series, MOVED, j, at * fused(at, odd_sum, even_sum))
+        tail = spread(60.0) * magnitude(load(series, 5, j)) + at * load(series, BEND, j)
+        tail = spread(24.0) * magnitude(load(series, 4, j)) + at * tail
+        store(series, BENT, j, spread(6.0) * magnitude(load(series, 3, j)) + at * tail)
+
+
+@inlined
+def _suspects(cell, series, friction, first, s, strips, t):  # type: ignore[no-untyped-def]
+    """Return the masks of the lanes of one strip not proved to stay in range on (0, t].
+
+    The first mask is for the lower end of the range, the second for the upper.
+    """
+    zero = spread(0.0)
+    i = first + EIGHT * s
+    j = EIGHT + EIGHT * s
+    side = load(cell, SIDE, i)
+    resting = not_above(magnitude(side), zero)
+    flow_left, flow_right = _neighbours(series, 0, j, s, strips)
+    run_left, run_right = _neighbours(series, RUNNING, j, s, strips)
+    left, right = _neighbours(series, MOVED, j, s, strips)
+    bent_left, bent_right = _neighbours(series, BENT, j, s, strips)
+    around = left + right
+    pull = load(series, PULL, j)
+    push = load(series, PUSH, j)
+    moved = load(series, MOVED, j)
+    at = spread(t)
+    third = spread(t / 3.0)
+    g0 = choose(resting, pull, load(cell, SPEED, i))
+    slope0 = choose(resting, flow_left + flow_right, push)
+    g1 = choose(resting, pull + around, side * load(series, RUNNING, j))
+    slope1 = choose(
+        resting,
+        run_left + run_right,
+        push + side * (around - load(cell, STIFFNESS, i) * moved),
+    )
+    tail = spread(360.0) * magnitude(load(series, 6, j)) + at * load(series, SWING, j)
+    tail = spread(120.0) * magnitude(load(series, 5, j)) + at * tail
+    swing = spread(24.0) * magnitude(load(series, 4, j)) + at * tail
+    rest = choose(resting, bent_left + bent_right, swing) * spread(t * t * t * t / 144.0)
+    b1 = g0 + third * slope0
+    b2 = g1 - third * slope1
+    quarter = spread(0.25)
+    three = spread(3.0)
+    q1 = quarter * (g0 + three * b1)
+    q2 = spread(0.5) * (b1 + b2)
+    q3 = quarter * (three * b2 + g1)
+    low = smaller(smaller(q1, q2 - rest), smaller(q3, g1))
+    high = larger(larger(q1, q2 + rest), larger(q3, g1))
+    fresh = below(zero, load(cell, FRESH, i))
+    low = smaller(low, choose(fresh, low, g0))
+    high = larger(high, g0)
+    threshold = load(cell, EXCESS, i) + spread(friction)
+    scale = magnitude(g0) + magnitude(g1) + at * (magnitude(slope0) + magnitude(slope1))
+    scale = scale + choose(resting, threshold + spread(friction), spread(t * friction))
+    bound = spread(16.0 * ULP) * scale
+    floor = choose(resting, threshold, zero)
+    ceiling = choose(resting, threshold, spread(NEVER))
+    watched = _watched(cell, i)
+    lower = not_above(low + floor, bound) & watched
+    upper = not_above(ceiling - high, bound) & watched
+    return lower, upper
+
+
+@compiled
+def step(cell, count, series, real, whole, first, last):  # type: ignore[no-untyped-def]
+    """Advance the movers of columns first + 1 .. last - 1 to their first event.
+
+    Returns
+    -------
+    t : float
+        The time advanced, at most `HORIZON`.
+    events : int
+        Number of sliders whose event it is, their columns in ``count[EVENT]``; 0 if there is none
+        within the horizon.
+    residual : float
+        How far the margins are from the end of their ranges.
+    """
+    friction = real[FRICTION]
+    strips = (last - first + EIGHT) // EIGHT
+    whole[STEPS] += 1
+    _expand(cell, series, friction, first, strips)
+    lane, t = _candidate(cell, series, friction, first, strips)
+    events = 0
+    if lane >= 0:
+        t = _refine(cell, series, real, whole, first + lane, EIGHT + lane, t)
+        if t <= HORIZON:
+            events = 1
+            count[EVENT, 0] = first + lane
+        else:
+            t = HORIZON
+    _evaluate(series, strips, t)
+    evaluated = t
+    for s in range(strips):
+        whole[TESTS] += 1
+        lower, upper = _suspects(cell, series, friction, first, s, strips, evaluated)
+        suspects = lower | upper
+        while suspects != 0:
+            bit = lowest_bit(suspects)
+            suspects &= suspects - 1
+            i = first + EIGHT * s + bit
+            j = EIGHT + EIGHT * s + bit
+            for side in range(2):
+                if ((upper if side == 1 else lower) >> bit) & 1 == 0:
+                    continue
+                if events > 0 and t == evaluated and count[EVENT, 0] == i:
+                    # the candidate itself: only what lies before its root is in question
+                    threshold = friction + cell[EXCESS, i]
+                    at_0, slope_0 = _margin(cell, series, i, j, 0.0)
+                    at_1, slope_1 = _margin(cell, series, i, j, t)
+                    way = -1.0 if side == 1 else 1.0
+                    if cell[SIDE, i] != 0.0:
+                        threshold = 0.0
+                        bend = _swing_of(series, j, t)
+                    else:
+                        bend = series[BENT, j - 1] * abs(cell[SIDE, i - 1])
+                        bend += series[BENT, j + 1] * abs(cell[SIDE, i + 1])
+                    if cell[FRESH, i] == 0.0 and threshold + way * at_0 <= 0.0:
+                        pass
+                    elif way * slope_1 < 0.0 and _clear(
+                        threshold + way * at_0, way * slope_0, 0.0, way * slope_1,
+                        bend, t, 0.0, cell[FRESH, i] != 0.0, True,
+                    ):  # fmt: skip
+                        continue
+                crossing = _first_crossing(cell, series, real, whole, i, j, side == 1, t)
+                if crossing < t or (crossing == t and events == 0):
+                    t = crossing
+                    events = 1
+                    count[EVENT, 0] = i
+                elif crossing == t and count[EVENT, events - 1] != i:
+                    # together within the rounding bound: one event
+                    whole[UNDECIDED] += 1
+                    count[EVENT, events] = i
+                    events += 1
+    if t != evaluated:
+        _evaluate(series, strips, t)
+    residual = 0.0
+    for k in range(events):
+        i = count[EVENT, k]
+        value, _ = _margin(cell, series, i, EIGHT + i - first, t)
+        if cell[SIDE, i] == 0.0:
+            value = abs(value) - (friction + cell[EXCESS, i])
+        residual = max(residual, abs(value))
+    for s in range(strips):
+        i = first + EIGHT * s
+        j = EIGHT + EIGHT * s
+        side = load(cell, SIDE, i)
+        store(cell, X, i, load(cell, X, i) + load(series, MOVED, j))
+        store(cell, SPEED, i, larger(side * load(series, RUNNING, j), spread(0.0)))
+        if t > 0.0:
+            store(cell, FRESH, i, spread(0.0))
+    return t, events, residual

@@ -1,0 +1,138 @@
+"""Where the compiled exact solver keeps what: the rows of its arrays and the cells of its scalars.
+
+The loop works on six arrays that Python owns: `cell` and `count` (one column for each slider),
+`series` (one column for each slider of the window that moves), `real`, `whole` and `log`.
+"""
+
+from __future__ import annotations
+
+from numba import njit
+
+compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+"""Compile without reference counting: the arrays belong to the caller, nothing is allocated."""
+inlined = njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
+"""The same, merged into the caller: one call costs as much as a slip."""
+
+ORDERS = 24
+"""Taylor coefficients 0 .. ORDERS - 1 of a velocity are kept; even."""
+HORIZON = 1.0
+"""Longest step of a cluster, in units of tau_dyn."""
+PAD = 2
+"""Slider n stands in column n - 1 + PAD; the columns outside the chain never move."""
+TAIL = 12
+"""Columns after the last slider: a window may reach so far beyond it."""
+NEVER = 1e300
+"""The excess of a column outside the chain: a threshold that no force reaches."""
+ULP = 2.0**-52
+
+# rows of `cell`, float64
+(
+    FORCE,  # at rest, at sliders 1 and N without theta
+    FORCE_LOW,  # what FORCE lacks: together they hold it to 2**-106
+    REST,  # FORCE with theta
+    EXCESS,  # effective (mu_s,n - mu_d) cos(alpha), never negative
+    STIFFNESS,  # springs that hold the slider: 2, at an end 1, alone 0
+    TRAVEL,  # displacement since the start of the simulation
+    TRAVEL_LOW,
+    X,  # displacement since the start of the rearrangement
+    SPEED,  # velocity in the direction of motion
+    SIDE,  # direction of motion, 0 at rest
+    FRESH,  # 1 while a slider that has started has not moved yet
+    DRIVE,  # force minus friction along the motion with which it started
+    COEFFICIENT,
+    DEVIATE,  # four rows: the block of deviates that holds the next draw
+) = range(14)
+CELLS = DEVIATE + 4
+
+# rows of `count`, int64
+DRAWS, SLIPS, EVENT = range(3)
+COUNTS = 3
+
+# rows of `series`, float64: first the `ORDERS` Taylor coefficients of the velocities, then
+(
+    PULL,  # force
+    PUSH,  # force minus friction along the motion
+    BEND,  # tail of a bound of the fourth derivative of the displacement
+    SWING,  # tail of a bound of the fourth derivative of the velocity
+    MOVED,  # displacement at the end of the step
+    RUNNING,  # velocity at the end of the step
+    BENT,  # bound of the fourth derivative of the displacement during the step
+    GUESS,  # a first estimate of the time to the slider's event
+) = range(ORDERS, ORDERS + 8)
+SERIES = ORDERS + 8
+
+# cells of `real`, float64
+(
+    THETA,  # l0 theta
+    THETA_LOW,
+    TIME,  # since the start of the rearrangement
+    TOTAL,  # sum of all displacements
+    TOTAL_LOW,
+    FRICTION,  # mu_d cos(alpha)
+    MU_D,
+    MU_D_LOW,
+    COSINE,
+    SINE,
+    MEAN,  # of the static coefficients
+    WIDTH,  # their standard deviation
+    MEAN_EXCESS,  # (mu_s - mu_d) cos(alpha)
+) = range(13)
+REALS = 13
+
+# cells of `whole`, int64
+(
+    N,
+    SEED,
+    CONSTANT,  # whether all static coefficients are mu_s
+    DOWNHILL,  # the direction in which the chain can run away, 0 if it cannot
+    STAGE,
+    TARGET,  # number of the target ahead
+    FIRST,  # columns of the first and the last mover
+    LAST,
+    MOVING,  # number of movers
+    TOUCHED_FIRST,  # columns that have moved in this rearrangement
+    TOUCHED_LAST,
+    NUMBER,  # of the event within the rearrangement
+    REARRANGEMENTS,
+    EVENTS,
+    SLIP_TOTAL,
+    BELOW,  # draws below mu_d
+    UNDECIDED,
+    LOGGING,
+    LOGGED,  # rows of the log in use
+    STEPS,  # of clusters
+    TESTS,  # windows of eight sliders certified
+    ROOTS,  # evaluations of one slider's margin
+) = range(22)
+WHOLES = 22
+
+# columns of `log`
+(
+    LOG_TIME,
+    LOG_RESIDUAL,
+    LOG_THETA,
+    LOG_THETA_LOW,
+    LOG_TARGET,
+    LOG_REARRANGEMENT,
+    LOG_NUMBER,
+    LOG_KIND,
+    LOG_SLIDER,
+    LOG_SIGN,
+) = range(10)
+LOG_COLUMNS = 10
+
+# stages
+AT_REST, LONE, CLUSTER, UNSTABLE = range(4)
+# why the loop returned
+DONE, BUDGET, RUNAWAY, LOG_FULL, ONE_DONE = range(5)
+# kinds of events
+START, STOP = range(2)
+
+
+def columns(n: int) -> int:
+    """Return how many columns a chain of `n` sliders needs: an odd multiple of eight.
+
+    Rows whose length is a multiple of 1024 bytes would fight for the same cache lines.
+    """
+    eights = -(-(n + PAD + TAIL) // 8)
+    return 8 * (eights + 1 - eights % 2)
