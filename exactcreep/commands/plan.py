@@ -1,0 +1,111 @@
+"""``exactcreep plan``: what a scene needs, what each solver would cost, and which to take."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from exactcreep.commands.run import Json, Settings
+
+if TYPE_CHECKING:
+    from exactcreep.studies.planning import Plan
+
+
+def plan(
+    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    accuracy: Annotated[
+        str | None,
+        typer.Option(help="Largest relative error of the mean velocity; default 0.01."),
+    ] = None,
+    settings: Settings = None,
+    json: Json = False,
+) -> None:
+    """Say what a scene needs, what each solver would cost, and which is the cheapest that will do.
+
+    A solver that the scene names itself is never overridden.
+
+    Examples:
+
+        exactcreep plan six-sliders-cycles
+
+        exactcreep plan chain-jumps --accuracy 1e-3 --json
+    """
+    from rich.console import Console
+
+    from exactcreep.commands.answer import as_json
+    from exactcreep.commands.run import parsed_settings
+    from exactcreep.scene import load_scene
+    from exactcreep.studies.planning import plan_scene
+
+    wanted = load_scene(scene).with_settings(parsed_settings(settings or []))
+    with Console(stderr=True).status("pilot runs"):
+        plans = plan_scene(wanted, accuracy=accuracy)
+    if json:
+        if len(plans) == 1 and not plans[0][0]:
+            typer.echo(as_json({"scene": wanted.name} | plans[0][1].summary()))
+        else:
+            members = [{"set": dict(setting)} | one.summary() for setting, one in plans]
+            typer.echo(as_json({"scene": wanted.name, "members": members}))
+        return
+    console = Console(highlight=False)
+    console.print(f"[bold]{wanted.name}[/bold]" + (f": {wanted.title}" if wanted.title else ""))
+    for setting, one in plans:
+        if setting:
+            console.print(", ".join(f"{key} = {value}" for key, value in setting.items()))
+        _print(console, one)
+
+
+def _print(console: Any, plan: Plan) -> None:
+    from rich.table import Table
+
+    needs = Table(box=None, padding=(0, 2), show_header=False)
+    for need in plan.needs:
+        needs.add_row(need.name, "needed" if need.needed else "not needed", need.reason)
+    console.print(needs)
+    ladder = Table(box=None, padding=(0, 2), header_style="bold")
+    for name in ("solver", "error", "known by", "time", "why"):
+        ladder.add_column(name, overflow="fold")
+    for rung in plan.choice.candidates:
+        ladder.add_row(
+            ("> " if rung.name == plan.choice.name else "  ") + rung.name,
+            "-" if math.isnan(rung.error) else f"{rung.error:.2g}",
+            rung.basis,
+            duration(plan.costs[rung.name]),
+            rung.reason,
+        )
+    console.print(ladder)
+    pilot = plan.choice.pilot
+    if pilot is not None:
+        console.print(
+            f"pilot run: {pilot.half_cycles} half-cycles ({pilot.burn_in} of burn-in),"
+            f" {pilot.events} events; exact {pilot.velocity:.6g} ± {pilot.velocity_error:.2g},"
+            f" sliding {pilot.sliding:.6g}",
+            soft_wrap=True,
+        )
+    if plan.explicit is not None and plan.explicit != "auto":
+        console.print(
+            f"the scene names [bold]{plan.explicit}[/bold], and that is what runs; for an accuracy"
+            f" of {plan.accuracy:g} {plan.choice.name} would do",
+            soft_wrap=True,
+        )
+    else:
+        console.print(
+            f"[bold]{plan.choice.name}[/bold] for an accuracy of {plan.accuracy:g}:"
+            f" {plan.choice.reason}",
+            soft_wrap=True,
+        )
+    if plan.choice.name == "law":
+        values = " or ".join(f"{value:.10g}" for value in plan.choice.law)
+        console.print(f"velocity per half-cycle: {values}")
+
+
+def duration(seconds: float) -> str:
+    """Return a time for the eye: ``35 us``, ``1.2 s``, ``3.5 h``; ``-`` if it is not known."""
+    if math.isnan(seconds):
+        return "-"
+    for unit, size in (("us", 1e-6), ("ms", 1e-3), ("s", 1.0)):
+        if seconds < 1000 * size and (unit != "s" or seconds < 100):
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 60:.3g} min" if seconds < 6000 else f"{seconds / 3600:.3g} h"

@@ -1,0 +1,331 @@
+"""Plans: what a scene needs and does not need, what each solver would cost, and which to take."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from exactcreep.experiment import Experiment
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.numbers import nearest_float
+from exactcreep.model.state import State
+from exactcreep.scene import Scene
+from exactcreep.solvers.auto import (
+    FLOAT_PROMISE,
+    LADDER,
+    Choice,
+    Pilot,
+    choose,
+    law_velocities,
+    runner,
+    valid_accuracy,
+)
+from exactcreep.solvers.solver import Solver
+
+DEFAULT_ACCURACY = "0.01"
+_TIMED_SECONDS = 0.2
+
+
+@dataclass(frozen=True)
+class Need:
+    """One thing that a scene needs or does not need.
+
+    Attributes
+    ----------
+    name : str
+        ``disorder``, ``random dilations``, ``inertia``, ``trajectories`` or ``digits``.
+    needed : bool
+    reason : str
+    """
+
+    name: str
+    needed: bool
+    reason: str
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How to come by the mean velocity of a scene with the least effort.
+
+    Attributes
+    ----------
+    experiment : Experiment
+    accuracy : float
+        Largest relative error of the mean velocity that is allowed.
+    choice : Choice
+        The rung of the ladder, all candidates with their errors, the reason, the pilot run.
+    explicit : str or None
+        The solver that the scene names itself, which a plan never overrides.
+    needs : tuple of Need
+    costs : mapping of str to float
+        Predicted seconds of the whole run for each of `LADDER`; nan where it does not apply.
+    """
+
+    experiment: Experiment
+    accuracy: float
+    choice: Choice
+    explicit: str | None
+    needs: tuple[Need, ...]
+    costs: Mapping[str, float]
+
+    @property
+    def solver(self) -> str:
+        """The solver that will run: the explicit one if there is one, else the choice."""
+        if self.explicit is not None and self.explicit != "auto":
+            return self.explicit
+        return self.choice.name
+
+    def summary(self) -> dict[str, Any]:
+        """Return the plan as plain data for JSON; a number that is not known is None."""
+        pilot = self.choice.pilot
+        return {
+            "solver": self.solver,
+            "explicit": self.explicit,
+            "choice": self.choice.name,
+            "reason": self.choice.reason,
+            "accuracy": self.accuracy,
+            "half_cycles": self.experiment.drive.half_cycles,
+            "law": list(self.choice.law),
+            "needs": {
+                need.name: {"needed": need.needed, "reason": need.reason} for need in self.needs
+            },
+            "candidates": [
+                {
+                    "solver": rung.name,
+                    "error": _known(rung.error),
+                    "basis": rung.basis,
+                    "reason": rung.reason,
+                    "seconds": _known(self.costs[rung.name]),
+                }
+                for rung in self.choice.candidates
+            ],
+            "pilot": None if pilot is None else _pilot_summary(pilot),
+        }
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
+def _pilot_summary(pilot: Pilot) -> dict[str, Any]:
+    return {
+        "half_cycles": pilot.half_cycles,
+        "burn_in": pilot.burn_in,
+        "events": pilot.events,
+        "velocity": _known(pilot.velocity),
+        "velocity_error": _known(pilot.velocity_error),
+        "sliding": _known(pilot.sliding),
+        "difference": _known(pilot.difference),
+        "difference_error": _known(pilot.difference_error),
+    }
+
+
+def plan(
+    chain: Chain,
+    drive: Drive,
+    *,
+    accuracy: Any = DEFAULT_ACCURACY,
+    seed: int = 0,
+    start: State | None = None,
+    record: tuple[str, ...] = (),
+) -> Plan:
+    """Return the cheapest way to the mean velocity of a chain whose error is known to be small.
+
+    Parameters
+    ----------
+    chain : Chain
+    drive : Drive
+    accuracy : number
+        Largest relative error of the mean velocity, between 0 and 1.
+    seed : int
+    start : State, optional
+        Default: the relaxed chain.
+    record : tuple of str
+        What is to be recorded besides the velocity.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+
+    Notes
+    -----
+    Guarantee: the choice depends on the arguments alone; the predicted times are measured on this
+    machine and do not influence it.
+    """
+    experiment = Experiment.of(chain, drive, seed=seed, start=start, record=record)
+    return _planned(experiment, accuracy, experiment.record, explicit=None)
+
+
+def plan_scene(
+    scene: Scene, *, accuracy: Any = None
+) -> list[tuple[Mapping[str, Any], Plan]]:
+    """Return, for every member of a scene, what it sets and its plan.
+
+    A scene that does not name a `record` asks for the velocity alone.
+
+    Parameters
+    ----------
+    scene : Scene
+    accuracy : number, optional
+        Default: that of the scene, if its solver is ``auto``, else 0.01.
+
+    Raises
+    ------
+    InputError
+        If a value of the scene is out of range.
+    """
+    plans = []
+    for member in scene.members():
+        named = member.settings.get("run.solver", scene.tables["run"].get("solver"))
+        wanted = accuracy
+        if wanted is None:
+            own = member.experiment.options.get("accuracy") if named == "auto" else None
+            wanted = DEFAULT_ACCURACY if own is None else own
+        asked = "record" in scene.tables["run"] or "run.record" in member.settings
+        record = member.experiment.record if asked else ()
+        plans.append((member.settings, _planned(member.experiment, wanted, record, explicit=named)))
+    return plans
+
+
+def _planned(
+    experiment: Experiment, accuracy: Any, record: tuple[str, ...], explicit: str | None
+) -> Plan:
+    wanted = float(valid_accuracy(accuracy))
+    choice = choose(
+        experiment.chain,
+        experiment.drive,
+        accuracy=accuracy,
+        start=experiment.start,
+        seed=experiment.seed,
+        record=record,
+    )
+    return Plan(
+        experiment=experiment,
+        accuracy=wanted,
+        choice=choice,
+        explicit=explicit,
+        needs=_needs(experiment, choice, wanted, record),
+        costs=_costs(experiment, choice, wanted),
+    )
+
+
+def _needs(
+    experiment: Experiment, choice: Choice, accuracy: float, record: tuple[str, ...]
+) -> tuple[Need, ...]:
+    chain, drive = experiment.chain, experiment.drive
+    inertia = choice.name in ("exact", "certified")
+    if chain.sigma_mu == 0:
+        disorder = Need("disorder", False, "sigma_mu = 0: no coefficient is drawn")
+    elif inertia:
+        width = f"sigma_mu = {nearest_float(chain.sigma_mu):.3g}"
+        disorder = Need("disorder", True, f"{width}: a coefficient is drawn at every stop")
+    else:
+        disorder = Need("disorder", False, "within the accuracy it does not change the velocity")
+    if inertia:
+        slips = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
+        why_inertia = slips
+    elif chain.mu_s == chain.mu_d and chain.sigma_mu == 0:
+        why_inertia = "mu_s = mu_d: sliders slide with theta, and never accelerate"
+    else:
+        why_inertia = "within the accuracy it does not change the velocity"
+    digits = accuracy < FLOAT_PROMISE
+    return (
+        disorder,
+        Need(
+            "random dilations",
+            drive.random,
+            "theta is drawn at every target" if drive.random else "theta is given",
+        ),
+        Need("inertia", inertia, why_inertia),
+        Need(
+            "trajectories",
+            bool(record),
+            "recorded: " + ", ".join(record) if record else "only the velocity is asked for",
+        ),
+        Need(
+            "digits",
+            digits,
+            "asked for more than float64 holds" if digits else "float64 holds the accuracy",
+        ),
+    )
+
+
+def _costs(experiment: Experiment, choice: Choice, accuracy: float) -> dict[str, float]:
+    costs = dict.fromkeys(LADDER, math.nan)
+    total = experiment.drive.half_cycles
+    events = math.nan  # per half-cycle, from the exact run
+    for rung in choice.candidates:
+        if not rung.applies:
+            continue
+        if rung.name == "law":
+            begin = time.perf_counter()
+            law_velocities(experiment.chain, experiment.drive, experiment.start)
+            costs["law"] = time.perf_counter() - begin
+            continue
+        pace = measured_pace(experiment, runner(rung.name, accuracy))
+        if rung.name == "exact":
+            events = pace.events_per_half_cycle
+        if rung.name == "certified" and not math.isnan(events):
+            costs[rung.name] = pace.seconds_per_event * events * total
+        else:
+            costs[rung.name] = pace.seconds_per_half_cycle * total
+    return costs
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How fast a solver takes a chain along its drive on this machine; nan where not known.
+
+    Attributes
+    ----------
+    seconds_per_half_cycle, seconds_per_event, events_per_half_cycle : float
+    """
+
+    seconds_per_half_cycle: float
+    seconds_per_event: float
+    events_per_half_cycle: float
+
+
+def measured_pace(
+    experiment: Experiment, algorithm: Solver, *, seconds: float = _TIMED_SECONDS
+) -> Pace:
+    """Return the pace of a solver on the beginning of an experiment, without compilation.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    algorithm : Solver
+    seconds : float
+        How long to measure, at most about twice that.
+    """
+    chain, drive = experiment.chain, experiment.drive
+    small = Chain(2, 10, "1/2", "3/5", chain.sigma_mu, tan_alpha="1/4")
+    if chain.mu_s == chain.mu_d and chain.sigma_mu == 0:
+        small = Chain(2, 10, "1/2", "1/2", tan_alpha="1/4")
+    warm = algorithm.simulation(small, State.relaxed(small), 0, ())
+    warm.follow(Cycles("1/10", 1), 1, 2, max_events=1000)
+    simulation = algorithm.simulation(chain, experiment.initial, experiment.seed, ())
+    done, most_events, spent = 0, 16, 0.0
+    while done < drive.half_cycles and spent < seconds:
+        begin = time.perf_counter()
+        stretch = simulation.follow(
+            drive, done + 1, drive.half_cycles - done, max_events=most_events
+        )
+        took = time.perf_counter() - begin
+        spent += took
+        done += stretch.completed
+        if stretch.outcome is not None:
+            break
+        if took < seconds / 8:
+            most_events *= 2
+    events = simulation.tally.events
+    return Pace(
+        spent / done if done else math.nan,
+        spent / events if events else math.nan,
+        events / done if done else math.nan,
+    )

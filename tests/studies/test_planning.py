@@ -1,0 +1,297 @@
+"""Plans and the solver "auto": the cheapest rung whose error is known, on both sides of an edge."""
+
+from __future__ import annotations
+
+import json
+import random
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep.cli import status
+from exactcreep.laws import LAWS
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles, GaussianSteps, Path
+from exactcreep.model.numbers import InputError
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence
+from exactcreep.quasistatic import creep
+from exactcreep.scene import Scene
+from exactcreep.solvers.auto import choose, pilot_run
+from exactcreep.solvers.exact import Exact
+from exactcreep.solvers.sliding import Sliding, cycle_velocity
+from exactcreep.studies.planning import plan, plan_scene
+
+HAIR = Fraction(1, 10**9)
+
+
+def chain_of(n=6, mu_s="0.6", sigma_mu="0.01", tan_alpha="0.23", l0=1000):
+    return Chain(n, l0, "0.5", mu_s, sigma_mu, tan_alpha=tan_alpha)
+
+
+def rung(choice, name):
+    (found,) = [candidate for candidate in choice.candidates if candidate.name == name]
+    return found
+
+
+def test_without_an_excess_the_sliding_limit_is_exact_and_a_hair_above_it_is_measured():
+    drive = Cycles("0.01", 200)
+    equal = choose(chain_of(mu_s="0.5", sigma_mu=0), drive, accuracy="1e-6", record=("x_G",))
+    assert (equal.name, rung(equal, "sliding").basis, rung(equal, "sliding").error) == (
+        "sliding",
+        "exact",
+        0,
+    )
+    assert equal.pilot is None
+    assert not rung(equal, "exact").applies
+    above = choose(
+        chain_of(mu_s="0.52", sigma_mu=0), drive, accuracy="0.01", record=("x_G",)
+    )
+    assert above.pilot is not None
+    assert (above.name, rung(above, "sliding").basis) == ("sliding", "measured")
+    assert 0 < rung(above, "sliding").error <= 0.01
+    # slips of 1e-9: no pilot run sees a half-cycle of them, and nothing is claimed
+    hair = choose(
+        chain_of(mu_s=Fraction(1, 2) + HAIR, sigma_mu=0), drive, accuracy="0.01", record=("x_G",)
+    )
+    assert (hair.name, rung(hair, "sliding").basis) == ("exact", "unknown")
+    random_coefficients = choose(
+        chain_of(mu_s="0.5", sigma_mu="0.01"), drive, accuracy="1e-6", record=("x_G",)
+    )
+    assert rung(random_coefficients, "sliding").basis in ("measured", "unknown")
+    assert random_coefficients.name == "exact"
+
+
+def test_the_law_needs_no_run_where_only_the_velocity_is_asked_for():
+    chain = chain_of(mu_s="0.5", sigma_mu=0)
+    drive = Cycles("0.01", 200)
+    velocity_only = choose(chain, drive, accuracy="0.01")
+    assert velocity_only.name == "law"
+    assert velocity_only.law == (float(cycle_velocity(chain, "0.01").low),)
+    assert choose(chain, drive, accuracy="0.01", record=("x_G",)).name == "sliding"
+    path = Path(drive.exact_target(q) for q in range(1, 401))
+    assert choose(chain, path, accuracy="0.01").name == "sliding"
+
+
+def test_two_sliders_from_any_start_are_bounded_by_the_excess_on_both_sides_of_the_edge():
+    chain = chain_of(n=2, sigma_mu=0)
+    start = State.prepared(chain, [0.05])
+    drive = Cycles("0.01", 500)
+    bound = rung(choose(chain, drive, accuracy="0.5", start=start), "sliding")
+    assert bound.basis == "bounded"
+    sliding = float(cycle_velocity(chain, "0.01").low)
+    excess = chain.excess
+    assert bound.error == pytest.approx(excess / (sliding - excess), rel=1e-12, abs=0)
+    edge = Fraction(bound.error)
+    for accuracy, name in ((edge * (1 - HAIR), "exact"), (edge * (1 + HAIR), "sliding")):
+        choice = choose(chain, drive, accuracy=accuracy, start=start, record=("x_G",))
+        assert choice.name == name
+        assert choice.pilot is None
+    measured = creep(chain, drive, start=start).velocity
+    assert abs(measured - sliding) <= excess
+
+
+def test_two_relaxed_sliders_follow_the_staircase_so_the_law_is_exact():
+    chain = chain_of(n=2, sigma_mu=0)
+    drive = Cycles("0.004", 500)
+    choice = choose(chain, drive, accuracy="1e-9")
+    assert (choice.name, rung(choice, "law").basis) == ("law", "exact")
+    assert choice.law[0] == pytest.approx(creep(chain, drive).velocity, rel=1e-11, abs=0)
+    staircase = LAWS["velocity_th_2_cycle_corrected"].exact
+    assert choice.law[0] == float(staircase(**chain.parameters(), amplitude=drive.amplitude))
+    mirrored = choose(chain.mirrored(), drive, accuracy="1e-9")
+    assert mirrored.law[0] == -choice.law[0]
+
+
+def test_two_sliders_differ_from_the_sliding_limit_by_at_most_the_excess_on_every_leg():
+    rng = random.Random(3)
+    largest = 0.0
+    for case in range(40):
+        tan_alpha = Fraction(rng.randint(1, 49), 100)
+        chain = Chain(2, 100, "0.5", Fraction(rng.randint(51, 90), 100), tan_alpha=tan_alpha)
+        drive = GaussianSteps(Fraction(rng.randint(1, 40), 1000), 50)
+        start = State.relaxed(chain)
+        paths = []
+        for solver in (Exact(), Sliding()):
+            simulation = solver.simulation(chain, start, case, ())
+            stretch = simulation.follow(drive, 1, 50, max_events=10**9)
+            paths.append(np.diff(stretch.recorded["x_G"], prepend=0.0))
+        gap = np.abs(paths[0] - paths[1]).max() / chain.excess
+        assert gap <= 1 + 1e-9
+        largest = max(largest, gap)
+    assert largest > 0.5
+
+
+@pytest.mark.parametrize(("accuracy", "name"), [("0.05", "sliding"), ("1e-5", "exact")])
+def test_in_all_other_cases_a_pilot_run_measures_the_error(accuracy, name):
+    choice = choose(chain_of(), Cycles("0.01", 300), accuracy=accuracy, record=("x_G",))
+    found = rung(choice, "sliding")
+    assert choice.name == name
+    assert found.basis == "measured"
+    assert (found.error <= float(accuracy)) is (name == "sliding")
+    pilot = choice.pilot
+    assert pilot is not None
+    assert pilot.events > 0
+    assert found.error == pytest.approx(
+        (abs(pilot.difference) + 3 * pilot.difference_error) / abs(pilot.velocity), rel=1e-12, abs=0
+    )
+
+
+def test_the_pilot_run_measures_what_two_whole_runs_measure():
+    chain, drive = chain_of(), Cycles("0.01", 400)
+    pilot = pilot_run(chain, drive, accuracy=1e-9)
+    exact = creep(chain, drive, burn_in=pilot.burn_in)
+    assert pilot.half_cycles <= 800
+    if pilot.half_cycles == 800:
+        assert pilot.velocity == pytest.approx(exact.velocity, rel=1e-12, abs=0)
+    assert abs(pilot.velocity - exact.velocity) < 5 * pilot.velocity_error
+    assert pilot.sliding == pytest.approx(float(cycle_velocity(chain, "0.01").low), rel=1e-12)
+
+
+def test_below_the_threshold_sliding_is_taken_only_if_the_pilot_rests_too():
+    chain = chain_of(n=3, sigma_mu=0)
+    rest = choose(chain, Cycles("1e-5", 100), accuracy="0.01", record=("x_G",))
+    assert rest.name == "sliding"
+    assert rest.pilot is not None
+    assert rest.pilot.resting
+    # the relaxed chain of three creeps not yet where its sliding limit does
+    creeping = choose(chain, Cycles("0.0005", 100), accuracy="0.01", record=("x_G",))
+    assert creeping.name == "exact"
+
+
+@pytest.mark.parametrize("name", ["x", "tension", "slips", "events"])
+def test_trajectories_need_inertia_unless_there_is_no_excess(name):
+    drive = Cycles("0.01", 50)
+    choice = choose(chain_of(), drive, accuracy="0.5", record=("x_G", name))
+    assert choice.name == "exact"
+    assert not rung(choice, "sliding").applies
+    assert choice.pilot is None
+    if name != "events":
+        equal = choose(
+            chain_of(mu_s="0.5", sigma_mu=0), drive, accuracy="0.5", record=("x_G", name)
+        )
+        assert equal.name == "sliding"
+
+
+def test_at_the_edge_of_two_pivots_the_open_factor_is_told():
+    edge = Chain(4, 1000, "0.5", "0.5", tan_alpha="0.25")
+    choice = choose(edge, Cycles("0.01", 100), accuracy="0.01")
+    assert len(choice.law) == 2
+    assert rung(choice, "sliding").error == 0.5
+    assert choice.name == "sliding"
+    assert "nothing is known to be within 0.01" in choice.reason
+    beside = Chain(4, 1000, "0.5", "0.5", tan_alpha=Fraction(1, 4) + HAIR)
+    assert choose(beside, Cycles("0.01", 100), accuracy="0.01").name == "law"
+
+
+@pytest.mark.parametrize(("tan_alpha", "applies"), [("0.499999", True), ("0.5", False)])
+def test_from_mu_d_on_only_inertia_decides(tan_alpha, applies):
+    choice = choose(chain_of(n=3, tan_alpha=tan_alpha), Cycles("1e-4", 20), accuracy="0.1")
+    assert rung(choice, "sliding").applies is applies
+    assert (choice.law == ()) is not applies
+    if not applies:
+        assert choice.name == "exact"
+
+
+def test_auto_gives_the_bits_of_the_solver_it_chooses_and_says_which():
+    chain, drive = chain_of(), Cycles("0.01", 100)
+    for accuracy, name in (("0.05", "sliding"), ("1e-6", "exact")):
+        auto = creep(chain, drive, solver="auto", accuracy=accuracy)
+        direct = creep(chain, drive, solver=name)
+        assert auto.report["chosen"] == name
+        assert auto.velocity == direct.velocity
+        assert auto.recorded["x_G"].tolist() == direct.recorded["x_G"].tolist()
+        assert auto.slips == direct.slips
+        assert auto.evidence in (Evidence.COMPUTED, direct.evidence)
+
+
+def test_auto_goes_on_from_a_capture_with_the_same_choice():
+    chain, drive = chain_of(), Cycles("0.01", 60)
+    solver = creep(chain, drive, solver="auto", accuracy="0.05").experiment.algorithm
+    state = State.relaxed(chain)
+    whole = solver.simulation(chain, state, 0, ("x_G",))
+    ends = whole.follow(drive, 1, 120, max_events=10**9).recorded["x_G"]
+    first = solver.simulation(chain, state, 0, ("x_G",))
+    first.follow(drive, 1, 50, max_events=10**9)
+    second = solver.simulation(chain, state, 0, ("x_G",))
+    second.restore(first.capture())
+    rest = second.follow(drive, 51, 70, max_events=10**9).recorded["x_G"]
+    assert rest.tolist() == ends[50:].tolist()
+    assert second.report()["chosen"] == whole.report()["chosen"]
+
+
+@pytest.mark.parametrize("accuracy", [0, 1, -1, "2", "nan", "wide", None, True])
+def test_an_accuracy_outside_0_to_1_is_refused(accuracy):
+    with pytest.raises(InputError, match="accuracy"):
+        creep(chain_of(), Cycles("0.01", 2), solver="auto", accuracy=accuracy)
+    with pytest.raises(InputError, match="accuracy"):
+        plan(chain_of(), Cycles("0.01", 2), accuracy=accuracy)
+
+
+def test_a_plan_says_what_is_needed_and_what_it_costs():
+    small = plan(chain_of(mu_s="0.5", sigma_mu=0), GaussianSteps("0.01", 1000))
+    needs = {need.name: need.needed for need in small.needs}
+    assert needs == {
+        "disorder": False,
+        "random dilations": True,
+        "inertia": False,
+        "trajectories": False,
+        "digits": False,
+    }
+    large = plan(chain_of(), Cycles("0.01", 1000), accuracy="1e-6", record=("x",))
+    needs = {need.name: need.needed for need in large.needs}
+    assert needs == {
+        "disorder": True,
+        "random dilations": False,
+        "inertia": True,
+        "trajectories": True,
+        "digits": False,
+    }
+    costs = plan(chain_of(), Cycles("0.01", 1000)).costs
+    assert costs["law"] > 0
+    assert 0 < costs["sliding"] < costs["exact"]
+    json.dumps(large.summary(), allow_nan=False)
+
+
+SCENE = {
+    "chain": {"n": 6, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01",
+              "tan_alpha": "0.23"},
+    "drive": {"kind": "cycles", "amplitude": "0.01", "cycles": 100},
+}
+
+
+def test_an_explicit_solver_is_never_overridden():
+    scene = Scene.from_mapping(SCENE | {"run": {"solver": "verlet", "dt": "0.01"}})
+    ((_, one),) = plan_scene(scene, accuracy="0.05")
+    assert (one.explicit, one.solver, one.choice.name) == ("verlet", "verlet", "law")
+    ((_, free),) = plan_scene(Scene.from_mapping(SCENE), accuracy="0.05")
+    assert (free.explicit, free.solver) == (None, "law")
+    auto = Scene.from_mapping(SCENE | {"run": {"solver": "auto", "accuracy": "1e-6"}})
+    ((_, strict),) = plan_scene(auto)
+    assert (strict.accuracy, strict.solver) == (1e-6, "exact")
+
+
+def test_every_member_of_a_scene_has_its_plan():
+    scene = Scene.from_mapping(SCENE | {"vary": {"chain.n": [2, 6], "run.record": [["x"], []]}})
+    plans = plan_scene(scene, accuracy="0.05")
+    assert [settings["chain.n"] for settings, _ in plans] == [2, 2, 6, 6]
+    assert [one.solver for _, one in plans] == ["exact", "law", "exact", "law"]
+
+
+def test_the_command_prints_a_plan(capsys):
+    words = ["plan", "two-sliders-cycles", "--set", "chain.sigma_mu=0"]
+    assert status([*words, "--json"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["solver"] == "law"
+    assert printed["scene"] == "two-sliders-cycles"
+    assert [entry["solver"] for entry in printed["candidates"]] == [
+        "law",
+        "sliding",
+        "exact",
+        "certified",
+    ]
+    assert status([*words, "--set", "run.solver=exact"]) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "the scene names exact, and that is what runs" in text
+    assert status(["plan", "two-sliders-cycles", "--accuracy", "7"]) == 2
