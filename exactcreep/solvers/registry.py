@@ -12,15 +12,20 @@ from exactcreep.model.contact import Event
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
+from exactcreep.solvers.auto import Auto
 from exactcreep.solvers.exact import Exact
+from exactcreep.solvers.reference import Mpmath, Reference
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import Rearrangement, Solver
 from exactcreep.solvers.verlet import Verlet
 
 SOLVERS: dict[str, type[Solver]] = {
     Exact.name: Exact,
+    Reference.name: Reference,
+    Mpmath.name: Mpmath,
     Sliding.name: Sliding,
     Verlet.name: Verlet,
+    Auto.name: Auto,
 }
 """Every solver class by its name."""
 
