@@ -40,8 +40,8 @@ class Experiment:
     start : State or None
         None: the relaxed chain.
     record : tuple of str
-    burn_in : int
-        Targets left out of the mean velocity.
+    burn_in : int or None
+        Targets left out of the mean velocity; None: a tenth, at least 2 (see `burn_in_of`).
     """
 
     chain: Chain
@@ -51,7 +51,7 @@ class Experiment:
     options: Mapping[str, Any]
     start: State | None
     record: tuple[str, ...]
-    burn_in: int
+    burn_in: int | None
 
     @classmethod
     def of(
@@ -110,6 +110,11 @@ class Experiment:
         """Significant decimal digits asked of the solver; None if it knows only floats."""
         digits = getattr(self.algorithm, "digits", None)
         return digits if isinstance(digits, int) else None
+
+    def burn_in_of(self, reached: int) -> int:
+        """Return the burn-in of a run that reached so many targets; even if they are cycles."""
+        targets = min(max(2, reached // 10), reached) if self.burn_in is None else self.burn_in
+        return targets + targets % 2 if self.drive.cyclic else targets
 
     def description(self) -> dict[str, Any]:
         """Return the experiment as plain data, exactly; `from_description` makes it again."""
@@ -175,15 +180,14 @@ def _valid_record(record: Any) -> tuple[str, ...]:
     return tuple(name for name in RECORDS if name in names)
 
 
-def _valid_burn_in(burn_in: Any, drive: Drive) -> int:
-    total = drive.half_cycles
+def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:
     if burn_in is None:
-        targets = min(max(2, total // 10), total)
-    else:
-        targets = whole_number(burn_in, "burn_in", least=0)
-        if targets > total:
-            raise InputError("burn_in", burn_in, f"must be at most the drive's {total} targets")
-    return targets + targets % 2 if drive.cyclic else targets
+        return None
+    total = drive.half_cycles
+    targets = whole_number(burn_in, "burn_in", least=0)
+    if targets > total:
+        raise InputError("burn_in", burn_in, f"must be at most the drive's {total} targets")
+    return targets
 
 
 def is_exact(array: Any) -> bool:

@@ -424,12 +424,12 @@ class _Loop:
         self.blocks: dict[str, list[NDArray[Any]]] = {}
         begin = _mean(experiment.initial.displacements)
         self.tail: list[Enclosure] = [begin, begin]  # x_G at the last two targets
-        self.samples = _Samples(experiment.burn_in, 2 if drive.cyclic else 1)
+        self.samples = _Samples(nearest_float(begin.middle), 2 if drive.cyclic else 1)
+        self.burn_in = experiment.burn_in_of(self.total)
         self.burnt: _Mark | None = None
         self.last_cycle: _Mark | None = None
-        self.boundaries = sorted(
-            {experiment.burn_in, self.total - 2} if drive.cyclic else {experiment.burn_in}
-        )
+        # a block ends where the run will be looked back to
+        self.boundaries = {self.burn_in, self.total - 2} if drive.cyclic else {self.burn_in}
         if captured is not None:
             self._restore(captured)
         else:
@@ -528,7 +528,7 @@ class _Loop:
             self.bytes += array.nbytes
 
     def _mark(self) -> None:
-        if self.done == self.experiment.burn_in:
+        if self.done == self.burn_in:
             self.burnt = _Mark.of(self, with_state=False)
         if self.experiment.drive.cyclic and self.done == self.total - 2:
             self.last_cycle = _Mark.of(self, with_state=True)
@@ -580,9 +580,9 @@ class _Loop:
         recorded = self.recorded()
         if "x_G" in experiment.record:
             recorded.setdefault("x_G", np.empty(0))
-        velocity = self._velocity()
+        burn_in, velocity = self._measured()
         value = math.nan if velocity is None else nearest_float(velocity.middle)
-        error = self.samples.error(self.done)
+        error = self.samples.error(burn_in)
         outcome = self.outcome or self._behaviour(state)
         if outcome is Outcome.RUNAWAY:
             value = math.copysign(math.inf, nearest_float(experiment.chain.tan_alpha))
@@ -594,8 +594,9 @@ class _Loop:
             reason=self.reason,
             velocity=value,
             velocity_error=error,
-            velocity_enclosure=velocity if experiment.digits is not None else None,
+            velocity_enclosure=velocity if experiment.digits and self.burnt else None,
             half_cycles=self.done,
+            burn_in=burn_in,
             **asdict(tally),
             warnings=self._warnings(tally),
             seconds=self.seconds,
@@ -608,19 +609,22 @@ class _Loop:
             warnings.warn(text, PhysicsWarning, stacklevel=2)
         return result
 
-    def _velocity(self) -> Enclosure | None:
-        """Return the mean displacement per half-cycle after the burn-in, None if there is none."""
-        if self.burnt is None:
-            return None
-        span = self.done - self.burnt.done
+    def _measured(self) -> tuple[int, Enclosure | None]:
+        """Return the burn-in, and the mean displacement per half-cycle after it if there is any."""
+        burn_in = self.experiment.burn_in_of(self.done)
+        if self.burnt is not None:
+            burn_in, begin = self.burnt.done, self.burnt.x_G
+        else:  # it ended before the planned burn-in did: take a shorter one, where x_G is known
+            burn_in, value = self.samples.first_after(burn_in)
+            begin = Enclosure(Fraction(value), Fraction(0))
         # whole cycles only: within one, the chain goes up as well as down
-        partial = span % 2 if self.experiment.drive.cyclic else 0
-        span -= partial
+        partial = self.done % 2 if self.experiment.drive.cyclic else 0
+        span = self.done - partial - burn_in
         if span <= 0:
-            return None
+            return min(burn_in, self.done), None
         end = self.tail[-1 - partial]
-        begin = self.burnt.x_G
-        return Enclosure((end.middle - begin.middle) / span, (end.radius + begin.radius) / span)
+        middle = (end.middle - begin.middle) / span
+        return burn_in, Enclosure(middle, (end.radius + begin.radius) / span)
 
     def _behaviour(self, state: State) -> Outcome:
         """Return what the chain does, once every target is reached; see `creep`."""
@@ -713,34 +717,38 @@ class _Mark:
 
 
 class _Samples:
-    """x_G at equally spaced targets after the burn-in: never more than a few thousand.
+    """x_G at equally spaced targets from the start on: never more than a few thousand.
 
     When there are too many, every other one is dropped; which ones remain depends only on how many
     targets were reached.
     """
 
-    def __init__(self, burn_in: int, spacing: int) -> None:
-        self.first = burn_in or spacing  # there is no target 0
+    def __init__(self, start: float, spacing: int) -> None:
         self.spacing = spacing
-        self.values = np.empty(0)
+        self.values = np.array([start])
 
     def add(self, first: int, block: NDArray[np.float64]) -> None:
         """Take over x_G at the targets `first`, `first` + 1, ..."""
-        start = self.first + self.spacing * self.values.size  # the next target wanted
-        chosen = block[max(start - first, 0) :: self.spacing] if start >= first else block[:0]
-        self.values = np.concatenate([self.values, chosen])
+        wanted = self.spacing * self.values.size
+        self.values = np.concatenate([self.values, block[wanted - first :: self.spacing]])
         while self.values.size > _SAMPLES:
             self.values = self.values[::2]
             self.spacing *= 2
 
-    def error(self, done: int) -> float:
+    def first_after(self, target: int) -> tuple[int, float]:
+        """Return the first sampled target that is not before `target`, and x_G there."""
+        k = min(-(-target // self.spacing), self.values.size - 1)
+        return k * self.spacing, float(self.values[k])
+
+    def error(self, burn_in: int) -> float:
         """Return the standard error of the mean displacement per target, nan if unknown."""
-        steps = self.values.size - 1
+        values = self.values[-(-burn_in // self.spacing) :]
+        steps = values.size - 1
         group = max(1, steps // _BLOCKS)
         blocks = steps // group
         if blocks < _FEWEST_BLOCKS:
             return math.nan
-        means = np.diff(self.values[: blocks * group + 1 : group]) / (group * self.spacing)
+        means = np.diff(values[: blocks * group + 1 : group]) / (group * self.spacing)
         error = float(np.std(means, ddof=1)) / math.sqrt(blocks)
         centred = means - means.mean()
         power = float(centred @ centred)
@@ -750,10 +758,9 @@ class _Samples:
         return error
 
     def capture(self) -> dict[str, Any]:
-        return {"first": self.first, "spacing": self.spacing, "values": self.values}
+        return {"spacing": self.spacing, "values": self.values}
 
     def restore(self, captured: Mapping[str, Any]) -> None:
-        self.first = captured["first"]
         self.spacing = captured["spacing"]
         self.values = captured["values"]
 

@@ -64,6 +64,7 @@ _MEANINGS = {
 }
 _COUNTS = (
     "half_cycles",
+    "burn_in",
     "rearrangements",
     "events",
     "slips",
@@ -94,6 +95,8 @@ class Creep:
         The velocity as the rational that the solver's digits make it; None if it has none.
     half_cycles : int
         Targets reached.
+    burn_in : int
+        Targets left out of the velocity.
     rearrangements, events, slips : int
     draws_below_mu_d : int
         Static coefficients drawn below `mu_d`, which act as `mu_d`.
@@ -119,6 +122,7 @@ class Creep:
     velocity_error: float
     velocity_enclosure: Enclosure | None
     half_cycles: int
+    burn_in: int
     rearrangements: int
     events: int
     slips: int
@@ -259,7 +263,8 @@ class Creep:
         about["solver"] = self.solver
         about["options"] = _json(self.experiment.options)
         about["record"] = " ".join(self.experiment.record)
-        about["burn_in"] = self.experiment.burn_in
+        asked = self.experiment.burn_in
+        about["burn_in_asked"] = "default" if asked is None else str(asked)
         about["start"] = "relaxed" if self.experiment.start is None else "given"
         theta = self.experiment.initial.theta
         about["start_theta"] = str(enclosure(theta).middle)
@@ -388,7 +393,7 @@ def _experiment(data: xr.Dataset) -> Experiment:
         solver=str(about["solver"]),
         start=start,
         record=about["record"].split(),
-        burn_in=int(about["burn_in"]),
+        burn_in=None if about["burn_in_asked"] == "default" else about["burn_in_asked"],
         options=json.loads(about["options"]),
     )
 
