@@ -1,0 +1,374 @@
+"""The quasi-static loop: what it measures, what it claims, and that stopping changes nothing."""
+
+import math
+import os
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Creep, Cycles, GaussianSteps, InputError, Outcome, State, creep
+from exactcreep import Path as ThetaPath
+from exactcreep import checkpoint as checkpoints
+from exactcreep.quasistatic import PhysicsWarning, Progress, resume
+from exactcreep.result import load_members, save_members
+
+TWO = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+TWO_SURE = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+SIX = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+RECORDS = ("x_G", "x", "tension", "slips", "events")
+
+
+def same(first: Creep, second: Creep) -> bool:
+    """Whether two results are the same, bit for bit, apart from the time they took."""
+    a, b = first.dataset.drop_attrs(deep=False), second.dataset.drop_attrs(deep=False)
+    about_a, about_b = dict(first.dataset.attrs), dict(second.dataset.attrs)
+    about_a.pop("seconds"), about_b.pop("seconds")
+    return a.identical(b) and about_a == about_b
+
+
+def test_the_velocity_is_the_displacement_after_the_burn_in_divided_by_the_half_cycles() -> None:
+    result = creep(TWO, Cycles("0.01", 50), seed=3)
+    x = result.recorded["x_G"]
+    assert result.burn_in == 10
+    assert result.velocity == pytest.approx((x[99] - x[9]) / 90, rel=1e-15, abs=0)
+    assert result.half_cycles == 100
+    assert x.shape == (100,)
+
+
+@pytest.mark.parametrize(
+    ("cycles", "asked", "left_out"), [(5, None, 2), (100, None, 20), (55, None, 12), (50, 7, 8)]
+)
+def test_the_burn_in_is_a_tenth_at_least_two_and_even_for_cycles(
+    cycles: int, asked: int | None, left_out: int
+) -> None:
+    result = creep(TWO_SURE, Cycles("0.001", cycles), burn_in=asked)
+    assert result.burn_in == left_out
+
+
+def test_two_sliders_creep_on_the_staircase_with_no_error() -> None:
+    c = 4 / math.sqrt(17)
+    step, onset = 2 * 0.1 * c, (0.6 - 0.25) * c
+    for amplitude in (0.0005, 0.002, 0.00731):
+        result = creep(TWO_SURE, Cycles(str(amplitude), 400))
+        stairs = step * max(0, math.ceil((1000 * amplitude - onset) / step))
+        assert result.velocity == pytest.approx(stairs, rel=1e-12, abs=0)
+        assert result.velocity_error < 1e-12
+        assert result.outcome is Outcome.CREEPING
+
+
+def test_a_chain_below_its_threshold_is_at_rest() -> None:
+    result = creep(TWO_SURE, Cycles("0.0003", 10))
+    assert result.outcome is Outcome.AT_REST
+    assert (result.velocity, result.slips, result.events) == (0.0, 0, 0)
+
+
+def test_a_chain_on_the_level_slips_in_every_cycle_without_net_displacement() -> None:
+    level = Chain(2, 1000, "0.5", "0.6", tan_alpha=0)
+    result = creep(level, Cycles("0.01", 20))
+    assert result.outcome is Outcome.CYCLING
+    assert result.slips > 20
+    assert result.velocity == 0
+
+
+def test_a_single_slider_rests() -> None:
+    result = creep(Chain(1, 1, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.01", 3))
+    assert result.outcome is Outcome.AT_REST
+    assert result.dataset.sizes["spring"] == 0
+
+
+def test_no_half_cycle_after_the_burn_in_leaves_the_velocity_unknown() -> None:
+    result = creep(TWO_SURE, ThetaPath(["0.01"]))
+    assert math.isnan(result.velocity)
+    assert result.summary()["velocity"] is None
+    assert result.outcome is Outcome.CREEPING
+
+
+def test_the_standard_error_is_the_scatter_between_seeds() -> None:
+    results = [creep(TWO, GaussianSteps("0.01", 3000), seed=seed) for seed in range(40)]
+    scatter = np.std([result.velocity for result in results], ddof=1)
+    claimed = math.sqrt(np.mean([result.velocity_error**2 for result in results]))
+    assert 0.7 < claimed / scatter < 1.4
+
+
+def test_the_standard_error_is_unknown_for_a_few_half_cycles() -> None:
+    assert math.isnan(creep(TWO, Cycles("0.01", 5)).velocity_error)
+
+
+@pytest.mark.parametrize("solver", ["exact", "verlet"])
+def test_what_is_recorded_changes_no_bit(solver: str) -> None:
+    options = {"dt": "0.05"} if solver == "verlet" else {}
+    everything = creep(SIX, Cycles("0.005", 10), solver=solver, record=RECORDS, **options)
+    nothing = creep(SIX, Cycles("0.005", 10), solver=solver, record=(), **options)
+    assert np.array_equal(everything.state.displacements, nothing.state.displacements)
+    assert everything.velocity == nothing.velocity
+    assert np.array_equal(everything.velocity_error, nothing.velocity_error, equal_nan=True)
+    assert nothing.recorded == {}
+    assert "half_cycle" not in nothing.dataset.sizes
+
+
+def test_the_records_agree_with_each_other() -> None:
+    result = creep(SIX, Cycles("0.005", 10), record=RECORDS)
+    data = result.dataset
+    assert np.allclose(data.x.mean("slider"), data.x_G, rtol=1e-14, atol=0)
+    assert int(data.slips.sum()) == result.slips
+    starts = data.event_kind == 0
+    assert int(starts.sum()) == int((~starts).sum()) == result.slips
+    length = 1000 * (1 + data.theta)
+    # T_n = x_(n+1) - x_n - theta l0, with x_n the displacements
+    gap = data.x.diff("slider").values - (length - 1000).values[:, None]
+    assert np.allclose(gap, data.tension, rtol=0, atol=1e-11)
+    assert data.slider.values.tolist() == [1, 2, 3, 4, 5, 6]
+    assert data.spring.values.tolist() == [1, 2, 3, 4, 5]
+    assert data.x_G.attrs["units"] == "g tau_dyn^2"
+
+
+def test_a_result_survives_its_file(tmp_path: Path) -> None:
+    start = State.prepared(SIX, [Fraction(1, 3), 0, "0.1", 0, 0], theta="0.001", seed=2**64 - 1)
+    drive = ThetaPath(["0.01", "-1/300", 0.002, 0.01])
+    result = creep(
+        SIX, drive, seed=2**64 - 1, start=start, record=RECORDS, solver="verlet", dt="1/20"
+    )
+    result.save(tmp_path / "a.nc")
+    loaded = Creep.load(tmp_path / "a.nc")
+    assert loaded.dataset.identical(result.dataset)
+    assert loaded.experiment.chain == SIX
+    assert loaded.experiment.drive == drive
+    assert loaded.experiment.initial.tensions[0] == Fraction(1, 3)
+    assert loaded.summary() == result.summary()
+    again = creep(
+        loaded.chain,
+        loaded.drive,
+        seed=loaded.seed,
+        start=loaded.experiment.start,
+        record=loaded.experiment.record,
+        solver=loaded.solver,
+        **loaded.experiment.options,
+    )
+    assert same(again, result)
+
+
+def test_members_survive_their_file(tmp_path: Path) -> None:
+    results = [creep(TWO, Cycles("0.01", 5), seed=seed) for seed in range(3)]
+    save_members(results, tmp_path / "a.nc")
+    loaded = load_members(tmp_path / "a.nc")
+    assert [r.summary() for r in loaded] == [r.summary() for r in results]
+    with pytest.raises(InputError, match="holds 3 members"):
+        Creep.load(tmp_path / "a.nc")
+
+
+def test_a_file_that_exists_is_not_overwritten_without_force(tmp_path: Path) -> None:
+    result = creep(TWO, Cycles("0.01", 5))
+    target = tmp_path / "a.nc"
+    target.write_text("precious")
+    with pytest.raises(InputError, match="exists"):
+        result.save(target)
+    assert target.read_text() == "precious"
+    result.save(target, force=True)
+    assert Creep.load(target).velocity == result.velocity
+    assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
+
+
+def test_a_foreign_file_is_no_result(tmp_path: Path) -> None:
+    target = tmp_path / "a.nc"
+    target.write_bytes(b"CDF\x01 or something else")
+    for path in (target, tmp_path, tmp_path / "none.nc"):
+        with pytest.raises(InputError):
+            Creep.load(path)
+
+
+@pytest.mark.parametrize(
+    ("limit", "told"),
+    [({"max_events": 500}, "max_events = 500"), ({"max_seconds": 0.05}, "max_seconds = 0.05"),
+     ({"max_bytes": 4000}, "max_bytes = 4000"), ({"max_seconds": 0}, "max_seconds = 0")],
+)  # fmt: skip
+def test_a_limit_is_an_outcome_with_the_partial_result(limit: dict, told: str) -> None:
+    result = creep(TWO, Cycles("0.01", 10**9), **limit)
+    assert result.outcome is Outcome.LIMIT
+    assert told in result.reason
+    assert result.recorded["x_G"].size == result.half_cycles < 10**9
+    if result.half_cycles:
+        assert result.recorded["x_G"][-1] > 0
+        whole = creep(TWO, Cycles("0.01", result.half_cycles))
+        reached = result.recorded["x_G"]
+        assert np.array_equal(whole.recorded["x_G"][: reached.size], reached)
+
+
+def test_limits_that_are_not_numbers_are_refused() -> None:
+    for limit in ({"max_events": -1}, {"max_seconds": "soon"}, {"max_bytes": 1.5}):
+        with pytest.raises(InputError, match=next(iter(limit))):
+            creep(TWO, Cycles("0.01", 5), **limit)
+
+
+def test_an_option_that_the_solver_does_not_take_is_an_error() -> None:
+    with pytest.raises(InputError, match="'dt'.*'exact' does not take it"):
+        creep(TWO, Cycles("0.01", 5), dt=0.01)
+    with pytest.raises(InputError, match="must be among x_G"):
+        creep(TWO, Cycles("0.01", 5), record=("velocity",))
+    with pytest.raises(InputError, match="start"):
+        creep(TWO, Cycles("0.01", 5), start=State.relaxed(SIX))
+
+
+def test_progress_reaches_the_last_half_cycle() -> None:
+    seen: list[Progress] = []
+    creep(TWO, Cycles("0.01", 2000), progress=seen.append)
+    running = [progress for progress in seen if progress.phase == "running"]
+    counts = [progress.half_cycles for progress in running]
+    assert counts == sorted(counts)
+    assert counts[-1] == running[-1].total == 4000
+
+
+def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:
+    wild = Chain(3, 1000, "0.5", "0.6", "0.3", tan_alpha="0.25")
+    with pytest.warns(PhysicsWarning, match="drawn below mu_d") as caught:
+        result = creep(wild, Cycles("0.01", 5))
+    assert len(caught) == 1
+    assert result.warnings == {"draws_below_mu_d": result.draws_below_mu_d}
+    assert result.draws_below_mu_d > 10
+    short = Chain(3, "0.001", "0.5", "0.6", tan_alpha="0.25")
+    with pytest.warns(PhysicsWarning, match=r"\|theta\| reached 1"):
+        assert creep(short, Cycles(1, 5)).warnings["theta_beyond_one"] == 10
+
+
+def test_sliders_that_would_cross_are_counted() -> None:
+    close = Chain(3, "0.5", "0.5", "0.6", tan_alpha="0.25")
+    pressed = State.prepared(close, ["-0.55", "-0.3"])
+    with pytest.warns(PhysicsWarning, match="crossed"):
+        result = creep(close, Cycles("0.001", 5), start=pressed)
+    assert result.warnings["crossings"] == 10
+
+
+# --- checkpoints ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("solver", ["exact", "verlet"])
+def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path: Path, solver: str) -> None:
+    options = {"dt": "0.05"} if solver == "verlet" else {}
+    run = {"seed": 5, "solver": solver, "record": RECORDS, **options}
+    whole = creep(SIX, Cycles("0.005", 20), **run)
+    file = tmp_path / "run.ckpt"
+    part = creep(SIX, Cycles("0.005", 20), max_events=whole.events // 3, checkpoint=file, **run)
+    assert part.outcome is Outcome.LIMIT
+    part = resume(file, max_events=whole.events // 2)
+    assert part.outcome is Outcome.LIMIT
+    assert part.events < whole.events
+    assert same(resume(file), whole)
+    assert same(resume(file), whole)  # what is finished stays finished
+
+
+def test_a_checkpoint_keeps_every_kind_of_value() -> None:
+    content = {
+        "rationals": [Fraction(1, 3), Fraction(-(7**200), 3**99)],
+        "numbers": (2**200, -5, 0.1, math.inf, True, None),
+        "arrays": {
+            "f": np.array([[0.1, -0.0], [5e-324, 2.0]], order="F"),
+            "i": np.arange(3, dtype=np.uint64),
+            "s": np.array(["1.25", ""]),
+            "o": np.array([Fraction(1, 7), 0.5], dtype=object),
+            "empty": np.empty((0, 3)),
+        },
+        "scalar": np.float64(1 / 3),
+    }
+    back = checkpoints.from_bytes(checkpoints.to_bytes(content))
+    assert back["rationals"] == content["rationals"]
+    assert back["numbers"] == content["numbers"]
+    assert back["scalar"] == content["scalar"]
+    for name, array in content["arrays"].items():
+        assert np.array_equal(back["arrays"][name], array)
+        assert back["arrays"][name].dtype == array.dtype
+    assert np.signbit(back["arrays"]["f"][0, 1])
+
+
+def test_a_checkpoint_damaged_anywhere_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    file = tmp_path / "run.ckpt"
+    creep(TWO, Cycles("0.01", 3), checkpoint=file)
+    good = file.read_bytes()
+    generator = np.random.default_rng(1)
+    for place in generator.integers(0, len(good), 200).tolist():
+        bad = bytearray(good)
+        bad[place] ^= 1 << int(generator.integers(8))
+        file.write_bytes(bad)
+        with pytest.raises(InputError, match="checkpoint = "):
+            resume(file)
+    for length in (0, 5, 30, len(good) // 2, len(good) - 1):
+        file.write_bytes(good[:length])
+        with pytest.raises(InputError, match=r"not a checkpoint|truncated"):
+            resume(file)
+    file.write_bytes(good.replace(b"checkpoint 1\n", b"checkpoint 2\n", 1))
+    with pytest.raises(InputError, match="version 2; this program reads versions up to 1"):
+        resume(file)
+    file.write_bytes(good + b"more")
+    with pytest.raises(InputError, match="checksum"):
+        resume(file)
+    for path in (tmp_path, tmp_path / "none"):
+        with pytest.raises(InputError, match="must be a file"):
+            resume(path)
+
+
+def test_a_checkpoint_that_cannot_be_written_leaves_the_last_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "run.ckpt"
+    whole = creep(TWO, Cycles("0.01", 3), checkpoint=file)
+
+    def full(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match="No space left"):
+        checkpoints.write(file, {"nothing": 0})
+    monkeypatch.undo()
+    assert same(resume(file), whole)
+    assert [path.name for path in tmp_path.iterdir()] == ["run.ckpt"]
+
+
+_KILLED_AGAIN_AND_AGAIN = """
+import os, random, signal, sys, time
+from exactcreep import Chain, Cycles, creep
+from exactcreep.quasistatic import resume
+
+file, whole_file = sys.argv[1:]
+chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+run = dict(seed=8, record=("x_G", "slips"))
+drive = Cycles("0.01", 2500)
+creep(chain, Cycles("0.01", 1), **run)  # the kernel is ready before the first fork
+moments = random.Random(4)
+kills = 0
+finished = False
+while not finished:
+    child = os.fork()
+    if child == 0:
+        if os.path.exists(file):
+            resume(file, every=0)
+        else:
+            creep(chain, drive, checkpoint=file, every=0, **run)
+        os._exit(0)
+    time.sleep(moments.uniform(0, 0.1))
+    if kills < 25:
+        os.kill(child, signal.SIGKILL)
+    finished = os.waitpid(child, 0)[1] == 0
+    kills += not finished
+creep(chain, drive, **run).save(whole_file)
+resume(file).save(file + ".nc")
+print(kills)
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_run_killed_25_times_at_random_gives_the_bits_of_an_uninterrupted_one(
+    tmp_path: Path,
+) -> None:
+    file, whole = tmp_path / "run.ckpt", tmp_path / "whole.nc"
+    told = subprocess.run(
+        [sys.executable, "-c", _KILLED_AGAIN_AND_AGAIN, str(file), str(whole)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=True,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )
+    assert int(told.stdout) >= 20
+    assert same(Creep.load(f"{file}.nc"), Creep.load(whole))
