@@ -1,0 +1,165 @@
+"""``exactcreep threshold``: the amplitude above which a chain creeps, to any number of digits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from exactcreep.commands.run import Json
+
+if TYPE_CHECKING:
+    from exactcreep.studies.thresholds import Threshold
+
+
+def threshold(
+    n: Annotated[str, typer.Option(help="Number of sliders.")],
+    l0: Annotated[str, typer.Option(help="Natural length of a spring.")] = "1000",
+    mu_d: Annotated[str, typer.Option(help="Dynamical friction coefficient.")] = "0.5",
+    mu_s: Annotated[str, typer.Option(help="Static friction coefficient.")] = "0.6",
+    tan_alpha: Annotated[str, typer.Option(help="Slope of the incline.")] = "0.25",
+    cycles: Annotated[str, typer.Option(help="Full cycles before the verdict.")] = "20",
+    digits: Annotated[str, typer.Option(metavar="K", help="Significant digits.")] = "15",
+    low: Annotated[
+        str | None, typer.Option("--from", metavar="A", help="Begin of the scan [1/2 of seuil].")
+    ] = None,
+    high: Annotated[
+        str | None, typer.Option("--to", metavar="A", help="End of the scan [2 times seuil].")
+    ] = None,
+    points: Annotated[str, typer.Option(metavar="M", help="Equal steps of the scan.")] = "1000",
+    bracket: Annotated[
+        tuple[str, str] | None,
+        typer.Option(metavar="LO HI", help="Amplitudes that straddle the edge, instead of a scan."),
+    ] = None,
+    windows: Annotated[bool, typer.Option("--windows", help="List all edges of the scan.")] = False,
+    refine: Annotated[
+        str, typer.Option(metavar="K", help="Give the first K edges to all digits.")
+    ] = "0",
+    start_tension: Annotated[
+        str | None, typer.Option(metavar="R0", help="Tension of every spring at the start.")
+    ] = None,
+    seeds: Annotated[
+        str,
+        typer.Option(
+            metavar="K", help="Also from K seeded starts, tensions up to R0 in size (or 1e-6)."
+        ),
+    ] = "0",
+    solver: Annotated[
+        str, typer.Option(help="Which decides: certified, mpmath or exact (float64).")
+    ] = "certified",
+    json: Json = False,
+) -> None:
+    """Find the amplitude of temperature cycles above which a chain creeps.
+
+    From its start the chain is driven by full cycles +A, -A; it creeps at A if x_G advances by
+    more than 1e-6 during the last of them.
+
+    Examples:
+
+        exactcreep threshold --n 3 --digits 40
+
+        exactcreep threshold --n 5 --windows --refine 3 --json
+
+        exactcreep threshold --n 2 --start-tension 0.01 --digits 1000
+    """
+    from exactcreep.model.chain import Chain
+    from exactcreep.studies import thresholds
+
+    chain = Chain(n, l0, mu_d, mu_s, tan_alpha=tan_alpha)
+    found = thresholds.threshold(
+        chain,
+        cycles=_whole(cycles, "cycles"),
+        digits=_whole(digits, "digits"),
+        low=low,
+        high=high,
+        points=_whole(points, "points"),
+        bracket=bracket,
+        windows=windows,
+        refine=_whole(refine, "refine"),
+        start_tension=start_tension,
+        seeds=_whole(seeds, "seeds"),
+        solver=solver,
+        progress=None if json else _Shown().show,
+    )
+    if json:
+        from exactcreep.commands.answer import as_json
+
+        typer.echo(as_json(found.summary()))
+    else:
+        _print(found)
+
+
+def _whole(text: str, field: str) -> int:
+    from exactcreep.model.numbers import whole_number
+
+    return whole_number(text, field, least=-(10**9))
+
+
+class _Shown:
+    """A line on standard error that says how far the search has come."""
+
+    def __init__(self) -> None:
+        from rich.console import Console
+
+        self.console = Console(stderr=True)
+        self.last = ""
+
+    def show(self, phase: str, done: int, total: int) -> None:
+        """Show a phase of the search, about every hundredth of it."""
+        line = f"{phase} {done}" + (f"/{total}" if total > done else "")
+        if self.console.is_terminal and done % max(total // 100, 1) == 0:
+            self.console.print(line.ljust(len(self.last)), end="\r")
+            self.last = line
+            if done == total:
+                self.console.print(" " * len(line), end="\r")
+
+
+def _print(found: Threshold) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    table = Table.grid(padding=(0, 2))
+
+    def row(name: str, text: Any) -> None:
+        table.add_row(name, str(text))
+
+    row("paper, Eq. (seuil)", found.law_seuil)
+    row("corrected, (N m + D)/(2 l0)", found.law_corrected)
+    if found.law_two_sliders is not None:
+        row("two sliders, (mu_s c - s)/l0", found.law_two_sliders)
+    if found.lower is None:
+        row("dynamical threshold", "none: one slider has no spring, and stays at rest")
+    else:
+        row("no creep at", found.lower)
+        row("creep at", found.upper)
+        outcome = found.outcome_at_lower
+        rest = "a transient" if outcome is None else outcome.value
+        row("below", f"{rest} ({found.outcome_evidence.value})")
+        row("evidence", found.evidence.value)
+        row(
+            "cycles",
+            f"{found.cycles}; with {2 * found.cycles}, {found.stable_digits} digits are the same",
+        )
+    if found.deciding_event is not None:
+        sides = found.deciding_event
+        row("first event that differs below", _told(sides.at_lower))
+        row("first event that differs above", _told(sides.at_upper))
+    console.print(table, soft_wrap=True)
+    for edge in found.windows or ():
+        says = "begins" if edge.begins else "ends"
+        console.print(f"creep {says} between {edge.lower} and {edge.upper}", soft_wrap=True)
+    for seed, start in (found.preparations or {}).items():
+        says = "none found" if start is None else f"between {start.lower} and {start.upper}"
+        console.print(f"start {seed}: {says}", soft_wrap=True)
+
+
+def _told(place: Any) -> str:
+    if place is None:
+        return "none"
+    event = place.event
+    who = ", ".join(
+        f"{n} {'down' if sign > 0 else 'up'}"
+        for n, sign in zip(event.sliders, event.signs, strict=True)
+    )
+    return f"{event.kind.value} of {who} in half-cycle {place.half_cycle}"

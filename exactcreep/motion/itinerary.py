@@ -1,0 +1,186 @@
+"""A chain taken along an itinerary that is known, at any number of digits.
+
+Once the order of events is known everything is explicit: theta_c is linear in the forces, and each
+event time is a simple root whose float64 value starts Newton's method. What is missing beside a
+solver is the search: nothing here proves that no other event comes first.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.state import State
+from exactcreep.motion.arithmetic import Digits
+from exactcreep.motion.modes import Flow, Run, forces_of, incline, tensions_at
+
+
+class StrayRoot(ArithmeticError):
+    """Newton's method left the neighbourhood of the event it was to refine."""
+
+
+class Course:
+    """A chain at rest, on its way along a known itinerary.
+
+    The static coefficients are those of ``sigma_mu = 0``.
+
+    Parameters
+    ----------
+    chain : Chain
+    start : State
+    arithmetic : Digits
+
+    Attributes
+    ----------
+    forces : ndarray, shape (n,)
+        Non-frictional forces at the present theta.
+    load : number
+        ``l0 theta``.
+    travel : ndarray, shape (n,)
+        Displacements since the start.
+    threshold : number
+        ``mu_s cos(alpha)``.
+    """
+
+    def __init__(self, chain: Chain, start: State, arithmetic: Digits) -> None:
+        self.chain = chain
+        self.arithmetic = arithmetic
+        cosine, weight = incline(arithmetic, chain)
+        self.forces = forces_of(arithmetic, tensions_at(arithmetic, start), weight)
+        self.friction = arithmetic.number(chain.mu_d) * cosine
+        self.threshold = arithmetic.number(chain.mu_s) * cosine
+        self.load = arithmetic.number(chain.l0) * arithmetic.number(start.theta)
+        self.travel = arithmetic.zeros(chain.n)
+
+    def unstable(self) -> bool:
+        """Return whether a slider exceeds its threshold as the chain stands."""
+        return any(abs(force) > self.threshold for force in self.forces.tolist())
+
+    def load_of(self, theta: Fraction) -> Any:
+        """Return ``l0 theta``."""
+        return self.arithmetic.number(self.chain.l0 * theta)
+
+    def ramp(self, load: Any) -> None:
+        """Take theta to ``load / l0``."""
+        change = load - self.load
+        if self.chain.n > 1:
+            self.forces[0] = self.forces[0] - change
+            self.forces[-1] = self.forces[-1] + change
+        self.load = load
+
+    def starting_load(self, slider: int, sign: int) -> Any:
+        """Return ``l0 theta_c`` at which the end slider `slider` (from 0) starts with `sign`."""
+        room = sign * self.threshold - self.forces[slider]
+        return self.load - room if slider == 0 else self.load + room
+
+    def enter(self, events: Sequence[Event]) -> Flow:
+        """Return the flow just after the last of `events`, which begin a rearrangement.
+
+        Unless the chain is unstable as it stands, theta first goes to the first event's theta_c.
+        """
+        first = events[0]
+        if not self.unstable():
+            self.ramp(self.starting_load(first.sliders[0] - 1, first.signs[0]))
+        flow = Flow(self.arithmetic, self.forces, self.friction)
+        before: Event | None = None
+        for event in events:
+            if before is not None and not _follows_at_once(before, event):
+                self.advance(flow, event, event.time - before.time)
+            sliders = [n - 1 for n in event.sliders]
+            if event.kind is EventKind.START:
+                flow.start(sliders, event.signs)
+            else:
+                flow.stop(sliders)
+            before = event
+        return flow
+
+    def rearrange(self, events: Sequence[Event]) -> None:
+        """Go through a whole rearrangement."""
+        flow = self.enter(events)
+        self.forces = flow.forces
+        self.travel = self.travel + flow.moved
+
+    def advance(self, flow: Flow, event: Event, guess: float) -> None:
+        """Let the flow go on until `event`, expected after the time `guess`."""
+        runs = flow.runs()
+        flow.advance(runs, self.time(flow, runs, event, guess))
+
+    def time(self, flow: Flow, runs: Sequence[Run], event: Event, guess: float) -> Any:
+        """Return the time from now on at which the condition of `event` holds."""
+        slider, sign = event.sliders[0] - 1, event.signs[0]
+        stop = event.kind is EventKind.STOP
+
+        def condition(t: Any) -> tuple[Any, Any]:
+            if stop:
+                _, velocity, acceleration = slider_motion(runs, slider, t)
+                return velocity, acceleration
+            value, slope, _ = self.margin(flow, runs, slider, sign, t)
+            return value, slope
+
+        return self._root(condition, guess)
+
+    def margin(
+        self, flow: Flow, runs: Sequence[Run], slider: int, sign: int, t: Any
+    ) -> tuple[Any, Any, Any]:
+        """Return ``mu_s c - sign F`` of a resting slider (from 0) at `t`, and two derivatives."""
+        value, slope, bend = self.threshold - sign * flow.forces[slider], 0, 0
+        for n in (slider - 1, slider + 1):
+            if any(n in run.sliders for run in runs):
+                shift, velocity, acceleration = slider_motion(runs, n, t)
+                value = value - sign * shift
+                slope = slope - sign * velocity
+                bend = bend - sign * acceleration
+        return value, slope, bend
+
+    def least_margin(self, flow: Flow, slider: int, sign: int, guess: float) -> Any:
+        """Return the extremal value, near `guess`, of the margin of a resting slider (from 0)."""
+        runs = flow.runs()
+
+        def condition(t: Any) -> tuple[Any, Any]:
+            return self.margin(flow, runs, slider, sign, t)[1:]
+
+        return self.margin(flow, runs, slider, sign, self._root(condition, guess))[0]
+
+    def _root(self, condition: Any, guess: float) -> Any:
+        """Return the root of `condition` (value and slope) near `guess`, by Newton's method."""
+        bits = self.arithmetic.bits
+        t = self.arithmetic.number(guess)
+        last = math.inf
+        for _ in range(12 + 2 * bits.bit_length()):
+            value, slope = condition(t)
+            if slope == 0:
+                raise StrayRoot("the condition of an event is level at its time")
+            step = value / slope
+            t = t - step
+            size = float(abs(step)) if abs(step) > 1e-300 else 0.0
+            if abs(step) <= abs(t) * self.arithmetic.roundoff * 2**8:
+                return t
+            if size >= last and size < 2.0 ** (-bits / 2):  # rounding is all that is left
+                return t
+            if abs(t - guess) > 0.5:
+                break
+            last = size
+        raise StrayRoot("no event near the time at which it is known to happen")
+
+
+def slider_motion(runs: Sequence[Run], slider: int, t: Any) -> tuple[Any, Any, Any]:
+    """Return displacement, velocity and acceleration of a moving slider (from 0) after `t`."""
+    for run in runs:
+        if slider in run.sliders:
+            moved: tuple[Any, Any, Any] = run.motion.slider(slider - run.first, t)
+            return moved
+    raise KeyError(slider)
+
+
+def _follows_at_once(before: Event, event: Event) -> bool:
+    """Return whether `event` is the reversal of sliders that have just stopped."""
+    return (
+        before.kind is EventKind.STOP
+        and event.kind is EventKind.START
+        and event.time == before.time
+        and set(event.sliders) & set(before.sliders) != set()
+    )

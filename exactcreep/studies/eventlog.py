@@ -1,0 +1,111 @@
+"""The recorded events of a run, as one list of rearrangements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import groupby, zip_longest
+from typing import Any, NamedTuple
+
+from numpy.typing import NDArray
+
+from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.numbers import InputError
+
+_KINDS = (EventKind.START, EventKind.STOP)
+
+
+class LoggedRearrangement(NamedTuple):
+    """One rearrangement of a run.
+
+    Attributes
+    ----------
+    half_cycle : int
+        The target on whose ramp it happened, from 1.
+    theta : number
+        theta_c.
+    events : tuple of Event
+        Their residuals are not recorded, and zero.
+    """
+
+    half_cycle: int
+    theta: Any
+    events: tuple[Event, ...]
+
+
+class LoggedEvent(NamedTuple):
+    """One event of a run, and where it stands.
+
+    Attributes
+    ----------
+    half_cycle, rearrangement, number : int
+        From 1, from 0, and from 0 within the rearrangement.
+    event : Event
+    """
+
+    half_cycle: int
+    rearrangement: int
+    number: int
+    event: Event
+
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Where and what, without when."""
+        return (self.half_cycle, self.rearrangement, self.number, *self.event.signature)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the event by names, ready for JSON."""
+        return {
+            "half_cycle": self.half_cycle,
+            "rearrangement": self.rearrangement,
+            "number": self.number,
+            "kind": self.event.kind.value,
+            "sliders": list(self.event.sliders),
+            "signs": list(self.event.signs),
+            "time": float(self.event.time),
+        }
+
+
+def rearrangements(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
+    """Return the rearrangements that the recorded ``event_...`` columns hold.
+
+    Raises
+    ------
+    InputError
+        If no events were recorded.
+    """
+    if "event_time" not in recorded:
+        raise InputError("record", list(recorded), "must include events")
+    columns = ("rearrangement", "number", "kind", "half_cycle", "theta", "time", "slider", "sign")
+    rows = zip(*(recorded[f"event_{name}"].tolist() for name in columns), strict=True)
+    out: list[LoggedRearrangement] = []
+    for _, group in groupby(rows, key=lambda row: row[0]):
+        events = []
+        for (_, kind), parts in groupby(group, key=lambda row: row[1:3]):
+            first, *others = parts
+            moved = sorted((slider, sign) for *_, slider, sign in (first, *others))
+            sliders, signs = zip(*moved, strict=True)
+            events.append(Event(first[5], _KINDS[kind], sliders, signs, 0))
+        out.append(LoggedRearrangement(first[3], first[4], tuple(events)))
+    return out
+
+
+def numbered(log: list[LoggedRearrangement]) -> list[LoggedEvent]:
+    """Return all events of a run in order, with their places."""
+    return [
+        LoggedEvent(one.half_cycle, r, j, event)
+        for r, one in enumerate(log)
+        for j, event in enumerate(one.events)
+    ]
+
+
+def first_difference(
+    one: list[LoggedEvent], other: list[LoggedEvent]
+) -> tuple[int, LoggedEvent | None, LoggedEvent | None] | None:
+    """Return how many events two runs share, and the first that differ (None: no more events).
+
+    None if the runs have the same events.
+    """
+    for i, (a, b) in enumerate(zip_longest(one, other)):
+        if a is None or b is None or a.signature != b.signature:
+            return i, a, b
+    return None

@@ -1,0 +1,1007 @@
+"""The amplitude of temperature cycles above which a chain creeps, to any number of digits.
+
+Three things are told apart: the paper's law, the corrected law, and the *dynamical threshold*
+of the equations themselves. From its start the chain is driven by `cycles` cycles +A, -A; it
+creeps at A if x_G advances by more than 1e-6 during the last cycle. A scan in float64 finds the
+lowest creeping amplitude; bisection narrows the edge as far as float64 tells. Across the edge
+one event differs, and up to it everything is an explicit function of A: the condition of that
+event is followed to its root by the secant method, which for lone slips, where it is linear in
+A, is exact at once. Two runs of the chosen solver, at the decimals that enclose the root, then
+show that the chain does not creep at one and creeps at the other; what leads to these decimals
+need not be trusted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
+from decimal import Decimal
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, NamedTuple, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.decimals import Enclosure, enclosure
+from exactcreep.laws import LAWS
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import EventKind
+from exactcreep.model.drive import Cycles
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
+from exactcreep.motion.itinerary import Course, StrayRoot
+from exactcreep.solvers.registry import SOLVERS, solver_named
+from exactcreep.studies.eventlog import (
+    LoggedEvent,
+    LoggedRearrangement,
+    first_difference,
+    numbered,
+    rearrangements,
+)
+
+ADVANCE = Fraction(1, 10**6)
+"""A chain creeps if x_G advances by more than this during the last cycle."""
+MOST_DIGITS = 5_000
+_FLOAT_DIGITS = 12  # of the amplitude, that the float64 solver is asked to tell
+_NARROW = Fraction(1, 10**11)  # relative width at which bisection in float64 ends
+_STRAY = 10**5  # widths of a float64 bracket that rounding may have put it off
+_SPARE = 2  # digits of the bracket beyond those asked for
+_SEED_SIZE = Fraction(1, 10**6)
+
+
+@dataclass(frozen=True)
+class Edge:
+    """An amplitude at which creep begins or ends.
+
+    Attributes
+    ----------
+    lower, upper : str
+        Decimals that enclose it: of two amplitudes the chain creeps at one, and not at the other.
+    begins : bool
+        Whether creep begins there (it creeps at `upper`), or ends.
+    evidence : Evidence
+        Of what happens at `lower` and at `upper`.
+    """
+
+    lower: str
+    upper: str
+    begins: bool
+    evidence: Evidence
+
+    @property
+    def middle(self) -> Fraction:
+        """The middle of the bracket."""
+        return (Fraction(self.lower) + Fraction(self.upper)) / 2
+
+    def summary(self) -> dict[str, Any]:
+        """Return the edge by names, ready for JSON."""
+        return {
+            "lower": self.lower,
+            "upper": self.upper,
+            "creep": "begins" if self.begins else "ends",
+            "evidence": self.evidence.value,
+        }
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first event that differs across an edge; None: no further event on that side."""
+
+    at_lower: LoggedEvent | None
+    at_upper: LoggedEvent | None
+
+    def summary(self) -> dict[str, Any]:
+        """Return both events by names, ready for JSON."""
+        return {
+            "at_lower": None if self.at_lower is None else self.at_lower.summary(),
+            "at_upper": None if self.at_upper is None else self.at_upper.summary(),
+        }
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """The dynamical threshold of a chain, beside the laws that predict it.
+
+    Attributes
+    ----------
+    chain : Chain
+    cycles : int
+    digits : int
+        Significant digits asked for.
+    law_seuil, law_corrected, law_two_sliders : str or None
+        Eq. (seuil); with the term that it drops; ``(mu_s c - s)/l0``, for two sliders only.
+    lower, upper : str or None
+        Decimals: the chain does not creep at `lower`, and creeps at `upper`. None for one slider.
+    outcome_at_lower : Outcome or None
+        `AT_REST` (no event in a whole cycle, hence for ever), `CYCLING` (slips that return
+        the chain to the same state), or None: neither within `cycles`.
+    outcome_evidence : Evidence
+        Of `outcome_at_lower`: `PROVED` if the run is and the cycle has lone slips alone.
+    evidence : Evidence
+        Of what happens at `lower` and at `upper`.
+    stable_digits : int or None
+        How many of the digits survive when `cycles` is doubled.
+    deciding_event : Difference or None
+        None if no event differs: the advance itself passes 1e-6 there.
+    solver : str
+    windows : tuple of Edge
+        Every edge of the scan, if asked for.
+    preparations : mapping of int to Edge
+        The threshold from each seeded start, if asked for; None where none was found.
+    """
+
+    chain: Chain
+    cycles: int
+    digits: int
+    law_seuil: str | None
+    law_corrected: str | None
+    law_two_sliders: str | None
+    lower: str | None
+    upper: str | None
+    outcome_at_lower: Outcome | None
+    outcome_evidence: Evidence
+    evidence: Evidence
+    stable_digits: int | None
+    deciding_event: Difference | None
+    solver: str
+    windows: tuple[Edge, ...] | None = None
+    preparations: Mapping[int, Edge | None] | None = None
+    report: Mapping[str, Any] = field(default_factory=dict)
+
+    def summary(self) -> dict[str, Any]:
+        """Return everything by names, ready for JSON."""
+        outcome = self.outcome_at_lower
+        out: dict[str, Any] = {
+            "law_seuil": self.law_seuil,
+            "law_corrected": self.law_corrected,
+            "law_two_sliders": self.law_two_sliders,
+            "lower": self.lower,
+            "upper": self.upper,
+            "outcome_at_lower": None if outcome is None else outcome.value,
+            "outcome_evidence": self.outcome_evidence.value,
+            "evidence": self.evidence.value,
+            "cycles": self.cycles,
+            "digits": self.digits,
+            "stable_digits": self.stable_digits,
+            "deciding_event": None
+            if self.deciding_event is None
+            else self.deciding_event.summary(),
+            "solver": self.solver,
+        }
+        if self.windows is not None:
+            out["windows"] = [edge.summary() for edge in self.windows]
+        if self.preparations is not None:
+            out["preparations"] = [
+                {"seed": seed, **({"lower": None, "upper": None} if e is None else e.summary())}
+                for seed, e in self.preparations.items()
+            ]
+        return out | {"report": dict(self.report)}
+
+
+def threshold(
+    chain: Chain,
+    *,
+    cycles: int = 20,
+    digits: int = 15,
+    low: Any = None,
+    high: Any = None,
+    points: int = 1000,
+    bracket: tuple[Any, Any] | None = None,
+    windows: bool = False,
+    refine: int = 0,
+    start_tension: Any = None,
+    seeds: int = 0,
+    solver: str = "certified",
+    progress: Callable[[str, int, int], None] | None = None,
+) -> Threshold:
+    """Return the lowest amplitude at which a chain with ``sigma_mu = 0`` creeps.
+
+    Parameters
+    ----------
+    chain : Chain
+    cycles : int
+        Full cycles +A, -A before the verdict.
+    digits : int
+        Significant digits of the bracket.
+    low, high : number, optional
+        Ends of the scan; default 1/2 and 2 times Eq. (seuil). If nothing creeps up to there (or
+        the law is not positive), the default scan goes on to N (mu_s c - s)/l0.
+    points : int
+        Equal steps of the scan.
+    bracket : pair of numbers, optional
+        Instead of a scan: the chain does not creep at the first, and creeps at the second.
+    windows : bool
+        Whether to list all edges of the scan.
+    refine : int
+        How many of them to give to all digits; the others have float accuracy.
+    start_tension : number, optional
+        Of every spring, at theta = 0; default none, the relaxed chain.
+    seeds : int
+        Also find the threshold from so many starts with seeded tensions, uniform in (-size, size)
+        with size ``|start_tension|``, or 1e-6.
+    solver : str
+        Which decides about the bracket: ``certified``, ``mpmath`` or ``exact`` (float64: at most
+        12 digits, and a wider bracket where rounding does not tell so many).
+    progress : callable, optional
+        Called with the phase, how much of it is done, and its total.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, a bracket is empty or does not straddle an edge, or
+        nothing creeps in the scan.
+
+    Notes
+    -----
+    Guarantee: if `evidence` is `PROVED`, the chain provably does not creep at `lower` and creeps
+    at `upper`. That the scan has missed no narrower window below is not claimed.
+
+    With ``mu_s = mu_d`` the chain slides with theta and the threshold is N m/(2 l0), exactly. For
+    ``tan_alpha < 0`` the mirror image is meant, and an advance is one uphill along x.
+    """
+    asked = _Asked.of(chain, cycles, digits, points, windows, refine, seeds, solver, progress)
+    size = Fraction(0) if start_tension is None else exact_number(start_tension, "start_tension")
+    if bracket is not None and (low is not None or high is not None):
+        raise InputError("bracket", bracket, "must not be given together with the ends of a scan")
+    if bracket is not None and windows:
+        raise InputError("windows", windows, "needs a scan, and a bracket skips it")
+    if chain.n == 1:
+        return _single(asked)
+    span = _bracket(bracket) if bracket is not None else None
+    scans = _scans(chain, low, high)
+    if chain.mu_s == chain.mu_d:
+        return _sliding(asked)
+    start = State.prepared(chain, [size] * (chain.n - 1))
+    question = _Question(chain, asked.cycles, start)
+    search = _Search(asked, question, scans, span)
+    found = search.threshold()
+    if not seeds:
+        return found
+    preparations: dict[int, Edge | None] = {}
+    for seed in range(1, asked.seeds + 1):
+        begin = State.perturbed(chain, abs(size) or _SEED_SIZE, start_seed=seed)
+        other = _Search(replace(asked, windows=False), replace(question, start=begin), scans, span)
+        try:
+            preparations[seed] = other.edge().edge
+        except InputError:
+            preparations[seed] = None
+        asked.say("preparations", seed, asked.seeds)
+    return replace(found, preparations=preparations)
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """The checked arguments of `threshold`."""
+
+    chain: Chain
+    cycles: int
+    digits: int
+    points: int
+    windows: bool
+    refine: int
+    seeds: int
+    solver: str
+    progress: Callable[[str, int, int], None] | None
+
+    @classmethod
+    def of(
+        cls,
+        chain: Any,
+        cycles: Any,
+        digits: Any,
+        points: Any,
+        windows: bool,
+        refine: Any,
+        seeds: Any,
+        solver: Any,
+        progress: Callable[[str, int, int], None] | None,
+    ) -> _Asked:
+        if not isinstance(chain, Chain):
+            raise InputError("chain", chain, "must be a Chain")
+        if chain.sigma_mu != 0:
+            raise InputError("sigma_mu", chain.sigma_mu, "must be 0: a threshold has no disorder")
+        if abs(chain.tan_alpha) >= chain.mu_s:
+            allowed = f"must be less than mu_s = {nearest_float(chain.mu_s)}, or the chain slides"
+            raise InputError("tan_alpha", chain.tan_alpha, allowed)
+        if chain.tan_alpha == 0 and chain.n > 1:
+            raise InputError("tan_alpha", 0, "must not be 0: a level chain creeps nowhere")
+        if solver not in ("certified", "mpmath", "exact") or solver not in SOLVERS:
+            raise InputError("solver", solver, "must be certified, mpmath or exact")
+        most = _FLOAT_DIGITS if solver == "exact" else MOST_DIGITS
+        refined = whole_number(refine, "refine", least=0)
+        if refined and not windows:
+            raise InputError("refine", refine, "needs windows")
+        return cls(
+            chain,
+            whole_number(cycles, "cycles", least=1, most=10**7),
+            whole_number(digits, "digits", least=1, most=most),
+            whole_number(points, "points", least=1, most=10**7),
+            bool(windows),
+            refined,
+            whole_number(seeds, "seeds", least=0, most=10**6),
+            solver,
+            progress,
+        )
+
+    def say(self, phase: str, done: int, total: int) -> None:
+        if self.progress is not None:
+            self.progress(phase, done, total)
+
+    def options(self) -> dict[str, Any]:
+        """Return the options of the solver that decides."""
+        return {} if self.solver == "exact" else {"digits": self.digits + _SPARE}
+
+
+def _bracket(given: Any) -> tuple[Fraction, Fraction]:
+    try:
+        first, second = given
+    except (TypeError, ValueError):
+        raise InputError("bracket", given, "must be two numbers") from None
+    low, high = exact_number(first, "bracket"), exact_number(second, "bracket")
+    if not 0 <= low < high:
+        raise InputError("bracket", f"{first} {second}", "must be two numbers, 0 <= LO < HI")
+    return low, high
+
+
+def _scans(chain: Chain, low: Any, high: Any) -> list[tuple[Fraction, Fraction]]:
+    """Return the ends of one scan after the other; nothing here decides where the edge is."""
+    tangent, cosine = abs(chain.tan_alpha), Fraction(chain.cos_alpha)
+    law = chain.n * (chain.mu_d - tangent) * cosine / (2 * chain.l0)
+    first_slip = (chain.mu_s - tangent) * cosine / chain.l0
+    begin = (law if law > 0 else first_slip) / 2 if low is None else exact_number(low, "from")
+    if begin < 0:
+        raise InputError("from", low, "must not be negative")
+    if high is not None:
+        end = exact_number(high, "to")
+        if begin >= end:
+            raise InputError("to", high, f"must exceed from = {nearest_float(begin)}")
+        return [(begin, end)]
+    ends = [end for end in sorted([2 * law, chain.n * first_slip]) if end > begin]
+    return list(pairwise([begin, *(ends or [2 * begin])]))
+
+
+class _Trial(NamedTuple):
+    """What the chain does at one amplitude."""
+
+    creeps: bool
+    evidence: Evidence
+    log: list[LoggedRearrangement]
+    tensions: tuple[NDArray[Any], NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class _Question:
+    """Does the chain creep at this amplitude?"""
+
+    chain: Chain
+    cycles: int
+    start: State
+
+    @property
+    def half_cycles(self) -> int:
+        return 2 * self.cycles
+
+    def creeps(self, amplitude: Fraction) -> bool:
+        """Return the float64 solver's answer."""
+        simulation = solver_named("exact", {}).simulation(self.chain, self.start, 0, ())
+        runaway, values, _ = self._followed(simulation, amplitude)
+        return runaway or self._advance(values) > ADVANCE
+
+    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> _Trial:
+        """Return a solver's answer, and what happened."""
+        algorithm = solver_named(solver, options)
+        record = ("x_G", "tension", "events")
+        simulation = algorithm.simulation(self.chain, self.start, 0, record)
+        runaway, values, parts = self._followed(simulation, amplitude)
+        columns = {
+            name: np.concatenate([part[name] for part in parts])
+            for name in parts[0]
+            if name.startswith("event_")
+        }
+        tensions = [row for part in parts for row in part["tension"]][-3:]
+        if len(tensions) < 3:
+            tensions = [self.start.tensions, *tensions[-2:]]
+        evidence = simulation.evidence
+        creeps = runaway
+        if not runaway:
+            known = self._enclosed_advance(values)
+            creeps = known.middle > ADVANCE
+            if abs(known.middle - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
+                evidence = Evidence.UNDECIDED
+        return _Trial(creeps, evidence, rearrangements(columns), (tensions[0], tensions[-1]))
+
+    def _followed(
+        self, simulation: Any, amplitude: Fraction
+    ) -> tuple[bool, list[Any], list[Mapping[str, NDArray[Any]]]]:
+        drive = Cycles(amplitude, self.cycles)
+        done, values, parts = 0, [], []
+        while done < self.half_cycles:
+            left = self.half_cycles - done
+            stretch = simulation.follow(drive, done + 1, left, max_events=10**9)
+            done += stretch.completed
+            values += stretch.recorded["x_G"].tolist()
+            parts.append(stretch.recorded)
+            if stretch.outcome is Outcome.RUNAWAY:
+                return True, values, parts
+            if stretch.outcome is not None:
+                raise ArithmeticError(f"a run was given up: {stretch.reason}")
+        return False, values, parts
+
+    def _advance(self, values: list[Any]) -> Fraction:
+        return self._enclosed_advance(values).middle
+
+    def _enclosed_advance(self, values: list[Any]) -> Enclosure:
+        way = -1 if self.chain.tan_alpha < 0 else 1
+        end = enclosure(values[-1])
+        if len(values) < 3:
+            return Enclosure(way * end.middle, end.radius)
+        begin = enclosure(values[-3])
+        return Enclosure(way * (end.middle - begin.middle), end.radius + begin.radius)
+
+
+class _Refined(NamedTuple):
+    edge: Edge
+    at_lower: _Trial
+    at_upper: _Trial
+
+
+class _Search:
+    """The search for an edge: scan, bisection, the deciding event's root, two deciding runs."""
+
+    def __init__(
+        self,
+        asked: _Asked,
+        question: _Question,
+        scans: list[tuple[Fraction, Fraction]],
+        bracket: tuple[Fraction, Fraction] | None,
+    ) -> None:
+        self.asked = asked
+        self.question = question
+        self.scans = scans
+        self.bracket = bracket
+        self.trials = 0
+
+    def threshold(self) -> Threshold:
+        """Return the threshold, and what was asked for beside it."""
+        asked = self.asked
+        edges = list(self.edges()) if asked.windows else None
+        low, high = edges[0][:2] if edges else self.first_bracket()
+        refined = self.refined(low, high, begins=True)
+        at_lower, at_upper = refined.at_lower, refined.at_upper
+        outcome, outcome_evidence = _outcome(at_lower, self.question.half_cycles)
+        differs = first_difference(numbered(at_lower.log), numbered(at_upper.log))
+        windows = None
+        if edges is not None:
+            windows = tuple(
+                (refined if k == 0 else self.refined(*edge)).edge
+                if k < asked.refine
+                else self.rough(*edge)
+                for k, edge in enumerate(edges)
+            )
+        return Threshold(
+            chain=asked.chain,
+            cycles=asked.cycles,
+            digits=asked.digits,
+            **_laws(asked.chain, asked.digits),
+            lower=refined.edge.lower,
+            upper=refined.edge.upper,
+            outcome_at_lower=outcome,
+            outcome_evidence=outcome_evidence,
+            evidence=refined.edge.evidence,
+            stable_digits=self.stable_digits(refined, outcome),
+            deciding_event=None if differs is None else Difference(*differs[1:]),
+            solver=asked.solver,
+            windows=windows,
+            report={"deciding_runs": self.trials},
+        )
+
+    def edge(self) -> _Refined:
+        """Return the lowest edge at which creep begins."""
+        return self.refined(*self.first_bracket(), begins=True)
+
+    # -- float64 -----------------------------------------------------------------------------
+
+    def edges(self) -> Iterator[tuple[Fraction, Fraction, bool]]:
+        """Yield a bracket of every edge of the scan, and whether creep begins there."""
+        points = self.asked.points
+        before = self.scans[0][0]
+        creeping = self.question.creeps(before)
+        if creeping:
+            allowed = "must be lower: the chain creeps there already"
+            raise InputError("from", nearest_float(before), allowed)
+        for begin, end in self.scans:
+            found = False
+            for k in range(1, points + 1):
+                amplitude = begin + (end - begin) * k / points
+                creeps = self.question.creeps(amplitude)
+                self.asked.say("scan", k, points)
+                if creeps != creeping:
+                    found = True
+                    yield before, amplitude, creeps
+                before, creeping = amplitude, creeps
+            if found:
+                return
+        allowed = "must be higher: the chain creeps at no point of the scan"
+        raise InputError("to", nearest_float(before), allowed)
+
+    def first_bracket(self) -> tuple[Fraction, Fraction]:
+        """Return the bracket that was given, or the first of the scan."""
+        if self.bracket is None:
+            low, high, _ = next(self.edges())
+            return low, high
+        low, high = self.bracket
+        creeps = [self.question.creeps(amplitude) for amplitude in self.bracket]
+        if creeps != [False, True]:  # or float64 does not tell them apart
+            creeps = [self._tried(amplitude).creeps for amplitude in self.bracket]
+        if creeps != [False, True]:
+            shown = f"{nearest_float(low)} {nearest_float(high)}"
+            allowed = "must straddle an edge: no creep at LO, creep at HI"
+            raise InputError("bracket", shown, allowed)
+        return low, high
+
+    def narrowed(
+        self, low: Fraction, high: Fraction, begins: bool, width: Fraction = _NARROW
+    ) -> tuple[Fraction, Fraction]:
+        """Return the bracket after bisection at midpoints, in float64."""
+        while high - low > width * high:
+            middle = (low + high) / 2
+            if self.question.creeps(middle) == begins:
+                high = middle
+            else:
+                low = middle
+        return low, high
+
+    def rough(self, low: Fraction, high: Fraction, begins: bool) -> Edge:
+        """Return an edge at float accuracy."""
+        low, high = self.narrowed(low, high, begins)
+        unit = _unit(high, _FLOAT_DIGITS - 1)
+        below, above = math.floor(low / unit), math.ceil(high / unit)
+        return Edge(_text(below, unit), _text(above, unit), begins, Evidence.COMPUTED)
+
+    # -- all digits --------------------------------------------------------------------------
+
+    def refined(self, low: Fraction, high: Fraction, begins: bool) -> _Refined:
+        """Return an edge to all digits, decided by two runs of the chosen solver."""
+        low, high = self.narrowed(low, high, begins)
+        guess = self._root(low, high)
+        unit = _unit(high, self.asked.digits + _SPARE)
+        if self.asked.solver == "exact":
+            # float64 claims no more than what its own edge shares with that of the same
+            # itinerary at more digits
+            apart = max(abs(guess - low), abs(guess - high))
+            while unit < 4 * apart:
+                unit *= 10
+        trials: dict[int, _Trial] = {}
+
+        def above(k: int) -> bool:
+            if k not in trials:
+                trials[k] = self._tried(k * unit)
+            return trials[k].creeps == begins
+
+        below_k, above_k = math.floor(guess / unit), math.floor(guess / unit) + 1
+        step = 1
+        while above(below_k):
+            above_k = below_k
+            below_k = max(below_k - step, 0)
+            step *= 2
+            if above_k == 0:
+                raise InputError("bracket", str(low), "must not creep at its lower end")
+        step = 1
+        while not above(above_k):
+            below_k = above_k
+            above_k += step
+            step *= 2
+            if step * unit > high:
+                raise InputError("bracket", str(high), "must creep at its upper end")
+        while above_k - below_k > 1:
+            middle = (below_k + above_k) // 2
+            if above(middle):
+                above_k = middle
+            else:
+                below_k = middle
+        # an end that lies exactly on the edge may be undecided; one unit further out it is not
+        proved = self.asked.solver == "certified"
+        if proved and trials[below_k].evidence is not Evidence.PROVED and not above(below_k - 1):
+            below_k -= 1
+        if proved and trials[above_k].evidence is not Evidence.PROVED and above(above_k + 1):
+            above_k += 1
+        at_lower, at_upper = trials[below_k], trials[above_k]
+        evidence = _weaker(at_lower.evidence, at_upper.evidence)
+        edge = Edge(_text(below_k, unit), _text(above_k, unit), begins, evidence)
+        return _Refined(edge, at_lower, at_upper)
+
+    def _tried(self, amplitude: Fraction, question: _Question | None = None) -> _Trial:
+        self.trials += 1
+        self.asked.say("deciding runs", self.trials, self.trials)
+        return (question or self.question).tried(
+            amplitude, self.asked.solver, self.asked.options()
+        )
+
+    def _root(self, low: Fraction, high: Fraction) -> Fraction:
+        """Return the root of the condition that decides between `low` and `high`.
+
+        If none of the conditions that may decide has a root there, the middle is returned: the
+        deciding runs then have to bisect.
+        """
+        trials = [self.question.tried(amplitude, "exact", {}) for amplitude in (low, high)]
+        one, other = (numbered(trial.log) for trial in trials)
+        loss = 64 + len(one)
+        for condition in _conditions(self.question, trials[0].log, one, other):
+            root = _secant(condition, low, high, self.asked.digits + _SPARE + 3, loss)
+            if root is not None:
+                return root
+        return (low + high) / 2
+
+    def stable_digits(self, refined: _Refined, outcome: Outcome | None) -> int:
+        """Return how many digits of an edge survive when `cycles` is doubled."""
+        asked, edge = self.asked, refined.edge
+        width = Fraction(edge.upper) - Fraction(edge.lower)
+        shown = min(asked.digits, math.floor(_log2(edge.middle / width) / BITS_PER_DIGIT))
+        doubled = replace(self.question, cycles=2 * self.question.cycles)
+        lower, upper = Fraction(edge.lower), Fraction(edge.upper)
+        if self._tried(upper, doubled).creeps and (
+            outcome is not None or not self._tried(lower, doubled).creeps
+        ):
+            return shown
+        again = _Search(replace(asked, windows=False), doubled, self.scans, self.bracket)
+        try:
+            low, high = again.first_bracket()
+        except InputError:
+            return 0
+        low, high = again.narrowed(low, high, True)
+        close = abs((low + high) / 2 - edge.middle) <= 100 * _NARROW * high
+        other = again.refined(low, high, True).edge.middle if close else (low + high) / 2
+        return _shared_digits(edge.middle, other, shown)
+
+
+# -- the condition that decides --------------------------------------------------------------
+
+
+Condition = Callable[[Fraction, int], Any]
+"""A function of the amplitude and of the working precision in bits, zero at the edge."""
+
+
+def _conditions(
+    question: _Question,
+    log: list[LoggedRearrangement],
+    one: list[LoggedEvent],
+    other: list[LoggedEvent],
+) -> Iterator[Condition]:
+    """Yield the conditions that may decide between two runs, the likeliest first."""
+    differs = first_difference(one, other)
+
+    def advance(amplitude: Fraction, bits: int) -> Any:
+        return _Rerun(question, amplitude, bits).advance(log)
+
+    if differs is None:
+        yield advance
+        return
+    _, a, b = differs
+    begin = a or b
+    assert begin is not None  # two runs that differ have an event that does
+    earlier, later = (a, b) if b is None or (a is not None and _before(a, b)) else (b, a)
+    assert earlier is not None
+    same = later is not None and later.rearrangement == earlier.rearrangement
+    if earlier.number == 0 and later is not None and same and later.number == 0:
+        same = later.half_cycle == earlier.half_cycle
+    if earlier.number == 0:
+
+        def ramp(amplitude: Fraction, bits: int) -> Any:
+            rerun = _Rerun(question, amplitude, bits)
+            course = rerun.at_rest(log, earlier.rearrangement)
+            first = _starting(course, earlier)
+            if later is not None and same:
+                return first - _starting(course, later)
+            return first - rerun.target(earlier.half_cycle)
+
+        yield ramp
+        return
+    for event in (earlier, later):
+        if event is not None and event.event.kind is EventKind.START:
+            partner = later if event is earlier else earlier
+
+            def margin(
+                amplitude: Fraction,
+                bits: int,
+                event: LoggedEvent = event,
+                partner: LoggedEvent | None = partner,
+            ) -> Any:
+                return _Rerun(question, amplitude, bits).margin(log, event, partner)
+
+            yield margin
+    if later is not None and same:
+
+        def tie(amplitude: Fraction, bits: int) -> Any:
+            return _Rerun(question, amplitude, bits).tie(log, earlier, later)
+
+        yield tie
+
+
+def _before(a: LoggedEvent, b: LoggedEvent) -> bool:
+    """Return whether `a`, which comes after the same events as `b`, comes before it."""
+    if (a.half_cycle, a.rearrangement) != (b.half_cycle, b.rearrangement):
+        return (a.half_cycle, a.rearrangement) < (b.half_cycle, b.rearrangement)
+    return bool(a.event.time <= b.event.time)
+
+
+def _starting(course: Course, place: LoggedEvent) -> Any:
+    return course.starting_load(place.event.sliders[0] - 1, place.event.signs[0])
+
+
+class _Rerun:
+    """The run at one amplitude along a known itinerary, at a given precision."""
+
+    def __init__(self, question: _Question, amplitude: Fraction, bits: int) -> None:
+        self.chain = question.chain
+        self.amplitude = amplitude
+        self.half_cycles = question.half_cycles
+        self.course = Course(question.chain, question.start, digits_of(bits))
+
+    def target(self, half_cycle: int) -> Any:
+        """Return ``l0 theta`` of a target."""
+        way = 1 if half_cycle % 2 == 1 else -1
+        return self.course.load_of(way * self.amplitude)
+
+    def at_rest(self, log: list[LoggedRearrangement], count: int) -> Course:
+        """Return the course after the first `count` rearrangements."""
+        half_cycle = 1
+        for one in log[:count]:
+            self._reach(half_cycle, one.half_cycle)
+            half_cycle = one.half_cycle
+            self.course.rearrange(one.events)
+        return self.course
+
+    def _reach(self, present: int, wanted: int) -> None:
+        for half_cycle in range(present, wanted):
+            self.course.ramp(self.target(half_cycle))
+
+    def advance(self, log: list[LoggedRearrangement]) -> Any:
+        """Return by how much the advance of the last cycle exceeds the limit."""
+        first = sum(one.half_cycle <= self.half_cycles - 2 for one in log)
+        begin = self.at_rest(log, first).travel.copy()
+        half_cycle = log[first - 1].half_cycle if first else 1
+        for one in log[first:]:
+            self._reach(half_cycle, one.half_cycle)
+            half_cycle = one.half_cycle
+            self.course.rearrange(one.events)
+        way = -1 if self.chain.tan_alpha < 0 else 1
+        moved = (self.course.travel - begin).sum() * way / self.chain.n
+        return moved - self.course.arithmetic.number(ADVANCE)
+
+    def margin(
+        self, log: list[LoggedRearrangement], event: LoggedEvent, partner: LoggedEvent | None
+    ) -> Any:
+        """Return the least margin of the slider that `event` starts."""
+        course = self.at_rest(log, event.rearrangement)
+        shared = log[event.rearrangement].events[: event.number]
+        flow = course.enter(shared)
+        last = shared[-1]
+        others = set() if partner is None else set(partner.event.sliders)
+        slider, sign = next(
+            (n - 1, s)
+            for n, s in zip(event.event.sliders, event.event.signs, strict=True)
+            if n not in others or partner is None or partner.event.kind is not EventKind.START
+        )
+        if last.kind is EventKind.STOP and slider + 1 in last.sliders:  # a reversal
+            return course.threshold - sign * flow.forces[slider]
+        return course.least_margin(flow, slider, sign, event.event.time - last.time)
+
+    def tie(self, log: list[LoggedRearrangement], one: LoggedEvent, other: LoggedEvent) -> Any:
+        """Return by how much time `one` comes before `other`."""
+        course = self.at_rest(log, one.rearrangement)
+        shared = log[one.rearrangement].events[: one.number]
+        flow = course.enter(shared)
+        runs = flow.runs()
+        first, second = (
+            course.time(flow, runs, place.event, place.event.time - shared[-1].time)
+            for place in (one, other)
+        )
+        return first - second
+
+
+def _secant(
+    condition: Condition, low: Fraction, high: Fraction, digits: int, loss: int
+) -> Fraction | None:
+    """Return the root of `condition` near the bracket to `digits` digits, None if there is none.
+
+    The working precision follows the digits that are known.
+    """
+    final = math.ceil(digits * BITS_PER_DIGIT) + loss
+    width = high - low
+    known = math.log2(high / width) if width else 0.0
+    try:
+        bits = min(final, math.ceil(3 * known) + loss)
+        points = [(x, condition(x, bits)) for x in (low, high)]
+        for _ in range(24):
+            (x0, y0), (x1, y1) = points
+            if y1 == 0:
+                return x1
+            if y1 == y0:
+                return None
+            x2 = x1 - _rational(y1 / (y1 - y0)) * (x1 - x0)
+            if not low - _STRAY * width <= x2 <= high + _STRAY * width:
+                return None
+            change = abs(x2 - x1)
+            known = final if change == 0 else _log2(abs(x2) / change)
+            if known >= digits * BITS_PER_DIGIT and bits == final:
+                return x2
+            bits = min(final, max(bits, math.ceil(3 * known) + loss))
+            points = [(x1, y1), (x2, condition(x2, bits))]
+    except (StrayRoot, ArithmeticError, KeyError, StopIteration):
+        pass
+    return None
+
+
+def _rational(value: Any) -> Fraction:
+    return enclosure(value).middle
+
+
+def _log2(value: Fraction) -> float:
+    """Return log2 of a positive rational, however large."""
+    shift = value.numerator.bit_length() - value.denominator.bit_length()
+    return shift + math.log2(value / Fraction(2) ** shift)
+
+
+# -- what the runs at the edge tell ----------------------------------------------------------
+
+
+def _outcome(trial: _Trial, half_cycles: int) -> tuple[Outcome | None, Evidence]:
+    """Return what the chain does in the last cycle of a run, and how well that is known."""
+    last = [one for one in trial.log if one.half_cycle > half_cycles - 2]
+    if not last:
+        return Outcome.AT_REST, trial.evidence
+    moves: Counter[int] = Counter()
+    for one in last:
+        if not _lone_slips(one):
+            break
+        moves.update(dict(zip(one.events[0].sliders, one.events[0].signs, strict=True)))
+    else:
+        # a lone slip from its threshold moves a slider by 2 D: the moves cancel, or do not
+        if not any(moves.values()):
+            return Outcome.CYCLING, trial.evidence
+        return None, trial.evidence
+    before, after = trial.tensions
+    pairs = [(enclosure(x), enclosure(y)) for x, y in zip(before, after, strict=True)]
+    room = Fraction(len(trial.log), 2**50)
+    if any(abs(x.middle - y.middle) > x.radius + y.radius + room for x, y in pairs):
+        return None, trial.evidence
+    return Outcome.CYCLING, _weaker(trial.evidence, Evidence.COMPUTED)
+
+
+def _lone_slips(one: LoggedRearrangement) -> bool:
+    """Return whether it is a slip of one slider from its threshold, or of two far apart."""
+    if len(one.events) != 2:
+        return False
+    start, stop = one.events
+    return (
+        start.kind is EventKind.START
+        and stop.kind is EventKind.STOP
+        and start.sliders == stop.sliders
+        and start.signs == stop.signs
+        and all(b - a > 1 for a, b in pairwise(start.sliders))
+    )
+
+
+def _weaker(a: Evidence, b: Evidence) -> Evidence:
+    order = list(Evidence)
+    return order[max(order.index(a), order.index(b))]
+
+
+def _shared_digits(a: Fraction, b: Fraction, most: int) -> int:
+    """Return how many significant digits `b` shares with `a`, at most `most`."""
+    if a == b:
+        return most
+    return max(0, min(most, math.floor(_log2(abs(a) / abs(a - b)) / BITS_PER_DIGIT)))
+
+
+# -- decimals --------------------------------------------------------------------------------
+
+
+def _unit(value: Fraction, digits: int) -> Fraction:
+    """Return one unit of the last of `digits` significant decimal digits of `value` > 0."""
+    exponent = math.floor(_log2(value) / BITS_PER_DIGIT)
+    while Fraction(10) ** (exponent + 1) <= value:
+        exponent += 1
+    while Fraction(10) ** exponent > value:
+        exponent -= 1
+    return Fraction(10) ** (exponent + 1 - digits)
+
+
+def _text(count: int, unit: Fraction) -> str:
+    """Return ``count * unit`` as a decimal; `unit` is a power of ten."""
+    digits = len(str(unit.denominator)) - len(str(unit.numerator))
+    return str(Decimal((int(count < 0), tuple(map(int, str(abs(count)))), -digits)))
+
+
+class _Predicted(TypedDict):
+    law_seuil: str | None
+    law_corrected: str | None
+    law_two_sliders: str | None
+
+
+def _laws(chain: Chain, digits: int) -> _Predicted:
+    """Return what the laws predict, as decimals."""
+    context = digits_of(math.ceil((digits + 10) * BITS_PER_DIGIT)).context
+    rationals = {name: getattr(chain, name) for name in ("l0", "mu_d", "mu_s")}
+    rationals["tan_alpha"] = abs(chain.tan_alpha)
+    parameters = {k: context.mpf(v.numerator) / v.denominator for k, v in rationals.items()}
+
+    def shown(label: str, form: str) -> str | None:
+        law = LAWS.get(label)
+        function = None if law is None else getattr(law, form)
+        if function is None:
+            return None
+        return enclosure(function(n=chain.n, **parameters)).text(digits)
+
+    two = chain.n == 2
+    return {
+        "law_seuil": shown("seuil", "printed"),
+        "law_corrected": shown("seuil", "corrected"),
+        "law_two_sliders": shown("threshold_th_2_cycle_corrected", "exact") if two else None,
+    }
+
+
+# -- where there is nothing to search --------------------------------------------------------
+
+
+def _single(asked: _Asked) -> Threshold:
+    """Return that one slider, which has no spring, stays at rest at any amplitude."""
+    return Threshold(
+        chain=asked.chain,
+        cycles=asked.cycles,
+        digits=asked.digits,
+        **_laws(asked.chain, asked.digits),
+        lower=None,
+        upper=None,
+        outcome_at_lower=Outcome.AT_REST,
+        outcome_evidence=Evidence.PROVED,
+        evidence=Evidence.PROVED,
+        stable_digits=None,
+        deciding_event=None,
+        solver=asked.solver,
+    )
+
+
+def _sliding(asked: _Asked) -> Threshold:
+    """Return N m/(2 l0), where the chain slides with theta: mu_s = mu_d."""
+    chain = asked.chain
+    if asked.windows or asked.seeds:
+        field = "windows" if asked.windows else "seeds"
+        allowed = "has no meaning with mu_s = mu_d: there is one edge, whatever the start"
+        raise InputError(field, True if asked.windows else asked.seeds, allowed)
+    tangent = abs(chain.tan_alpha)
+    # N (mu_d - tan) cos / (2 l0) = sqrt(square), floored exactly
+    square = (chain.n * (chain.mu_d - tangent) / (2 * chain.l0)) ** 2 / (1 + tangent**2)
+    wide = Fraction(10) ** (2 * math.floor(_log2(square) / (2 * BITS_PER_DIGIT)) - 40)
+    near = Fraction(math.isqrt(math.floor(square / wide))) * Fraction(10) ** (
+        math.floor(_log2(square) / (2 * BITS_PER_DIGIT)) - 20
+    )
+    unit = _unit(near, asked.digits + _SPARE)
+    below = math.isqrt(math.floor(square / unit**2))
+    exact = (below * unit) ** 2 == square
+    lower = below * unit
+    simulation = solver_named("sliding", {}).simulation(
+        chain, State.relaxed(chain), 0, ("x_G", "slips")
+    )
+    followed = simulation.follow(Cycles(lower, asked.cycles), 1, 2 * asked.cycles, max_events=10**9)
+    moves = bool(np.any(followed.recorded["slips"][-2:]))
+    return Threshold(
+        chain=chain,
+        cycles=asked.cycles,
+        digits=asked.digits,
+        **_laws(chain, asked.digits),
+        lower=_text(below, unit),
+        upper=_text(below + 1, unit),
+        outcome_at_lower=Outcome.CYCLING if moves else Outcome.AT_REST,
+        outcome_evidence=Evidence.COMPUTED,
+        evidence=Evidence.PROVED,
+        stable_digits=asked.digits,
+        deciding_event=None,
+        solver="sliding",
+        report={"exact": exact},
+    )

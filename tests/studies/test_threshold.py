@@ -1,0 +1,216 @@
+"""The dynamical threshold: the laws it is told apart from, its edges, and how it is refused."""
+
+from __future__ import annotations
+
+import json
+import math
+from fractions import Fraction
+
+import pytest
+
+from exactcreep import cli
+from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import InputError
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.arithmetic import digits_of
+from exactcreep.studies import thresholds
+from exactcreep.studies.thresholds import threshold
+
+FLOAT = {"solver": "exact", "digits": 9}
+
+
+def captions(n: int) -> Chain:
+    return Chain(n, 1000, "0.5", "0.6", tan_alpha="0.25")
+
+
+def pythagorean() -> Chain:
+    return Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")  # cos = 12/13, sin = 5/13
+
+
+def encloses(found: thresholds.Threshold | thresholds.Edge, value: Fraction) -> bool:
+    assert found.lower is not None
+    assert found.upper is not None
+    return Fraction(found.lower) <= value <= Fraction(found.upper)
+
+
+class TestTwoSliders:
+    def test_the_relaxed_chain_creeps_above_its_first_slip(self) -> None:
+        found = threshold(pythagorean(), **FLOAT)
+        assert encloses(found, Fraction(11, 65) / 1000)  # mu_s c - s = 36/65 - 25/65
+        assert found.outcome_at_lower is Outcome.AT_REST
+
+    @pytest.mark.parametrize("r0", ["0.01", "-0.03", "0.09", "-0.09"])
+    def test_a_start_tension_lowers_the_threshold_by_its_size(self, r0: str) -> None:
+        found = threshold(
+            pythagorean(), start_tension=r0, low="1e-6", high="1e-3", **FLOAT
+        )
+        assert encloses(found, (Fraction(11, 65) - abs(Fraction(r0))) / 1000)
+
+    def test_a_start_tension_counts_modulo_two_slips(self) -> None:
+        # 0.1 exceeds D = 6/65, and stands for 0.1 - 2 D
+        found = threshold(
+            pythagorean(), start_tension="0.1", low="1e-6", high="1e-3", **FLOAT
+        )
+        reduced = Fraction(12, 65) - Fraction(1, 10)
+        assert encloses(found, (Fraction(11, 65) - reduced) / 1000)
+
+    def test_the_search_does_not_use_the_laws(self, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setattr(thresholds, "LAWS", {})
+        found = threshold(pythagorean(), **FLOAT)
+        assert found.law_two_sliders is None
+        assert encloses(found, Fraction(11, 65) / 1000)
+
+    def test_the_laws_are_told_apart(self) -> None:
+        found = threshold(captions(2), **FLOAT)
+        cosine = 4 / math.sqrt(17)
+        assert found.law_seuil is not None
+        assert found.law_corrected is not None
+        assert found.law_two_sliders is not None
+        assert float(found.law_seuil) == pytest.approx(0.25 * cosine / 1000, rel=1e-8, abs=0)
+        assert float(found.law_corrected) == pytest.approx(0.3 * cosine / 1000, rel=1e-8, abs=0)
+        assert float(found.law_two_sliders) == pytest.approx(0.35 * cosine / 1000, rel=1e-8, abs=0)
+
+
+class TestMoreSliders:
+    def test_three_sliders_have_a_window_of_creep_below_the_lasting_one(self) -> None:
+        found = threshold(captions(3), windows=True, **FLOAT)
+        assert found.windows is not None
+        assert [edge.begins for edge in found.windows] == [True, False, True]
+        seuil = Fraction(str(found.law_seuil))
+        measured = [round(float(edge.middle / seuil), 4) for edge in found.windows]
+        # read off a scan in steps of 1e-4 of Eq. (seuil)
+        assert measured == [1.2586, 1.2825, 1.3115]
+
+    def test_the_first_refined_window_is_the_threshold(self) -> None:
+        found = threshold(captions(3), windows=True, refine=2, **FLOAT)
+        assert found.windows is not None
+        assert (found.windows[0].lower, found.windows[0].upper) == (found.lower, found.upper)
+
+    def test_below_the_threshold_of_four_sliders_the_ends_slip_for_ever(self) -> None:
+        assert threshold(captions(4), **FLOAT).outcome_at_lower is Outcome.CYCLING
+
+    def test_a_bracket_skips_the_scan_and_finds_the_same_edge(self) -> None:
+        scanned = threshold(captions(3), **FLOAT)
+        bracketed = threshold(captions(3), bracket=("0.0004570", "0.0004584"), **FLOAT)
+        assert (bracketed.lower, bracketed.upper) == (scanned.lower, scanned.upper)
+
+    def test_the_mirror_image_has_the_same_threshold(self) -> None:
+        mirror = Chain(3, 1000, "0.5", "0.6", tan_alpha="-0.25")
+        found, image = threshold(captions(3), **FLOAT), threshold(mirror, **FLOAT)
+        assert (found.lower, found.upper) == (image.lower, image.upper)
+        assert found.deciding_event is not None
+        assert image.deciding_event is not None
+        event, mirrored = found.deciding_event.at_upper, image.deciding_event.at_upper
+        assert event is not None
+        assert mirrored is not None
+        assert [4 - n for n in event.event.sliders] == list(mirrored.event.sliders)
+
+    def test_the_deciding_event_is_a_start_that_happens_on_one_side_only(self) -> None:
+        found = threshold(captions(3), **FLOAT)
+        sides = found.deciding_event
+        assert sides is not None
+        assert sides.at_upper is not None
+        assert sides.at_lower is not None
+        assert sides.at_upper.half_cycle < sides.at_lower.half_cycle
+
+    def test_digits_that_a_longer_drive_would_change_are_not_called_stable(self) -> None:
+        # from 20 to 40 cycles the creep of five sliders dies at the first edge
+        assert threshold(captions(5), **FLOAT).stable_digits == 2
+        assert threshold(captions(4), **FLOAT).stable_digits == 9
+
+    def test_the_condition_that_decides_vanishes_at_the_edge(self) -> None:
+        """Its root at 60 digits lies where float64 has put the edge."""
+        chain = captions(4)
+        question = thresholds._Question(chain, 20, State.relaxed(chain))
+        low, high = Fraction("0.00064746"), Fraction("0.00064747")
+        low_run, high_run = (question.tried(a, "exact", {}) for a in (low, high))
+        assert not low_run.creeps
+        assert high_run.creeps
+        events = [thresholds.numbered(run.log) for run in (low_run, high_run)]
+        condition = next(thresholds._conditions(question, low_run.log, *events))
+        root = thresholds._secant(condition, low, high, 60, 200)
+        assert root is not None
+        assert encloses(threshold(chain, **FLOAT), root)
+        assert abs(condition(root, 400)) < digits_of(400).context.mpf(10) ** -57
+
+
+class TestWithoutSearch:
+    def test_one_slider_rests_at_any_amplitude(self) -> None:
+        found = threshold(captions(1), **FLOAT)
+        assert (found.lower, found.upper) == (None, None)
+        assert found.outcome_at_lower is Outcome.AT_REST
+        assert found.evidence is Evidence.PROVED
+
+    @pytest.mark.parametrize("n", [2, 3, 8])
+    def test_without_static_excess_the_paper_s_law_is_exact(self, n: int) -> None:
+        chain = Chain(n, 1000, "0.5", "0.5", tan_alpha="5/12")
+        found = threshold(chain, solver="exact", digits=12)
+        assert found.lower is not None
+        assert found.upper is not None
+        exact = n * Fraction(1, 13) / 2000  # m = 6/13 - 5/13
+        assert Fraction(found.lower) <= exact < Fraction(found.upper)
+        assert Fraction(found.upper) - Fraction(found.lower) < exact / 10**13
+
+    def test_a_decimal_threshold_is_its_own_lower_bound(self) -> None:
+        chain = Chain(2, 1000, "0.8", "0.8", tan_alpha="3/4")  # m = 0.64 - 0.6
+        assert Fraction(str(threshold(chain, **FLOAT).lower)) == Fraction("0.00004")
+
+
+class TestRefusals:
+    @pytest.mark.parametrize(
+        ("words", "named"),
+        [
+            ("--n 0", "n = "),
+            ("--n 3 --digits -1", "digits = -1"),
+            ("--n 3 --mu-s 0.4", "mu_s"),
+            ("--n 3 --tan-alpha 0.6", "tan_alpha"),
+            ("--n 3 --l0 0", "l0"),
+            ("--n 3 --l0 -5", "l0"),
+            ("--n 3 --points 0", "points"),
+            ("--n 3 --cycles 0", "cycles"),
+            ("--n 3 --bracket 0.0004 0.0004", "bracket"),
+            ("--n 3 --bracket 0.0001 0.0002", "bracket"),
+            ("--n 3 --bracket 0.0004 0.0005 --from 0.0001", "bracket"),
+            ("--n 3 --from 0.001 --to 0.0001", "to"),
+            ("--n 3 --from 0.0001 --to 0.0002", "to"),
+            ("--n 3 --from 0.001 --to 0.002", "from"),
+            ("--n 3 --refine 2", "refine"),
+            ("--n 3 --solver verlet", "solver"),
+            ("--n 3 --tan-alpha 0", "tan_alpha"),
+        ],
+    )
+    def test_bad_input_is_refused_in_one_sentence(
+        self, words: str, named: str, capsys: pytest.CaptureFixture[str]
+    ) -> None:
+        line = words.split()
+        solver = [] if "--solver" in line else ["--solver", "exact"]
+        digits = [] if "--digits" in line else ["--digits", "9"]
+        status = cli.status(["threshold", *line, *solver, *digits])
+        said = capsys.readouterr()
+        assert status == 2
+        assert said.out == ""
+        assert said.err.startswith(f"exactcreep: {named}")
+        assert said.err.count("\n") == 1
+
+    def test_a_chain_with_disorder_has_no_single_threshold(self) -> None:
+        with pytest.raises(InputError, match="sigma_mu"):
+            threshold(Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"))
+
+
+def test_the_command_prints_one_object_with_every_key(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = "threshold --n 2 --solver exact --digits 9 --json --seeds 1"
+    assert cli.status(words.split()) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {
+        "law_seuil", "law_corrected", "law_two_sliders", "lower", "upper", "outcome_at_lower",
+        "evidence", "cycles", "stable_digits", "deciding_event",
+    } <= set(found)  # fmt: skip
+    assert isinstance(found["lower"], str)
+    assert isinstance(found["upper"], str)
+    assert found["cycles"] == 20
+    (start,) = found["preparations"]
+    assert start["seed"] == 1
+    assert Fraction(start["upper"]) < Fraction(found["upper"])
