@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from decimal import Context, Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -51,6 +52,8 @@ def enclosure(value: Any) -> Enclosure:
 
     A number that makes no claim about its error has the radius zero.
     """
+    if isinstance(value, Enclosure):
+        return value
     if isinstance(value, (float, np.floating)):
         return Enclosure(Fraction(float(value)), Fraction(0))
     if isinstance(value, (int, np.integer)):
@@ -85,6 +88,14 @@ def digits_and_radii(
 ) -> tuple[NDArray[np.str_], NDArray[np.float64]]:
     """Return the decimal digits and the radii (rounded up) of every number of `array`."""
     known = [enclosure(value) for value in array.ravel().tolist()]
-    texts = np.array([value.text(digits) for value in known], dtype=str).reshape(array.shape)
-    radii = np.array([nearest_float(value.radius) for value in known]).reshape(array.shape)
-    return texts, np.where(radii > 0, np.nextafter(radii, np.inf), radii)
+    radii = [_float_above(value.radius) for value in known]
+    texts = [
+        Enclosure(value.middle, Fraction(radius)).text(digits)
+        for value, radius in zip(known, radii, strict=True)
+    ]
+    return np.array(texts, dtype=str).reshape(array.shape), np.array(radii).reshape(array.shape)
+
+
+def _float_above(value: Fraction) -> float:
+    near = nearest_float(value)
+    return near if Fraction(near) >= value else math.nextafter(near, math.inf)

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from typing import Any
-
-import numpy as np
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import valid_seed
@@ -188,10 +185,3 @@ def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:
     if targets > total:
         raise InputError("burn_in", burn_in, f"must be at most the drive's {total} targets")
     return targets
-
-
-def is_exact(array: Any) -> bool:
-    """Return whether `array` holds rationals that no float64 is equal to."""
-    return bool(array.dtype == object) and all(
-        isinstance(value, (Fraction, int, float, np.floating)) for value in array.ravel().tolist()
-    )

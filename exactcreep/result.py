@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from exactcreep import __version__
 from exactcreep.decimals import Enclosure, digits_and_radii, enclosure, floats
-from exactcreep.experiment import DRIVES, Experiment, is_exact
+from exactcreep.experiment import DRIVES, Experiment
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
@@ -107,7 +107,8 @@ class Creep:
     seconds : float
         Wall time of the run, without compilation.
     state : State
-        At the end.
+        At the end. Of a result from a file, the numbers of a solver with digits are rationals,
+        or `Enclosure` where they have a radius.
     recorded : mapping of str to ndarray
         What was recorded, as in `dataset`.
     report : mapping
@@ -178,7 +179,7 @@ class Creep:
         }
         out |= {name: getattr(self, name) for name in _COUNTS}
         out |= {"x_G": _finite(self.x_G), "seconds": self.seconds, "seed": self.seed}
-        if self.velocity_text is not None and self.velocity_enclosure is not None:
+        if self.velocity_enclosure is not None and self.velocity_enclosure.radius:
             out["velocity_radius"] = self.velocity_enclosure.radius_text()
         if self.reason:
             out["reason"] = self.reason
@@ -244,11 +245,10 @@ class Creep:
             add(name, (dimension,), values, quantity)
             return
         add(name, (dimension,), floats(values), quantity)
-        if is_exact(values):
-            texts = np.array([str(Fraction(value)) for value in values.tolist()], dtype=str)
-            add(f"{name}_exact", (dimension,), texts, quantity)
-        else:
-            texts, radii = digits_and_radii(values, self.experiment.digits or 17)
+        middles = [str(enclosure(value).middle) for value in values.tolist()]
+        add(f"{name}_exact", (dimension,), np.array(middles, dtype=str), quantity)
+        texts, radii = digits_and_radii(values, self.experiment.digits or 17)
+        if radii.any():
             add(f"{name}_decimal", (dimension,), texts, quantity)
             add(f"{name}_radius", (dimension,), radii, quantity)
 
@@ -405,6 +405,10 @@ def _state(data: xr.Dataset, moment: str, theta: Any) -> State:
             return data[f"{moment}_{name}"].to_numpy()
         rationals = np.empty(data[exact].size, dtype=object)
         rationals[:] = [Fraction(text) for text in data[exact].to_numpy().tolist()]
+        if f"{moment}_{name}_radius" in data:
+            radii = data[f"{moment}_{name}_radius"].to_numpy().tolist()
+            for k, radius in enumerate(radii):
+                rationals[k] = Enclosure(rationals[k], Fraction(radius))
         return rationals
 
     return State(

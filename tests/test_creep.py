@@ -204,7 +204,7 @@ def test_limits_that_are_not_numbers_are_refused() -> None:
 
 
 def test_an_option_that_the_solver_does_not_take_is_an_error() -> None:
-    with pytest.raises(InputError, match="'dt'.*'exact' does not take it"):
+    with pytest.raises(InputError, match=r"'dt'.*'exact' does not take it"):
         creep(TWO, Cycles("0.01", 5), dt=0.01)
     with pytest.raises(InputError, match="must be among x_G"):
         creep(TWO, Cycles("0.01", 5), record=("velocity",))
