@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import typer
 
-from exactcreep.commands import plan, resume, run, scenes, threshold
+from exactcreep.commands import plan, reproduce, resume, run, scenes, sweep, threshold
 
 app = typer.Typer(
     add_completion=False,
@@ -20,6 +20,8 @@ app = typer.Typer(
 app.command("scenes")(scenes.scenes)
 app.command("run")(run.run)
 app.command("resume")(resume.resume)
+app.command("reproduce")(reproduce.reproduce)
+app.command("sweep")(sweep.sweep)
 app.command("plan")(plan.plan)
 app.command("threshold")(threshold.threshold)
 

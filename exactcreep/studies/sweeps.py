@@ -36,10 +36,11 @@ from exactcreep.quasistatic import PhysicsWarning, Progress, run_members
 FORMAT = "exactcreep sweep 1"
 _CELL_FORMAT = "exactcreep cell 1"
 _RECORDED = {
-    "x_G": (),
-    "x": ("slider",),
-    "tension": ("spring",),
-    "slips": ("slider",),
+    "theta": ((), "1"),
+    "x_G": ((), "g tau_dyn^2"),
+    "x": (("slider",), "g tau_dyn^2"),
+    "tension": (("spring",), "m g"),
+    "slips": (("slider",), "1"),
 }
 _NUMBERS = {
     "velocity": ("g tau_dyn^2 per half-cycle", "mean displacement of x_G per half-cycle"),
@@ -160,8 +161,9 @@ def sweep(
     Dataset
         One dimension for each varied key, named by its last part (``chain.n`` is ``n``): velocity,
         velocity_error, x_G, the counts, outcome and evidence of every cell. If the scene records
-        x_G, x, tension or slips, they follow as ``recorded_x_G`` and so on along ``half_cycle``,
-        filled up with nan (or -1) where a cell has fewer.
+        x_G, x, tension or slips, they follow as ``recorded_x_G`` and so on along ``half_cycle``
+        (with ``recorded_theta``, unless the drive is cyclic), filled up with nan (or -1) where a
+        cell has fewer.
 
     Raises
     ------
@@ -234,6 +236,10 @@ def compute_cell(experiment: Experiment, stop: threading.Event | None = None) ->
         value["velocity_decimal"] = result.velocity_text
     value["warnings"] = dict(result.warnings)
     value["recorded"] = {name: result.recorded[name] for name in experiment.record}
+    if experiment.record and not experiment.drive.cyclic:
+        value["recorded"]["theta"] = experiment.drive.targets(
+            1, result.half_cycles, experiment.seed
+        )
     return value
 
 
@@ -557,7 +563,7 @@ def _recorded(
 ) -> dict[str, Any]:
     """Return what was recorded, cells stacked, filled up to the longest and widest."""
     variables: dict[str, Any] = {}
-    for name, inner in _RECORDED.items():
+    for name, (inner, units) in _RECORDED.items():
         found = [None if value is None else value["recorded"].get(name) for value in values]
         arrays = [array for array in found if array is not None]
         if not arrays:
@@ -565,12 +571,12 @@ def _recorded(
         size = tuple(np.max([array.shape for array in arrays], axis=0).tolist())
         whole = arrays[0].dtype.kind == "i"
         stacked = np.full((len(values), *size), _MISSING if whole else math.nan, arrays[0].dtype)
-        for index, array in enumerate(found):
+        for cell, array in zip(stacked, found, strict=True):
             if array is not None:
-                stacked[(index, *(slice(length) for length in array.shape))] = array
+                cell[tuple(slice(length) for length in array.shape)] = array
         variables[f"recorded_{name}"] = (
             (*dims, "half_cycle", *inner),
             stacked.reshape(*shape, *size),
-            {"units": "1" if whole else "m g" if name == "tension" else "g tau_dyn^2"},
+            {"units": units},
         )
     return variables

@@ -1,0 +1,176 @@
+"""``exactcreep reproduce``: the paper's figures, and pictures beyond them, with their tables."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from exactcreep.commands.sweep import SweepBar
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from exactcreep.scene import Scene
+    from exactcreep.studies.catalogue import Picture
+    from exactcreep.studies.sweeps import SweepProgress
+    from exactcreep.studies.tables import Table
+
+ALL = "all"
+
+
+def reproduce(
+    name: Annotated[
+        str, typer.Argument(metavar="all|NAME", help="A picture; without a name they are listed.")
+    ] = "",
+    quick: Annotated[
+        bool, typer.Option("--quick", help="Fewer points and shorter runs: minutes in all.")
+    ] = False,
+    out: Annotated[Path, typer.Option(help="Directory of the files.")] = Path("figures"),
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    workers: Annotated[
+        str | None, typer.Option(metavar="K", help="Threads; default one per processor.")
+    ] = None,
+) -> None:
+    """Compute and draw the paper's figures, and pictures beyond the paper.
+
+    Writes NAME.png, NAME.pdf, NAME.nc (the data) and NAME.csv (the table: measured, the paper's
+    law, the exact one, deviations in standard errors), and prints the table.
+
+    Examples:
+
+        exactcreep reproduce all --quick
+
+        exactcreep reproduce chain-plateaus --out pictures
+    """
+    from exactcreep.model.numbers import whole_number
+    from exactcreep.studies.catalogue import PICTURES, picture_named
+
+    if not name:
+        for picture in PICTURES.values():
+            place = f"Fig. {picture.figure}" if picture.figure else "beyond the paper"
+            typer.echo(f"{picture.name:24}{place}")
+        return
+    chosen = list(PICTURES.values()) if name == ALL else [picture_named(name)]
+    count = None if workers is None else whole_number(workers, "workers", least=1)
+    check_files(chosen, out, force=force)
+    begin = time.perf_counter()
+    for picture in chosen:
+        with SweepBar(picture.name) as bar:
+            data = data_of(picture, quick=quick, workers=count, progress=bar.show)
+        tables = picture.tables(data)
+        write(picture, data, tables, out)
+        for table in tables:
+            print_table(table)
+        typer.echo(f"written: {out / picture.name}.png, .pdf, .nc, .csv\n")
+    if len(chosen) > 1:
+        typer.echo(f"{len(chosen)} pictures in {time.perf_counter() - begin:.0f} s")
+
+
+def check_files(pictures: list[Picture], out: Path, *, force: bool) -> None:
+    """Make the directory, and raise `InputError` if a file may not be written."""
+    from exactcreep.model.numbers import InputError
+    from exactcreep.result import check_output
+
+    if out.exists() and not out.is_dir():
+        raise InputError("out", str(out), "must be a directory")
+    out.mkdir(parents=True, exist_ok=True)
+    for picture in pictures:
+        for ending in ("png", "pdf", "nc", "csv"):
+            check_output(out / f"{picture.name}.{ending}", "out", force=force)
+
+
+def data_of(
+    picture: Picture,
+    *,
+    quick: bool,
+    workers: int | None = None,
+    progress: Callable[[SweepProgress], None] | None = None,
+) -> dict[str, xr.Dataset]:
+    """Return the sweeps of a picture by the names of their scenes."""
+    from exactcreep.scene import load_scene
+    from exactcreep.studies.sweeps import sweep
+    from exactcreep.studies.tables import with_control
+
+    data = {}
+    for name, settings in picture.quick.items():
+        scene = load_scene(name)
+        if quick:
+            scene = scene.with_settings(settings)
+        dataset = sweep(scene, workers=workers, progress=progress)
+        if _random(scene) and "run.seed" in scene.vary:
+            sliding = scene.with_settings({"run.solver": "sliding"})
+            dataset = with_control(dataset, sweep(sliding, workers=workers))
+        data[name] = dataset
+    return data
+
+
+def _random(scene: Scene) -> bool:
+    return scene.tables["drive"].get("kind") == "gaussian" and "run.solver" not in scene.vary
+
+
+def write(
+    picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table], out: Path
+) -> None:
+    """Write the picture twice, its data and its table."""
+    import matplotlib as mpl
+
+    from exactcreep.studies.figures import STYLE, save_picture
+
+    stem = out / picture.name
+    with mpl.rc_context(STYLE):
+        figure = picture.draw(data, tables)
+        for ending in ("png", "pdf"):
+            save_picture(figure, stem.with_name(f"{picture.name}.{ending}"))
+    path = stem.with_name(f"{picture.name}.nc")
+    path.unlink(missing_ok=True)
+    for name, dataset in data.items():
+        group = None if len(data) == 1 else name
+        dataset.to_netcdf(path, mode="a", group=group, engine="h5netcdf")
+    text = "".join(
+        table.to_csv() if number == 0 else table.to_csv(header=False)
+        for number, table in enumerate(tables)
+    )
+    stem.with_name(f"{picture.name}.csv").write_text(text, encoding="utf-8")
+
+
+def print_table(table: Table) -> None:
+    """Print a table: measured, laws, deviations in standard errors, remarks."""
+    from rich.console import Console
+    from rich.table import Table as Shown
+
+    console = Console(highlight=False)
+    console.print(f"[bold]{table.name}[/bold]: {table.title}", soft_wrap=True)
+    console.print(f"  paper: {table.printed}", soft_wrap=True, markup=False)
+    if table.exact:
+        console.print(f"  exact: {table.exact}", soft_wrap=True, markup=False)
+    if table.note:
+        console.print(f"  {table.note}", soft_wrap=True, markup=False)
+    shown = Shown(box=None, padding=(0, 1), header_style="bold")
+    for key in table.rows[0].varied if table.rows else ():
+        shown.add_column(key)
+    for heading in ("measured", "std. error", "paper", "dev.", "exact", "dev.", "remark"):
+        shown.add_column(heading, overflow="fold")
+    for row in table.rows:
+        shown.add_row(
+            *(_short(value) for value in row.varied.values()),
+            f"{row.measured:.6g}",
+            f"{row.error:.2g}",
+            " or ".join(f"{value:.6g}" for value in row.printed),
+            _deviation(row.deviation_printed),
+            " or ".join(f"{value:.6g}" for value in row.exact),
+            _deviation(row.deviation_exact),
+            row.remark,
+        )
+    console.print(shown)
+
+
+def _short(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _deviation(value: float) -> str:
+    return "" if value != value else f"{value:+.1f}"

@@ -1,0 +1,142 @@
+"""``exactcreep sweep``: every member of a scene, on many cores or many machines."""
+
+from __future__ import annotations
+
+from collections import Counter
+from contextlib import AbstractContextManager, ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from exactcreep.commands.run import Settings, Solver, parsed_settings
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from exactcreep.studies.sweeps import SweepProgress
+
+
+class SweepBar(AbstractContextManager["SweepBar"]):
+    """A progress bar on standard error: cells, events per second, time left."""
+
+    def __init__(self, name: str) -> None:
+        from rich.console import Console
+        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+        columns: list[Any] = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
+        columns += [TextColumn("cells  {task.fields[pace]}  {task.fields[left]}")]
+        self.bar = Progress(*columns, console=Console(stderr=True), transient=True)
+        self.task = self.bar.add_task(name, total=None, pace="", left="")
+
+    def __enter__(self) -> SweepBar:
+        self.bar.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.bar.stop()
+
+    def show(self, progress: SweepProgress) -> None:
+        """Show how far the sweep has come."""
+        pace = f"{progress.events_per_second:.3g} events/s" if progress.events else ""
+        left = _duration(progress.seconds_left)
+        self.bar.update(
+            self.task, total=progress.total, completed=progress.cells, pace=pace, left=left
+        )
+
+
+def _duration(seconds: float) -> str:
+    if not seconds > 0:
+        return ""
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours}:{minutes:02d}:{rest:02d} left"
+
+
+def sweep(
+    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    settings: Settings = None,
+    solver: Solver = None,
+    seeds: Annotated[
+        str | None, typer.Option(metavar="K", help="Run every point with the seeds 0 .. K-1.")
+    ] = None,
+    workers: Annotated[
+        str | None, typer.Option(metavar="K", help="Threads; default one per processor.")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="A dask scheduler, e.g. tcp://10.0.0.1:8786."),
+    ] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Directory of the results; default SCENE-sweep.")
+    ] = None,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Go on with the cells that the directory holds.")
+    ] = False,
+) -> None:
+    """Run every member of a scene as a labelled grid, on all cores or on a cluster.
+
+    Every cell is saved when it has finished; a sweep that was stopped goes on with --resume and
+    gives the same bits. The grid is written to DIRECTORY/sweep.nc.
+
+    Examples:
+
+        exactcreep sweep chain-plateaus --workers 8
+
+        exactcreep sweep two-sliders-cycles --set vary.drive.amplitude=[0.005,0.01] --seeds 100
+
+        exactcreep sweep my-scene.toml --scheduler tcp://10.0.0.1:8786 --out plateaus --resume
+    """
+    from exactcreep.model.numbers import InputError, whole_number
+    from exactcreep.scene import load_scene
+    from exactcreep.studies.sweeps import sweep as run_sweep
+
+    given = parsed_settings(settings or [])
+    if solver is not None:
+        given["run.solver"] = solver
+    if seeds is not None:
+        given["vary.run.seed"] = list(range(whole_number(seeds, "seeds", least=1, most=10**6)))
+    wanted = load_scene(scene).with_settings(given)
+    folder = out if out is not None else Path(f"{wanted.name}-sweep")
+    if workers is not None and scheduler is not None:
+        raise InputError("workers", workers, "cannot be given together with a scheduler")
+    with ExitStack() as stack:
+        executor = None
+        if scheduler is not None:
+            executor = stack.enter_context(_cluster(scheduler))
+        bar = stack.enter_context(SweepBar(wanted.name))
+        count = None if workers is None else whole_number(workers, "workers", least=1)
+        try:
+            dataset = run_sweep(
+                wanted,
+                executor=executor,
+                workers=count,
+                out=folder,
+                resume=resume,
+                progress=bar.show,
+            )
+        except KeyboardInterrupt:
+            bar.bar.stop()
+            typer.echo(f"exactcreep: interrupted; --out {folder} --resume goes on", err=True)
+            raise typer.Exit(130) from None
+    _summarise(dataset, folder)
+
+
+def _cluster(scheduler: str) -> Any:
+    from exactcreep.model.numbers import InputError
+
+    try:
+        from exactcreep.studies.cluster import cluster
+    except ImportError:
+        raise InputError(
+            "scheduler", scheduler, "needs dask: pip install 'exactcreep[cluster]'"
+        ) from None
+    return cluster(scheduler)
+
+
+def _summarise(dataset: xr.Dataset, folder: Path) -> None:
+    sizes = ", ".join(f"{name} {size}" for name, size in dataset["velocity"].sizes.items())
+    words = Counter(dataset["outcome"].to_numpy().ravel().tolist())
+    told = ", ".join(f"{count} {word}" for word, count in words.most_common())
+    typer.echo(f"{dataset['velocity'].size} cells ({sizes or 'one'}): {told}")
+    typer.echo(f"written: {folder / 'sweep.nc'}")

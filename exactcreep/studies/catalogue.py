@@ -1,0 +1,141 @@
+"""The pictures that ``exactcreep reproduce`` makes: the paper's figures, and some beyond them."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import xarray as xr
+from matplotlib.figure import Figure
+
+from exactcreep.model.numbers import InputError
+from exactcreep.studies import chains, two_sliders
+from exactcreep.studies.tables import Table
+
+Data = Mapping[str, xr.Dataset]
+"""The sweeps of a picture by the names of their scenes."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture: the scenes behind it, its tables, and how it is drawn.
+
+    Attributes
+    ----------
+    name : str
+        Of the files, and of the first scene.
+    figure : str
+        The label of the paper's figure; empty for a picture that the paper does not have.
+    tables : callable
+        Called with the data; returns the tables.
+    draw : callable
+        Called with the data and the tables; returns the figure.
+    quick : mapping
+        For each scene the dotted keys that are set differently for a quick look.
+    """
+
+    name: str
+    figure: str
+    tables: Callable[[Data], list[Table]]
+    draw: Callable[[Data, list[Table]], Figure]
+    quick: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def scenes(self) -> tuple[str, ...]:
+        """The scenes that are run."""
+        return tuple(self.quick)
+
+
+_EIGHT = list(range(1, 9))
+
+_ALL = (
+    Picture(
+        "two-sliders-trace",
+        "position2sliders",
+        two_sliders.trace_tables,
+        two_sliders.draw_trace,
+        {"two-sliders-trace": {}},
+    ),
+    Picture(
+        "two-sliders-angle",
+        "velocity2sliders",
+        two_sliders.angle_tables,
+        two_sliders.draw_angle,
+        {"two-sliders-angle": {"drive.steps": 1000}},
+    ),
+    Picture(
+        "two-sliders-amplitude",
+        "velocity2sliders_theta",
+        two_sliders.amplitude_tables,
+        two_sliders.draw_amplitude,
+        {"two-sliders-amplitude": {"drive.steps": 800}},
+    ),
+    Picture(
+        "chain-plateaus",
+        "velocityNsliders",
+        chains.plateau_tables,
+        chains.draw_plateaus,
+        {"chain-plateaus": {"drive.steps": 50}},
+    ),
+    Picture(
+        "chain-amplitude",
+        "velocityNslidersbis",
+        chains.amplitude_tables,
+        chains.draw_amplitude,
+        {
+            "chain-amplitude": {"drive.cycles": 30},
+            "chain-amplitude-random": {"drive.steps": 40},
+        },
+    ),
+    Picture(
+        "chain-size",
+        "cloche",
+        chains.size_tables,
+        chains.draw_size,
+        {
+            "chain-size": {"drive.cycles": 25},
+            "chain-size-random": {
+                "drive.steps": 30,
+                "vary.chain.n": [2, 3, 4, 5, 6, 7, 8, 10, 12, 14, 18, 22, 26, 30, 38, 46, 56, 64],
+            },
+        },
+    ),
+    Picture(
+        "chain-jumps",
+        "jumps",
+        chains.jump_tables,
+        chains.draw_jumps,
+        {
+            "chain-jumps": {
+                "drive.cycles": 600,
+                "run.record": ["x_G"],
+                "vary.run.start": [
+                    "relaxed",
+                    {"size": "1e-6", "seed": 1},
+                    {"size": "1e-6", "seed": 2},
+                    {"size": "1e-6", "seed": 3},
+                ],
+            }
+        },
+    ),
+)
+
+PICTURES: Mapping[str, Picture] = {picture.name: picture for picture in _ALL}
+"""The pictures by name, the paper's first, in the paper's order."""
+
+
+def picture_named(name: str) -> Picture:
+    """Return the picture of that name.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if name not in PICTURES:
+        near = difflib.get_close_matches(name, PICTURES, 1, 0.5)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise InputError("picture", name, "must be all or one of " + ", ".join(PICTURES) + hint)
+    return PICTURES[name]
