@@ -162,6 +162,7 @@ class _Reader:
     def __init__(self, tokens: list[str]) -> None:
         self.tokens = tokens
         self.position = 0
+        self.bars = 0
 
     def peek(self, ahead: int = 0) -> str:
         place = self.position + ahead
@@ -200,7 +201,9 @@ class _Reader:
             if token == "/":
                 self.take()
                 return value / self.product()
-            if not token or token in ("+", "-", ")", "]", "}", "|", ",") or token in _RELATIONS:
+            if not token or token in ("+", "-", ")", "]", "}", ",") or token in _RELATIONS:
+                return value
+            if token == "|" and self.bars:
                 return value
             value = value * self.power()
 
@@ -230,8 +233,10 @@ class _Reader:
             return self.enclosed()
         if token == "|":
             self.take()
+            self.bars += 1
             value = self.sum()
             self.take("|")
+            self.bars -= 1
             return sp.Abs(value)
         if token == "\\frac":
             self.take()

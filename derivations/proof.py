@@ -111,6 +111,60 @@ def follows(bindings: Mapping[Any, Any], relation: str = "=~") -> Judge:
     return judge
 
 
+def equals(value: Expression) -> Judge:
+    """Return a judge of a bare expression: it is `value`."""
+
+    def judge(formula: Formula) -> bool:
+        return not formula.relations and vanishes(formula.bound({}).left - value)
+
+    return judge
+
+
+def proportional(bindings: Mapping[Any, Any], relation: str = "~") -> Judge:
+    """Return a judge of an order of magnitude: the sides' ratio is a positive number."""
+
+    def judge(formula: Formula) -> bool:
+        if formula.relations != (relation,):
+            return False
+        left, right = formula.bound(bindings).sides
+        ratio = sp.powsimp(sp.simplify(left / right), force=True)
+        return bool(ratio.is_number and ratio.is_positive)
+
+    return judge
+
+
+def leading(bindings: Mapping[Any, Any], large: Expression) -> Judge:
+    """Return a judge of an approximation: the sides' ratio tends to 1 when `large` grows."""
+
+    def judge(formula: Formula) -> bool:
+        if not formula.relations or any(r not in "=~" for r in formula.relations):
+            return False
+        sides = [sp.sympify(side) for side in formula.bound(bindings).sides]
+        if any(side == 0 for side in sides):
+            return False
+        return all(
+            sp.limit(sp.cancel(a / b), large, sp.oo) == 1
+            for a, b in zip(sides, sides[1:], strict=False)
+        )
+
+    return judge
+
+
+def within(value: float, factor: float) -> Judge:
+    """Return a judge of a number: what is stated is `value` to within `factor`."""
+
+    def judge(formula: Formula) -> bool:
+        stated = formula.right
+        return bool(
+            formula.relations in (("~",), ("=",), ())
+            and stated.is_number
+            and stated > 0
+            and value / factor <= float(stated) <= value * factor
+        )
+
+    return judge
+
+
 def inequality(bindings: Mapping[Any, Any], margin: Expression) -> Judge:
     """Return a judge: the formula says that `margin` is positive, up to a positive factor.
 
@@ -163,7 +217,10 @@ class Entry:
     holds_exactly : Judge or None
         The judge of the corrected form; `holds` where it is the same.
     repair : tuple of str or None
-        What must be replaced by what in `formula` to make it follow (misprints and inconsistencies).
+        What must be replaced by what in `formula` (and what appended) to make it follow (misprints
+        and inconsistencies).
+    evidence : callable or None
+        Decides a verdict that is no formula's.
     """
 
     name: str
@@ -180,7 +237,8 @@ class Entry:
     corrected_formula: str | None = None
     holds: Judge | None = None
     holds_exactly: Judge | None = None
-    repair: tuple[str, str] | None = None
+    repair: tuple[str, ...] | None = None
+    evidence: Callable[[], bool] | None = None
 
     def accepts_printed(self, text: str) -> bool:
         """Return whether `text` in the place of the printed formula would earn the same verdict."""
@@ -189,10 +247,11 @@ class Entry:
         try:
             if self.repair is None:
                 return self.holds(read(text))
-            wrong, right = self.repair
+            wrong, right, *appended = self.repair
             if text.count(wrong) != 1:
                 return False
-            return not self.holds(read(text)) and self.holds(read(text.replace(wrong, right)))
+            repaired = text.replace(wrong, right) + "".join(appended)
+            return not self.holds(read(text)) and self.holds(read(repaired))
         except NotationError:
             return False
 
@@ -212,6 +271,8 @@ class Entry:
             raise Refuted(f"{self.name}: the printed formula does not earn its verdict")
         if self.corrected_formula is not None and not self.accepts_corrected(self.corrected_formula):
             raise Refuted(f"{self.name}: the corrected formula does not follow")
+        if self.evidence is not None and not self.evidence():
+            raise Refuted(f"{self.name}: the evidence does not bear out the verdict")
 
     def as_json(self) -> dict[str, object]:
         """Return the entry as a JSON object."""

@@ -22,7 +22,7 @@ from derivations.notation import (
     theta,
     x,
 )
-from derivations.proof import Derivation, Entry, Judge, Step, Verification, follows, inequality, vanishes
+from derivations.proof import Derivation, Entry, Judge, Step, Verification, follows, inequality, vanishes, within
 
 k, m, g, M, L = (symbol(name) for name in "k m g M L".split())
 tau_dyn, c_s = symbol("tau_dyn"), symbol("c_s")
@@ -182,21 +182,6 @@ def check() -> Verification:
         results["force_first"].subs(mirrored, simultaneous=True) + results["force_last"],
     )
     return v
-
-
-def within(value: float, factor: float) -> Judge:
-    """Return a judge for an order of magnitude: the number stated is `value` to within `factor`."""
-
-    def judge(formula: Formula) -> bool:
-        stated = formula.right
-        return bool(
-            formula.relations in (("~",), ("=",), ())
-            and stated.is_number
-            and stated > 0
-            and value / factor <= float(stated) <= value * factor
-        )
-
-    return judge
 
 
 def below_dynamic(mu_static: object, mu_dynamic: object, width: object) -> mpmath.mpf:

@@ -25,7 +25,16 @@ from derivations.notation import (
     symbol,
 )
 from derivations.play import BothStart, TwoSliders
-from derivations.proof import Derivation, Entry, Judge, Step, Verification, follows, inequality
+from derivations.proof import (
+    Derivation,
+    Entry,
+    Judge,
+    Step,
+    Verification,
+    follows,
+    inequality,
+    leading,
+)
 
 m, g, tau_th = (symbol(name) for name in "m g tau_th".split())
 tension = symbol("tension")
@@ -226,22 +235,6 @@ def _paths() -> bool:
         if sum(pair.x) / 2 != moved:
             return False
     return True
-
-
-def leading(bindings: dict[object, Expression], large: Expression) -> Judge:
-    """Return a judge: the formula's sides agree in the limit of a large quantity."""
-
-    def judge(formula: Formula) -> bool:
-        if not formula.relations or any(r not in "=~" for r in formula.relations):
-            return False
-        sides = [sp.sympify(side) for side in formula.bound(bindings).sides]
-        if any(b == 0 for b in sides):
-            return False
-        return all(
-            sp.limit(sp.cancel(a / b), large, sp.oo) == 1 for a, b in zip(sides, sides[1:], strict=False)
-        )
-
-    return judge
 
 
 def _forces(exerting: Expression, on: Expression) -> Expression:
