@@ -1,0 +1,100 @@
+"""The quasi-static procedure: where between two targets the next rearrangement starts."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+
+import sympy as sp
+
+from derivations.notation import Formula, symbol
+from derivations.play import TwoSliders
+from derivations.proof import Derivation, Entry, Step, Verification
+
+q, k = symbol("q"), symbol("k")
+
+
+def derive() -> Derivation:
+    """Return the critical dilations of an end slider, monotone on the way from a target to the next."""
+    theta, l0, tension, s = sp.symbols("theta l_0 r s", real=True)
+    coefficient, cosine = sp.symbols("mu_s c", positive=True)
+    force_last = -(tension - l0 * theta) + s
+    up = sp.solve(force_last - coefficient * cosine, theta)[0]
+    steps = (
+        Step("force on the last slider as theta moves (r = x_N - x_{N-1} - l0)", force_last),
+        Step("it grows with theta; slider N starts downhill at", up),
+        Step("theta runs from theta_q to theta_{q+1}, so every theta_c lies between the two"),
+    )
+    return Derivation("The quasi-static procedure", steps, {"theta_c": up, "force": force_last})
+
+
+def first_starts(number: int = 200) -> list[tuple[Fraction, Fraction, Fraction]]:
+    """Return (theta_q, theta_c, theta_{q+1}) of first starts on random ramps of two sliders."""
+    random, found = Random(17), []
+    pair = TwoSliders(Fraction(1, 4), Fraction(1, 2), Fraction(3, 5))
+    at = Fraction(0)
+    while len(found) < number:
+        target = Fraction(random.randint(-400, 400), 97)
+        up = 1 if target > at else -1
+        f1, f2 = pair.forces()
+        room = min(pair.mu_s + up * f1, pair.mu_s - up * f2)
+        if room < abs(target - at) and at != 0 and target != 0:
+            found.append((at, at + up * room, target))
+        pair.ramp(target)
+        at = target
+    return found
+
+
+def _always(formula: Formula) -> bool:
+    """Return whether a statement about theta_q, theta_c and theta_{q+1} holds on all those ramps."""
+    names = symbol("theta_q"), symbol("theta_c") ** (k + 1), symbol("theta_q+1")
+    for case in first_starts():
+        values = dict(zip(names, (sp.Rational(v.numerator, v.denominator) for v in case), strict=True))
+        left, right = (sp.sympify(side).subs(values) for side in formula.sides)
+        if not (left.is_number and right.is_number):
+            return False
+        if not (left < right if formula.relations == ("<",) else left > right):
+            return False
+    return True
+
+
+def check() -> Verification:
+    """Prove that the force on an end slider is monotone in theta; verify theta_c on random ramps."""
+    v = Verification("procedure", ("theta moves monotonically between targets",))
+    r = derive().results
+    theta, l0 = sp.symbols("theta l_0", real=True)
+    v.identity("the force on slider N grows by l0 per unit of theta", sp.diff(r["force"], theta) - l0)
+    cases = first_starts()
+    v.verified(
+        "theta_c lies strictly between theta_q and theta_{q+1} or at theta_q",
+        all(min(a, b) <= start <= max(a, b) for a, start, b in cases),
+        "200 rational ramps of two sliders",
+    )
+    broken = sum(abs(start) >= abs(b) for _, start, b in cases)
+    v.proved(
+        "|theta_c| < |theta_{q+1}| fails", broken > 0, f"counterexamples: {broken} of the 200 ramps"
+    )
+    return v
+
+
+ENTRIES: tuple[Entry, ...] = (
+    Entry(
+        "critical_dilation",
+        "Sec. II C",
+        r"(in general, $|\theta_c^{k+1}|<|\theta_{q+1}|$)",
+        "misprint",
+        "procedure: theta_c lies between theta_q and theta_{q+1}; the absolute values may be in any order",
+        corrected=r"(\theta_c^{k+1} - \theta_q) (\theta_{q+1} - \theta_c^{k+1}) > 0",
+        corrected_formula=r"(\theta_c^{k+1} - \theta_q) (\theta_{q+1} - \theta_c^{k+1}) > 0",
+        error="a ramp from a large to a small |theta| starts its first slip at a larger |theta_c| than its target's",
+        holds_exactly=_always,
+        evidence=lambda: any(abs(start) >= abs(b) for _, start, b in first_starts()),
+    ),
+    Entry(
+        "end_of_targets",
+        "Sec. II C",
+        r"are then the positions of the sliders at $t = t_{q+2}$",
+        "convention",
+        "theta_{q+1} acts from t_{q+1} to t_{q+2}, so its last state is that at t_{q+2}",
+    ),
+)
