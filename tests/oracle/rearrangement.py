@@ -20,7 +20,6 @@ from scipy.optimize import brentq
 from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import static_coefficient
 
-TIGHT = {"rtol": 1e-13, "atol": 1e-15}
 TOGETHER = 1e-10
 """Events closer than this cannot be told apart: the trajectory is refused."""
 
@@ -90,7 +89,13 @@ class _Phase:
     """The motion from one event to the next: tensions and velocities at its beginning."""
 
     def __init__(
-        self, tensions: np.ndarray, v: np.ndarray, sign: np.ndarray, weight: float, friction: float
+        self,
+        tensions: np.ndarray,
+        v: np.ndarray,
+        sign: np.ndarray,
+        weight: float,
+        friction: float,
+        rtol: float,
     ) -> None:
         self.n = sign.size
         self.moving = np.flatnonzero(sign)
@@ -98,6 +103,7 @@ class _Phase:
         self.tensions = tensions
         self.weight = weight
         self.friction = friction
+        self.rtol = rtol
         self.start = np.concatenate([np.zeros(self.moving.size), v[self.moving]])
         self.drag = friction * sign[self.moving]
 
@@ -119,7 +125,7 @@ class _Phase:
         return self._advance(y), v, self.forces(y)
 
     def solver(self, t: float, y: np.ndarray, end: float) -> DOP853:
-        return DOP853(self.slope, t, y, end, max_step=0.5, **TIGHT)
+        return DOP853(self.slope, t, y, end, max_step=0.5, rtol=self.rtol, atol=1e-15)
 
     def carry(self, t: float, y: np.ndarray, end: float) -> np.ndarray:
         """Integrate from t to `end`."""
@@ -252,6 +258,7 @@ def integrate(
     direction: int,
     seed: int,
     *,
+    rtol: float = 1e-13,
     most_events: int = 2000,
 ) -> Trajectory:
     """Return the rearrangement that follows when theta is ramped in `direction` to theta_c.
@@ -304,7 +311,7 @@ def integrate(
         lengths = [end - first for first, end in _runs(sign)]
         done.longest_run = max(done.longest_run, *lengths)
         done.whole_chain |= lengths == [n]
-        phase = _Phase(tensions, v, sign.copy(), weight, friction)
+        phase = _Phase(tensions, v, sign.copy(), weight, friction, rtol)
         passed, y, i = _first_event(phase, thresholds, longest=1000.0)
         moved, v, force = phase.at(y)
         x += moved
