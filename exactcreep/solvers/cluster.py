@@ -16,6 +16,8 @@ Source: Eqs. (dynamic_eq1)-(static_eqN); derivations/modes.py.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from exactcreep.solvers.lanes import WIDTH as EIGHT
@@ -27,6 +29,7 @@ from exactcreep.solvers.lanes import (
     fused,
     fused_scalar,
     larger,
+    largest,
     least,
     load,
     lowest_bit,
@@ -68,16 +71,90 @@ from exactcreep.solvers.layout import (
 )
 
 _INVERSE = np.array([1.0 / (k + 1.0) for k in range(ORDERS)])
-_STEP = np.array([1.0 / ((k + 1.0) * (k + 2.0)) for k in range(ORDERS)])
-_THIRD = np.array([k * (k - 1.0) * (k - 2.0) for k in range(ORDERS)])
-_FOURTH = np.array([k * (k - 1.0) * (k - 2.0) * (k - 3.0) for k in range(ORDERS)])
+_FACTORIAL = np.array([1.0 / math.factorial(k) for k in range(ORDERS)])  # reciprocal
+
+# Derivatives 12 and 13 bound all later ones: two more orders multiply by at most 4, the norm of K.
+# Each sum below is its first term times less than 1 / (1 - 4 / (12 * 13)).
+_REST = 1.03
+_BEND_EVEN = _REST * 4.0 / math.factorial(11)
+_BEND_ODD = _REST * 4.0 / math.factorial(12)
+_SWING_EVEN = _REST * 16.0 / math.factorial(12)
+_SWING_ODD = _REST * 4.0 / math.factorial(11)
+
+
+@inlined
+def _differentiate_one(cell, series, first):  # type: ignore[no-untyped-def]
+    """Fill the coefficients from order 2 on of a window of eight sliders."""
+    zero = spread(0.0)
+    side = load(cell, SIDE, first)
+    moving = side * side
+    held = moving * load(cell, STIFFNESS, first)
+    y = load(series, 0, EIGHT)
+    after = load(series, 1, EIGHT)
+    bend = zero
+    swing = zero
+    for k in range(2, ORDERS):
+        around = from_left(zero, y) + from_right(y, zero)
+        new = fused(moving, around, zero - held * y)
+        store(series, k, EIGHT, new * spread(_FACTORIAL[k]))
+        if k >= 6 and k <= 13:
+            bend = fused(magnitude(new), spread(_FACTORIAL[k - 3]), bend)
+        if k >= 7 and k <= 14:
+            swing = fused(magnitude(new), spread(_FACTORIAL[k - 4]), swing)
+        if k == 12:
+            even = largest(magnitude(new))
+        if k == 13:
+            odd = largest(magnitude(new))
+        y = after
+        after = new
+    store(series, BEND, EIGHT, bend + spread(_BEND_EVEN * even + _BEND_ODD * odd))
+    store(series, SWING, EIGHT, swing + spread(_SWING_EVEN * even + _SWING_ODD * odd))
+
+
+@inlined
+def _differentiate(cell, series, first, strips):  # type: ignore[no-untyped-def]
+    """Fill the coefficients from order 2 on, strip by strip."""
+    zero = spread(0.0)
+    for k in range(2, ORDERS):
+        ratio = spread(1.0 / (k * (k - 1.0)))
+        before = zero
+        w = load(series, k - 2, EIGHT)
+        for s in range(strips):
+            i = first + EIGHT * s
+            j = EIGHT + EIGHT * s
+            following = zero
+            if s + 1 < strips:
+                following = load(series, k - 2, j + EIGHT)
+            around = from_left(before, w) + from_right(w, following)
+            side = load(cell, SIDE, i)
+            new = side * side * (around - load(cell, STIFFNESS, i) * w)
+            store(series, k, j, new * ratio)
+            before = w
+            w = following
+    even = 0.0
+    odd = 0.0
+    for s in range(strips):
+        j = EIGHT + EIGHT * s
+        even = max(even, largest(magnitude(load(series, 12, j))))
+        odd = max(odd, largest(magnitude(load(series, 13, j))))
+    even /= _FACTORIAL[12]
+    odd /= _FACTORIAL[13]
+    for s in range(strips):
+        j = EIGHT + EIGHT * s
+        bend = spread(_BEND_EVEN * even + _BEND_ODD * odd)
+        swing = spread(_SWING_EVEN * even + _SWING_ODD * odd)
+        for k in range(6, 14):
+            bend = fused(magnitude(load(series, k, j)), spread(k * (k - 1.0) * (k - 2.0)), bend)
+            after = magnitude(load(series, k + 1, j))
+            swing = fused(after, spread((k + 1.0) * k * (k - 1.0) * (k - 2.0)), swing)
+        store(series, BEND, j, bend)
+        store(series, SWING, j, swing)
 
 
 @inlined
 def _expand(cell, series, friction, first, strips):  # type: ignore[no-untyped-def]
     """Fill the series of the window that begins in column `first` of `cell`."""
     zero = spread(0.0)
-    one = spread(1.0)
     for s in range(strips):
         i = first + EIGHT * s
         j = EIGHT + EIGHT * s
@@ -92,58 +169,9 @@ def _expand(cell, series, friction, first, strips):  # type: ignore[no-untyped-d
         store(series, 0, j, side * load(cell, SPEED, i))
         store(series, 1, j, side * push)
     if strips == 1:
-        j = EIGHT
-        side = load(cell, SIDE, first)
-        moving = side * side
-        stiff = load(cell, STIFFNESS, first)
-        w = load(series, 0, j)
-        after = load(series, 1, j)
-        bend = zero
-        swing = zero
-        for k in range(ORDERS - 2):
-            around = from_left(zero, w) + from_right(w, zero)
-            new = (around - stiff * w) * (moving * spread(_STEP[k]))
-            store(series, k + 2, j, new)
-            size = magnitude(new)
-            if k >= 4:
-                bend = fused(size, spread(_THIRD[k + 2]), bend)
-            if k >= 5:
-                swing = fused(size, spread(_FOURTH[k + 2]), swing)
-            w = after
-            after = new
-        store(series, BEND, j, bend)
-        store(series, SWING, j, swing)
-        return
-    for k in range(ORDERS - 2):
-        step = spread(_STEP[k])
-        before = zero
-        w = load(series, k, EIGHT)
-        for s in range(strips):
-            i = first + EIGHT * s
-            j = EIGHT + EIGHT * s
-            following = zero
-            if s + 1 < strips:
-                following = load(series, k, j + EIGHT)
-            around = from_left(before, w) + from_right(w, following)
-            side = load(cell, SIDE, i)
-            store(
-                series,
-                k + 2,
-                j,
-                (around - load(cell, STIFFNESS, i) * w) * (side * side * step),
-            )
-            before = w
-            w = following
-    for s in range(strips):
-        j = EIGHT + EIGHT * s
-        bend = magnitude(load(series, 6, j)) * spread(_THIRD[6])
-        swing = zero
-        for k in range(7, ORDERS):
-            size = magnitude(load(series, k, j))
-            bend = fused(size, spread(_THIRD[k]), bend)
-            swing = fused(size, spread(_FOURTH[k]), swing)
-        store(series, BEND, j, bend)
-        store(series, SWING, j, swing)
+        _differentiate_one(cell, series, first)
+    else:
+        _differentiate(cell, series, first, strips)
 
 
 @inlined
@@ -282,11 +310,29 @@ def _clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):  # type:
     return q3 > bound and at_1 > bound
 
 
+@inlined
+def _at_both_ends(cell, series, i, j):  # type: ignore[no-untyped-def]
+    """Return value and slope of one margin at the beginning and the end of the step."""
+    side = cell[SIDE, i]
+    # a column at rest is zero: it stands in for a neighbour outside the window
+    left = j - 1 if side != 0.0 or cell[SIDE, i - 1] != 0.0 else j
+    right = j + 1 if side != 0.0 or cell[SIDE, i + 1] != 0.0 else j
+    around = series[MOVED, left] + series[MOVED, right]
+    if side != 0.0:
+        push = series[PUSH, j]
+        turned = push + side * (around - cell[STIFFNESS, i] * series[MOVED, j])
+        return cell[SPEED, i], push, side * series[RUNNING, j], turned
+    pull = series[PULL, j]
+    flow = series[0, left] + series[0, right]
+    return pull, flow, pull + around, series[RUNNING, left] + series[RUNNING, right]
+
+
 @compiled
-def _first_crossing(cell, series, real, whole, i, j, upper, t):  # type: ignore[no-untyped-def]
+def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # type: ignore[no-untyped-def]
     """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
 
-    Newton steps and bisection, with a certificate for every piece left behind. What is neither
+    `evaluated`: the series' rows at the end of the step hold the values at t. Newton steps and
+    bisection, with a certificate for every piece left behind. What is neither
     clear nor crossed when it is as short as a rounding error is a graze: undecided, no crossing.
     """
     moving = cell[SIDE, i] != 0.0
@@ -300,11 +346,15 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t):  # type: ignore[
             bend += _bend_of(series, j - 1, t)
         if cell[SIDE, i + 1] != 0.0:
             bend += _bend_of(series, j + 1, t)
-    at_a, slope_a = _margin(cell, series, i, j, 0.0)
-    at_b, slope_b = _margin(cell, series, i, j, t)
+    at_a, slope_a, at_b, slope_b = _at_both_ends(cell, series, i, j)
+    if not evaluated:
+        at_b, slope_b = _margin(cell, series, i, j, t)
+        whole[ROOTS] += 1
     scale = abs(at_a) + abs(at_b) + t * (abs(slope_a) + abs(slope_b))
     scale += t * real[FRICTION] if moving else threshold + real[FRICTION]
     bound = 16.0 * ULP * scale
+    at_t = at_b
+    slope_t = slope_b
     at_a = threshold + side * at_a
     slope_a = side * slope_a
     begins = cell[FRESH, i] != 0.0
@@ -323,10 +373,14 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t):  # type: ignore[
     far = t
     crossed = False
     while True:
-        at_b, slope_b = _margin(cell, series, i, j, b)
+        if b != t:
+            at_b, slope_b = _margin(cell, series, i, j, b)
+            whole[ROOTS] += 1
+        else:
+            at_b = at_t
+            slope_b = slope_t
         at_b = threshold + side * at_b
         slope_b = side * slope_b
-        whole[ROOTS] += 1
         if begins and at_a < 0.0:
             at_a = 0.0
         if at_b > bound:
@@ -522,24 +576,27 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
                     continue
                 if events > 0 and t == evaluated and count[EVENT, 0] == i:
                     # the candidate itself: only what lies before its root is in question
-                    threshold = friction + cell[EXCESS, i]
-                    at_0, slope_0 = _margin(cell, series, i, j, 0.0)
-                    at_1, slope_1 = _margin(cell, series, i, j, t)
+                    at_0, slope_0, _, slope_1 = _at_both_ends(cell, series, i, j)
                     way = -1.0 if side == 1 else 1.0
                     if cell[SIDE, i] != 0.0:
                         threshold = 0.0
                         bend = _swing_of(series, j, t)
                     else:
+                        threshold = friction + cell[EXCESS, i]
                         bend = series[BENT, j - 1] * abs(cell[SIDE, i - 1])
                         bend += series[BENT, j + 1] * abs(cell[SIDE, i + 1])
-                    if cell[FRESH, i] == 0.0 and threshold + way * at_0 <= 0.0:
-                        pass
-                    elif way * slope_1 < 0.0 and _clear(
-                        threshold + way * at_0, way * slope_0, 0.0, way * slope_1,
-                        bend, t, 0.0, cell[FRESH, i] != 0.0, True,
-                    ):  # fmt: skip
+                    fresh = cell[FRESH, i] != 0.0
+                    at_0 = threshold + way * at_0
+                    slope_1 *= way
+                    if (
+                        slope_1 < 0.0
+                        and (fresh or at_0 > 0.0)
+                        and _clear(at_0, way * slope_0, 0.0, slope_1, bend, t, 0.0, fresh, True)
+                    ):
                         continue
-                crossing = _first_crossing(cell, series, real, whole, i, j, side == 1, t)
+                crossing = _first_crossing(
+                    cell, series, real, whole, i, j, side == 1, t, t == evaluated
+                )
                 if crossing < t or (crossing == t and events == 0):
                     t = crossing
                     events = 1
@@ -554,7 +611,7 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
     residual = 0.0
     for k in range(events):
         i = count[EVENT, k]
-        value, _ = _margin(cell, series, i, EIGHT + i - first, t)
+        _, _, value, _ = _at_both_ends(cell, series, i, EIGHT + i - first)
         if cell[SIDE, i] == 0.0:
             value = abs(value) - (friction + cell[EXCESS, i])
         residual = max(residual, abs(value))

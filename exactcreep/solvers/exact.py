@@ -96,6 +96,13 @@ def _refuse_no_slips(chain: Chain) -> None:
         )
 
 
+def _table(rows: int, columns: int) -> NDArray[np.float64]:
+    """Return zeros of shape (rows, columns) that begin at a multiple of 64 bytes."""
+    room = np.zeros(rows * columns + 8)
+    skip = -room.ctypes.data % 64 // 8
+    return room[skip : skip + rows * columns].reshape(rows, columns)
+
+
 def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
     n = chain.n
     m = layout.columns(n)
@@ -140,9 +147,9 @@ def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
         excess[coefficient == nearest_float(chain.mu_s)] = chain.excess
 
     work = Work(
-        cell=np.zeros((layout.CELLS, m)),
+        cell=_table(layout.CELLS, m),
         count=np.zeros((layout.COUNTS, m), dtype=np.int64),
-        series=np.zeros((layout.SERIES, m + 16)),
+        series=_table(layout.SERIES, m + 16),
         real=real,
         whole=whole,
         log=np.zeros((capacity, layout.LOG_COLUMNS)),

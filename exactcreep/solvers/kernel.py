@@ -282,55 +282,117 @@ def _stopped_exceeds(cell, real, whole, i, pull):  # type: ignore[no-untyped-def
 
 
 @inlined
-def _ramp(cell, real, whole, log, target, target_low):  # type: ignore[no-untyped-def]
-    """Move theta towards the target; return whether a slider has started before it."""
-    n = whole[N]
-    way = target - real[THETA]
-    if way == 0.0:
-        way = target_low - real[THETA_LOW]
-    if n == 1 or way == 0.0:
-        real[THETA] = target
-        real[THETA_LOW] = target_low
-        return False
-    up = 1.0 if way > 0.0 else -1.0
+def _next_start(cell, real, whole, target, target_low):  # type: ignore[no-untyped-def]
+    """Return which end starts before the target, and at which ``l0 theta``.
+
+    Returns
+    -------
+    top, end : bool
+        Whether slider 1, slider N starts.
+    theta, theta_low : float
+        The critical ``l0 theta``; the target if neither starts.
+    undecided : bool
+        Whether a comparison lay within its rounding bound.
+    """
     top = PAD
-    end = PAD + n - 1
+    end = PAD + whole[N] - 1
+    now = real[THETA]
+    now_low = real[THETA_LOW]
+    far = (target - now) + (target_low - now_low)
+    up = 1.0 if far > 0.0 else -1.0
     room_top = real[FRICTION] + cell[EXCESS, top]
     room_end = real[FRICTION] + cell[EXCESS, end]
-    # slider 1 starts with sign -up at l0 theta = f_1 + up * room, slider N with +up at up * room - f_N
+    # slider 1 starts with sign -up at f_1 + up room, slider N with sign up at up room - f_N
     top_high, top_low = _plus(cell[FORCE, top], cell[FORCE_LOW, top], up * room_top)
     end_high, end_low = _plus(-cell[FORCE, end], -cell[FORCE_LOW, end], up * room_end)
-    far_top = up * ((top_high - real[THETA]) + (top_low - real[THETA_LOW]))
-    far_end = up * ((end_high - real[THETA]) + (end_low - real[THETA_LOW]))
-    far = up * ((target - real[THETA]) + (target_low - real[THETA_LOW]))
-    # room, and what the slips since the last change of theta's direction rounded away
+    far_top = max(up * ((top_high - now) + (top_low - now_low)), 0.0)
+    far_end = max(up * ((end_high - now) + (end_low - now_low)), 0.0)
+    far *= up
+    # the rooms, and what the slips since the last change of direction may have rounded away
     bound = 2.0 * ULP * (room_top + room_end + abs(top_high) + abs(end_high))
-    nearest = max(min(far_top, far_end), 0.0)
-    if nearest >= far - bound:
-        if nearest <= far + bound:
-            whole[UNDECIDED] += 1
-        real[THETA] = target
-        real[THETA_LOW] = target_low
+    nearest = min(far_top, far_end)
+    if whole[N] == 1 or far == 0.0 or nearest >= far - bound:
+        near = whole[N] > 1 and far > 0.0 and nearest <= far + bound
+        return False, False, target, target_low, near
+    apart = far_top - far_end
+    together = abs(apart) <= bound
+    if nearest == 0.0:
+        return together or apart < 0.0, together or apart > 0.0, now, now_low, together
+    if apart <= 0.0:
+        return True, together, top_high, top_low, together
+    return together, True, end_high, end_low, together
+
+
+@inlined
+def _ramp(cell, real, whole, log, target, target_low):  # type: ignore[no-untyped-def]
+    """Move theta towards the target; return whether a slider has started before it."""
+    up = 1.0 if (target - real[THETA]) + (target_low - real[THETA_LOW]) > 0.0 else -1.0
+    top, end, theta, theta_low, undecided = _next_start(cell, real, whole, target, target_low)
+    real[THETA] = theta
+    real[THETA_LOW] = theta_low
+    if undecided:
+        whole[UNDECIDED] += 1
+    if not (top or end):
         return False
     _begin(cell, real, whole)
-    if far_top <= far_end:
-        if far_top > 0.0:
-            real[THETA] = top_high
-            real[THETA_LOW] = top_low
-    elif far_end > 0.0:
-        real[THETA] = end_high
-        real[THETA_LOW] = end_low
     _place_ends(cell, real, whole)
-    together = abs(max(far_top, 0.0) - max(far_end, 0.0)) <= bound
-    if together:
-        whole[UNDECIDED] += 1
-    if together or far_top < far_end:
-        _start(cell, real, whole, log, top, -up, cell[EXCESS, top], 0.0)
-    if together or far_end < far_top:
-        _start(cell, real, whole, log, end, up, cell[EXCESS, end], 0.0)
+    if top:
+        _start(cell, real, whole, log, PAD, -up, cell[EXCESS, PAD], 0.0)
+    if end:
+        i = PAD + whole[N] - 1
+        _start(cell, real, whole, log, i, up, cell[EXCESS, i], 0.0)
     whole[NUMBER] += 1
     _after_event(cell, real, whole)
     return True
+
+
+@compiled
+def _end_slips(cell, count, real, whole, target, target_low, stop_at):  # type: ignore[no-untyped-def]
+    """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
+
+    Does what `_ramp`, `_lone` and `_settle` do, without the steps that such a slip can skip;
+    leaves everything else, comparisons within their bounds included, to them.
+    """
+    last = PAD + whole[N] - 1
+    friction = real[FRICTION]
+    pair = whole[N] == 2
+    while whole[EVENTS] < stop_at:
+        top, end, theta, theta_low, undecided = _next_start(cell, real, whole, target, target_low)
+        if undecided or top == end:
+            return
+        i = PAD if top else last
+        neighbour = PAD + 1 if top else last - 1
+        side = 1.0 if end == ((target - theta) + (target_low - theta_low) > 0.0) else -1.0
+        drive = cell[EXCESS, i]
+        length = 2.0 * drive
+        pull = cell[REST, neighbour]
+        if pair:
+            way = 1.0 if top else -1.0
+            low = cell[FORCE_LOW, neighbour] + way * theta_low
+            pull, _ = _plus(cell[FORCE, neighbour], low, way * theta)
+        room = friction + cell[EXCESS, neighbour] - side * pull
+        bound = 8.0 * ULP * (2.0 * friction + drive + length + drive)
+        if room <= length + bound or drive >= 1.9 * friction:
+            return
+        real[THETA] = theta
+        real[THETA_LOW] = theta_low
+        moved = side * length
+        high, low = _plus(cell[FORCE, i], cell[FORCE_LOW, i], -moved)
+        cell[FORCE, i] = high
+        cell[FORCE_LOW, i] = low
+        high, low = _plus(cell[FORCE, neighbour], cell[FORCE_LOW, neighbour], moved)
+        cell[FORCE, neighbour] = high
+        cell[FORCE_LOW, neighbour] = low
+        cell[REST, neighbour] = high
+        high, low = _plus(cell[TRAVEL, i], cell[TRAVEL_LOW, i], moved)
+        cell[TRAVEL, i] = high
+        cell[TRAVEL_LOW, i] = low
+        real[TOTAL], real[TOTAL_LOW] = _plus(real[TOTAL], real[TOTAL_LOW], moved)
+        _draw(cell, count, real, whole, i)
+        count[SLIPS, i] += 1
+        whole[SLIP_TOTAL] += 1
+        whole[REARRANGEMENTS] += 1
+        whole[EVENTS] += 2
 
 
 @inlined
@@ -560,6 +622,10 @@ def follow(cell, count, series, real, whole, log, theta, theta_low, travel, max_
         if whole[LOGGING] == 1 and whole[LOGGED] > room:
             return LOG_FULL, reached
         if stage == AT_REST:
+            if whole[LOGGING] == 0 and whole[N] > 1 and not single:
+                _end_slips(
+                    cell, count, real, whole, theta[reached], theta_low[reached], stop_at
+                )
             if not _ramp(cell, real, whole, log, theta[reached], theta_low[reached]):
                 travel[reached] = real[TOTAL] + real[TOTAL_LOW]
                 reached += 1

@@ -174,10 +174,18 @@ least = _operation(
     types.float64,
 )
 """The smallest of the lanes of a."""
+largest = _operation(
+    lambda builder, v: _called(
+        builder, f"llvm.vector.reduce.fmax.v{WIDTH}f64", ir.DoubleType(), v
+    ),
+    1,
+    types.float64,
+)
+"""The largest of the lanes of a."""
 from_left = _operation(_shuffled([WIDTH - 1, *range(WIDTH, 2 * WIDTH - 1)]), 2, lanes)
 """from_left(previous, a): lane j holds lane j - 1 of a, lane 0 the last lane of `previous`."""
 from_right = _operation(_shuffled([*range(1, WIDTH), WIDTH]), 2, lanes)
-"""from_right(a, following): lane j holds lane j + 1 of a, the last lane the first of `following`."""
+"""from_right(a, following): lane j holds lane j + 1 of a, the last the first of `following`."""
 below = _operation(
     lambda builder, v: _to_mask(builder, builder.fcmp_ordered("<", *v)), 2, types.int64
 )
