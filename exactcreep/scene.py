@@ -125,6 +125,11 @@ class Scene:
     folder: FilePath
 
     @classmethod
+    def from_text(cls, text: str, *, name: str = "scene", folder: FilePath | None = None) -> Scene:
+        """Return the scene that TOML text describes, or raise `InputError`."""
+        return cls.from_mapping(_parsed(text, name), name=name, folder=folder)
+
+    @classmethod
     def from_mapping(
         cls, data: Mapping[str, Any], *, name: str = "scene", folder: FilePath | None = None
     ) -> Scene:
@@ -156,12 +161,10 @@ class Scene:
             scene._check_key(key, values, "vary.")
             if not isinstance(values, list) or not values:
                 raise InputError(f"vary.{key}", values, "must be a list of at least one value")
-        kinds = {tables["drive"].get("kind"), *vary.get("drive.kind", [])} - {None}
-        for kind in kinds:
-            _drive_kind(kind)
-        known = {"kind", *(key for kind in kinds for key in _drive_keys(kind))}
-        if kinds:
-            _known(tables["drive"], tuple(known), "drive.")
+        kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
+        keys = [key for kind in kinds if kind is not None for key in _drive_keys(kind)]
+        if keys:
+            _known(tables["drive"], ("kind", *keys), "drive.")
         return scene
 
     def _check_key(self, key: str, value: Any, prefix: str = "") -> None:
@@ -172,9 +175,9 @@ class Scene:
         known += ["drive.kind"]
         known += sorted({f"drive.{name}" for kind in DRIVE_KINDS for name in _drive_keys(kind)})
         if key not in known:
-            near = difflib.get_close_matches(key, known, 1, 0.5)
+            near = difflib.get_close_matches(key, known, 1, 0.3)
             hint = f"; did you mean {near[0]}?" if near else ""
-            raise InputError(f"{prefix}{key}", value, f"is not a key of a scene{hint}")
+            raise InputError(_printable(f"{prefix}{key}"), value, f"is not a key of a scene{hint}")
 
     def with_settings(self, settings: Mapping[str, Any]) -> Scene:
         """Return the scene with dotted keys set, ``{"chain.n": 6}``.
@@ -252,13 +255,13 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     name = os.fspath(scene)
     builtin = builtin_scenes()
     if name in builtin:
-        return Scene.from_mapping(_parsed(builtin[name], name), name=name)
+        return Scene.from_text(builtin[name], name=name)
     path = FilePath(name)
     try:
         if path.is_dir():
             raise InputError("scene", name, "is a directory, and must be a file")
         if not path.exists():
-            near = difflib.get_close_matches(name, builtin, 1, 0.5)
+            near = difflib.get_close_matches(name, builtin, 1, 0.3)
             hint = f" (did you mean {near[0]}?)" if near else ""
             names = ", ".join(builtin)
             raise InputError("scene", name, f"must be a file or one of {names}{hint}")
@@ -310,13 +313,20 @@ def _parsed(text: str, name: str) -> dict[str, Any]:
         raise InputError("scene", name, f"must be a TOML file: {kind}") from None
 
 
+def _printable(key: str) -> str:
+    """Return a key that a user made up as it may stand in a sentence."""
+    return key if key.isprintable() and len(key) <= 80 else repr(key[:60])
+
+
 def _known(table: Mapping[str, Any], known: tuple[str, ...], prefix: str) -> None:
     """Raise InputError if `table` has a key that is not `known`, naming the nearest one."""
     for key in table:
         if key not in known:
-            near = difflib.get_close_matches(str(key), known, 1, 0.5)
+            near = difflib.get_close_matches(str(key), known, 1, 0.3)
             hint = f"did you mean {prefix}{near[0]}?" if near else "known are " + ", ".join(known)
-            raise InputError(f"{prefix}{key}", table[key], f"is not a key of a scene; {hint}")
+            raise InputError(
+                _printable(f"{prefix}{key}"), table[key], f"is not a key of a scene; {hint}"
+            )
 
 
 def _run_keys() -> tuple[str, ...]:
@@ -335,8 +345,9 @@ def _drive_kind(kind: Any) -> DriveKind:
     return DRIVE_KINDS[kind]
 
 
-def _drive_keys(kind: str) -> tuple[str, ...]:
-    return (*DRIVE_KINDS[kind].required, *DRIVE_KINDS[kind].optional)
+def _drive_keys(kind: Any) -> tuple[str, ...]:
+    about = _drive_kind(kind)
+    return (*about.required, *about.optional)
 
 
 def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:

@@ -1,0 +1,217 @@
+"""Scenes: exact numbers, refused names, members, and starts."""
+
+from fractions import Fraction
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exactcreep import Chain, Cycles, GaussianSteps, InputError
+from exactcreep.scene import DRIVE_KINDS, Literal, Scene, builtin_scenes, load_scene, parsed_value
+
+TEXT = """
+[chain]
+n = 3
+l0 = 1_000.0
+mu_d = 0.5
+mu_s = "3/5"
+tan_alpha = 0.1
+
+[drive]
+kind = "cycles"
+amplitude = 1e-3
+cycles = 5
+"""
+
+
+def sentence(text: str) -> str:
+    """Return the one sentence with which a scene is refused."""
+    with pytest.raises(InputError) as caught:
+        Scene.from_text(text).members()
+    told = str(caught.value)
+    assert "\n" not in told
+    return told
+
+
+def test_numbers_are_read_as_the_decimals_that_are_written() -> None:
+    experiment = Scene.from_text(TEXT).experiment()
+    assert experiment.chain == Chain(3, 1000, "1/2", "3/5", tan_alpha=Fraction(1, 10))
+    assert experiment.drive == Cycles(Fraction(1, 1000), 5)
+
+
+def test_every_built_in_scene_has_a_title_and_members() -> None:
+    names = builtin_scenes()
+    wanted = {"two-sliders-trace", "two-sliders-cycles", "six-sliders-cycles",
+              "thirty-sliders-cycles", "chain-jumps"}  # fmt: skip
+    assert wanted <= set(names)
+    for name in names:
+        scene = load_scene(name)
+        assert scene.title
+        assert scene.experiment(scene.settings()[0]).drive.half_cycles > 0
+
+
+def test_the_paper_s_jumps_are_driven_one_percent_below_and_above_the_threshold() -> None:
+    members = load_scene("chain-jumps").members()
+    assert len(members) == 16
+    amplitudes = [member.experiment.drive.parameters()["amplitude"] for member in members]
+    assert amplitudes[:8] == [Fraction("0.00360165403178954466")] * 8
+    assert amplitudes[8:] == [Fraction("0.00367441471930044455")] * 8
+    chain = members[0].experiment.chain
+    critical = chain.n * (chain.times_cosine(chain.mu_d) - chain.sin_alpha) / (2 * 1000)
+    assert float(amplitudes[0]) == pytest.approx(0.99 * critical, rel=1e-15)
+    assert float(amplitudes[8]) == pytest.approx(1.01 * critical, rel=1e-15)
+    starts = [member.experiment.initial.tensions for member in members]
+    assert not starts[0].any()
+    assert len({tension.tobytes() for tension in starts}) == 8
+    assert max(abs(tension).max() for tension in starts) < 1e-6
+
+
+def test_settings_reach_the_experiment() -> None:
+    scene = load_scene("six-sliders-cycles").with_settings(
+        {"chain.n": 8, "drive.amplitude": Literal("0.02"), "run.seed": 7, "run.record": ["slips"]}
+    )
+    experiment = scene.experiment()
+    assert experiment.chain.n == 8
+    assert experiment.drive == Cycles("0.02", 1000)
+    assert (experiment.seed, experiment.record) == (7, ("slips",))
+
+
+def test_another_kind_of_drive_replaces_the_table() -> None:
+    scene = load_scene("six-sliders-cycles").with_settings(
+        {"drive.sigma_theta": Literal("0.01"), "drive.kind": "gaussian", "drive.steps": 9}
+    )
+    assert scene.experiment().drive == GaussianSteps("0.01", 9)
+
+
+def test_a_set_key_is_no_longer_varied_and_a_varied_one_no_longer_set() -> None:
+    scene = load_scene("chain-jumps").with_settings({"run.start": "relaxed"})
+    assert len(scene.members()) == 2
+    scene = scene.with_settings({"vary.chain.n": [3, 4, 5], "drive.amplitude": Literal("0.001")})
+    assert [member.settings for member in scene.members()] == [{"chain.n": n} for n in (3, 4, 5)]
+
+
+def test_members_are_all_combinations_and_the_first_key_varies_slowest() -> None:
+    text = TEXT + '[vary]\nchain.n = [2, 3]\n"drive.amplitude" = [0.001, 0.002]\n'
+    members = Scene.from_text(text).members()
+    assert [tuple(m.settings.values()) for m in members] == [
+        (2, "0.001"), (2, "0.002"), (3, "0.001"), (3, "0.002"),
+    ]  # fmt: skip
+    assert [m.experiment.chain.n for m in members] == [2, 2, 3, 3]
+
+
+def test_a_start_of_given_tensions_is_exact() -> None:
+    text = TEXT + '[run]\nstart = { tensions = [0.1, "1/3"], theta = 0.001 }\n'
+    start = Scene.from_text(text).experiment().initial
+    assert start.tensions.tolist() == [Fraction(1, 10), Fraction(1, 3)]
+    assert start.theta == Fraction(1, 1000)
+
+
+def test_a_record_is_looked_for_beside_the_scene(tmp_path: Path) -> None:
+    (tmp_path / "roof.csv").write_text("time,temperature\n0,20\n1,30\n2,15.5\n")
+    (tmp_path / "roof.toml").write_text(
+        TEXT.partition("[drive]")[0]
+        + '[drive]\nkind = "record"\nfile = "roof.csv"\nkappa = 2.9e-5\nT0 = 20\n'
+    )
+    drive = load_scene(tmp_path / "roof.toml").experiment().drive
+    assert drive.exact_target(3) == Fraction("2.9e-5") * Fraction("-4.5")
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (("n = 3", "nn = 3"), "chain.nn = 3: is not a key of a scene; did you mean chain.n?"),
+        (("amplitude", "amplitud"), "drive.amplitud = '1e-3': is not a key of a scene; did you"),
+        (("cycles = 5", "cycles = 5\n[runs]"), "did you mean run?"),
+        (("n = 3", "n = 0"), "chain.n = 0: must be a whole number, at least 1"),
+        (("n = 3", ""), "chain.n = None: is missing"),
+        (("0.5", "nan"), "chain.mu_d = 'nan': must be a finite number"),
+        (('"3/5"', "0.4"), "chain.mu_s = '0.4': must be at least mu_d = 0.5"),
+        (("cycles = 5", "cycles = 5.5"), "drive.cycles = '5.5': must be a whole number"),
+        (('"cycles"', '"cycle"'), "drive.kind = 'cycle': must be one of " + ", ".join(DRIVE_KINDS)),
+        (("cycles = 5", "cycles = 5\n[run]\nsolver='exakt'"), "run.solver = 'exakt': must be one"),
+        (("cycles = 5", "cycles = 5\n[run]\ndt=1"), "run.option = 'dt': solver 'exact' does not"),
+        (("cycles = 5", "cycles = 5\n[run]\nrecord=[1]"), "run.record = 1: must be among x_G"),
+        (("cycles = 5", "cycles = 5\n[run]\nseed=-1"), "run.seed = -1: must be a whole number"),
+        (("cycles = 5", "cycles = 5\n[run]\nstart='?'"), "run.start = '?': must be \"relaxed\""),
+        (("cycles = 5", "cycles = 5\n[run]\nstart={tensions=[0]}"), "run.start.tensions = 1: must"),
+        (("cycles = 5", "cycles = 5\n[run]\nstart={sise=1}"), "did you mean run.start.size?"),
+        (("cycles = 5", "cycles = 5\n[vary]\nchain.n=3"), "vary.chain.n = 3: must be a list"),
+        (("cycles = 5", "cycles = 5\n[vary]\nchain.n=[]"), "vary.chain.n = []: must be a list"),
+        (("cycles = 5", "cycles = 5\n[vary]\nchain.k=[1]"), "vary.chain.k = [1]: is not a key"),
+        (("[chain]", "chain = 3\n[chian]"), "is not a key of a scene; did you mean chain?"),
+        (("n = 3", "n = 2020-01-01"), "chain.n = datetime.date(2020, 1, 1): must be a whole"),
+        (("n = 3", "n = 3\nn = 4"), "must be a TOML file: Cannot overwrite a value"),
+        (("n = 3", "n = " + "9" * 10_000), "must be a TOML file: a number is too long"),
+        (("0.1", "0." + "1" * 20_000), "must have at most 10000 characters"),
+        (("n = 3", "n = " + "[" * 5_000), "must be a TOML file"),
+    ],
+)
+def test_a_bad_scene_is_refused_by_name(change: tuple[str, str], told: str) -> None:
+    assert change[0] in TEXT
+    assert told in sentence(TEXT.replace(*change, 1))
+
+
+def test_a_file_that_cannot_be_a_scene_is_refused(tmp_path: Path) -> None:
+    latin = tmp_path / "latin.toml"
+    latin.write_bytes(b'title = "G\xe9minard"')
+    huge = tmp_path / "huge.toml"
+    with huge.open("wb") as file:
+        file.truncate(17 * 2**20)
+    for path, told in (
+        (latin, "must be UTF-8 text; byte 10 is not"),
+        (huge, "must have at most 16777216 bytes"),
+        (tmp_path, "is a directory"),
+        (tmp_path / "none.toml", "must be a file or one of"),
+        (Path("/dev/zero"), "must be a regular file"),
+        ("chain-jump", "did you mean chain-jumps?"),
+        ("a\0b", "must be a file"),
+    ):
+        with pytest.raises(InputError, match="scene = ") as caught:
+            load_scene(path)
+        assert told in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [("6", 6), ("0.01", "0.01"), ("1/5", "1/5"), ("exact", "exact"), ('"exact"', "exact"),
+     ("[1, 2]", [1, 2]), ("true", True), ("{ size = 1e-6 }", {"size": "1e-6"}), ("", ""),
+     ("1\nx = 2", "1\nx = 2")],
+)  # fmt: skip
+def test_a_set_value_is_read_as_toml_or_as_it_stands(text: str, value: object) -> None:
+    assert parsed_value(text) == value
+
+
+_SCALARS = st.one_of(
+    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=20),
+    st.decimals().map(lambda number: Literal(str(number))), st.dates(),
+)  # fmt: skip
+_VALUES = st.recursive(
+    _SCALARS,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(max_size=8), inner),
+    max_leaves=6,
+)
+_KEYS = st.sampled_from(
+    ["chain.n", "chain.l0", "chain.mu_d", "chain.mu_s", "chain.sigma_mu", "chain.tan_alpha",
+     "drive.kind", "drive.amplitude", "drive.cycles", "drive.theta", "drive.steps", "run.solver",
+     "run.seed", "run.burn_in", "run.record", "run.start", "run.start.size", "run.dt",
+     "run.start.tensions", "vary.chain.n", "vary.run.seed", "vary.run.start", "title", "chain"]
+)  # fmt: skip
+
+
+@settings(max_examples=150, deadline=None, derandomize=True)
+@given(st.dictionaries(_KEYS, _VALUES, min_size=1, max_size=3))
+def test_whatever_is_set_a_scene_makes_members_or_one_clear_sentence(given_: dict) -> None:
+    # sliders beyond reason cost memory before anything can be wrong with them
+    given_ = {k: v for k, v in given_.items() if not (isinstance(v, int) and v > 1000)}
+    refused = None
+    try:
+        scene = Scene.from_text(TEXT).with_settings(given_)
+        for chosen in scene.settings()[:3]:
+            scene.experiment(chosen)
+    except InputError as error:
+        refused = error
+    told = "" if refused is None else str(refused)
+    assert refused is None or told.startswith(f"{refused.field} = ")
+    assert "\n" not in told
+    assert len(told) < 1000
