@@ -138,12 +138,13 @@ def write(
 
 
 def print_table(table: Table) -> None:
-    """Print a table: measured, laws, deviations in standard errors, remarks."""
+    """Print a table: measured, laws, deviations in standard errors, and footnotes to them."""
     from rich.console import Console
     from rich.table import Table as Shown
 
     console = Console(highlight=False)
-    console.print(f"[bold]{table.name}[/bold]: {table.title}", soft_wrap=True)
+    console.print(f"[bold]{table.name}[/bold]: {table.title}; deviations in standard errors",
+                  soft_wrap=True)  # fmt: skip
     console.print(f"  paper: {table.printed}", soft_wrap=True, markup=False)
     if table.exact:
         console.print(f"  exact: {table.exact}", soft_wrap=True, markup=False)
@@ -152,8 +153,9 @@ def print_table(table: Table) -> None:
     shown = Shown(box=None, padding=(0, 1), header_style="bold")
     for key in table.rows[0].varied if table.rows else ():
         shown.add_column(key)
-    for heading in ("measured", "std. error", "paper", "dev.", "exact", "dev.", "remark"):
+    for heading in ("measured", "std. error", "paper", "dev.", "exact", "dev.", ""):
         shown.add_column(heading, overflow="fold")
+    notes: dict[str, int] = {}
     for row in table.rows:
         shown.add_row(
             *(_short(value) for value in row.varied.values()),
@@ -163,9 +165,11 @@ def print_table(table: Table) -> None:
             _deviation(row.deviation_printed),
             " or ".join(f"{value:.6g}" for value in row.exact),
             _deviation(row.deviation_exact),
-            row.remark,
+            f"({notes.setdefault(row.remark, len(notes) + 1)})" if row.remark else "",
         )
     console.print(shown)
+    for text, number in notes.items():
+        console.print(f"  ({number}) {text}", soft_wrap=True, markup=False)
 
 
 def _short(value: Any) -> str:

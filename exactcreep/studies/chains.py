@@ -61,16 +61,13 @@ def _pivot_remark(cell: Cell) -> str:
         return f"at the edge tan(alpha) = {float(edge):.4g} both pivots are equally possible"
     if distance <= _BROAD and abs(edge) != friction:
         return (
-            f"{float(distance):.2g} (mu_s-mu_d)/N from the edge tan(alpha) = {float(edge):.4g}:"
+            f"within {int(_BROAD)} (mu_s - mu_d)/N of the edge tan(alpha) = {float(edge):.4g}:"
             " under disorder both pivots occur"
         )
     return ""
 
 
-def _off(row: Row) -> str:
-    law = row.exact or row.printed
-    middle = sum(law) / len(law)
-    return f"{row.measured / middle - 1:+.1%}" if middle else f"{row.measured:+.2g}"
+_NEGLECTED = "the excess mu_s - mu_d and its scatter, which the sliding limit neglects"
 
 
 # --- plateaus over the slope ---------------------------------------------------------------------
@@ -88,9 +85,7 @@ def plateau_tables(data: Data) -> list[Table]:
 
 
 def _plateau_remark(cell: Cell, row: Row) -> str:
-    return _pivot_remark(cell) or (
-        f"{_off(row)}: mu_s > mu_d and its scatter, which the sliding limit neglects"
-    )
+    return _pivot_remark(cell) or _NEGLECTED
 
 
 def draw_plateaus(data: Data, tables: list[Table]) -> Figure:
@@ -139,10 +134,9 @@ def _mark_angles(axes: Axes, n: int, parameters: Mapping[str, Any]) -> None:
         width = float(2 * (static - friction) / n)
         if upper <= 0:
             continue
-        known = n == 6 and i == 2
+        name = r"two stable pivots, up to $\alpha^*_{N,i}$" if n == 6 and i == 2 else None
         axes.plot([max(upper - width, 0), upper], [height, height], color=INKS[2], linewidth=3,
-                  solid_capstyle="butt", zorder=1,
-                  label=r"two stable pivots, up to $\alpha^*_{N,i}$" if known else None)  # fmt: skip
+                  solid_capstyle="butt", zorder=1, label=name)  # fmt: skip
         axes.plot([upper], [height], marker="|", color=INKS[2], markersize=6)
         if i == 2:
             axes.annotate(
@@ -169,18 +163,16 @@ def _threshold_remark(cell: Cell, row: Row) -> str:
     margin = LAWS["seuil"].printed(
         **{name: cell.parameters[name] for name in ("n", "l0", "mu_d", "tan_alpha")}
     )
-    amplitude = cell.parameters.get("amplitude", cell.parameters.get("sigma_theta"))
-    relative = float(amplitude) / float(margin)
-    if "amplitude" in cell.parameters and 0.97 < relative < 1.15:
+    size = "amplitude" if "amplitude" in cell.parameters else "sigma_theta"
+    relative = float(cell.parameters[size]) / float(margin)
+    if size == "amplitude" and 0.97 < relative < 1.15:
         return (
-            f"A = {relative:.3f} A*: near the threshold the excess mu_s - mu_d decides whether"
-            " the whole chain moves"
+            "within 15 % of the threshold the excess mu_s - mu_d decides whether the whole chain"
+            " moves"
         )
-    if "sigma_theta" in cell.parameters and relative < 0.6:
+    if size == "sigma_theta" and relative < 0.6:
         return "far below the threshold: rare large dilations, and slips of size D at both ends"
-    return _pivot_remark(cell) or (
-        f"{_off(row)}: mu_s > mu_d and its scatter, which the sliding limit neglects"
-    )
+    return _pivot_remark(cell) or _NEGLECTED
 
 
 def draw_amplitude(data: Data, tables: list[Table]) -> Figure:

@@ -35,7 +35,9 @@ def cluster(address: str, *, timeout: float = 30.0) -> Iterator[Executor]:
     """
     where = {"scheduler_file": address} if address.endswith(".json") else {"address": address}
     try:
-        client: Any = Client(**where, timeout=timeout, set_as_default=False)
+        client: Any = Client(  # type: ignore[no-untyped-call]
+            **where, timeout=timeout, set_as_default=False
+        )
     except (OSError, ValueError, TypeError) as error:  # a timeout is an OSError
         reason = str(error).partition("\n")[0] or type(error).__name__
         raise InputError("scheduler", address, f"does not answer: {reason}") from None

@@ -17,13 +17,13 @@ from exactcreep.studies.tables import Row, law_values
 
 VELOCITY = r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle$  ($g\,\tau_\mathrm{dyn}^2$)"
 SLOPE = r"$\tan\alpha$"
-PRINTED = {"color": INKS[0], "linestyle": "-", "linewidth": 1.1}
+PRINTED: dict[str, Any] = {"color": INKS[0], "linestyle": "-", "linewidth": 1.1}
 """How the paper's law is drawn."""
-EXACT = {"color": INKS[1], "linestyle": (0, (4, 1.5)), "linewidth": 1.3}
+EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": (0, (4, 1.5)), "linewidth": 1.3}
 """How the corrected or exact law is drawn."""
-CYCLES = {"marker": "o", "markerfacecolor": "white", "color": INKS[6]}
+CYCLES: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "color": INKS[6]}
 """Points of temperature cycles: open circles, as in the paper."""
-RANDOM = {"marker": "o", "markerfacecolor": INKS[6], "color": INKS[6]}
+RANDOM: dict[str, Any] = {"marker": "o", "markerfacecolor": INKS[6], "color": INKS[6]}
 """Points of random dilations: full circles, as in the paper."""
 
 
@@ -40,7 +40,7 @@ def points(
     x = [row.varied[key] for row in kept]
     y = [row.measured * scale(row) for row in kept]
     error = [0.0 if math.isnan(row.error) else row.error * scale(row) for row in kept]
-    about = {"markersize": 4, "linestyle": "none", "elinewidth": 0.7, "capsize": 0}
+    about: dict[str, Any] = {"markersize": 4, "linestyle": "none", "elinewidth": 0.7, "capsize": 0}
     axes.errorbar(x, y, yerr=error, zorder=3, **{**about, "markeredgewidth": 0.8, **style})
 
 

@@ -1,0 +1,370 @@
+"""A sweep gives the same grid wherever, in whatever order and however often it is computed."""
+
+from __future__ import annotations
+
+import errno
+import itertools
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections import Counter
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from exactcreep import creep
+from exactcreep.model.numbers import InputError
+from exactcreep.scene import Scene, load_scene
+from exactcreep.studies import sweeps
+from exactcreep.studies.sweeps import compute_cell, sweep
+
+TEXT = """
+[chain]
+l0 = 1000
+mu_d = 0.5
+mu_s = 0.6
+sigma_mu = 0.01
+tan_alpha = 0.25
+
+[drive]
+kind = "cycles"
+cycles = {cycles}
+
+[vary]
+chain.n = [2, 6]
+drive.amplitude = [0.005, 0.01]
+run.seed = [1, 2, 3]
+"""
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Scene:
+    return load_scene(written(tmp_path, cycles=10))
+
+
+def written(folder: Path, *, cycles: int) -> Path:
+    path = folder / "grid.toml"
+    path.write_text(TEXT.format(cycles=cycles))
+    return path
+
+
+def environment() -> dict[str, str]:
+    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+
+
+class Backwards(Executor):
+    """Computes what it is given last first, when it is asked for a result."""
+
+    def __init__(self) -> None:
+        self.waiting: list[tuple[Future, object, tuple]] = []
+
+    def submit(self, function, /, *args, **kwargs):
+        future: Future = Future()
+        self.waiting.append((future, function, args))
+        if len(self.waiting) == 12:
+            for future_, function_, args_ in reversed(self.waiting):
+                future_.set_result(function_(*args_))
+        return future
+
+
+def test_a_cell_is_the_run_of_its_member(scene: Scene) -> None:
+    grid = sweep(scene)
+    assert dict(grid.sizes) == {"n": 2, "amplitude": 2, "seed": 3}
+    for member in scene.members():
+        experiment = member.experiment
+        alone = creep(experiment.chain, experiment.drive, seed=experiment.seed)
+        cell = grid.sel(
+            n=experiment.chain.n, amplitude=float(experiment.drive.amplitude), seed=experiment.seed
+        )
+        assert float(cell["velocity"]) == alone.velocity
+        assert float(cell["velocity_error"]) == alone.velocity_error
+        assert float(cell["x_G"]) == alone.x_G
+        assert int(cell["events"]) == alone.events
+        assert str(cell["outcome"].item()) == alone.outcome.value
+
+
+def test_threads_and_the_order_of_cells_change_no_bit(scene: Scene) -> None:
+    grid = sweep(scene, workers=1)
+    assert sweep(scene, workers=3).identical(grid)
+    assert sweep(scene, executor=Backwards()).identical(grid)
+
+
+def test_processes_give_the_same_bits_as_threads(scene: Scene) -> None:
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as processes:
+        assert sweep(scene, executor=processes).identical(sweep(scene))
+
+
+def test_the_file_holds_the_grid_bit_for_bit(scene: Scene, tmp_path: Path) -> None:
+    grid = sweep(scene, out=tmp_path / "out")
+    loaded = xr.load_dataset(tmp_path / "out" / "sweep.nc", engine="h5netcdf")
+    assert loaded.identical(grid)
+
+
+def test_what_a_scene_records_is_stacked_along_the_grid(scene: Scene) -> None:
+    wanted = scene.with_settings({"run.record": ["x_G", "slips"]})
+    grid = sweep(wanted)
+    assert grid["recorded_x_G"].dims == ("n", "amplitude", "seed", "half_cycle")
+    experiment = wanted.experiment({"chain.n": 6, "drive.amplitude": "0.005", "run.seed": 2})
+    alone = creep(experiment.chain, experiment.drive, seed=2)
+    cell = grid.sel(n=6, amplitude=0.005, seed=2)
+    assert np.array_equal(cell["recorded_x_G"], alone.recorded["x_G"])
+    two = grid["recorded_slips"].sel(n=2)
+    assert (two.isel(slider=slice(2, None)) == -1).all()  # there is no third slider
+    assert np.array_equal(two.isel(slider=slice(0, 2)).sum(["half_cycle", "slider"]),
+                          grid["slips"].sel(n=2))  # fmt: skip
+
+
+def test_nothing_is_recorded_that_the_scene_does_not_ask_for(scene: Scene) -> None:
+    assert not [name for name in sweep(scene) if str(name).startswith("recorded")]
+
+
+def test_progress_counts_cells_and_ends_complete(scene: Scene) -> None:
+    seen: list[sweeps.SweepProgress] = []
+    grid = sweep(scene, progress=seen.append)
+    assert [a.cells <= b.cells for a, b in itertools.pairwise(seen)] == [True] * (len(seen) - 1)
+    last = seen[-1]
+    assert (last.cells, last.total, last.found) == (12, 12, 0)
+    assert last.events == int(grid["events"].sum())
+    assert last.events_per_second > 0
+    assert last.seconds_left == 0
+
+
+def test_a_resumed_sweep_computes_only_what_is_missing(
+    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = sweep(scene, out=tmp_path / "out")
+    files = sorted((tmp_path / "out" / "cells").glob("*.cell"))
+    assert len(files) == 12
+    for path in files[::3]:
+        path.unlink()
+    kept = {path: path.stat().st_mtime_ns for path in files if path.exists()}
+    computed = []
+
+    def counted(*args):
+        computed.append(args[0])
+        return compute_cell(*args)
+
+    monkeypatch.setattr(sweeps, "compute_cell", counted)
+    assert sweep(scene, out=tmp_path / "out", resume=True).identical(whole)
+    assert len(computed) == 4
+    assert {path: path.stat().st_mtime_ns for path in kept} == kept
+
+
+def test_a_grid_that_grows_keeps_its_cells(scene: Scene, tmp_path: Path) -> None:
+    sweep(scene, out=tmp_path)
+    seen: list[sweeps.SweepProgress] = []
+    larger = scene.with_settings({"vary.run.seed": [1, 2, 3, 4]})
+    grown = sweep(larger, out=tmp_path, resume=True, progress=seen.append)
+    assert seen[-1].found == 12
+    assert grown.identical(sweep(larger))
+
+
+def test_a_full_disk_loses_no_finished_cell(
+    scene: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real, written_files = os.fsync, []
+
+    def full(handle: int) -> None:
+        written_files.append(handle)
+        if len(written_files) > 8:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        real(handle)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(sweeps.checkpoint.os, "fsync", full)
+        with pytest.raises(OSError, match="No space left"):
+            sweep(scene, out=tmp_path / "out")
+    saved = list((tmp_path / "out" / "cells").iterdir())
+    assert 0 < len(saved) < 12
+    assert all(path.suffix == ".cell" for path in saved)  # no half-written file is left
+    assert sweep(scene, out=tmp_path / "out", resume=True).identical(sweep(scene))
+
+
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
+def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path, number: int) -> None:
+    path = written(tmp_path, cycles=150)
+    out = tmp_path / "out"
+    words = ["sweep", str(path), "--workers", "1", "--out", str(out)]
+    process = subprocess.Popen(
+        [sys.executable, "-c", f"from exactcreep.cli import main; import sys;"
+         f" sys.argv[1:] = {words!r}; main()"],
+        env=environment(), stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    cells = out / "cells"
+    deadline = time.monotonic() + 120  # a first compilation included
+    while len(list(cells.glob("*.cell"))) < 3 and time.monotonic() < deadline:
+        time.sleep(0.005)
+    process.send_signal(number)
+    _, said = process.communicate(timeout=120)
+    kept = {file: file.stat().st_mtime_ns for file in cells.glob("*.cell")}
+    assert 3 <= len(kept) < 12
+    if number == signal.SIGINT:
+        assert process.returncode == 130
+        assert "--resume goes on" in said
+        partial = xr.load_dataset(out / "sweep.nc", engine="h5netcdf")
+        assert int(partial["finished"].sum()) == len(kept)
+        assert partial["velocity"].isnull().sum() == 12 - len(kept)
+    scene = load_scene(path)
+    seen: list[sweeps.SweepProgress] = []
+    resumed = sweep(scene, out=out, resume=True, progress=seen.append)
+    assert seen[0].found == len(kept)
+    assert resumed.identical(sweep(scene))
+    assert {file: file.stat().st_mtime_ns for file in kept} == kept
+
+
+def test_an_error_in_a_cell_names_the_cell(scene: Scene) -> None:
+    odd = scene.with_settings(
+        {"chain.sigma_mu": 0, "vary.chain.mu_s": ["0.6", "0.5"], "vary.run.seed": [1]}
+    )
+    with pytest.raises(InputError, match=r"mu_s .*sliding.*in the cell .*chain.mu_s = 0.5"):
+        sweep(odd)
+
+
+def test_cells_are_not_taken_over_unasked(scene: Scene, tmp_path: Path) -> None:
+    sweep(scene, out=tmp_path)
+    with pytest.raises(InputError, match="holds the cells of an earlier sweep"):
+        sweep(scene, out=tmp_path)
+
+
+def test_a_damaged_cell_is_refused(scene: Scene, tmp_path: Path) -> None:
+    sweep(scene, out=tmp_path)
+    path = min((tmp_path / "cells").iterdir())
+    path.write_bytes(path.read_bytes()[:-1])
+    with pytest.raises(InputError, match=r"truncated.*delete the file to compute it again"):
+        sweep(scene, out=tmp_path, resume=True)
+
+
+def test_events_and_workers_of_an_executor_are_refused(scene: Scene) -> None:
+    with pytest.raises(InputError, match="too many for a sweep"):
+        sweep(scene.with_settings({"run.record": ["events"]}))
+    with ThreadPoolExecutor(1) as threads, pytest.raises(InputError, match="belongs to the"):
+        sweep(scene, executor=threads, workers=2)
+    with pytest.raises(InputError, match="workers"):
+        sweep(scene, workers=0)
+
+
+# --- a cluster -----------------------------------------------------------------------------------
+
+
+def launched(module: str, *words: str, log: Path) -> subprocess.Popen:
+    with log.open("ab") as file:
+        return subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.{module}", *words],
+            env=environment(), stdout=file, stderr=file, cwd=log.parent,
+        )  # fmt: skip
+
+
+class Logged(Executor):
+    """An executor whose cells write when and where they begin and end to a file."""
+
+    def __init__(self, inner: Executor, path: Path) -> None:
+        self.inner, self.path = inner, str(path)
+
+    def submit(self, function, /, *args, **kwargs):
+        path = self.path
+
+        def logged(experiment):
+            import os
+
+            name = f"{experiment.chain.n}-{experiment.drive.amplitude}-{experiment.seed}"
+
+            def say(word: str) -> None:
+                handle = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+                os.write(handle, f"{word} {os.getpid()} {name}\n".encode())
+                os.close(handle)
+
+            say("begin")
+            value = function(experiment)
+            say("end")
+            return value
+
+        return self.inner.submit(logged, *args)
+
+
+def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
+    pytest.importorskip("distributed")
+    from exactcreep.studies.cluster import cluster
+
+    address = tmp_path / "scheduler.json"
+    log, diary = tmp_path / "dask.log", tmp_path / "diary"
+    scene = load_scene(written(tmp_path, cycles=400))
+    out = tmp_path / "out"
+    saved: set[str] = set()
+    killed: list[int] = []
+
+    def entries() -> list[list[str]]:
+        return [line.split() for line in diary.read_text().splitlines()] if diary.exists() else []
+
+    def watch(progress: sweeps.SweepProgress) -> None:
+        if killed or progress.cells < 3:
+            return
+        ended = {tuple(words[1:]) for words in entries() if words[0] == "end"}
+        busy = [words for words in entries() if tuple(words[1:]) not in ended]
+        if busy:
+            saved.update(path.name for path in (out / "cells").glob("*.cell"))
+            killed.append(int(busy[0][1]))
+            os.kill(killed[0], signal.SIGKILL)
+
+    where = ["--scheduler-file", str(address)]
+    processes = [
+        launched("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
+                 "--no-show", *where, log=log)
+    ]  # fmt: skip
+    try:
+        processes += [
+            launched("dask_worker", *where, "--nthreads", "1", "--no-nanny", "--no-dashboard",
+                     "--host", "127.0.0.1", "--name", f"worker-{k}", log=log)
+            for k in range(2)
+        ]  # fmt: skip
+        deadline = time.monotonic() + 120  # a first compilation included
+        while not address.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        with cluster(str(address)) as executor:
+            grid = sweep(scene, executor=Logged(executor, diary), out=out, progress=watch)
+    finally:
+        for process in processes:
+            process.kill()
+            process.wait()
+    assert killed, log.read_text()
+    assert len(saved) >= 3
+    begun = Counter(words[2] for words in entries() if words[0] == "begin")
+    assert len(begun) == 12
+    for name, experiment in names(scene).items():
+        if name in saved:
+            assert begun[experiment] == 1, "a saved cell was computed again"
+    # the cell that the killed worker had begun was done by another one
+    lost = {words[2] for words in entries() if int(words[1]) == killed[0]}
+    ended = {words[2] for words in entries() if words[0] == "end" and int(words[1]) != killed[0]}
+    assert any(begun[name] > 1 and name in ended for name in lost)
+    assert grid.identical(sweep(scene))
+
+
+def names(scene: Scene) -> dict[str, str]:
+    """Return for every cell's file what it is called in the diary."""
+    found = {}
+    for setting in scene.settings():
+        experiment = sweeps._experiment(scene, setting)
+        chain, drive = experiment.chain, experiment.drive
+        found[f"{sweeps._digest(experiment)}.cell"] = (
+            f"{chain.n}-{drive.amplitude}-{experiment.seed}"
+        )
+    return found
+
+
+def test_a_scheduler_that_does_not_answer_is_one_clear_sentence() -> None:
+    pytest.importorskip("distributed")
+    from exactcreep.studies.cluster import cluster
+
+    with (
+        pytest.raises(InputError, match=r"scheduler = 'tcp://127.0.0.1:9': does not answer"),
+        cluster("tcp://127.0.0.1:9", timeout=0.5),
+    ):
+        pass
