@@ -209,7 +209,7 @@ def sweep(
     return dataset
 
 
-def compute_cell(experiment: Experiment, stop: threading.Event | None = None) -> dict[str, Any]:
+def finished_cell(experiment: Experiment, stop: threading.Event | None = None) -> dict[str, Any]:
     """Return what a sweep keeps of one experiment, as plain data.
 
     Parameters
@@ -394,7 +394,7 @@ def _compute(
         while True:
             for index in remaining:
                 cell = (experiments[index],) if stop is None else (experiments[index], stop)
-                waiting[pool.submit(compute_cell, *cell)] = index
+                waiting[pool.submit(finished_cell, *cell)] = index
                 if len(waiting) >= ahead:
                     break
             if not waiting:

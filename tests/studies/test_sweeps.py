@@ -22,7 +22,7 @@ from exactcreep import creep
 from exactcreep.model.numbers import InputError
 from exactcreep.scene import Scene, load_scene
 from exactcreep.studies import sweeps
-from exactcreep.studies.sweeps import compute_cell, sweep
+from exactcreep.studies.sweeps import finished_cell, sweep
 
 TEXT = """
 [chain]
@@ -150,9 +150,9 @@ def test_a_resumed_sweep_computes_only_what_is_missing(
 
     def counted(*args):
         computed.append(args[0])
-        return compute_cell(*args)
+        return finished_cell(*args)
 
-    monkeypatch.setattr(sweeps, "compute_cell", counted)
+    monkeypatch.setattr(sweeps, "finished_cell", counted)
     assert sweep(scene, out=tmp_path / "out", resume=True).identical(whole)
     assert len(computed) == 4
     assert {path: path.stat().st_mtime_ns for path in kept} == kept
