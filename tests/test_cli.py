@@ -1,0 +1,270 @@
+"""The command line: what it prints, what it writes, and with which status it leaves."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exactcreep import Creep
+from exactcreep.cli import status
+from exactcreep.result import load_members
+
+QUICK = ["run", "six-sliders-cycles", "--set", "drive.cycles=10"]
+ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "COLUMNS": "100"}
+PROGRAM = [sys.executable, "-c", "from exactcreep.cli import main; main()"]
+
+
+class Told:
+    """What a command printed, and its status."""
+
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+    @property
+    def json(self) -> Any:
+        return json.loads(self.out)
+
+    @property
+    def sentence(self) -> str:
+        """The one line that an error makes."""
+        lines = self.err.strip().splitlines()
+        assert self.code == 2
+        assert self.out == ""
+        assert len(lines) == 1
+        assert lines[0].startswith("exactcreep: ")
+        return lines[0].removeprefix("exactcreep: ")
+
+
+@pytest.fixture
+def run(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Any:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+
+    def call(*words: str) -> Told:
+        code = status(list(words))
+        out, err = capsys.readouterr()
+        return Told(code, out, err)
+
+    return call
+
+
+def test_json_is_one_object_with_the_numbers_of_the_run(run: Any) -> None:
+    told = run(*QUICK, "--json", "--seed", "4")
+    assert told.code == 0
+    names = {"velocity", "velocity_error", "outcome", "evidence", "solver", "half_cycles",
+             "rearrangements", "events", "slips", "undecided", "seconds"}  # fmt: skip
+    assert names <= set(told.json)
+    assert told.json["half_cycles"] == 20
+    assert told.json["solver"] == "exact"
+    assert told.json["velocity"] == pytest.approx(27.8, rel=0.05)
+    assert told.json["events"] >= told.json["slips"] >= told.json["rearrangements"] > 0
+
+
+def test_a_scene_with_members_prints_what_each_one_sets(run: Any) -> None:
+    told = run("run", "chain-jumps", "--set", "drive.cycles=3", "--json")
+    members = told.json["members"]
+    assert len(members) == 16
+    assert members[9]["set"] == {
+        "drive.amplitude": 0.00367441471930044455,
+        "run.start": {"size": 1e-6, "seed": 1},
+    }
+    assert members[0]["set"]["run.start"] == "relaxed"
+    # every digit that was written is printed, although Python's float holds fewer
+    assert '"drive.amplitude": 0.00367441471930044455' in told.out
+    assert all(member["half_cycles"] == 6 for member in members)
+    assert len({member["x_G"] for member in members}) > 2
+
+
+def test_a_number_that_is_not_finite_is_null(run: Any) -> None:
+    told = run("run", "two-sliders-cycles", "--set", "drive.cycles=1", "--json")
+    assert told.json["velocity"] is None
+    assert told.json["velocity_error"] is None
+
+
+def test_numbers_asked_with_digits_are_decimal_strings(run: Any) -> None:
+    told = run("run", "two-sliders-cycles", "--set", "drive.cycles=4", "--set", "chain.sigma_mu=0",
+               "--solver", "mpmath", "--digits", "40", "--json")  # fmt: skip
+    assert told.code == 0
+    velocity = told.json["velocity"]
+    assert isinstance(velocity, str)
+    assert len(velocity.replace(".", "")) == 40
+    # 2 D k with D = 0.1 cos(alpha), tan(alpha) = 1/4, k slips of each slider in a cycle
+    assert velocity.startswith("9.70142500145331")
+
+
+def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(run: Any) -> None:
+    told = run(*QUICK)
+    assert told.code == 0
+    assert re.search(r"velocity per half-cycle +2[78]\.\d+ ± 0\.\d+", told.out)
+    assert re.search(r"paper, Eq\. \(vitesse_seuil\) +27\.8172", told.out)
+    assert "creeping" in told.out
+    assert "computed" in told.out
+
+
+def test_the_summary_of_members_counts_how_many_creep_cycle_or_rest(run: Any) -> None:
+    told = run("run", "two-sliders-cycles", "--set", "vary.drive.amplitude=[0.0003,0.001]",
+               "--set", "drive.cycles=20", "--set", "chain.sigma_mu=0")  # fmt: skip
+    assert "2 members: 1 at_rest, 1 creeping" in told.out
+
+
+def test_the_data_and_the_picture_are_written(run: Any, tmp_path: Path) -> None:
+    told = run(*QUICK, "--out", "run.nc", "--plot", "run.png", "--record", "x_G,slips", "--json")
+    loaded = Creep.load(tmp_path / "run.nc")
+    assert loaded.velocity == told.json["velocity"]
+    assert set(loaded.recorded) == {"x_G", "slips"}
+    assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
+    several = ["run", "chain-jumps", "--set", "drive.cycles=3"]
+    assert run(*several, "--out", "jumps.nc", "--plot", "jumps.pdf").code == 0
+    assert len(load_members(tmp_path / "jumps.nc")) == 16
+    assert (tmp_path / "jumps.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.parametrize("option", ["--out", "--plot", "--checkpoint"])
+def test_nothing_is_overwritten_without_force(run: Any, tmp_path: Path, option: str) -> None:
+    name = {"--out": "a.nc", "--plot": "a.png", "--checkpoint": "a.ckpt"}[option]
+    (tmp_path / name).write_text("precious")
+    assert "exists" in run(*QUICK, option, name).sentence
+    assert (tmp_path / name).read_text() == "precious"
+    assert run(*QUICK, option, name, "--force").code == 0
+    assert b"precious" not in (tmp_path / name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["run"], "Missing argument 'scene'"),
+        (["walk"], "No such command 'walk'"),
+        (["run", "six-slider-cycles"], "did you mean six-sliders-cycles?"),
+        (["run", "."], "scene = '.': is a directory"),
+        ([*QUICK, "--set", "chain.n"], "set = 'chain.n': must be KEY=VALUE"),
+        ([*QUICK, "--set", "chain.nn=3"], "did you mean chain.n?"),
+        ([*QUICK, "--set", "chain.n=three"], "chain.n = 'three': must be a whole number"),
+        ([*QUICK, "--solver", "euler"], "run.solver = 'euler': must be one of exact"),
+        ([*QUICK, "--dt", "0.01"], "'dt': solver 'exact' does not take it"),
+        ([*QUICK, "--solver", "verlet", "--dt", "0"], "run.dt = '0': must be"),
+        ([*QUICK, "--seed", "1.5"], "run.seed = '1.5': must be a whole number"),
+        ([*QUICK, "--record", "velocity"], "run.record = 'velocity': must be among x_G"),
+        ([*QUICK, "--max-events", "-1"], "max_events = '-1': must be a whole number"),
+        ([*QUICK, "--max-seconds", "nan"], "max_seconds = 'nan': must be a finite number"),
+        ([*QUICK, "--out", "no/such/run.nc"], "must lie in a directory that exists"),
+        ([*QUICK, "--out", "."], "out = '.': must be a file, not a directory"),
+        ([*QUICK, "--plot", "run.txt"], "plot = 'run.txt': must end in .png"),
+        ([*QUICK, "--checkpoint", "a.ckpt", "--every", "-1"], "every = '-1': must not be negative"),
+        (["resume", "none.ckpt"], "checkpoint = 'none.ckpt': must be a file"),
+        (["scenes", "--show", "none"], "show = 'none': must be one of"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_status_2(
+    run: Any, tmp_path: Path, words: list[str], told: str
+) -> None:
+    assert told in run(*words).sentence
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_directory_that_cannot_be_written_is_refused_before_the_run(
+    run: Any, tmp_path: Path
+) -> None:
+    if os.geteuid() == 0:
+        pytest.skip("root may write everywhere")
+    (tmp_path / "closed").mkdir(mode=0o500)
+    assert "can be written" in run(*QUICK, "--out", "closed/run.nc").sentence
+
+
+def test_debug_shows_the_traceback(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="six-slider"):
+        status(["run", "six-slider", "--debug"])
+    with pytest.raises(ValueError, match="six-slider"):
+        status(["--debug", "run", "six-slider"])
+
+
+def test_a_limit_leaves_with_status_3_and_the_partial_result(run: Any, tmp_path: Path) -> None:
+    told = run("run", "six-sliders-cycles", "--set", "drive.cycles=100000", "--max-events", "20000",
+               "--out", "run.nc", "--json")  # fmt: skip
+    assert told.code == 3
+    assert told.json["outcome"] == "limit"
+    assert told.json["reason"] == "max_events = 20000 was reached"
+    assert told.json["half_cycles"] == Creep.load(tmp_path / "run.nc").half_cycles > 0
+
+
+def test_resume_prints_what_an_uninterrupted_run_prints(run: Any, tmp_path: Path) -> None:
+    scene = ["run", "chain-jumps", "--set", "drive.cycles=20"]
+    whole = run(*scene, "--json").json
+    most = max(member["events"] for member in whole["members"])
+    part = run(*scene, "--json", "--max-events", str(most - 1), "--checkpoint", "a.ckpt")
+    assert part.code == 3
+    again = run("resume", "a.ckpt", "--json", "--out", "a.nc").json
+    for objects in (whole, again):
+        for member in objects["members"]:
+            assert member.pop("seconds") > 0
+    assert again == whole
+    assert len(load_members(tmp_path / "a.nc")) == 16
+
+
+def test_resume_refuses_what_is_no_checkpoint(run: Any, tmp_path: Path) -> None:
+    (tmp_path / "a.ckpt").write_text("PK")
+    assert "is not a checkpoint of exactcreep" in run("resume", "a.ckpt").sentence
+
+
+def test_ctrl_c_saves_and_summarises_what_was_computed(tmp_path: Path) -> None:
+    process = subprocess.Popen(
+        [*PROGRAM, "run", "two-sliders-cycles", "--set", "drive.cycles=1e9", "--json",
+         "--checkpoint", "a.ckpt", "--every", "0.2", "--out", "a.nc"],
+        cwd=tmp_path, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    started = time.monotonic()
+    # from the second checkpoint on, the loop is running
+    while not (tmp_path / "a.ckpt").exists() or (tmp_path / "a.ckpt").stat().st_size < 10_000:
+        assert process.poll() is None
+        assert time.monotonic() - started < 120
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert json.loads(out)["reason"] == "interrupted"
+    assert "exactcreep resume a.ckpt goes on" in err
+    assert "Traceback" not in err
+    loaded = Creep.load(tmp_path / "a.nc")
+    assert loaded.half_cycles == json.loads(out)["half_cycles"] > 100
+    assert loaded.velocity == pytest.approx(9.757, rel=0.01)
+
+
+def test_help_waits_for_no_compiler() -> None:
+    told = subprocess.run(
+        [sys.executable, "-c", "import sys; from exactcreep.cli import status; "
+         "code = status(['--help']); print(*sys.modules); sys.exit(code)"],
+        env=ENVIRONMENT, text=True, capture_output=True, check=True,
+    )  # fmt: skip
+    heavy = {"numpy", "numba", "scipy", "sympy", "mpmath", "xarray", "matplotlib", "flint"}
+    assert not heavy & set(told.stdout.split())
+    assert "Exit status" in told.stdout
+
+
+def test_every_command_has_help_with_an_example(run: Any) -> None:
+    told = run("--help")
+    commands = re.findall(r"^│ ([a-z]+) ", told.out, re.MULTILINE)
+    assert {"scenes", "run", "resume"} <= set(commands)
+    for command in commands:
+        assert "exactcreep " + command in run(command, "--help").out
+
+
+def test_scenes_lists_every_scene_and_shows_one(run: Any, tmp_path: Path) -> None:
+    listed = {scene["name"]: scene["members"] for scene in run("scenes", "--json").json["scenes"]}
+    assert listed["chain-jumps"] == 16
+    assert all(name in run("scenes").out for name in listed)
+    (tmp_path / "mine.toml").write_text(run("scenes", "--show", "six-sliders-cycles").out)
+    short = ["--set", "drive.cycles=5", "--json"]
+    mine = run("run", "mine.toml", *short).json
+    assert mine["x_G"] == run("run", "six-sliders-cycles", *short).json["x_G"]
+
+
+def test_the_version_is_printed(run: Any) -> None:
+    assert re.fullmatch(r"exactcreep \d+\.\d+\.\d+\n", run("--version").out)
