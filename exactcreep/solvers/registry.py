@@ -13,6 +13,7 @@ from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
 from exactcreep.solvers.auto import Auto
+from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.exact import Exact
 from exactcreep.solvers.reference import Mpmath, Reference
 from exactcreep.solvers.sliding import Sliding
@@ -23,6 +24,7 @@ SOLVERS: dict[str, type[Solver]] = {
     Exact.name: Exact,
     Reference.name: Reference,
     Mpmath.name: Mpmath,
+    Certified.name: Certified,
     Sliding.name: Sliding,
     Verlet.name: Verlet,
     Auto.name: Auto,

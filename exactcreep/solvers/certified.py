@@ -1,0 +1,248 @@
+"""The readable event solver in balls: every comparison is decided, or taken again with more bits.
+
+A calculation that meets an undecided comparison, or ends with fewer digits than were asked for,
+starts again at twice the precision: from the last state that is known exactly in Q(c), or from
+the beginning. At the stated limit what is still undecided is settled by the model's rules
+and counted, and the result says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event
+from exactcreep.model.drive import Drive
+from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
+from exactcreep.solvers.mechanics import Mechanics
+from exactcreep.solvers.reference import (
+    FieldSimulation,
+    FieldSolver,
+    completed,
+    mechanics_report,
+    refuse_no_slips,
+)
+from exactcreep.solvers.solver import Rearrangement, Simulation
+
+GUARD_BITS = 64
+"""Carried beyond the digits that were asked for, to begin with."""
+
+
+@dataclass(frozen=True)
+class Certified(FieldSolver):
+    """The readable solver in balls.
+
+    Parameters
+    ----------
+    digits : int
+        Correct significant digits asked for (of displacements; absolute below 1).
+    most_digits : int
+        The precision limit.
+    """
+
+    digits: int = 30
+    most_digits: int = 20_000
+    name: ClassVar[str] = "certified"
+    summary: ClassVar[str] = "readable event solver in balls: every comparison proved"
+
+    def __post_init__(self) -> None:
+        digits = whole_number(self.digits, "digits", least=1, most=100_000)
+        most = whole_number(self.most_digits, "most_digits", least=1, most=1_000_000)
+        if most < digits:
+            raise InputError("most_digits", most, f"must be at least digits = {digits}")
+        object.__setattr__(self, "digits", digits)
+        object.__setattr__(self, "most_digits", most)
+
+    def arithmetic(self) -> Arithmetic:
+        """Return balls of the precision to begin with."""
+        return balls_of(math.ceil(self.digits * BITS_PER_DIGIT) + GUARD_BITS)
+
+    @property
+    def most_bits(self) -> int:
+        """The precision limit in bits."""
+        return math.ceil(self.most_digits * BITS_PER_DIGIT) + GUARD_BITS
+
+    def precisions(self) -> Iterator[tuple[int, bool]]:
+        """Yield the precisions to try, and whether to settle there what is not decided."""
+        bits = self.arithmetic().bits
+        while bits < self.most_bits:
+            yield bits, False
+            bits *= 2
+        yield self.most_bits, False
+        yield self.most_bits, True
+
+    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
+        """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
+        refuse_no_slips(chain)
+        for bits, assume in self.precisions():
+            arithmetic = balls_of(bits)
+            with arithmetic.active():
+                mechanics = Mechanics(chain, seed, arithmetic, state, assume=assume, keep=True)
+                try:
+                    result = completed(mechanics, direction, self.name)
+                    if not assume:
+                        require_digits(mechanics, self.digits)
+                except Undecided:
+                    continue
+                evidence = Evidence.COMPUTED if mechanics.tally.undecided else Evidence.PROVED
+                report = dict(result.report) | certificate(mechanics)
+                return replace(result, evidence=evidence, report=report)
+        raise AssertionError("the last precision decides everything")
+
+    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
+        """Yield the events of `rearrange` one by one (they are all certified before the first)."""
+        yield from self.rearrange(chain, state, direction, seed).events
+
+    def simulation(
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
+    ) -> Simulation:
+        """Return a simulation that starts from `state`; see `Solver.simulation`."""
+        refuse_no_slips(chain)
+        return CertifiedSimulation(chain, state, seed, record, self)
+
+
+def require_digits(mechanics: Mechanics, digits: int) -> None:
+    """Raise `Undecided` if a displacement is known to fewer digits than that."""
+    allowed = mechanics.arithmetic.number(10) ** -digits
+    for x in mechanics.state().displacements.tolist():
+        if not x.rad() <= allowed * (1 + abs(x)):
+            raise Undecided(f"fewer than {digits} digits are left")
+
+
+def certificate(mechanics: Mechanics) -> dict[str, Any]:
+    """Return radius, bits lost and assumed ties of a calculation in balls."""
+    radii = [mechanics.arithmetic.radius(x) for x in mechanics.state().displacements.tolist()]
+    largest = max(radii)
+    lost = 0.0
+    if largest > 0:
+        widest = max(mechanics.state().displacements.tolist(), key=lambda x: x.rad())
+        mantissa, exponent = widest.rad().man_exp()
+        lost = mechanics.arithmetic.bits + float(exponent) + math.log2(int(mantissa))
+    return {
+        "ties_assumed": mechanics.tally.undecided,
+        "largest_radius": largest,
+        "bits_lost": max(lost, 0.0),
+        "bits_lost_per_event": max(lost, 0.0) / max(mechanics.tally.events, 1),
+        "exact_in_q_c": mechanics.exact is not None,
+    }
+
+
+class CertifiedSimulation(FieldSimulation):
+    """A simulation in balls, which goes back to its anchor when a comparison is undecided."""
+
+    def __init__(
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...], solver: Certified
+    ) -> None:
+        super().__init__(chain, state, seed, record, solver.arithmetic())
+        self.solver = solver
+        self.restarts = 0
+        self.origin = state
+        self.settles = False  # at the precision limit
+        self.replayed = False  # since the beginning of this call
+        self.handed_out = 0  # event rows of the half-cycle under way, in earlier calls
+        self._drop_anchor(-1)  # before the first target, whichever that is
+
+    def _drop_anchor(self, q: int) -> None:
+        """Take the present state, which is known exactly, as the one to go back to."""
+        with self.mechanics.arithmetic.active():
+            self.anchor = self.mechanics.captured()
+        self.anchor_target = (q, self.theta_target)
+
+    def _to_target(
+        self, drive: Drive, q: int, rows: dict[str, list[Any]], last: int
+    ) -> Outcome | None:
+        if self.anchor_target[0] < 0:
+            self.anchor_target = (q - 1, self.anchor_target[1])
+        kept = {name: len(values) for name, values in rows.items()}
+        while True:
+            try:
+                outcome = super()._to_target(drive, q, rows, last)
+                break
+            except Undecided:
+                for name, values in rows.items():
+                    del values[kept[name] :]
+                self._go_back(drive, q)
+        new = len(rows["event_time"]) - kept["event_time"] if "event_time" in rows else 0
+        if self.replayed:  # rows that were handed out before are not handed out again
+            for name in rows:
+                if name.startswith("event_"):
+                    start = kept[name]
+                    del rows[name][start : start + self.handed_out]
+            self.replayed = False
+            new -= self.handed_out
+        self.handed_out = self.handed_out + new if outcome is not None else 0
+        if outcome is None and self.mechanics.exact is not None:
+            self._drop_anchor(q)
+        return outcome
+
+    def _arrive(self, target: Any, rows: dict[str, list[Any]]) -> None:
+        if not self.settles:
+            require_digits(self.mechanics, self.solver.digits)
+        super()._arrive(target, rows)
+
+    def _go_back(self, drive: Drive, q: int) -> None:
+        """Start again from the anchor with more bits, and come to the half-cycle towards q."""
+        while True:
+            self.restarts += 1
+            bits = self.mechanics.arithmetic.bits
+            self.settles = bits >= self.solver.most_bits
+            more = balls_of(min(2 * bits, self.solver.most_bits))
+            with more.active():
+                self.mechanics = Mechanics(
+                    self.chain, self.seed, more, self.origin, assume=self.settles
+                )
+                self.mechanics.take_over(self.anchor)
+                if self.mechanics.exact is not None:
+                    self.mechanics.renew()
+            self.tally = self.mechanics.tally
+            reached, self.theta_target = self.anchor_target
+            self.replayed = True
+            unseen: dict[str, list[Any]] = {name: [] for name in self._columns()}
+            try:
+                for earlier in range(reached + 1, q):
+                    super()._to_target(drive, earlier, unseen, 2**62)
+                return
+            except Undecided:
+                continue
+
+    @property
+    def evidence(self) -> Evidence:
+        """Proved, unless a tie had to be assumed at the precision limit."""
+        return Evidence.COMPUTED if self.tally.undecided else Evidence.PROVED
+
+    def capture(self) -> dict[str, Any]:
+        """Return everything needed to go on bit for bit."""
+        return super().capture() | {
+            "anchor": self.anchor,
+            "anchor_target": list(self.anchor_target),
+            "settles": self.settles,
+            "restarts": self.restarts,
+            "handed_out": self.handed_out,
+        }
+
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        """Take over what `capture` returned."""
+        arithmetic = balls_of(int(captured["bits"]))
+        self.settles = bool(captured["settles"])
+        with arithmetic.active():
+            self.mechanics = Mechanics(
+                self.chain, self.seed, arithmetic, self.origin, assume=self.settles
+            )
+        super().restore(captured)
+        self.anchor = dict(captured["anchor"])
+        q, target = captured["anchor_target"]
+        self.anchor_target = (q, target)
+        self.restarts = int(captured["restarts"])
+        self.handed_out = int(captured["handed_out"])
+
+    def report(self) -> dict[str, Any]:
+        """Return precision, enclosure radius, bits lost, ties assumed and work counts."""
+        with self.mechanics.arithmetic.active():
+            certified = certificate(self.mechanics)
+        return mechanics_report(self.mechanics) | certified | {"restarts": self.restarts}
