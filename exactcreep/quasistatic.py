@@ -811,7 +811,7 @@ def _warm_up(experiment: Experiment, compiling: Callable[[], None]) -> None:
     if key in _WARM:
         return
     listener = _CompilerListener(compiling)
-    compiler_event.register("numba:compile", listener)  # type: ignore[no-untyped-call]
+    compiler_event.register("numba:compile", listener)
     try:
         chain = Chain(2, 10, "1/2", "3/5", experiment.chain.sigma_mu, tan_alpha="1/4")
         simulation = experiment.algorithm.simulation(
@@ -819,11 +819,11 @@ def _warm_up(experiment: Experiment, compiling: Callable[[], None]) -> None:
         )
         simulation.follow(Cycles("1/10", 1), 1, 2, max_events=1000)
     finally:
-        compiler_event.unregister("numba:compile", listener)  # type: ignore[no-untyped-call]
+        compiler_event.unregister("numba:compile", listener)
     _WARM.add(key)
 
 
-class _CompilerListener(compiler_event.Listener):
+class _CompilerListener(compiler_event.Listener):  # type: ignore[misc]
     """Says once that the compiler is at work; code found in its cache does not come here."""
 
     def __init__(self, say: Callable[[], None]) -> None:
