@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from exactcreep.scene import load_scene as load_scene
     from exactcreep.solvers.registry import iterate as iterate
     from exactcreep.solvers.registry import rearrange as rearrange
+    from exactcreep.studies.sweeps import sweep as sweep
 
 # Where each public name lives; it is imported when it is first used, so that a command line
 # that only prints its help does not wait for a compiler. "module:" alone is the module itself.
@@ -52,6 +53,7 @@ _HOMES = {
     "load_scene": "scene:load_scene",
     "rearrange": "solvers.registry:rearrange",
     "resume": "quasistatic:resume",
+    "sweep": "studies.sweeps:sweep",
 }
 
 __all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - the keys are strings

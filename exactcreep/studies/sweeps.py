@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -32,6 +32,7 @@ from exactcreep import __version__, checkpoint
 from exactcreep.experiment import Experiment
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 from exactcreep.quasistatic import PhysicsWarning, Progress, run_members
+from exactcreep.scene import Scene, load_scene
 
 FORMAT = "exactcreep sweep 1"
 _CELL_FORMAT = "exactcreep cell 1"
@@ -63,33 +64,6 @@ _WORDS = {
 _MISSING = -1  # of a count
 _FEWEST_AHEAD = 64  # cells handed to an executor beyond those that have finished
 _GLANCE = 0.25  # seconds between two reports of progress
-
-
-class Grid(Protocol):
-    """What a sweep asks of a scene."""
-
-    @property
-    def name(self) -> str:
-        """The scene's name."""
-        ...
-
-    @property
-    def vary(self) -> Mapping[str, list[Any]]:
-        """Dotted keys and the values that the members take."""
-        ...
-
-    @property
-    def tables(self) -> Mapping[str, Mapping[str, Any]]:
-        """``chain``, ``drive`` and ``run`` as written."""
-        ...
-
-    def settings(self) -> list[dict[str, Any]]:
-        """Return the varied keys and values of every member; the first key varies slowest."""
-        ...
-
-    def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
-        """Return the experiment of one member."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -128,7 +102,7 @@ class _Stopped(Exception):
 
 
 def sweep(
-    scene: Grid,
+    scene: Scene | str | os.PathLike[str],
     *,
     executor: Executor | None = None,
     workers: int | None = None,
@@ -140,9 +114,8 @@ def sweep(
 
     Parameters
     ----------
-    scene : Scene
-        From `exactcreep.load_scene`. What `[vary]` lists spans the grid; ``run.seed`` may be
-        among it.
+    scene : Scene, or the name of a built-in one, or a path
+        What its `[vary]` lists spans the grid; ``run.seed`` may be among it.
     executor : concurrent.futures.Executor, optional
         Where the cells are computed: threads, processes, or a cluster (see
         `exactcreep.studies.cluster`). It is not shut down.
@@ -179,6 +152,7 @@ def sweep(
     sweep that was stopped and resumed, on other machines or in another order, is the same bit
     for bit.
     """
+    scene = scene if isinstance(scene, Scene) else load_scene(scene)
     settings = scene.settings()
     experiments = [_experiment(scene, setting) for setting in settings]
     store = None if out is None else Store(out, resume=resume)
@@ -429,7 +403,7 @@ def _value(future: Future[dict[str, Any]], setting: Mapping[str, Any]) -> dict[s
     return value
 
 
-def _experiment(scene: Grid, setting: Mapping[str, Any]) -> Experiment:
+def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:
     """Return one member; nothing is recorded that the scene does not ask for by name."""
     record = setting.get("run.record", scene.tables["run"].get("record", []))
     experiment = scene.experiment({**setting, "run.record": record})
@@ -502,7 +476,7 @@ def _text(value: Any) -> str:
 
 
 def _assembled(
-    scene: Grid, experiments: list[Experiment], values: list[dict[str, Any] | None]
+    scene: Scene, experiments: list[Experiment], values: list[dict[str, Any] | None]
 ) -> xr.Dataset:
     """Return the cells as one dataset; cells not computed are marked by ``finished``."""
     names = dimensions(scene.vary)
