@@ -15,7 +15,7 @@ ROOMS = (
     ("laws",),
     ("motion",),
     ("solvers",),
-    ("decimals", "experiment", "checkpoint", "result", "quasistatic"),
+    ("decimals", "experiment", "checkpoint", "result", "march", "quasistatic"),
     ("scene",),
     ("studies",),
     ("commands",),

@@ -1,0 +1,369 @@
+"""A march: a simulation on its way along its drive, and what it has recorded and measured."""
+
+from __future__ import annotations
+
+import copy
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.decimals import Enclosure, digits_and_radii, enclosure, floats
+from exactcreep.experiment import Experiment
+from exactcreep.model.drive import Cycles, GaussianSteps
+from exactcreep.model.numbers import nearest_float
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Outcome
+from exactcreep.result import Creep
+from exactcreep.solvers.solver import Simulation, Stretch, Tally
+
+_MOST_SAMPLES = 4096
+_BLOCKS = 32  # of the block averages behind the standard error
+_FEWEST_BLOCKS = 8
+
+
+class March:
+    """A simulation on its way along its drive, and what has been recorded on the way."""
+
+    def __init__(self, experiment: Experiment, captured: Mapping[str, Any] | None) -> None:
+        self.experiment = experiment
+        chain, drive = experiment.chain, experiment.drive
+        self.total = drive.half_cycles
+        widest = _widest(experiment)
+        self.watch_theta = widest >= 1
+        self.watch_gaps = _may_cross(experiment, widest)
+        record = experiment.record
+        if self.watch_gaps and "tension" not in record:
+            record = (*record, "tension")
+        self.simulation: Simulation = experiment.algorithm.simulation(
+            chain, experiment.initial, experiment.seed, record
+        )
+        self.done = 0
+        self.outcome: Outcome | None = None
+        self.reason = ""
+        self.seconds = 0.0  # since the very start, over all sessions
+        self.seconds_here = 0.0
+        self.bytes = 0
+        self.crossings = 0
+        self.beyond_one = 0
+        self.blocks: dict[str, list[NDArray[Any]]] = {}
+        begin = _mean(experiment.initial.displacements)
+        self.tail: list[Enclosure] = [begin, begin]  # x_G at the last two targets
+        self.samples = Samples(nearest_float(begin.middle), 2 if drive.cyclic else 1)
+        self.burn_in = experiment.burn_in_of(self.total)
+        self.burnt: Mark | None = None
+        self.last_cycle: Mark | None = None
+        # a block ends where the run will be looked back to
+        self.boundaries = {self.burn_in, self.total - 2} if drive.cyclic else {self.burn_in}
+        if captured is not None:
+            self._restore(captured)
+        else:
+            self._mark()
+
+    @property
+    def ended(self) -> bool:
+        """Whether no further target can be reached."""
+        return self.outcome is Outcome.RUNAWAY or self.done == self.total
+
+    @property
+    def room(self) -> int:
+        """Targets up to the next one that will be looked back to, or the last."""
+        ends = [boundary for boundary in self.boundaries if boundary > self.done]
+        return min([self.total, *ends]) - self.done
+
+    def take(self, stretch: Stretch) -> None:
+        """Take over what `follow` came to."""
+        recorded = stretch.recorded
+        experiment = self.experiment
+        if stretch.completed:
+            first = self.done + 1
+            raw = recorded["x_G"]
+            self.tail = [*self.tail, *map(enclosure, raw[-2:].tolist())][-2:]
+            self.samples.add(first, floats(raw))
+            if self.watch_theta:
+                theta = experiment.drive.targets(first, stretch.completed, experiment.seed)
+                self.beyond_one += int(np.count_nonzero(np.abs(theta) >= 1))
+            if self.watch_gaps:
+                theta = experiment.drive.targets(first, stretch.completed, experiment.seed)
+                lengths = (1 + theta[:, None]) * nearest_float(experiment.chain.l0)
+                gaps = floats(recorded["tension"]) + lengths
+                self.crossings += int(np.count_nonzero((gaps <= 0).any(axis=1)))
+            self.done += stretch.completed
+            self._mark()
+        for name, values in recorded.items():
+            kind = "events" if name.startswith("event_") else name
+            if kind in experiment.record and len(values):
+                self._keep(name, values)
+        if stretch.outcome is not None:
+            self.outcome, self.reason = stretch.outcome, stretch.reason
+
+    def _keep(self, name: str, values: NDArray[Any]) -> None:
+        parts = {name: floats(values) if values.dtype == object else values}
+        if values.dtype == object:
+            texts, radii = digits_and_radii(values, self.experiment.digits or 17)
+            parts |= {f"{name}_decimal": texts, f"{name}_radius": radii}
+        for part, array in parts.items():
+            self.blocks.setdefault(part, []).append(array)
+            self.bytes += array.nbytes
+
+    def _mark(self) -> None:
+        if self.done == self.burn_in:
+            self.burnt = Mark.of(self, with_state=False)
+        if self.experiment.drive.cyclic and self.done == self.total - 2:
+            self.last_cycle = Mark.of(self, with_state=True)
+
+    def recorded(self) -> dict[str, NDArray[Any]]:
+        """Return what was recorded, one array for each name."""
+        for name, parts in self.blocks.items():
+            if len(parts) > 1:
+                self.blocks[name] = [np.concatenate(parts)]
+        return {name: parts[0] for name, parts in self.blocks.items()}
+
+    def capture(self) -> dict[str, Any]:
+        """Return everything needed to go on bit for bit, as plain data."""
+        return {
+            "simulation": self.simulation.capture(),
+            "done": self.done,
+            "outcome": None if self.outcome is None else self.outcome.value,
+            "reason": self.reason,
+            "seconds": self.seconds,
+            "crossings": self.crossings,
+            "beyond_one": self.beyond_one,
+            "recorded": self.recorded(),
+            "tail": [tuple(x) for x in self.tail],
+            "samples": self.samples.capture(),
+            "burnt": None if self.burnt is None else self.burnt.capture(),
+            "last_cycle": None if self.last_cycle is None else self.last_cycle.capture(),
+        }
+
+    def _restore(self, captured: Mapping[str, Any]) -> None:
+        self.simulation.restore(captured["simulation"])
+        self.done = captured["done"]
+        self.outcome = None if captured["outcome"] is None else Outcome(captured["outcome"])
+        self.reason = captured["reason"]
+        self.seconds = captured["seconds"]
+        self.crossings = captured["crossings"]
+        self.beyond_one = captured["beyond_one"]
+        self.blocks = {name: [array] for name, array in captured["recorded"].items()}
+        self.bytes = sum(array.nbytes for array in captured["recorded"].values())
+        self.tail = [Enclosure(*x) for x in captured["tail"]]
+        self.samples.restore(captured["samples"])
+        self.burnt = Mark.restored(captured["burnt"])
+        self.last_cycle = Mark.restored(captured["last_cycle"])
+
+    def result(self) -> Creep:
+        """Return what the run has come to."""
+        simulation, experiment = self.simulation, self.experiment
+        tally = copy.copy(simulation.tally)
+        state = simulation.state()
+        recorded = self.recorded()
+        if "x_G" in experiment.record:
+            recorded.setdefault("x_G", np.empty(0))
+        burn_in, velocity = self._measured()
+        value = math.nan if velocity is None else nearest_float(velocity.middle)
+        error = self.samples.error(burn_in)
+        outcome = self.outcome or self._behaviour(state)
+        if outcome is Outcome.RUNAWAY:
+            value = math.copysign(math.inf, nearest_float(experiment.chain.tan_alpha))
+            velocity, error = None, math.nan
+        return Creep(
+            experiment=experiment,
+            outcome=outcome,
+            evidence=simulation.evidence,
+            reason=self.reason,
+            velocity=value,
+            velocity_error=error,
+            velocity_enclosure=velocity if experiment.digits and self.burnt else None,
+            half_cycles=self.done,
+            burn_in=burn_in,
+            **asdict(tally),
+            warnings=self._warnings(tally),
+            seconds=self.seconds,
+            state=state,
+            recorded=recorded,
+            report=simulation.report(),
+        )
+
+    def _measured(self) -> tuple[int, Enclosure | None]:
+        """Return the burn-in, and the mean displacement per half-cycle after it if there is any."""
+        burn_in = self.experiment.burn_in_of(self.done)
+        if self.burnt is not None:
+            burn_in, begin = self.burnt.done, self.burnt.x_G
+        else:  # it ended before the planned burn-in did: take a shorter one, where x_G is known
+            burn_in, value = self.samples.first_after(burn_in)
+            begin = Enclosure(Fraction(value), Fraction(0))
+        # whole cycles only: within one, the chain goes up as well as down
+        partial = self.done % 2 if self.experiment.drive.cyclic else 0
+        span = self.done - partial - burn_in
+        if span <= 0:
+            return min(burn_in, self.done), None
+        end = self.tail[-1 - partial]
+        middle = (end.middle - begin.middle) / span
+        return burn_in, Enclosure(middle, (end.radius + begin.radius) / span)
+
+    def _behaviour(self, state: State) -> Outcome:
+        """Return what the chain does, once every target is reached; see `creep`."""
+        tally = self.simulation.tally
+        begin = self.burnt
+        if begin is None or begin.done == self.done:
+            begin = Mark(0, _mean(self.experiment.initial.displacements), Tally())
+        last = self.last_cycle
+        if last is not None:
+            if tally.events == last.tally.events:
+                return Outcome.AT_REST
+            if last.same_tensions(state):
+                begin = last
+        elif tally.events == begin.tally.events:
+            return Outcome.AT_REST
+        moved = abs(self.tail[-1].middle - begin.x_G.middle)
+        slips = tally.slips - begin.tally.slips
+        return Outcome.CREEPING if moved > slips * self._rounding() else Outcome.CYCLING
+
+    def _rounding(self) -> Fraction:
+        """Return the most that rounding adds to x_G in one slip."""
+        chain = self.experiment.chain
+        force = (chain.mu_s + abs(chain.tan_alpha)) * Fraction(chain.cos_alpha)
+        return chain.n * force / 2**50
+
+    def _warnings(self, tally: Tally) -> dict[str, int]:
+        counted = {
+            "draws_below_mu_d": tally.draws_below_mu_d,
+            "theta_beyond_one": self.beyond_one,
+            "crossings": self.crossings,
+        }
+        return {name: count for name, count in counted.items() if count}
+
+
+@dataclass(frozen=True)
+class Mark:
+    """Where the run was at a target that is looked back to."""
+
+    done: int
+    x_G: Enclosure
+    tally: Tally
+    tensions: NDArray[Any] | None = None
+    coefficients: NDArray[Any] | None = None
+
+    @classmethod
+    def of(cls, march: March, *, with_state: bool) -> Mark:
+        tally = copy.copy(march.simulation.tally)
+        if not with_state or march.experiment.chain.sigma_mu != 0:
+            return cls(march.done, march.tail[-1], tally)
+        state = march.simulation.state()
+        if state.tensions.dtype == object or state.coefficients.dtype == object:
+            return cls(march.done, march.tail[-1], tally)
+        return cls(march.done, march.tail[-1], tally, state.tensions, state.coefficients)
+
+    def same_tensions(self, state: State) -> bool:
+        """Return whether `state` has the same tensions and coefficients, bit for bit."""
+        return (
+            self.tensions is not None
+            and np.array_equal(self.tensions, state.tensions)
+            and np.array_equal(self.coefficients, state.coefficients)  # type: ignore[arg-type]
+        )
+
+    def capture(self) -> dict[str, Any]:
+        return {
+            "done": self.done,
+            "x_G": tuple(self.x_G),
+            "tally": asdict(self.tally),
+            "tensions": self.tensions,
+            "coefficients": self.coefficients,
+        }
+
+    @classmethod
+    def restored(cls, captured: Mapping[str, Any] | None) -> Mark | None:
+        if captured is None:
+            return None
+        return cls(
+            captured["done"],
+            Enclosure(*captured["x_G"]),
+            Tally(**captured["tally"]),
+            captured["tensions"],
+            captured["coefficients"],
+        )
+
+
+class Samples:
+    """x_G at equally spaced targets from the start on: never more than a few thousand.
+
+    When there are too many, every other one is dropped; which ones remain depends only on how many
+    targets were reached.
+    """
+
+    def __init__(self, start: float, spacing: int) -> None:
+        self.spacing = spacing
+        self.values = np.array([start])
+
+    def add(self, first: int, block: NDArray[np.float64]) -> None:
+        """Take over x_G at the targets `first`, `first` + 1, ..."""
+        wanted = self.spacing * self.values.size
+        self.values = np.concatenate([self.values, block[wanted - first :: self.spacing]])
+        while self.values.size > _MOST_SAMPLES:
+            self.values = self.values[::2]
+            self.spacing *= 2
+
+    def first_after(self, target: int) -> tuple[int, float]:
+        """Return the first sampled target that is not before `target`, and x_G there."""
+        k = min(-(-target // self.spacing), self.values.size - 1)
+        return k * self.spacing, float(self.values[k])
+
+    def error(self, burn_in: int) -> float:
+        """Return the standard error of the mean displacement per target, nan if unknown."""
+        values = self.values[-(-burn_in // self.spacing) :]
+        steps = values.size - 1
+        group = max(1, steps // _BLOCKS)
+        blocks = steps // group
+        if blocks < _FEWEST_BLOCKS:
+            return math.nan
+        means = np.diff(values[: blocks * group + 1 : group]) / (group * self.spacing)
+        error = float(np.std(means, ddof=1)) / math.sqrt(blocks)
+        centred = means - means.mean()
+        power = float(centred @ centred)
+        correlation = float(centred[1:] @ centred[:-1]) / power if power > 0 else 0.0
+        if correlation > 2 / math.sqrt(blocks):
+            error *= math.sqrt((1 + correlation) / (1 - correlation))
+        return error
+
+    def capture(self) -> dict[str, Any]:
+        return {"spacing": self.spacing, "values": self.values}
+
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        self.spacing = captured["spacing"]
+        self.values = captured["values"]
+
+
+def _mean(values: NDArray[Any]) -> Enclosure:
+    if values.dtype != object:
+        return Enclosure(Fraction(math.fsum(values.tolist())) / len(values), Fraction(0))
+    known = [enclosure(value) for value in values.tolist()]
+    middle = sum((x.middle for x in known), Fraction(0))
+    return Enclosure(middle / len(known), sum((x.radius for x in known), Fraction(0)) / len(known))
+
+
+def _widest(experiment: Experiment) -> float:
+    """Return a bound of |theta| over the whole drive."""
+    drive = experiment.drive
+    if isinstance(drive, Cycles):
+        return nearest_float(drive.amplitude)
+    if isinstance(drive, GaussianSteps):
+        return 9 * nearest_float(drive.sigma_theta)  # no deviate of 53 bits is larger
+    return float(np.abs(drive.targets(1, drive.half_cycles, experiment.seed)).max())
+
+
+def _may_cross(experiment: Experiment, widest: float) -> bool:
+    """Return whether springs are so short that sliders might cross.
+
+    No resting chain holds a tension beyond the sum of its limits, n (mu_s + |tan_alpha|)
+    cos(alpha); twice that, and nine sigma_mu, leave room for random coefficients.
+    """
+    chain = experiment.chain
+    if chain.n == 1:
+        return False
+    limit = chain.mu_s + 9 * chain.sigma_mu + abs(chain.tan_alpha)
+    start = float(np.abs(floats(experiment.initial.tensions)).max())
+    return (1 - widest) * nearest_float(chain.l0) <= 2 * chain.n * nearest_float(limit) + start
