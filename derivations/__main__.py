@@ -24,11 +24,18 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     )
     parser.add_argument("--json", action="store_true", help="print the ledger as a list of objects")
     parser.add_argument(
-        "--only", metavar="LABEL", help="one entry (its label or name) or one subject, with what backs it"
+        "--only",
+        metavar="LABEL",
+        help="one entry (its label or name) or one subject, with what backs it",
     )
-    parser.add_argument("--show", action="store_true", help="print the derivations in readable steps")
     parser.add_argument(
-        "--paper", metavar="FILE", type=Path, help="hold the ledger against a LaTeX source of the paper"
+        "--show", action="store_true", help="print the derivations in readable steps"
+    )
+    parser.add_argument(
+        "--paper",
+        metavar="FILE",
+        type=Path,
+        help="hold the ledger against a LaTeX source of the paper",
     )
     return parser.parse_args(given)
 
@@ -49,9 +56,13 @@ def _shown(derivation: Derivation) -> str:
     if derivation.assumptions:
         lines.append("Assumptions: " + "; ".join(derivation.assumptions))
     for number, step in enumerate(derivation.steps, 1):
-        lines += textwrap.wrap(step.text, 96, initial_indent=f"{number:3d}. ", subsequent_indent=" " * 5)
+        lines += textwrap.wrap(
+            step.text, 96, initial_indent=f"{number:3d}. ", subsequent_indent=" " * 5
+        )
         if step.expression is not None:
-            lines += textwrap.wrap(sp.sstr(step.expression), 92, initial_indent=" " * 9, subsequent_indent=" " * 9)
+            lines += textwrap.wrap(
+                sp.sstr(step.expression), 92, initial_indent=" " * 9, subsequent_indent=" " * 9
+            )
     return "\n".join(lines)
 
 
@@ -60,15 +71,19 @@ def _claims(verification: Verification) -> str:
     for claim in verification.claims:
         kind = "proved  " if claim.proved else "verified"
         lines += textwrap.wrap(
-            f"{kind} {claim.text} [{claim.how}]", 98, initial_indent="  ", subsequent_indent=" " * 11
+            f"{kind} {claim.text} [{claim.how}]",
+            98,
+            initial_indent="  ",
+            subsequent_indent=" " * 11,
         )
     return "\n".join(lines)
 
 
 def _row(entry: Entry) -> str:
-    head = f"{entry.label or '(' + entry.name + ')'}"
-    lines = [f"{entry.verdict.upper() if entry.verdict in ('misprint', 'inconsistent') else entry.verdict:14s}"
-             f"{head:44s}{entry.place}"]
+    head = entry.label or f"({entry.name})"
+    loud = entry.verdict in ("misprint", "inconsistent")
+    verdict = entry.verdict.upper() if loud else entry.verdict
+    lines = [f"{verdict:14s}{head:44s}{entry.place}"]
     body = [("printed", " ".join((entry.formula or entry.printed).split()))]
     if entry.corrected:
         body.append(("correct", " ".join(entry.corrected.split())))
@@ -79,7 +94,11 @@ def _row(entry: Entry) -> str:
     body.append(("by" if entry.proved else "by (verified)", entry.how))
     for name, text in body:
         lines += textwrap.wrap(
-            f"{name:8s}{text}", 98, initial_indent=" " * 14, subsequent_indent=" " * 22, break_long_words=False
+            f"{name:8s}{text}",
+            98,
+            initial_indent=" " * 14,
+            subsequent_indent=" " * 22,
+            break_long_words=False,
         )
     return "\n".join(lines)
 
@@ -128,7 +147,9 @@ def main(given: Sequence[str] | None = None) -> int:
     for problem in problems:
         print(problem, file=sys.stderr)
     if source is not None and not problems and not arguments.json:
-        print(f"{arguments.paper}: every statement is verbatim, every labelled equation has an entry")
+        print(
+            f"{arguments.paper}: every statement is verbatim, every labelled equation has an entry"
+        )
     return 1 if problems else 0
 
 

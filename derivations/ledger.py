@@ -37,7 +37,16 @@ SUBJECTS: dict[str, ModuleType] = {
 }
 """The modules, each with ``derive()``, ``check()`` and its entries."""
 
-_SECTIONS = ("Sec. II A", "Sec. II B", "Sec. II C", "Sec. III A", "Sec. III B", "Sec. IV", "Sec. V", "Fig.")
+_SECTIONS = (
+    "Sec. II A",
+    "Sec. II B",
+    "Sec. II C",
+    "Sec. III A",
+    "Sec. III B",
+    "Sec. IV",
+    "Sec. V",
+    "Fig.",
+)
 
 
 def subject_of(entry: Entry) -> str:
@@ -69,7 +78,8 @@ def _without_space(text: str) -> str:
 
 
 def disagreements(source: str) -> list[str]:
-    """Return what in the ledger does not match a source of the paper (empty: it is complete and verbatim).
+    """Return what in the ledger does not match a source of the paper (empty: it is complete and
+    verbatim).
 
     Parameters
     ----------
@@ -79,8 +89,8 @@ def disagreements(source: str) -> list[str]:
     Returns
     -------
     list of str
-        Entries that are not in the source but for white space, labelled equations without an entry, labels
-        that the source does not have.
+        Entries that are not in the source but for white space, labelled equations without an entry,
+        labels that the source does not have.
     """
     text = re.sub(r"(?<!\\)%.*", "", source)
     compact = _without_space(text)

@@ -1,7 +1,7 @@
 """Modes of a run: p moving sliders between ends that are fixed or free.
 
-A run obeys ``x'' = -K x + f`` with constant f; K has 2 on its diagonal (1 at a free end) and -1 beside
-it. Everything the event finder relies on is proved here for symbolic p.
+A run obeys ``x'' = -K x + f`` with constant f; K has 2 on its diagonal (1 at a free end) and -1
+beside it. Everything the event finder relies on is proved here for symbolic p.
 """
 
 from __future__ import annotations
@@ -50,7 +50,9 @@ class Ends(NamedTuple):
 
 
 KINDS: tuple[Ends, ...] = (
-    Ends("fixed", "fixed", q * sp.pi / (p + 1), sp.sin(n * phi), (p + 1) / 2, 2 * (p + 1), 2 * n, 1),
+    Ends(
+        "fixed", "fixed", q * sp.pi / (p + 1), sp.sin(n * phi), (p + 1) / 2, 2 * (p + 1), 2 * n, 1
+    ),
     Ends(
         "free",
         "fixed",
@@ -115,9 +117,9 @@ def stiffness(left: str, right: str, size: int) -> list[list[int]]:
 def image_sum(period: int, reflection: int, power: int) -> int:
     """Return (K^power)_nn as a sum over images.
 
-    On the infinite lattice ``(K^k)_(n, n+d) = (-1)**d binomial(2k, k + d)``; an end reflects with the sign
-    +1 (free) or -1 (fixed), and in all four cases the signs combine to
-    ``sum over j of b(period j) - b(reflection + period j)``, ``b(d) = binomial(2k, k + d)``.
+    On the infinite lattice ``(K^k)_(n, n+d) = (-1)**d binomial(2k, k + d)``; an end reflects with
+    the sign +1 (free) or -1 (fixed), and in all four cases the signs combine to ``sum over j of
+    b(period j) - b(reflection + period j)``, ``b(d) = binomial(2k, k + d)``.
     """
 
     def b(distance: int) -> int:
@@ -147,16 +149,30 @@ def derive() -> Derivation:
             Step(f"{name}: inverse, row r <= column s", results[f"inverse {name}"]),
         ]
     steps.append(
-        Step("any derivative: |v_n^(k)| <= sqrt((K^k)_nn 2J)", sp.sqrt(sp.binomial(2 * q, q) * 2 * symbol("J")))
+        Step(
+            "any derivative: |v_n^(k)| <= sqrt((K^k)_nn 2J)",
+            sp.sqrt(sp.binomial(2 * q, q) * 2 * symbol("J")),
+        )
     )
-    return Derivation("Modes of a run", tuple(steps), results, ("theta frozen", "signs of motion constant"))
+    return Derivation(
+        "Modes of a run", tuple(steps), results, ("theta frozen", "signs of motion constant")
+    )
 
 
 def _check_eigenpairs(v: Verification) -> None:
     for kind in KINDS:
         name, shape = f"{kind.left}-{kind.right}", kind.shape
-        bulk = -shape.subs(n, n - 1) + 2 * shape - shape.subs(n, n + 1) - 4 * sp.sin(phi / 2) ** 2 * shape
-        v.proved(f"{name}: eigenvalue 4 sin(phi/2)**2 inside", trigonometric(bulk), "trigonometric identity")
+        bulk = (
+            -shape.subs(n, n - 1)
+            + 2 * shape
+            - shape.subs(n, n + 1)
+            - 4 * sp.sin(phi / 2) ** 2 * shape
+        )
+        v.proved(
+            f"{name}: eigenvalue 4 sin(phi/2)**2 inside",
+            trigonometric(bulk),
+            "trigonometric identity",
+        )
         first = shape.subs(n, 0) if kind.left == "fixed" else shape.subs(n, 1) - shape.subs(n, 0)
         v.proved(f"{name}: the left end", trigonometric(first), "v_0 = 0 (fixed), v_0 = v_1 (free)")
         # The right end factorises; the angle makes the factor vanish.
@@ -170,17 +186,25 @@ def _check_eigenpairs(v: Verification) -> None:
                 if kind.left == "free"
                 else factor * sp.cos((p + sp.Rational(1, 2)) * phi)
             )
-            v.proved(f"{name}: the right end factorises", trigonometric(residue - product), "sum to product")
+            v.proved(
+                f"{name}: the right end factorises",
+                trigonometric(residue - product),
+                "sum to product",
+            )
             residue = product
         at_angle = sp.simplify(residue.subs(phi, kind.angle))
-        v.identity(f"{name}: the right end at phi_q", at_angle, "sine at k pi, cosine at (2k - 1) pi/2")
+        v.identity(
+            f"{name}: the right end at phi_q", at_angle, "sine at k pi, cosine at (2k - 1) pi/2"
+        )
         last = p - 1 if kind.first == 0 else p
         spread = sp.pi - kind.angle.subs(q, last)
         v.proved(
             f"{name}: p different angles in [0, pi)",
             sp.simplify(sp.diff(kind.angle, q)).is_positive is True
-            and (sp.simplify(spread).is_positive or sp.simplify(spread * (2 * p + 2)).is_positive) is True,
-            "phi_q grows with q and phi_last < pi: the eigenvalues differ, so eigenvectors are orthogonal "
+            and (sp.simplify(spread).is_positive or sp.simplify(spread * (2 * p + 2)).is_positive)
+            is True,
+            "phi_q grows with q and phi_last < pi: the eigenvalues differ, so eigenvectors are "
+            "orthogonal "
             "and complete",
         )
 
@@ -188,13 +212,19 @@ def _check_eigenpairs(v: Verification) -> None:
 def _check_norms(v: Verification) -> None:
     v.proved(
         "telescoping: 2 sin(phi) cos(2n phi) = sin((2n+1) phi) - sin((2n-1) phi)",
-        trigonometric(2 * sp.sin(phi) * sp.cos(2 * n * phi) - sp.sin((2 * n + 1) * phi) + sp.sin((2 * n - 1) * phi)),
+        trigonometric(
+            2 * sp.sin(phi) * sp.cos(2 * n * phi)
+            - sp.sin((2 * n + 1) * phi)
+            + sp.sin((2 * n - 1) * phi)
+        ),
         "product to sum",
     )
     v.proved(
         "telescoping: 2 sin(phi) cos((2n-1) phi) = sin(2n phi) - sin((2n-2) phi)",
         trigonometric(
-            2 * sp.sin(phi) * sp.cos((2 * n - 1) * phi) - sp.sin(2 * n * phi) + sp.sin((2 * n - 2) * phi)
+            2 * sp.sin(phi) * sp.cos((2 * n - 1) * phi)
+            - sp.sin(2 * n * phi)
+            + sp.sin((2 * n - 2) * phi)
         ),
         "product to sum",
     )
@@ -205,7 +235,7 @@ def _check_norms(v: Verification) -> None:
             total = p / 2 - (sp.sin((2 * p + 1) * phi) - sp.sin(phi)) / (4 * sp.sin(phi))
         else:
             total = p / 2 + sp.sin(2 * p * phi) / (4 * sp.sin(phi))
-        # (2p + 1) phi = (2q - 1) pi or (p + 1) phi = q pi or p phi = q pi: reduce the multiple angle
+        # (2p + 1) phi = (2q - 1) pi, (p + 1) phi = q pi or p phi = q pi: reduce the multiple
         if name == "fixed-fixed":
             reduced = total.subs(sp.sin((2 * p + 1) * phi), sp.sin(2 * q * sp.pi - phi))
             consistent = sp.expand((2 * p + 1) * kind.angle - 2 * q * sp.pi + kind.angle)
@@ -235,17 +265,27 @@ def _check_inverse(v: Verification) -> None:
         def below(r: Expression, left: str = left, right: str = right) -> Expression:
             return green(left, right, column, r)
 
-        v.identity(f"{name}: K G = 0 above the diagonal", -above(row - 1) + 2 * above(row) - above(row + 1) + mean)
-        v.identity(f"{name}: K G = 0 below the diagonal", -below(row - 1) + 2 * below(row) - below(row + 1) + mean)
+        v.identity(
+            f"{name}: K G = 0 above the diagonal",
+            -above(row - 1) + 2 * above(row) - above(row + 1) + mean,
+        )
+        v.identity(
+            f"{name}: K G = 0 below the diagonal",
+            -below(row - 1) + 2 * below(row) - below(row + 1) + mean,
+        )
         v.identity(
             f"{name}: K G = 1 on the diagonal",
             -above(column - 1) + 2 * above(column) - below(column + 1) - 1 + mean,
         )
-        first = above(sp.Integer(0)) if left == "fixed" else above(sp.Integer(1)) - above(sp.Integer(0))
+        first = (
+            above(sp.Integer(0)) if left == "fixed" else above(sp.Integer(1)) - above(sp.Integer(0))
+        )
         last = below(p + 1) if right == "fixed" else below(p + 1) - below(p)
         v.identity(f"{name}: the ends of G", sp.Abs(sp.expand(first)) + sp.Abs(sp.cancel(last)))
         if name == "free-free":
-            total = sp.summation(above(row), (row, 1, column)) + sp.summation(below(row), (row, column + 1, p))
+            total = sp.summation(above(row), (row, 1, column)) + sp.summation(
+                below(row), (row, column + 1, p)
+            )
             v.identity("free-free: G annihilates the mean", sp.simplify(total))
 
 
@@ -265,8 +305,10 @@ def _check_energy(v: Verification) -> None:
     v.identity(
         "|v_n^(k)(t)| <= sqrt((K^k)_nn 2J)",
         sp.simplify(sp.expand_trig(sp.diff(derivative(order), t) - derivative(order + 1))),
-        "by induction a derivative multiplies a mode by omega and turns its phase; Cauchy-Schwarz over the "
-        "modes with sum of omega**(2k) e_qn**2 = (K^k)_nn; a zero mode drops out for k >= 2, and adds the "
+        "by induction a derivative multiplies a mode by omega and turns its phase; Cauchy-Schwarz "
+        "over the "
+        "modes with sum of omega**(2k) e_qn**2 = (K^k)_nn; a zero mode drops out for k >= 2, and "
+        "adds the "
         "mean's motion for k = 0, 1",
     )
     k, d = sp.symbols("k d", integer=True, positive=True)
@@ -285,8 +327,10 @@ def _check_energy(v: Verification) -> None:
         left_at = 0 if kind.left == "fixed" else sp.Rational(1, 2)
         right_at = p + 1 if kind.right == "fixed" else p + sp.Rational(1, 2)
         v.identity(
-            f"{kind.left}-{kind.right}: images repeat with {kind.period}, the first at distance {kind.reflection}",
-            abs(2 * (right_at - left_at) - kind.period) + abs(sp.expand(2 * (n - left_at) - kind.reflection)),
+            f"{kind.left}-{kind.right}: images repeat with {kind.period}, "
+            f"the first at distance {kind.reflection}",
+            abs(2 * (right_at - left_at) - kind.period)
+            + abs(sp.expand(2 * (n - left_at) - kind.reflection)),
             "reflection at 0 or p+1 (fixed, odd), at 1/2 or p+1/2 (free, even)",
         )
         signs = {"fixed": -1, "free": 1}
@@ -301,15 +345,14 @@ def _check_energy(v: Verification) -> None:
     v.proved(
         "(K^k)_nn <= binomial(2k, k)",
         _paired(),
-        "b falls with |d|: each translated image b(period j), j >= 1, is outweighed by the reflected one "
+        "b falls with |d|: each translated image b(period j), j >= 1, is outweighed by the "
+        "reflected one "
         "before it, and likewise to the other side, so no more than b(0) remains",
     )
     worst = all(
         _diagonal(stiffness(kind.left, kind.right, size), power)
         == [
-            image_sum(
-                int(kind.period.subs(p, size)), int(kind.reflection.subs(n, place)), power
-            )
+            image_sum(int(kind.period.subs(p, size)), int(kind.reflection.subs(n, place)), power)
             for place in range(1, size + 1)
         ]
         and max(_diagonal(stiffness(kind.left, kind.right, size), power)) <= comb(2 * power, power)
@@ -348,13 +391,14 @@ def _diagonal(matrix: list[list[int]], power: int) -> list[int]:
     result = [[int(r == c) for c in range(size)] for r in range(size)]
     for _ in range(power):
         result = [
-            [sum(result[r][k] * matrix[k][c] for k in range(size)) for c in range(size)] for r in range(size)
+            [sum(result[r][k] * matrix[k][c] for k in range(size)) for c in range(size)]
+            for r in range(size)
         ]
     return [result[r][r] for r in range(size)]
 
 
 def _check_event_free_times(v: Verification) -> None:
-    u, A, B, t, g, d = sp.symbols("u A B t g d", positive=True)
+    u, A, B, g, d = sp.symbols("u A B g d", positive=True)
     moving = (A + sp.sqrt(A**2 + 2 * u * B)) / B
     v.identity(
         "a moving slider cannot stop before (A + sqrt(A**2 + 2uB))/B",
@@ -369,14 +413,18 @@ def _check_event_free_times(v: Verification) -> None:
     )
     v.proved(
         "... with B = sqrt(2) (sqrt(2 J_left) + sqrt(2 J_right))",
-        max(max(_diagonal(stiffness(kind.left, kind.right, 6), 1)) for kind in KINDS) == 2 == comb(2, 1),
+        max(max(_diagonal(stiffness(kind.left, kind.right, 6), 1)) for kind in KINDS)
+        == 2
+        == comb(2, 1),
         "its force's second derivative is the sum of its neighbours' accelerations, k = 1",
     )
 
 
 def check() -> Verification:
     """Prove eigenpairs, norms, inverses, the conserved energy and the derivative bounds."""
-    v = Verification("modes", ("theta frozen during a rearrangement", "no start, stop or reversal inside"))
+    v = Verification(
+        "modes", ("theta frozen during a rearrangement", "no start, stop or reversal inside")
+    )
     _check_eigenpairs(v)
     _check_norms(v)
     _check_inverse(v)
@@ -384,7 +432,10 @@ def check() -> Verification:
     _check_event_free_times(v)
     exact = all(
         [
-            sum(stiffness(kind.left, kind.right, size)[a][e] * _green_number(kind, size, e, b) for e in range(size))
+            sum(
+                stiffness(kind.left, kind.right, size)[a][e] * _green_number(kind, size, e, b)
+                for e in range(size)
+            )
             for a in range(size)
             for b in range(size)
         ]
@@ -402,16 +453,18 @@ def check() -> Verification:
 
 def _green_number(kind: Ends, size: int, a: int, b: int) -> Fraction:
     low, high = min(a, b) + 1, max(a, b) + 1
-    value = sp.Rational(green(kind.left, kind.right, sp.Integer(low), sp.Integer(high)).subs(p, size))
+    value = sp.Rational(
+        green(kind.left, kind.right, sp.Integer(low), sp.Integer(high)).subs(p, size)
+    )
     return Fraction(int(value.p), int(value.q))
 
 
 def _stable_step(formula: Formula) -> bool:
-    """Judge `Delta t << tau_dyn`: a step of velocity Verlet is stable below 2/omega_max = tau_dyn."""
+    """Judge `Delta t << tau_dyn`: velocity Verlet is stable below 2/omega_max = tau_dyn."""
     step, frequency = sp.symbols("step omega", positive=True)
     # one Verlet step maps (x, v) with trace 2 - (omega step)**2 and determinant 1
     trace = 2 - (frequency * step) ** 2
-    limit = [root for root in sp.solve(trace + 2, step) if root.is_positive][0].subs(frequency, 2)
+    limit = next(root for root in sp.solve(trace + 2, step) if root.is_positive).subs(frequency, 2)
     sides = formula.bound({}).sides
     return formula.relations == ("<<",) and bool(
         sides == (symbol("Delta_t"), limit * symbol("tau_dyn"))
@@ -424,8 +477,10 @@ ENTRIES: tuple[Entry, ...] = (
         "Sec. II C",
         r"$\Delta t\ll\tau_\mathrm{dyn}$",
         "approximation",
-        "modes: all frequencies are below 2/tau_dyn, so velocity Verlet is stable for Delta t < tau_dyn",
-        error="second order in Delta t inside a phase, first order where starts and stops are found only at "
+        "modes: all frequencies are below 2/tau_dyn, so velocity Verlet is stable for Delta t < "
+        "tau_dyn",
+        error="second order in Delta t inside a phase, first order where starts and stops are "
+        "found only at "
         "the end of a step",
         formula=r"\Delta t\ll\tau_\mathrm{dyn}",
         holds=_stable_step,

@@ -5,9 +5,10 @@ text, read by :func:`read`: nothing is transcribed by hand, and a changed sign, 
 in the text is a changed formula in the check.
 
 Conventions of the reader: a tilde is dropped (the modules say which quantities are dimensionless);
-a bar makes ``mean_mu_s``, which is mu_s unless a module says otherwise; a subscript that holds an index becomes an argument (``x_{n+1}`` is
-``x(n + 1)``, ``f_{i \\to i-1}`` is ``f(i, i - 1)``, ``\\mu_{\\mathrm{s},2}`` is ``mu_s(2)``); what stands
-behind a slash up to the end of the product is the denominator; ``<v_G>`` is the symbol ``v_G``.
+a bar makes ``mean_mu_s``, which is mu_s unless a module says otherwise; a subscript that holds an
+index becomes an argument (``x_{n+1}`` is ``x(n + 1)``, ``f_{i \\to i-1}`` is ``f(i, i - 1)``,
+``\\mu_{\\mathrm{s},2}`` is ``mu_s(2)``); what stands behind a slash up to the end of the product is
+the denominator; ``<v_G>`` is the symbol ``v_G``.
 """
 
 from __future__ import annotations
@@ -22,10 +23,31 @@ import sympy as sp
 Expression = Any
 """A SymPy expression."""
 
-_POSITIVE = (
-    "l_0 mu_d mu_s sigma_mu sigma_theta A_theta m g k M L Y rho kappa tau_dyn tau_th c_s R delta D P "
-    "Delta_mu c"
-).split()
+_POSITIVE = [
+    "l_0",
+    "mu_d",
+    "mu_s",
+    "sigma_mu",
+    "sigma_theta",
+    "A_theta",
+    "m",
+    "g",
+    "k",
+    "M",
+    "L",
+    "Y",
+    "rho",
+    "kappa",
+    "tau_dyn",
+    "tau_th",
+    "c_s",
+    "R",
+    "delta",
+    "D",
+    "P",
+    "Delta_mu",
+    "c",
+]
 _INTEGER = ("N", "n", "i", "j", "p", "q")
 
 
@@ -38,8 +60,8 @@ def symbol(name: str) -> Expression:
     return sp.Symbol(name, real=True)
 
 
-N, n, i, j = (symbol(name) for name in "N n i j".split())
-l0, mu_d, mu_s, sigma_mu = (symbol(name) for name in "l_0 mu_d mu_s sigma_mu".split())
+N, n, i, j = (symbol(name) for name in ["N", "n", "i", "j"])
+l0, mu_d, mu_s, sigma_mu = (symbol(name) for name in ["l_0", "mu_d", "mu_s", "sigma_mu"])
 amplitude, sigma_theta = symbol("A_theta"), symbol("sigma_theta")
 alpha, theta = symbol("alpha"), symbol("theta")
 c, s = symbol("c"), symbol("s")
@@ -128,10 +150,8 @@ _FUNCTIONS: dict[str, Callable[[Expression], Expression]] = {
     "\\arctan": sp.atan,
 }
 _ACCENTS = {"\\tilde": "", "\\overline": "mean_", "\\dot": "dot_", "\\ddot": "ddot_"}
-_GREEK = "alpha mu sigma theta kappa tau rho delta psi lambda omega".split()
-_IGNORED = (
-    r"\\(?:nonumber|left|right|Bigl|Bigr|bigl|bigr|quad)(?![A-Za-z])|\\\\|\\[,;:! ]|[&~$\s]"
-)
+_GREEK = ["alpha", "mu", "sigma", "theta", "kappa", "tau", "rho", "delta", "psi", "lambda", "omega"]
+_IGNORED = r"\\(?:nonumber|left|right|Bigl|Bigr|bigl|bigr|quad)(?![A-Za-z])|\\\\|\\[,;:! ]|[&~$\s]"
 _TOKEN = re.compile(r"\\[A-Za-z]+|\d+(?:\.\d+)?|[A-Za-z]|[-+*/^_{}()\[\]|=<>,.]")
 _CALLED = ("S", "p", "l", "psi")
 _INDEXED = ("x", "dot_x", "ddot_x", "Delta_x")
@@ -176,12 +196,13 @@ class _Reader:
         return token
 
     def formula(self) -> Formula:
-        sides, relations = [self.sum()], []
+        sides = [self.sum()]
+        relations: list[str] = []
         while self.peek() in _RELATIONS:
             relations.append(_RELATIONS[self.take()])
             sides.append(self.sum())
         if self.peek():
-            raise NotationError(f"left over: {' '.join(self.tokens[self.position:])}")
+            raise NotationError(f"left over: {' '.join(self.tokens[self.position :])}")
         return Formula(tuple(sides), tuple(relations))
 
     def sum(self) -> Expression:
@@ -220,7 +241,10 @@ class _Reader:
         return self.atom()
 
     def enclosed(self) -> Expression:
-        closing = _CLOSING[self.take()]
+        opening = self.take()
+        if opening not in _CLOSING:
+            raise NotationError(f"expected a bracket, found {opening}")
+        closing = _CLOSING[opening]
         value = self.sum()
         self.take(closing)
         return value
@@ -296,7 +320,8 @@ class _Reader:
             self.take()
         if self.peek() != "{":
             return [self.take()]
-        depth, found = 0, []
+        depth = 0
+        found: list[str] = []
         while True:
             token = self.take()
             if token == "{":

@@ -1,7 +1,7 @@
 """Pivots and critical angles: which slider rests while the chain dilates or contracts.
 
-The centrepiece of the audit: Eq. (critical_angle), step by step for symbolic N and i, for dilation and
-for contraction, with the window of slopes in which two neighbours can both be the pivot.
+The centrepiece of the audit: Eq. (critical_angle), step by step for symbolic N and i, for dilation
+and for contraction, with the window of slopes in which two neighbours can both be the pivot.
 """
 
 from __future__ import annotations
@@ -14,7 +14,16 @@ import sympy as sp
 
 from derivations.notation import Expression, Formula, N, alpha, c, i, j, mu_d, mu_s, s, symbol
 from derivations.play import NotUnique, SlidingChain
-from derivations.proof import Derivation, Entry, Judge, Step, Verification, follows, inequality, vanishes
+from derivations.proof import (
+    Derivation,
+    Entry,
+    Judge,
+    Step,
+    Verification,
+    follows,
+    inequality,
+    vanishes,
+)
 
 m, g = symbol("m"), symbol("g")
 slope = symbol("t")
@@ -50,7 +59,7 @@ def edge(slider: Expression, dilates: bool, sign: int) -> Expression:
 
 
 def critical(index: Expression) -> Expression:
-    """Return tan(alpha*_{N,index}): above it slider `index` starts downhill while the chain dilates."""
+    """Return tan(alpha*_{N,index}), above which slider `index` starts downhill in a dilation."""
     return edge(index, True, 1)
 
 
@@ -68,12 +77,21 @@ def derive() -> Derivation:
         "avalanche": critical(sp.Integer(1)),
     }
     steps = (
-        Step("Dilation: sliders 1..i-1 move uphill, each T_k - T_{k-1} + s + mu_d c = 0; T_{i-1}", tension_above(i, -1)),
-        Step("sliders i+1..N move downhill, each T_k - T_{k-1} + s - mu_d c = 0; T_i", tension_below(i, 1)),
+        Step(
+            "Dilation: sliders 1..i-1 move uphill, each T_k - T_{k-1} + s + mu_d c = 0; T_{i-1}",
+            tension_above(i, -1),
+        ),
+        Step(
+            "sliders i+1..N move downhill, each T_k - T_{k-1} + s - mu_d c = 0; T_i",
+            tension_below(i, 1),
+        ),
         Step("force on slider i: T_i - T_{i-1} + s", dilation),
         Step("it starts downhill when this exceeds mu_s c: tan(alpha) above", results["critical"]),
         Step("it starts uphill when this is below -mu_s c: tan(alpha) below", edge(i, True, -1)),
-        Step("Contraction: sliders 1..j-1 move downhill, j+1..N uphill; force on slider j", contraction),
+        Step(
+            "Contraction: sliders 1..j-1 move downhill, j+1..N uphill; force on slider j",
+            contraction,
+        ),
         Step("it starts downhill for tan(alpha) above", results["critical_contraction"]),
         Step("the same slope as in the dilation if j is", partner),
         Step("slider i-1 rests for tan(alpha) above", edge(i - 1, True, -1)),
@@ -93,21 +111,33 @@ def derive() -> Derivation:
 def check() -> Verification:
     """Prove the critical angles and the window; verify which pivots are stable for N = 2..12."""
     v = Verification(
-        "pivots", ("large amplitude: all sliders but the pivot move", "quasi-static", "moving sliders carry mu_d")
+        "pivots",
+        (
+            "large amplitude: all sliders but the pivot move",
+            "quasi-static",
+            "moving sliders carry mu_d",
+        ),
     )
     r = derive().results
     printed = mu_d * (1 - 2 * (i - 1) / N) + (mu_s - mu_d) / N
-    v.identity("Eq. (critical_angle)", r["critical"] - printed, "force balance of slider i, N and i symbolic")
+    v.identity(
+        "Eq. (critical_angle)",
+        r["critical"] - printed,
+        "force balance of slider i, N and i symbolic",
+    )
     v.identity("slider N + 1 - i in a contraction has the same edge", r["partner"] - (N + 1 - i))
     v.identity(
         "a contraction of i is a dilation of N + 1 - i",
         pivot_force(i, False) - pivot_force(N + 1 - i, True),
         "force on the pivot",
     )
-    v.identity("edges of neighbours are 2 mu_d/N apart", critical(i - 1) - critical(i) - 2 * mu_d / N)
+    v.identity(
+        "edges of neighbours are 2 mu_d/N apart", critical(i - 1) - critical(i) - 2 * mu_d / N
+    )
     v.identity("the window is 2 (mu_s - mu_d)/N wide", r["window_width"] - 2 * (mu_s - mu_d) / N)
     v.identity(
-        "the window is centred on mu_d (1 - 2(i-1)/N)", sum(r["window"]) / 2 - mu_d * (1 - 2 * (i - 1) / N)
+        "the window is centred on mu_d (1 - 2(i-1)/N)",
+        sum(r["window"]) / 2 - mu_d * (1 - 2 * (i - 1) / N),
     )
     v.identity("alpha*_{N,1} is mu_d + (mu_s - mu_d)/N", r["avalanche"] - mu_d - (mu_s - mu_d) / N)
     stable, cases = True, 0
@@ -120,12 +150,15 @@ def check() -> Verification:
             tan = low * Fraction(random.randint(1, 239), 240)
             resting = {k for k in range(1, size + 1) if abs(_force(size, k, tan, low)) <= high}
             named = {
-                k for k in range(1, size + 1) if bottom(size, k, low, high) <= tan <= top(size, k, low, high)
+                k
+                for k in range(1, size + 1)
+                if bottom(size, k, low, high) <= tan <= top(size, k, low, high)
             }
             stable &= resting == named and len(resting) >= 1
             cases += 1
     v.verified(
-        "the sliders that can be the pivot are those in whose window the slope lies", stable,
+        "the sliders that can be the pivot are those in whose window the slope lies",
+        stable,
         f"{cases} rational cases, N = 2..12, forces summed slider by slider",
     )
     agree, cases, ties = True, 0, 0
@@ -143,25 +176,30 @@ def check() -> Verification:
                 agree &= (size * tan / low - size) % 2 == 0
                 continue
             index = dilated + 1
-            agree &= low * (1 - Fraction(2 * (index - 1), size)) < tan < low * (1 - Fraction(2 * (index - 2), size))
+            agree &= (
+                low * (1 - Fraction(2 * (index - 1), size))
+                < tan
+                < low * (1 - Fraction(2 * (index - 2), size))
+            )
             agree &= chain.pivot == size + 2 - index
             cases += 1
     v.verified(
-        "the sliding chain takes the pivot i - 1 (dilation) and N + 2 - i (contraction)", agree,
+        "the sliding chain takes the pivot i - 1 (dilation) and N + 2 - i (contraction)",
+        agree,
         f"{cases} rational cases, N = 2..12, and {ties} ties, all at the edges",
     )
     return v
 
 
 def _force(size: int, pivot: int, tan: Fraction, low: Fraction) -> Fraction:
-    """Return the force on the pivot of a dilating chain, in units of cos(alpha), by adding sliders up."""
+    """Return the force on the pivot of a dilation over cos(alpha), by adding sliders up."""
     above = sum((-low - tan for _ in range(1, pivot)), Fraction(0))
     below = -sum((low - tan for _ in range(pivot + 1, size + 1)), Fraction(0))
     return below - above + tan
 
 
 def _edges(sign: int) -> Callable[[int, int, Fraction, Fraction], Fraction]:
-    """Return an edge as a function of rationals (N, slider, mu_d, mu_s); its coefficients are integers."""
+    """Return an edge as a function of rationals (N, slider, mu_d, mu_s), exactly."""
     evaluate = sp.lambdify((N, i, mu_d, mu_s), sp.together(edge(i, True, sign)), modules=[{}])
     return lambda size, slider, low, high: Fraction(evaluate(size, slider, low, high))
 
@@ -203,8 +241,10 @@ def _range(formula: Formula) -> bool:
     if low.func != star or high.func != star:
         return False
     lowest, highest = critical(low.args[0]), critical(high.args[0])
-    return vanishes(lowest - critical(i)) and vanishes(highest - critical(i - 1)) and vanishes(
-        highest - lowest - 2 * mu_d / N
+    return (
+        vanishes(lowest - critical(i))
+        and vanishes(highest - critical(i - 1))
+        and vanishes(highest - lowest - 2 * mu_d / N)
     )
 
 
@@ -216,21 +256,27 @@ ENTRIES: tuple[Entry, ...] = (
         "convention",
         "definition",
         formula=r"\Delta\mu \equiv \mu_\mathrm{s} - \mu_\mathrm{d}",
-        holds=lambda formula: formula.relations == ("=",)
-        and formula.left == symbol("Delta_mu")
-        and vanishes(formula.bound({}).right - (mu_s - mu_d)),
+        holds=lambda formula: (
+            formula.relations == ("=",)
+            and formula.left == symbol("Delta_mu")
+            and vanishes(formula.bound({}).right - (mu_s - mu_d))
+        ),
     ),
     Entry(
         "dilation_rate",
         "Sec. III B 2",
         r"$\dot \theta \gg \Delta\mu / \tilde{l}_0 \tau_\mathrm{dyn}$",
         "approximation",
-        "slip: a slip of 2 (mu_s - mu_d) cos(alpha) lasts pi tau_dyn; continuous sliding needs l0 theta' pi tau_dyn "
+        "slip: a slip of 2 (mu_s - mu_d) cos(alpha) lasts pi tau_dyn; continuous sliding needs l0 "
+        "theta' pi tau_dyn "
         ">> 2 (mu_s - mu_d) cos(alpha)",
         corrected=r"\dot \theta \gg 2 \Delta\mu \cos\alpha / \pi \tilde{l}_0 \tau_\mathrm{dyn}",
-        corrected_formula=r"\dot \theta \gg 2 \Delta\mu \cos\alpha / \pi \tilde{l}_0 \tau_\mathrm{dyn}",
-        error="right to the factor 2 cos(alpha)/pi; it is the opposite of the model's own separation of time scales "
-        "(theta frozen in a rearrangement), under which the balance holds on average over slips instead",
+        corrected_formula=r"\dot \theta \gg 2 \Delta\mu \cos\alpha / \pi \tilde{l}_0 "
+        r"\tau_\mathrm{dyn}",
+        error="right to the factor 2 cos(alpha)/pi; it is the opposite of the model's own "
+        "separation of time scales "
+        "(theta frozen in a rearrangement), under which the balance holds on average over slips "
+        "instead",
         formula=r"\dot \theta \gg \Delta\mu / \tilde{l}_0 \tau_\mathrm{dyn}",
         holds=lambda formula: _rate(formula, False),
         holds_exactly=lambda formula: _rate(formula, True),
@@ -260,31 +306,40 @@ ENTRIES: tuple[Entry, ...] = (
         "Sec. III B 2",
         r"| f_{i-1\to i} + f_{i+1\to i} + m g \sin \alpha | < \mu_\mathrm{d} m g \cos \alpha",
         "misprint",
-        "pivots: a slider at rest is held by static friction, Eq. (static_friction); Eq. (critical_angle) follows "
+        "pivots: a slider at rest is held by static friction, Eq. (static_friction); Eq. "
+        "(critical_angle) follows "
         "from mu_s, not from mu_d",
-        corrected=r"| f_{i-1\to i} + f_{i+1\to i} + m g \sin \alpha | < \mu_\mathrm{s} m g \cos \alpha",
-        corrected_formula=r"| f_{i-1\to i} + f_{i+1\to i} + m g \sin \alpha | < \mu_\mathrm{s} m g \cos \alpha",
+        corrected=r"| f_{i-1\to i} + f_{i+1\to i} + m g \sin \alpha | < \mu_\mathrm{s} m g \cos "
+        r"\alpha",
+        corrected_formula=r"| f_{i-1\to i} + f_{i+1\to i} + m g \sin \alpha | < \mu_\mathrm{s} m "
+        r"g \cos \alpha",
         error="friction coefficient of the wrong kind",
-        formula=r"| f_{i-1\to i} + f_{i+1\to i} + m g \sin \alpha | < \mu_\mathrm{d} m g \cos \alpha",
+        formula=r"| f_{i-1\to i} + f_{i+1\to i} + m g \sin \alpha | < \mu_\mathrm{d} m g \cos "
+        r"\alpha",
         holds=_stability(),
         repair=(r"\mu_\mathrm{d}", r"\mu_\mathrm{s}"),
     ),
     Entry(
         "critical_angle",
         "Sec. III B 2",
-        r"\tan \alpha_{N,i}^* = \mu_\mathrm{d} \Bigl[ 1 - 2\,\frac{i-1}{N} \Bigr] + \frac{\Delta\mu}{N}.",
+        r"\tan \alpha_{N,i}^* = \mu_\mathrm{d} \Bigl[ 1 - 2\,\frac{i-1}{N} \Bigr] + "
+        r"\frac{\Delta\mu}{N}.",
         "exact",
-        "pivots: slider i, resting in a dilation, starts downhill above this slope; N and i symbolic",
+        "pivots: slider i, resting in a dilation, starts downhill above this slope; N and i "
+        "symbolic",
         label="critical_angle",
         assumptions=(
-            "slider i is the pivot: for 2 (mu_s - mu_d)/N below this slope slider i - 1 can be it as well, and the "
+            "slider i is the pivot: for 2 (mu_s - mu_d)/N below this slope slider i - 1 can be it "
+            "as well, and the "
             "chain's history and the disorder decide",
             "all other sliders slide",
             "one value of mu_s",
         ),
-        error="upper edge of a window of bistable pivots; under disorder transitions are centred on the window's "
+        error="upper edge of a window of bistable pivots; under disorder transitions are centred "
+        "on the window's "
         "middle, mu_d (1 - 2(i-1)/N)",
-        formula=r"\tan \alpha_{N,i}^* = \mu_\mathrm{d} \Bigl[ 1 - 2\,\frac{i-1}{N} \Bigr] + \frac{\Delta\mu}{N}",
+        formula=r"\tan \alpha_{N,i}^* = \mu_\mathrm{d} \Bigl[ 1 - 2\,\frac{i-1}{N} \Bigr] + "
+        r"\frac{\Delta\mu}{N}",
         holds=follows({sp.tan(star(i)): critical(i), symbol("Delta_mu"): mu_s - mu_d}),
     ),
     Entry(
@@ -292,7 +347,8 @@ ENTRIES: tuple[Entry, ...] = (
         "Sec. III B 2",
         r"remains stable for $\alpha_\mathrm{N,i}^* < \alpha < \alpha_\mathrm{N,i-1}^*$",
         "exact",
-        "pivots: slider i - 1 rests up to its own critical angle, which lies 2 mu_d/N in tan(alpha) above that of "
+        "pivots: slider i - 1 rests up to its own critical angle, which lies 2 mu_d/N in "
+        "tan(alpha) above that of "
         "slider i",
         formula=r"\alpha_\mathrm{N,i}^* < \alpha < \alpha_\mathrm{N,i-1}^*",
         holds=_range,
@@ -320,22 +376,29 @@ ENTRIES: tuple[Entry, ...] = (
         "Sec. III B 2",
         r"for $\alpha > \alpha_{N,i}^*$ the slider $j = N + 1 -i$ starts moving downwards",
         "exact",
-        "pivots: the edge of slider j in a contraction equals that of slider i in a dilation for j = N + 1 - i",
+        "pivots: the edge of slider j in a contraction equals that of slider i in a dilation for "
+        "j = N + 1 - i",
         formula=r"j = N + 1 -i",
         holds=follows({j: derive().results["partner"]}),
     ),
     Entry(
         "first_critical_angle",
         "Sec. III B 2",
-        r"(note that, for $i=1$, $\alpha_\mathrm{N,1}^*$ corresponds to the critical angle of avalanche $\alpha_c$)",
+        r"(note that, for $i=1$, $\alpha_\mathrm{N,1}^*$ corresponds to the critical angle of "
+        r"avalanche $\alpha_c$)",
         "misprint",
-        "pivots: Eq. (critical_angle) at i = 1 is mu_d + (mu_s - mu_d)/N, above tan(alpha_c) = mu_d by (mu_s - mu_d)/N",
+        "pivots: Eq. (critical_angle) at i = 1 is mu_d + (mu_s - mu_d)/N, above tan(alpha_c) = "
+        "mu_d by (mu_s - mu_d)/N",
         corrected=r"\tan\alpha_{N,1}^* = \mu_\mathrm{d} + \frac{\Delta\mu}{N}",
         corrected_formula=r"\tan\alpha_{N,1}^* = \mu_\mathrm{d} + \frac{\Delta\mu}{N}",
         error="(mu_s - mu_d)/N; it vanishes only for N -> infinity or mu_s = mu_d",
-        holds_exactly=follows({sp.tan(star(1)): critical(sp.Integer(1)), symbol("Delta_mu"): mu_s - mu_d}),
-        evidence=lambda: not vanishes(critical(sp.Integer(1)) - mu_d)
-        and vanishes(sp.limit(critical(sp.Integer(1)), N, sp.oo) - mu_d),
+        holds_exactly=follows(
+            {sp.tan(star(1)): critical(sp.Integer(1)), symbol("Delta_mu"): mu_s - mu_d}
+        ),
+        evidence=lambda: (
+            not vanishes(critical(sp.Integer(1)) - mu_d)
+            and vanishes(sp.limit(critical(sp.Integer(1)), N, sp.oo) - mu_d)
+        ),
     ),
 )
 
@@ -347,5 +410,3 @@ def _rate(formula: Formula, exactly: bool) -> bool:
     needed = 2 * (mu_s - mu_d) * c / (symbol("l_0") * sp.pi * symbol("tau_dyn"))
     ratio = sp.simplify(formula.bound({symbol("Delta_mu"): mu_s - mu_d}).right / needed)
     return vanishes(ratio - 1) if exactly else vanishes(ratio * 2 * c / sp.pi - 1)
-
-

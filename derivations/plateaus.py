@@ -30,7 +30,7 @@ def displacement(resting: Expression, change: Expression) -> Expression:
     y = sp.Function("y")
     k = sp.Symbol("k", integer=True)
     solution = sp.rsolve(y(k + 1) - y(k) - l0 * change, y(k))
-    constant = [free for free in solution.free_symbols if str(free).startswith("C")][0]
+    constant = next(free for free in solution.free_symbols if str(free).startswith("C"))
     value = sp.solve(solution.subs(k, resting), constant)[0]
     return sp.factor(solution.subs(constant, value).subs(k, n))
 
@@ -38,7 +38,9 @@ def displacement(resting: Expression, change: Expression) -> Expression:
 def derive() -> Derivation:
     """Return displacements per dilation, contraction and cycle, and the plateau velocity."""
     up, down = displacement(i - 1, rise), displacement(j + 1, fall)
-    total = sp.factor(sp.expand((up + down).subs({rise: 2 * amplitude, fall: -2 * amplitude, j: N + 1 - i})))
+    total = sp.factor(
+        sp.expand((up + down).subs({rise: 2 * amplitude, fall: -2 * amplitude, j: N + 1 - i}))
+    )
     velocity = sp.factor(total / (2 * tau_th))
     results = {
         "dilation": up,
@@ -49,7 +51,11 @@ def derive() -> Derivation:
         "finite": (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2),
     }
     steps = (
-        Step("sliding sliders carry constant tensions: dx_{n+1} - dx_n = l0 dtheta; slider i - 1 rests", up),
+        Step(
+            "sliding sliders carry constant tensions: dx_{n+1} - dx_n = l0 dtheta; slider i - 1 "
+            "rests",
+            up,
+        ),
         Step("contraction: slider j + 1 rests", down),
         Step("a cycle +2A, -2A with j = N + 1 - i, the same for all n", total),
         Step("divided by 2 tau_th", velocity),
@@ -71,7 +77,8 @@ def check() -> Verification:
     v.identity("creep downhill for i < (N + 3)/2", r["last"] - (N + 3) / 2)
     v.identity(
         "N + 3 - 2i is within 1 of N tan(alpha)/mu_d",
-        sp.expand((N + 3 - 2 * i) - (N - 2 * i + 2) - 1) + sp.expand((N - 2 * i + 4) - (N + 3 - 2 * i) - 1),
+        sp.expand((N + 3 - 2 * i) - (N - 2 * i + 2) - 1)
+        + sp.expand((N - 2 * i + 4) - (N + 3 - 2 * i) - 1),
         "the pivot's window in the sliding limit is N - 2i + 2 < N tan(alpha)/mu_d < N - 2i + 4",
     )
     return v
@@ -88,6 +95,7 @@ def _sign_range(formula: Formula) -> bool:
 
 
 _R = derive().results
+
 
 def _moving(expression: Expression) -> dict[object, object]:
     return {"Delta_x": lambda index: expression if index == n else sp.Symbol("elsewhere")}
@@ -141,13 +149,17 @@ ENTRIES: tuple[Entry, ...] = (
         "plateaus; its limit of large amplitude is that of the exact law of the sliding limit",
         label="vitesse",
         assumptions=("l0 A >> N m/2", "slider i - 1 is the pivot"),
-        corrected=r"\tau_\mathrm{th} v_\mathrm{N,i}^* = ( N + 3 - 2 i )\,\tilde{l}_0 \Bigl[ A_\theta - "
+        corrected=r"\tau_\mathrm{th} v_\mathrm{N,i}^* = ( N + 3 - 2 i )\,\tilde{l}_0 \Bigl[ "
+        r"A_\theta - "
         r"\frac{N}{2\tilde{l}_0} (\mu_\mathrm{d} \cos \alpha - \sin \alpha) \Bigr], not below 0",
-        corrected_formula=r"\tau_\mathrm{th} v_\mathrm{N,i}^* = ( N + 3 - 2 i )\,\tilde{l}_0 \Bigl[ A_\theta - "
+        corrected_formula=r"\tau_\mathrm{th} v_\mathrm{N,i}^* = ( N + 3 - 2 i )\,\tilde{l}_0 "
+        r"\Bigl[ A_\theta - "
         r"\frac{N}{2\tilde{l}_0} (\mu_\mathrm{d} \cos \alpha - \sin \alpha) \Bigr]",
         error="relative -N m/(2 l0 A)",
         formula=r"\tau_\mathrm{th} v_\mathrm{N,i}^* =  ( N + 3 - 2 i )\,\tilde{l}_0  A_\theta",
-        holds=leading({"v_N_star": lambda index: (_R["finite"] / tau_th).subs(i, index)}, amplitude),
+        holds=leading(
+            {"v_N_star": lambda index: (_R["finite"] / tau_th).subs(i, index)}, amplitude
+        ),
         holds_exactly=follows({"v_N_star": lambda index: (_R["finite"] / tau_th).subs(i, index)}),
     ),
     Entry(

@@ -1,9 +1,10 @@
 """A quasi-static chain in exact rational arithmetic, as an independent witness.
 
-Forces are measured in units of ``m g cos(alpha)`` and lengths in units of ``g tau_dyn**2 cos(alpha)``, so that
-friction coefficients, the slope tan(alpha), tensions and ``y = l0 theta / cos(alpha)`` are all rational. Two
-models: two sliders that slip (the slips of an end slider move it by 2 (mu_s - mu_d)), and a chain in
-the sliding limit, where moving sliders carry exactly the friction mu_d (the play operator).
+Forces are measured in units of ``m g cos(alpha)`` and lengths in units of ``g tau_dyn**2
+cos(alpha)``, so that friction coefficients, the slope tan(alpha), tensions and ``y = l0 theta /
+cos(alpha)`` are all rational. Two models: two sliders that slip (the slips of an end slider move it
+by 2 (mu_s - mu_d)), and a chain in the sliding limit, where moving sliders carry exactly the
+friction mu_d (the play operator).
 """
 
 from __future__ import annotations
@@ -12,10 +13,11 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 Q = Fraction
+_ZERO = Q(0)
 
 
 class NotUnique(Exception):
-    """Two neighbours reach their thresholds together and either may stay: the limit is not unique."""
+    """Two neighbours reach their thresholds together and either may stay."""
 
 
 class BothStart(Exception):
@@ -41,8 +43,8 @@ class TwoSliders:
     slope: Q
     mu_d: Q
     mu_s: Q
-    r: Q = Q(0)
-    y: Q = Q(0)
+    r: Q = _ZERO
+    y: Q = _ZERO
     x: list[Q] = field(default_factory=lambda: [Q(0), Q(0)])
     slips: int = 0
 
@@ -52,7 +54,7 @@ class TwoSliders:
         return tension + self.slope, -tension + self.slope
 
     def ramp(self, target: Q) -> None:
-        """Bring y to the target through every slip on the way (strict start: at threshold it stays)."""
+        """Bring y to the target through every slip on the way; at its threshold a slider stays."""
         while self.y != target:
             up = 1 if target > self.y else -1
             f1, f2 = self.forces()

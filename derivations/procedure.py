@@ -15,7 +15,7 @@ q, k = symbol("q"), symbol("k")
 
 
 def derive() -> Derivation:
-    """Return the critical dilations of an end slider, monotone on the way from a target to the next."""
+    """Return the critical dilation of an end slider and the force that makes it monotone."""
     theta, l0, tension, s = sp.symbols("theta l_0 r s", real=True)
     coefficient, cosine = sp.symbols("mu_s c", positive=True)
     force_last = -(tension - l0 * theta) + s
@@ -30,7 +30,8 @@ def derive() -> Derivation:
 
 def first_starts(number: int = 200) -> list[tuple[Fraction, Fraction, Fraction]]:
     """Return (theta_q, theta_c, theta_{q+1}) of first starts on random ramps of two sliders."""
-    random, found = Random(17), []
+    random = Random(17)
+    found: list[tuple[Fraction, Fraction, Fraction]] = []
     pair = TwoSliders(Fraction(1, 4), Fraction(1, 2), Fraction(3, 5))
     at = Fraction(0)
     while len(found) < number:
@@ -46,10 +47,12 @@ def first_starts(number: int = 200) -> list[tuple[Fraction, Fraction, Fraction]]
 
 
 def _always(formula: Formula) -> bool:
-    """Return whether a statement about theta_q, theta_c and theta_{q+1} holds on all those ramps."""
+    """Return whether a statement about theta_q, theta_c, theta_{q+1} holds on all ramps."""
     names = symbol("theta_q"), symbol("theta_c") ** (k + 1), symbol("theta_q+1")
     for case in first_starts():
-        values = dict(zip(names, (sp.Rational(v.numerator, v.denominator) for v in case), strict=True))
+        values = dict(
+            zip(names, (sp.Rational(v.numerator, v.denominator) for v in case), strict=True)
+        )
         left, right = (sp.sympify(side).subs(values) for side in formula.sides)
         if not (left.is_number and right.is_number):
             return False
@@ -59,11 +62,13 @@ def _always(formula: Formula) -> bool:
 
 
 def check() -> Verification:
-    """Prove that the force on an end slider is monotone in theta; verify theta_c on random ramps."""
+    """Prove that an end slider's force is monotone in theta; verify theta_c on random ramps."""
     v = Verification("procedure", ("theta moves monotonically between targets",))
     r = derive().results
     theta, l0 = sp.symbols("theta l_0", real=True)
-    v.identity("the force on slider N grows by l0 per unit of theta", sp.diff(r["force"], theta) - l0)
+    v.identity(
+        "the force on slider N grows by l0 per unit of theta", sp.diff(r["force"], theta) - l0
+    )
     cases = first_starts()
     v.verified(
         "theta_c lies strictly between theta_q and theta_{q+1} or at theta_q",
@@ -83,10 +88,12 @@ ENTRIES: tuple[Entry, ...] = (
         "Sec. II C",
         r"(in general, $|\theta_c^{k+1}|<|\theta_{q+1}|$)",
         "misprint",
-        "procedure: theta_c lies between theta_q and theta_{q+1}; the absolute values may be in any order",
+        "procedure: theta_c lies between theta_q and theta_{q+1}; the absolute values may be in "
+        "any order",
         corrected=r"(\theta_c^{k+1} - \theta_q) (\theta_{q+1} - \theta_c^{k+1}) > 0",
         corrected_formula=r"(\theta_c^{k+1} - \theta_q) (\theta_{q+1} - \theta_c^{k+1}) > 0",
-        error="a ramp from a large to a small |theta| starts its first slip at a larger |theta_c| than its target's",
+        error="a ramp from a large to a small |theta| starts its first slip at a larger |theta_c| "
+        "than its target's",
         holds_exactly=_always,
         evidence=lambda: any(abs(start) >= abs(b) for _, start, b in first_starts()),
     ),
@@ -96,5 +103,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"are then the positions of the sliders at $t = t_{q+2}$",
         "convention",
         "theta_{q+1} acts from t_{q+1} to t_{q+2}, so its last state is that at t_{q+2}",
+        proved=False,
     ),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import Any
 
 import sympy as sp
@@ -11,8 +12,8 @@ import sympy as sp
 from derivations.notation import Expression, Formula, NotationError, read
 
 VERDICTS = ("exact", "approximation", "misprint", "inconsistent", "convention")
-"""Follows from the model; leading term of what follows; slip of the pen; contradicts the model or the
-paper's own law; a definition or a choice."""
+"""Follows from the model; leading term of what follows; slip of the pen; contradicts the model or
+the paper's own law; a definition or a choice."""
 
 
 class Refuted(AssertionError):
@@ -83,7 +84,7 @@ class Verification:
 
 
 def vanishes(expression: Expression) -> bool:
-    """Return whether an expression is identically zero (False: it is not, or it is not seen to be)."""
+    """Return whether an expression is identically zero (False: it is not, or not seen to be)."""
     expression = sp.sympify(expression)
     if expression == 0:
         return True
@@ -106,7 +107,7 @@ def follows(bindings: Mapping[Any, Any], relation: str = "=~") -> Judge:
         if not formula.relations or any(r not in relation for r in formula.relations):
             return False
         sides = formula.bound(bindings).sides
-        return all(vanishes(a - b) for a, b in zip(sides, sides[1:], strict=False))
+        return all(vanishes(a - b) for a, b in pairwise(sides))
 
     return judge
 
@@ -142,10 +143,7 @@ def leading(bindings: Mapping[Any, Any], large: Expression) -> Judge:
         sides = [sp.sympify(side) for side in formula.bound(bindings).sides]
         if any(side == 0 for side in sides):
             return False
-        return all(
-            sp.limit(sp.cancel(a / b), large, sp.oo) == 1
-            for a, b in zip(sides, sides[1:], strict=False)
-        )
+        return all(sp.limit(sp.cancel(a / b), large, sp.oo) == 1 for a, b in pairwise(sides))
 
     return judge
 
@@ -213,7 +211,8 @@ class Entry:
     corrected_formula : str or None
         The part of `corrected` that is one.
     holds : Judge or None
-        Whether a formula says what the derivation says: exactly, or (approximations) to leading order.
+        Whether a formula says what the derivation says: exactly, or (approximations) to leading
+        order.
     holds_exactly : Judge or None
         The judge of the corrected form; `holds` where it is the same.
     repair : tuple of str or None
@@ -269,7 +268,9 @@ class Entry:
         """Raise `Refuted` unless the verdict holds for what is printed and what is corrected."""
         if self.formula is not None and not self.accepts_printed(self.formula):
             raise Refuted(f"{self.name}: the printed formula does not earn its verdict")
-        if self.corrected_formula is not None and not self.accepts_corrected(self.corrected_formula):
+        if self.corrected_formula is not None and not self.accepts_corrected(
+            self.corrected_formula
+        ):
             raise Refuted(f"{self.name}: the corrected formula does not follow")
         if self.evidence is not None and not self.evidence():
             raise Refuted(f"{self.name}: the evidence does not bear out the verdict")

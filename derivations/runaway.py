@@ -29,7 +29,9 @@ def check() -> Verification:
     """Prove the critical slope, the dissipation bound and the certificate of a runaway."""
     v = Verification("runaway", ("constant mu_d", "theta frozen"))
     r = derive().results
-    v.identity("the chain's mean acceleration downhill is -m", r["mean_acceleration"] + slope_margin)
+    v.identity(
+        "the chain's mean acceleration downhill is -m", r["mean_acceleration"] + slope_margin
+    )
     v.identity("it vanishes at tan(alpha) = mu_d", r["critical_slope"] - mu_d)
     # certificate: v_n = mean + w_n, w orthogonal to (1, ..., 1), |w|**2 <= 2 J
     p, J = symbol("p"), sp.Symbol("J", positive=True)
@@ -45,15 +47,18 @@ def check() -> Verification:
         "a mean velocity above sqrt((1 - 1/N) 2J) at tan(alpha) >= mu_d: no slider ever stops",
         sp.expand(bound + surplus - bound).is_positive
         and sp.expand(r["mean_acceleration"].subs(s, mu_d * c + surplus)).is_positive,
-        "every v_n >= mean - sqrt((1 - 1/N) 2J) > 0; J is conserved while all move (modes), and the mean "
+        "every v_n >= mean - sqrt((1 - 1/N) 2J) > 0; J is conserved while all move (modes), and "
+        "the mean "
         "does not decrease since its acceleration s - mu_d c is not negative",
     )
-    v.verified("|w_n|**2 <= (1 - 1/p)|w|**2 for motions without a mean", _spread(), "300 rational vectors")
+    v.verified(
+        "|w_n|**2 <= (1 - 1/p)|w|**2 for motions without a mean", _spread(), "300 rational vectors"
+    )
     speed = sp.Symbol("speed", nonnegative=True)
-    for direction in (1, -1):
+    for direction, way in ((1, "down"), (-1, "up")):
         power = s * direction * speed - mu_d * c * speed
         v.identity(
-            f"power of weight and friction on a slider moving {'down' if direction == 1 else 'up'}hill "
+            f"power of weight and friction on a slider moving {way}hill "
             "is at most -(mu_d c - s)|v| for s >= 0",
             power + slope_margin * speed - (direction - 1) * s * speed,
             "the difference (direction - 1) s |v| is never positive",
@@ -61,7 +66,17 @@ def check() -> Verification:
     v.identity(
         "for 0 <= tan(alpha) < mu_d the path lengths of an avalanche sum up to at most E_elastic/m",
         sp.integrate(slope_margin, (speed, 0, J)) - slope_margin * J,
-        "the energy, not below zero, loses at least m per unit of path (the power above, integrated)",
+        "the energy, not below zero, loses at least m per unit of path (the power above, "
+        "integrated)",
+    )
+    start, rate, time = sp.symbols("start rate time", positive=True)
+    path = sp.integrate(start * time - rate * time**2 / 2, (time, 0, 2 * start / rate))
+    v.identity(
+        "a slip whose first acceleration is a is longer than (2/3) a**3/B**2, B a bound of |a'|",
+        path - sp.Rational(2, 3) * start**3 / rate**2,
+        "v >= a t - B t**2/2 up to its zero; so if every mu_s exceeds mu_d by a minimum, finite "
+        "path means "
+        "finitely many slips: the avalanche ends",
     )
     return v
 
@@ -118,7 +133,8 @@ ENTRIES: tuple[Entry, ...] = (
         "Sec. III A 2",
         r"$\alpha>\alpha_\mathrm{c}=\arctan(\mu_d)$",
         "exact",
-        "runaway: s - mu_d c > 0 exactly for tan(alpha) > mu_d; at equality the mean velocity is constant",
+        "runaway: s - mu_d c > 0 exactly for tan(alpha) > mu_d; at equality the mean velocity is "
+        "constant",
         assumptions=("the system slides as a whole",),
         formula=r"\alpha>\alpha_\mathrm{c}=\arctan(\mu_d)",
         holds=_accelerates(),

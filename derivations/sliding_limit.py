@@ -1,8 +1,9 @@
 """The sliding limit mu_s -> mu_d: the chain as a play operator, for any path of theta.
 
-In the limit a moving slider carries exactly the friction mu_d. For symbolic N and i it is proved that
-after the first large half-cycles the sliders between the two pivots move by the rise and the fall of a
-single play operator of width N m acting on l0 theta, which makes Eq. (vitesse_seuil) exact.
+In the limit a moving slider carries exactly the friction mu_d. For symbolic N and i it is proved
+that after the first large half-cycles the sliders between the two pivots move by the rise and the
+fall of a single play operator of width N m acting on l0 theta, which makes Eq. (vitesse_seuil)
+exact.
 """
 
 from __future__ import annotations
@@ -12,7 +13,20 @@ from random import Random
 
 import sympy as sp
 
-from derivations.notation import Expression, N, amplitude, c, i, j, l0, mu_d, n, s, slope_margin, symbol
+from derivations.notation import (
+    Expression,
+    N,
+    amplitude,
+    c,
+    i,
+    j,
+    l0,
+    mu_d,
+    n,
+    s,
+    slope_margin,
+    symbol,
+)
 from derivations.pivots import tension_above, tension_below
 from derivations.play import NotUnique, SlidingChain, play_variation
 from derivations.proof import Derivation, Entry, Step, Verification, follows
@@ -23,7 +37,7 @@ tau_th = symbol("tau_th")
 
 
 def derive() -> Derivation:
-    """Return the fronts of a contraction, the play's width, displacements and the velocity of cycles."""
+    """Return a contraction's fronts, the play's width, displacements, velocity of cycles."""
     # end of a dilation, pivot i - 1
     outer = tension_above(n + 1, -1)  # n <= i - 2: uphill
     inner = tension_below(n, 1)  # n >= i - 1: downhill
@@ -53,10 +67,16 @@ def derive() -> Derivation:
     steps = (
         Step("End of a dilation, n <= i - 2 (uphill side): T_n", outer),
         Step("n >= i - 1 (downhill side): T_n", inner),
-        Step("contraction: tensions grow by delta until slider n starts downhill, at delta = ", front_outer),
+        Step(
+            "contraction: tensions grow by delta until slider n starts downhill, at delta = ",
+            front_outer,
+        ),
         Step("... for i - 1 <= n <= j: all at once, at delta = N m", front_inner),
         Step("sliders n >= j + 2 start uphill before, at delta =", front_below),
-        Step("until then no slider between the pivots moves: l0 theta passes through a play of width N m"),
+        Step(
+            "until then no slider between the pivots moves: l0 theta passes through a play of "
+            "width N m"
+        ),
         Step("displacement of slider n, i - 1 <= n <= j + 1, by the play's rise and fall", moved),
         Step("with rise + fall = variation, rise - fall = change, j = N + 1 - i", results["split"]),
         Step("cycles: rise = fall = 2 l0 A - N m; velocity", velocity),
@@ -73,16 +93,27 @@ def check() -> Verification:
     """Prove the play operator for symbolic N and i; verify it for N = 2..12 along random paths."""
     v = Verification(
         "sliding_limit",
-        ("mu_s -> mu_d", "no inertia", "one dilation and one contraction beyond the transient", "not at an edge"),
+        (
+            "mu_s -> mu_d",
+            "no inertia",
+            "one dilation and one contraction beyond the transient",
+            "not at an edge",
+        ),
     )
     r = derive().results
-    v.identity("sliders above the pivot turn at delta = 2 n mu_d c", r["front_outer"] - 2 * n * mu_d * c)
+    v.identity(
+        "sliders above the pivot turn at delta = 2 n mu_d c", r["front_outer"] - 2 * n * mu_d * c
+    )
     v.identity("sliders i-1..j start together at delta = N m", r["front_inner"] - N * slope_margin)
-    v.identity("sliders below turn at delta = 2 (N - n + 1) mu_d c", r["front_below"] - 2 * (N + 1 - n) * mu_d * c)
+    v.identity(
+        "sliders below turn at delta = 2 (N - n + 1) mu_d c",
+        r["front_below"] - 2 * (N + 1 - n) * mu_d * c,
+    )
     tan_low, tan_high = mu_d * (1 - 2 * (i - 1) / N), mu_d * (1 - 2 * (i - 2) / N)
     t = symbol("t")
     v.identity(
-        "the front from above is at slider i - 2 before delta = N m exactly for slopes below the upper edge",
+        "the front from above is at slider i - 2 before delta = N m exactly for slopes below the "
+        "upper edge",
         sp.cancel((N * (mu_d - t) - 2 * (i - 2) * mu_d) / N - (tan_high - t)),
         "2 (i-2) mu_d c < N m is tan(alpha) < mu_d (1 - 2(i-2)/N)",
     )
@@ -91,33 +122,53 @@ def check() -> Verification:
         r["front_below"].subs(n, N + 1 - i + 2) - r["front_outer"].subs(n, i - 2),
     )
     force = r["inner"].subs(n, i - 1) - r["outer"].subs(n, i - 2) + s
-    v.identity("the pivot's margin downhill: N (tan(alpha) - lower edge) from -mu_d", sp.expand(
-        sp.cancel((force + mu_d * c).subs(s, t * c) / c - N * (t - tan_low) )
-    ), "F_{i-1} > -mu_d c is tan(alpha) > mu_d (1 - 2(i-1)/N)")
-    v.identity("... and uphill", sp.expand(
-        sp.cancel((mu_d * c - force).subs(s, t * c) / c - N * (tan_high - t))
-    ), "F_{i-1} < mu_d c is tan(alpha) < mu_d (1 - 2(i-2)/N)")
+    v.identity(
+        "the pivot's margin downhill: N (tan(alpha) - lower edge) from -mu_d",
+        sp.expand(sp.cancel((force + mu_d * c).subs(s, t * c) / c - N * (t - tan_low))),
+        "F_{i-1} > -mu_d c is tan(alpha) > mu_d (1 - 2(i-1)/N)",
+    )
+    v.identity(
+        "... and uphill",
+        sp.expand(sp.cancel((mu_d * c - force).subs(s, t * c) / c - N * (tan_high - t))),
+        "F_{i-1} < mu_d c is tan(alpha) < mu_d (1 - 2(i-2)/N)",
+    )
     v.identity(
         "each inner slider moves by (N+3-2i)/2 variation + (n - (N+1)/2) change",
-        r["split"] - (N + 3 - 2 * i) / 2 * sp.Symbol("variation") - (n - (N + 1) / 2) * sp.Symbol("change"),
-        "an outer front only relieves the pivot: T_{i-2} <= (i-2) m, and F_{i-1} grows only when that holds with "
+        r["split"]
+        - (N + 3 - 2 * i) / 2 * sp.Symbol("variation")
+        - (n - (N + 1) / 2) * sp.Symbol("change"),
+        "an outer front only relieves the pivot: T_{i-2} <= (i-2) m, and F_{i-1} grows only when "
+        "that holds with "
         "equality; so the inner tensions are one play of width N m",
     )
-    v.identity("Eq. (vitesse_seuil)", r["velocity"] * tau_th - (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2))
+    v.identity(
+        "Eq. (vitesse_seuil)",
+        r["velocity"] * tau_th - (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2),
+    )
     cycles, zero = _cycles()
     v.verified(
-        "cycles: (N+3-2i) max(0, l0 A - N m/2)", cycles > 0,
+        "cycles: (N+3-2i) max(0, l0 A - N m/2)",
+        cycles > 0,
         f"{cycles} rational cases, N = 2..12, {zero} of them below the threshold, every slider",
     )
-    v.verified("any path: rise and fall of the play", _paths() > 0, "132 random paths of 24 targets, N = 2..12, every slider")
-    v.verified("ties: at tan(alpha) = mu_d/2 every N = 4k has two limits, every other N one", _ties(), "N = 2..40")
+    v.verified(
+        "any path: rise and fall of the play",
+        _paths() > 0,
+        "132 random paths of 24 targets, N = 2..12, every slider",
+    )
+    v.verified(
+        "ties: at tan(alpha) = mu_d/2 every N = 4k has two limits, every other N one",
+        _ties(),
+        "N = 2..40",
+    )
     return v
 
 
 def _index(size: int, tan: Fraction, low: Fraction) -> int:
     """Return i of the slope, which is not at an edge."""
     return next(
-        k for k in range(2, size + 2)
+        k
+        for k in range(2, size + 2)
         if low * (1 - Fraction(2 * (k - 1), size)) < tan < low * (1 - Fraction(2 * (k - 2), size))
     )
 
@@ -132,7 +183,7 @@ def _random_chain(random: Random, size: int) -> tuple[Fraction, Fraction, int]:
 
 
 def _cycles() -> tuple[int, int]:
-    """Return how many cyclic cases agree with the law (0 if one does not) and how many do not creep."""
+    """Return how many cases agree with the law (0 if one does not) and how many do not creep."""
     random, cases, zero = Random(21), 0, 0
     for size in range(2, 13):
         for _ in range(25):
@@ -214,11 +265,14 @@ ENTRIES: tuple[Entry, ...] = (
         assumptions=(
             "sliding limit mu_s -> mu_d",
             "l0 A >= N m/2, else 0",
-            "mu_d (1 - 2(i-1)/N) < tan(alpha) < mu_d (1 - 2(i-2)/N); at an edge (N = 4k at tan(alpha) = mu_d/2) "
+            "mu_d (1 - 2(i-1)/N) < tan(alpha) < mu_d (1 - 2(i-2)/N); at an edge (N = 4k at "
+            "tan(alpha) = mu_d/2) "
             "the limit is not unique",
         ),
-        error="for mu_s > mu_d a mean over phases: exact at N = 2, to a few D at most elsewhere (not proved for N > 2)",
-        formula=r"\tau_\mathrm{th} v_\mathrm{N,i}^* =  ( N + 3 - 2 i )\,\tilde{l}_0  \Bigl[ A_\theta -"
+        error="for mu_s > mu_d a mean over phases: exact at N = 2, to a few D at most elsewhere "
+        "(not proved for N > 2)",
+        formula=r"\tau_\mathrm{th} v_\mathrm{N,i}^* =  ( N + 3 - 2 i )\,\tilde{l}_0  \Bigl[ "
+        r"A_\theta -"
         "\n"
         r"\frac{N}{2\tilde{l}_0} (\mu_\mathrm{d} \cos \alpha - \sin \alpha) \Bigr]",
         holds=follows({"v_N_star": _velocity}),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import sympy as sp
 
 from derivations.notation import Expression, c, excess, mu_d, mu_s, symbol
@@ -19,12 +21,16 @@ def derive() -> Derivation:
     """
     path = sp.Function("path")
     solution = sp.dsolve(
-        path(t).diff(t, 2) - a0 + w**2 * path(t), path(t), ics={path(0): 0, path(t).diff(t).subs(t, 0): 0}
+        path(t).diff(t, 2) - a0 + w**2 * path(t),
+        path(t),
+        ics={path(0): 0, path(t).diff(t).subs(t, 0): 0},
     ).rhs
     duration = sp.pi / w
     displacement = sp.simplify(solution.subs(t, duration))
     energy = v0**2 + 2 * a0 * symbol("X") - w**2 * symbol("X") ** 2
-    reach = [root for root in sp.solve(energy, symbol("X")) if root.subs({v0: 0, a0: 1, w: 1}) > 0][0]
+    reach = next(
+        root for root in sp.solve(energy, symbol("X")) if root.subs({v0: 0, a0: 1, w: 1}) > 0
+    )
     at_threshold = {a0: excess}
     results = {
         "path": sp.simplify(solution),
@@ -41,7 +47,10 @@ def derive() -> Derivation:
         Step("velocity, zero for the first time at pi/omega", sp.diff(results["path"], t)),
         Step("displacement at that time", displacement),
         Step("from velocity v_0, by energy", reach),
-        Step("end slider from its threshold: a_0 = mu_s c - mu_d c, omega = 1", results["end_displacement"]),
+        Step(
+            "end slider from its threshold: a_0 = mu_s c - mu_d c, omega = 1",
+            results["end_displacement"],
+        ),
         Step("inner slider: omega**2 = 2", results["inner_displacement"]),
     )
     return Derivation("One slider's slip", steps, results, ("neighbours rest",))
@@ -49,7 +58,9 @@ def derive() -> Derivation:
 
 def check() -> Verification:
     """Prove the closed forms of lone slips and where their neighbours are most loaded."""
-    v = Verification("slip", ("the neighbours stay at rest", "the slip starts at the static threshold"))
+    v = Verification(
+        "slip", ("the neighbours stay at rest", "the slip starts at the static threshold")
+    )
     r = derive().results
     path = r["path"]
     v.identity("the path solves the equation of motion", path.diff(t, 2) - a0 + w**2 * path)
@@ -74,7 +85,8 @@ def check() -> Verification:
     )
     after: Expression = mu_s * c - w**2 * r["displacement"].subs(a0, excess)
     v.identity(
-        "after a slip from the threshold the force is (2 mu_d - mu_s) c, whatever the number of springs",
+        "after a slip from the threshold the force is (2 mu_d - mu_s) c, whatever the number of "
+        "springs",
         after - (2 * mu_d - mu_s) * c,
     )
     v.proved(
@@ -87,7 +99,29 @@ def check() -> Verification:
         (path.diff(t) / sp.sin(w * t)).simplify().is_positive,
         "the velocity is a positive multiple of sin(omega t)",
     )
+    v.verified(
+        "equality at ordinary numbers: tan(alpha) = 1/5, .5, .6, N = 3, first dilation",
+        _ordinary_equality(),
+        "rationals: after two lone slips of slider 3 slider 2 stands exactly at its threshold, "
+        "and sliders 1 "
+        "and 3 reach theirs together",
+    )
     return v
+
+
+def _ordinary_equality() -> bool:
+    """Return whether the three equalities of that chain hold, in units of cos(alpha)."""
+    slope, low, high = Fraction(1, 5), Fraction(1, 2), Fraction(3, 5)
+    first = second = Fraction(0)  # tensions of the two springs
+    for _ in range(2):
+        ramp = high - slope + second  # slider 3: -T_2 + slope = mu_s
+        first, second = first - ramp, second - ramp
+        second += 2 * (high - low)
+        if abs(first + slope) >= high:
+            return False
+    if second - first + slope != high:
+        return False
+    return high - slope + second == high + slope + first  # ramps left to sliders 3 and 1
 
 
 _mu = sp.Function("mu_s")
@@ -98,16 +132,19 @@ ENTRIES: tuple[Entry, ...] = (
         "Sec. III A 2",
         r"$\Delta f_{1\to2} = 2\,m g\,\cos\alpha\,(\mu_{\mathrm{s},2}-\mu_\mathrm{d})$",
         "exact",
-        "slip: an end slider moves by 2 (mu_s - mu_d) cos(alpha), which is the change of the spring's force",
+        "slip: an end slider moves by 2 (mu_s - mu_d) cos(alpha), which is the change of the "
+        "spring's force",
         assumptions=("slider 1 rests", "slider 2 starts at its threshold"),
         formula=r"\Delta f_{1\to2} = 2\,m g\,\cos\alpha\,(\mu_{\mathrm{s},2}-\mu_\mathrm{d})",
         holds=follows(
             {
-                "Delta_f": lambda a, b: symbol("m")
-                * symbol("g")
-                * derive().results["end_displacement"].subs(mu_s, _mu(b))
-                if (a, b) == (1, 2)
-                else sp.Symbol("elsewhere"),
+                "Delta_f": lambda a, b: (
+                    symbol("m")
+                    * symbol("g")
+                    * derive().results["end_displacement"].subs(mu_s, _mu(b))
+                    if (a, b) == (1, 2)
+                    else sp.Symbol("elsewhere")
+                ),
             }
         ),
     ),

@@ -29,7 +29,6 @@ from derivations.proof import (
     equals,
     follows,
     inequality,
-    leading,
     vanishes,
 )
 
@@ -56,7 +55,10 @@ def derive() -> Derivation:
     }
     steps = (
         Step("End of a dilation: sliders i..N have slid downhill; T_{i-1}", end_of_dilation),
-        Step("the contraction's front from above arrives: sliders 1..i-2 slide downhill; T_{i-2}", pulled),
+        Step(
+            "the contraction's front from above arrives: sliders 1..i-2 slide downhill; T_{i-2}",
+            pulled,
+        ),
         Step("meanwhile slider i - 1 and i rest, and T_{i-1} has grown by -l0 dtheta", here),
         Step("slider i - 1 starts downhill when this is positive", margin),
         Step("|dtheta| = 2A at the threshold: A*", threshold),
@@ -72,11 +74,18 @@ def derive() -> Derivation:
 
 def check() -> Verification:
     """Prove the threshold with and without the term in mu_s - mu_d, and its relative size."""
-    v = Verification("thresholds", ("quasi-static fronts", "moving sliders carry mu_d", "one value of mu_s"))
+    v = Verification(
+        "thresholds", ("quasi-static fronts", "moving sliders carry mu_d", "one value of mu_s")
+    )
     r = derive().results
-    v.identity("T_{i-1} at the end of a dilation is -(N + 1 - i) m", r["end_of_dilation"] + (N + 1 - i) * slope_margin)
+    v.identity(
+        "T_{i-1} at the end of a dilation is -(N + 1 - i) m",
+        r["end_of_dilation"] + (N + 1 - i) * slope_margin,
+    )
     v.identity("T_{i-2} behind the front is (i - 2) m", r["pulled"] - (i - 2) * slope_margin)
-    v.identity("margin: -l0 dtheta - (N m + D)", r["margin"] + l0 * change + N * slope_margin + excess)
+    v.identity(
+        "margin: -l0 dtheta - (N m + D)", r["margin"] + l0 * change + N * slope_margin + excess
+    )
     v.identity("A* = (N m + D)/(2 l0)", r["threshold"] - (N * slope_margin + excess) / (2 * l0))
     v.identity("A* does not depend on i", sp.diff(r["threshold"], i))
     v.identity("sliding limit: Eq. (seuil)", r["sliding_threshold"] - N * slope_margin / (2 * l0))
@@ -84,12 +93,14 @@ def check() -> Verification:
     v.identity("relative size of the dropped term: D/(N m)", ratio - excess / (N * slope_margin))
     numbers = {N: 30, mu_d: sp.Rational(1, 2), mu_s: sp.Rational(3, 5), s: c / 4}
     v.proved(
-        "N = 30, tan(alpha) = 1/4, .5, .6: the dropped term is 4/300 = 1.33 %, more than a detuning of 1 %",
+        "N = 30, tan(alpha) = 1/4, .5, .6: the dropped term is 4/300 = 1.33 %, more than a "
+        "detuning of 1 %",
         sp.cancel(ratio.subs(numbers)) == sp.Rational(4, 300),
         "rational arithmetic; cos(alpha) cancels",
     )
     v.identity(
-        "N = 2: (2m + D)/(2 l0), while slips start from the relaxed chain at a/l0, D/(2 l0) above it",
+        "N = 2: (2m + D)/(2 l0), while slips start from the relaxed chain at a/l0, D/(2 l0) above "
+        "it",
         (slope_margin + excess) / l0 - r["threshold"].subs(N, 2) - excess / (2 * l0),
     )
     return v
@@ -156,11 +167,13 @@ ENTRIES: tuple[Entry, ...] = (
     Entry(
         "pull_below",
         "Sec. III B 2",
-        r"f_{i \to i-1} = [N - (i-1)] (\sin \alpha - \mu_\mathrm{d} \cos \alpha) - \tilde{l}_0 \Delta\theta^*",
+        r"f_{i \to i-1} = [N - (i-1)] (\sin \alpha - \mu_\mathrm{d} \cos \alpha) - \tilde{l}_0 "
+        r"\Delta\theta^*",
         "exact",
         "thresholds: minus Eq. (forcestatique), changed by the natural length",
         assumptions=("sliders i - 1 and i rest during the change",),
-        formula=r"f_{i \to i-1} = [N - (i-1)] (\sin \alpha - \mu_\mathrm{d} \cos \alpha) - \tilde{l}_0 "
+        formula=r"f_{i \to i-1} = [N - (i-1)] (\sin \alpha - \mu_\mathrm{d} \cos \alpha) - "
+        r"\tilde{l}_0 "
         r"\Delta\theta^*",
         holds=follows(_forces()),
     ),
@@ -176,16 +189,21 @@ ENTRIES: tuple[Entry, ...] = (
     Entry(
         "contraction_needed",
         "Sec. III B 2",
-        r"$- \tilde{l}_0 \Delta\theta^* > N (\sin \alpha - \mu_\mathrm{d} \cos \alpha) - \Delta\mu \cos \alpha$",
+        r"$- \tilde{l}_0 \Delta\theta^* > N (\sin \alpha - \mu_\mathrm{d} \cos \alpha) - "
+        r"\Delta\mu \cos \alpha$",
         "misprint",
-        "thresholds: the four lines before it give the opposite sign of the right-hand side; as printed any "
+        "thresholds: the four lines before it give the opposite sign of the right-hand side; as "
+        "printed any "
         "contraction would do",
-        corrected=r"- \tilde{l}_0 \Delta\theta^* > N (\mu_\mathrm{d} \cos \alpha - \sin \alpha) + \Delta\mu "
+        corrected=r"- \tilde{l}_0 \Delta\theta^* > N (\mu_\mathrm{d} \cos \alpha - \sin \alpha) + "
+        r"\Delta\mu "
         r"\cos \alpha",
-        corrected_formula=r"- \tilde{l}_0 \Delta\theta^* > N (\mu_\mathrm{d} \cos \alpha - \sin \alpha) + \Delta\mu "
+        corrected_formula=r"- \tilde{l}_0 \Delta\theta^* > N (\mu_\mathrm{d} \cos \alpha - \sin "
+        r"\alpha) + \Delta\mu "
         r"\cos \alpha",
         error="wrong sign of one side of an inequality",
-        formula=r"- \tilde{l}_0 \Delta\theta^* > N (\sin \alpha - \mu_\mathrm{d} \cos \alpha) - \Delta\mu \cos \alpha",
+        formula=r"- \tilde{l}_0 \Delta\theta^* > N (\sin \alpha - \mu_\mathrm{d} \cos \alpha) - "
+        r"\Delta\mu \cos \alpha",
         holds=inequality({symbol("Delta_mu"): mu_s - mu_d}, _R["margin"]),
         repair=(">", "> - [", "]"),
     ),
@@ -205,15 +223,22 @@ ENTRIES: tuple[Entry, ...] = (
         "approximation",
         "thresholds; exact in the sliding limit mu_s -> mu_d",
         label="seuil",
-        assumptions=("the whole chain must be set in motion", "quasi-static fronts", "one value of mu_s"),
-        corrected=r"A_\theta^* = \frac{1}{2\tilde{l}_0} \Bigl[ N (\mu_\mathrm{d} \cos \alpha - \sin \alpha) + "
+        assumptions=(
+            "the whole chain must be set in motion",
+            "quasi-static fronts",
+            "one value of mu_s",
+        ),
+        corrected=r"A_\theta^* = \frac{1}{2\tilde{l}_0} \Bigl[ N (\mu_\mathrm{d} \cos \alpha - "
+        r"\sin \alpha) + "
         r"\Delta\mu \cos \alpha \Bigr]",
-        corrected_formula=r"A_\theta^* = \frac{1}{2\tilde{l}_0} \Bigl[ N (\mu_\mathrm{d} \cos \alpha - \sin \alpha) + "
+        corrected_formula=r"A_\theta^* = \frac{1}{2\tilde{l}_0} \Bigl[ N (\mu_\mathrm{d} \cos "
+        r"\alpha - \sin \alpha) + "
         r"\Delta\mu \cos \alpha \Bigr]",
-        error="relative D/(N m), 1.33 % at N = 30, tan(alpha) = 1/4; small if N (mu_d - tan(alpha)) >> mu_s - mu_d. "
+        error="relative D/(N m), 1.33 % at N = 30, tan(alpha) = 1/4; small if N (mu_d - "
+        "tan(alpha)) >> mu_s - mu_d. "
         "The mean velocity of Eq. (vitesse_seuil) nevertheless vanishes at the printed amplitude",
         formula=r"A_\theta^* = \frac{N}{2\tilde{l}_0} (\mu_\mathrm{d} \cos \alpha - \sin \alpha)",
-        holds=leading(_seuil(_R["threshold"]), N),
+        holds=follows(_seuil(_R["threshold"].subs(mu_s, mu_d))),
         holds_exactly=follows(_seuil(_R["threshold"])),
     ),
     Entry(
@@ -224,7 +249,8 @@ ENTRIES: tuple[Entry, ...] = (
         "thresholds: the ratio of the dropped term to the kept one",
         corrected=r"\frac{\Delta\mu}{N (\mu_\mathrm{d} - \tan\alpha)} \ll 1",
         corrected_formula=r"\frac{\Delta\mu}{N (\mu_\mathrm{d} - \tan\alpha)} \ll 1",
-        error="the paper's condition lacks the factor 1/(mu_d - tan(alpha)), which grows without bound towards "
+        error="the paper's condition lacks the factor 1/(mu_d - tan(alpha)), which grows without "
+        "bound towards "
         "alpha_c; 0.1/30 = 0.33 % against a real 1.33 %",
         formula=r"\Delta\mu / N \ll 1",
         holds=lambda formula: _smallness(formula, False),
@@ -237,10 +263,13 @@ ENTRIES: tuple[Entry, ...] = (
         "\n"
         r"and proportional to the number $N$ of sliders in the chain.",
         "exact",
-        "thresholds: the derivative with respect to i vanishes; proportional to N without the term D",
+        "thresholds: the derivative with respect to i vanishes; proportional to N without the "
+        "term D",
         assumptions=("mu_s - mu_d neglected",),
-        evidence=lambda: vanishes(sp.diff(_R["threshold"], i))
-        and vanishes(sp.diff(_R["sliding_threshold"] / N, N)),
+        evidence=lambda: (
+            vanishes(sp.diff(_R["threshold"], i))
+            and vanishes(sp.diff(_R["sliding_threshold"] / N, N))
+        ),
     ),
     Entry(
         "largest_chain",
@@ -248,8 +277,10 @@ ENTRIES: tuple[Entry, ...] = (
         r"$N > {2\tilde{l}_0} A_\theta / (\mu_\mathrm{d} \cos \alpha - \sin \alpha)$",
         "approximation",
         "thresholds: Eq. (seuil) solved for N",
-        corrected=r"N > [2\tilde{l}_0 A_\theta - \Delta\mu \cos\alpha] / (\mu_\mathrm{d} \cos \alpha - \sin \alpha)",
-        corrected_formula=r"N > [2\tilde{l}_0 A_\theta - \Delta\mu \cos\alpha] / (\mu_\mathrm{d} \cos \alpha - \sin "
+        corrected=r"N > [2\tilde{l}_0 A_\theta - \Delta\mu \cos\alpha] / (\mu_\mathrm{d} \cos "
+        r"\alpha - \sin \alpha)",
+        corrected_formula=r"N > [2\tilde{l}_0 A_\theta - \Delta\mu \cos\alpha] / (\mu_\mathrm{d} "
+        r"\cos \alpha - \sin "
         r"\alpha)",
         error="D/m sliders, 0.4 at the captions' values",
         formula=r"N > {2\tilde{l}_0} A_\theta / (\mu_\mathrm{d} \cos \alpha - \sin \alpha)",
@@ -263,12 +294,15 @@ ENTRIES: tuple[Entry, ...] = (
         "Fig. jumps, caption",
         r"$A_\theta^* \simeq 3.6~10^{-3}$",
         "exact",
-        "thresholds: Eq. (seuil) at N = 30, l0 = 1000, mu_d = .5, tan(alpha) = .25 is 3.638e-3; with D 3.687e-3",
+        "thresholds: Eq. (seuil) at N = 30, l0 = 1000, mu_d = .5, tan(alpha) = .25 is 3.638e-3; "
+        "with D 3.687e-3",
         error="two digits are given; 1 % below and above it lie on the same side of 3.687e-3",
         formula=r"A_\theta^* \simeq 3.6~10^{-3}",
-        holds=lambda formula: formula.left == symbol("A_theta_star")
-        and equals(sp.Rational(36, 10000))(Formula((_rounded(),), ()))
-        and equals(_rounded())(Formula((formula.right,), ())),
+        holds=lambda formula: (
+            formula.left == symbol("A_theta_star")
+            and equals(sp.Rational(36, 10000))(Formula((_rounded(),), ()))
+            and equals(_rounded())(Formula((formula.right,), ()))
+        ),
     ),
 )
 
@@ -277,7 +311,9 @@ def _rounded() -> Expression:
     """Return Eq. (seuil) at the caption's parameters, to the two digits that the caption gives."""
     tan = sp.Rational(1, 4)
     cosine = 1 / sp.sqrt(1 + tan**2)
-    value = _R["sliding_threshold"].subs(
-        {N: 30, l0: 1000, mu_d: sp.Rational(1, 2), s: tan * c}
-    ).subs(c, cosine)
+    value = (
+        _R["sliding_threshold"]
+        .subs({N: 30, l0: 1000, mu_d: sp.Rational(1, 2), s: tan * c})
+        .subs(c, cosine)
+    )
     return sp.floor(value * 10000 + sp.Rational(1, 2)) / 10000

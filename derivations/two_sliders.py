@@ -1,8 +1,9 @@
-"""Two sliders: every slip, the staircase of the velocity, its thresholds and its mean over phases."""
+"""Two sliders: every slip, the staircase of the velocity, its thresholds and its phase mean."""
 
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 from math import ceil, floor
 from random import Random
 
@@ -11,7 +12,6 @@ import sympy as sp
 from derivations.notation import (
     Expression,
     Formula,
-    alpha,
     amplitude,
     c,
     excess,
@@ -24,7 +24,7 @@ from derivations.notation import (
     static_margin,
     symbol,
 )
-from derivations.play import BothStart, TwoSliders
+from derivations.play import TwoSliders
 from derivations.proof import (
     Derivation,
     Entry,
@@ -34,9 +34,10 @@ from derivations.proof import (
     follows,
     inequality,
     leading,
+    vanishes,
 )
 
-m, g, tau_th = (symbol(name) for name in "m g tau_th".split())
+m, g, tau_th = (symbol(name) for name in ["m", "g", "tau_th"])
 tension = symbol("tension")
 mu_1, mu_2 = sp.Function("mu_s")(1), sp.Function("mu_s")(2)
 jump = sp.Symbol("jump", positive=True)
@@ -87,12 +88,16 @@ def derive() -> Derivation:
         Step("standard deviation of (mu_1 - mu_2)/2", width),
         Step("r = x_2 - x_1 - l0 changes by +-2D only: r0 = r mod 2D is conserved"),
         Step(
-            "y = l0 theta: r -> r + 2D at y = r + a and back at y = r + 2D - a, so the relay at rho = r + D "
+            "y = l0 theta: r -> r + 2D at y = r + a and back at y = r + 2D - a, so the relay at "
+            "rho = r + D "
             "switches at rho + m and at rho - m; every switching moves x_G by D"
         ),
         Step("a cycle of amplitude A switches the relays with |rho| < l0 A - m, twice"),
         Step("relaxed chain: rho = +-D, +-3D, ...; it creeps if A exceeds", results["threshold"]),
-        Step("mean over r0: relays of density 1/(2D), each moving x_G by D per half-cycle", results["velocity"]),
+        Step(
+            "mean over r0: relays of density 1/(2D), each moving x_G by D per half-cycle",
+            results["velocity"],
+        ),
         Step("mean displacement of the moving slider in a half-cycle that reverses the last", mean),
     )
     return Derivation(
@@ -100,7 +105,9 @@ def derive() -> Derivation:
     )
 
 
-def staircase(slope: Fraction, low: Fraction, high: Fraction, reach: Fraction, r0: Fraction) -> Fraction:
+def staircase(
+    slope: Fraction, low: Fraction, high: Fraction, reach: Fraction, r0: Fraction
+) -> Fraction:
     """Return the velocity by counting relays; lengths in units of cos(alpha)."""
     step = high - low
     inside = reach - (low - slope)
@@ -130,12 +137,19 @@ def check() -> Verification:
     """Prove the slips, the relay picture, the staircase, the phase average and the thresholds."""
     v = Verification(
         "two_sliders",
-        ("0 < tan(alpha) < mu_d <= mu_s", "sigma_mu = 0 where slips are counted", "slips are those of slip.py"),
+        (
+            "0 < tan(alpha) < mu_d <= mu_s",
+            "sigma_mu = 0 where slips are counted",
+            "slips are those of slip.py",
+        ),
     )
     r = derive().results
     v.identity("slider 2 starts at T = -a", r["start_2"] + static_margin)
     v.identity("in a dilation slider 2 is first, by 2s", r["start_2"] - r["start_1_up"] - 2 * s)
-    v.identity("the slip of slider 2 leaves slider 1 a margin 2m", mu_s * c - r["after"] - s - 2 * slope_margin)
+    v.identity(
+        "the slip of slider 2 leaves slider 1 a margin 2m",
+        mu_s * c - r["after"] - s - 2 * slope_margin,
+    )
     v.identity("... and 2s + 2D to the other side", r["after"] + s + mu_s * c - 2 * s - 2 * excess)
     position = symbol("r")
     y_up = sp.solve(position - symbol("y") - r["start_2"], symbol("y"))[0]
@@ -159,11 +173,15 @@ def check() -> Verification:
         "the relay closest to zero is at D - |r0|, |r0| <= D; it switches iff D - |r0| < l0 A - m",
     )
     v.identity("the mean over r0 is l0 A - m", r["velocity"] - (room - slope_margin))
-    v.identity("mean displacement after a reversal: l0 |d theta| - 2m", r["half_cycle"] - (l0 * jump - 2 * slope_margin))
+    v.identity(
+        "mean displacement after a reversal: l0 |d theta| - 2m",
+        r["half_cycle"] - (l0 * jump - 2 * slope_margin),
+    )
     v.identity(
         "the paper's minimum dilation 2a is that of the least favourable phase; the mean is 2m",
         (2 * static_margin - 2 * excess) - 2 * slope_margin,
-        "a dilation ends with T anywhere in [-a, -a + 2D), a contraction in (a - 2D, a]: D on average at each end",
+        "a dilation ends with T anywhere in [-a, -a + 2D), a contraction in (a - 2D, a]: D on "
+        "average at each end",
     )
     agree = conserved = ceiling = True
     above = below = 0
@@ -184,18 +202,31 @@ def check() -> Verification:
         above, below = above + creeps, below + (not creeps)
         relaxed = staircase(slope, low, high, reach, Fraction(0))
         ceiling &= relaxed == 2 * step * max(0, ceil((reach - (high - slope)) / (2 * step)))
-    v.verified("staircase for any r0", agree, f"500 rational cases, {above} creep and {below} do not")
+    v.verified(
+        "staircase for any r0", agree, f"500 rational cases, {above} creep and {below} do not"
+    )
     v.verified("r0 is conserved", conserved, "the same 500 cases")
-    v.verified("threshold a - |r0| and the ceiling formula of the relaxed chain", ceiling, "the same 500 cases")
-    v.verified("phase average max(0, l0 A - m)", _phases(), "60 rational cases, integrated exactly over r0")
-    v.verified("any path: x_G moves by half the truncated variation on average over r0", _paths(), "40 random paths")
+    v.verified(
+        "threshold a - |r0| and the ceiling formula of the relaxed chain",
+        ceiling,
+        "the same 500 cases",
+    )
+    v.verified(
+        "phase average max(0, l0 A - m)", _phases(), "60 rational cases, integrated exactly over r0"
+    )
+    v.verified(
+        "any path: x_G moves by half the truncated variation on average over r0",
+        _paths(),
+        "40 random paths",
+    )
     return v
 
 
 def _phases() -> bool:
     """Return whether the integral of the staircase over r0 is 2D max(0, l0 A - m), exactly.
 
-    The staircase is piecewise constant in r0 with at most two jumps, where a relay reaches the edge.
+    The staircase is piecewise constant in r0 with at most two jumps, where a relay reaches the
+    edge.
     """
     for slope, low, high, reach, _ in _cases(60, 7):
         step, inside = high - low, reach - (low - slope)
@@ -204,7 +235,7 @@ def _phases() -> bool:
             breaks.add((edge - step + step) % (2 * step) - step)
         ends = sorted(breaks)
         total = Fraction(0)
-        for a, b in zip(ends, ends[1:], strict=False):
+        for a, b in pairwise(ends):
             total += (b - a) * staircase(slope, low, high, reach, (a + b) / 2)
         if total != 2 * step * max(Fraction(0), inside):
             return False
@@ -295,28 +326,36 @@ ENTRIES: tuple[Entry, ...] = (
     Entry(
         "dilation_step",
         "Sec. III A 2",
-        r"$\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_2 \simeq \frac{1}{2}\tilde{l}_0\Delta\theta$",
+        r"$\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_2 \simeq "
+        r"\frac{1}{2}\tilde{l}_0\Delta\theta$",
         "approximation",
         "two_sliders: half_cycle",
         assumptions=_CHAIN,
-        corrected=r"\Delta\tilde{x}_G = \frac{1}{2}\Bigl[\tilde{l}_0 \Delta\theta - 2(\mu_\mathrm{d} \cos\alpha - "
+        corrected=r"\Delta\tilde{x}_G = \frac{1}{2}\Bigl[\tilde{l}_0 \Delta\theta - "
+        r"2(\mu_\mathrm{d} \cos\alpha - "
         r"\sin\alpha)\Bigr] after a contraction",
-        corrected_formula=r"\Delta\tilde{x}_G = \frac{1}{2}\Bigl[\tilde{l}_0 \Delta\theta - 2(\mu_\mathrm{d} "
+        corrected_formula=r"\Delta\tilde{x}_G = \frac{1}{2}\Bigl[\tilde{l}_0 \Delta\theta - "
+        r"2(\mu_\mathrm{d} "
         r"\cos\alpha - \sin\alpha)\Bigr]",
         error="-m after a reversal, 0 (to a slip) otherwise; small if l0 |d theta| >> 2m",
-        formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_2 \simeq \frac{1}{2}\tilde{l}_0\Delta\theta",
+        formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_2 \simeq "
+        r"\frac{1}{2}\tilde{l}_0\Delta\theta",
         holds=_moved(1),
-        holds_exactly=follows({symbol("Delta_x_G"): _R["half_cycle"] / 2, symbol("Delta_theta"): jump}),
+        holds_exactly=follows(
+            {symbol("Delta_x_G"): _R["half_cycle"] / 2, symbol("Delta_theta"): jump}
+        ),
     ),
     Entry(
         "contraction_step",
         "Sec. III A 2",
-        r"$\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_1 \simeq -\frac{1}{2}\tilde{l}_0\Delta\theta$",
+        r"$\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_1 \simeq "
+        r"-\frac{1}{2}\tilde{l}_0\Delta\theta$",
         "approximation",
         "two_sliders: half_cycle, mirrored",
         assumptions=_CHAIN,
         error="-m after a reversal; small if l0 |d theta| >> 2m",
-        formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_1 \simeq -\frac{1}{2}\tilde{l}_0\Delta\theta",
+        formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_1 \simeq "
+        r"-\frac{1}{2}\tilde{l}_0\Delta\theta",
         holds=_moved(-1),
     ),
     Entry(
@@ -339,7 +378,9 @@ ENTRIES: tuple[Entry, ...] = (
         assumptions=_CHAIN,
         error="-m; small if l0 A >> m",
         formula=r"\Delta\tilde{x}_G \simeq \frac{1}{2} \tilde{l}_0 (2 A_\theta)",
-        holds=leading({symbol("Delta_x_G"): _R["half_cycle"].subs(jump, 2 * amplitude) / 2}, amplitude),
+        holds=leading(
+            {symbol("Delta_x_G"): _R["half_cycle"].subs(jump, 2 * amplitude) / 2}, amplitude
+        ),
     ),
     Entry(
         "velocity_th_2_cycle",
@@ -349,11 +390,14 @@ ENTRIES: tuple[Entry, ...] = (
         "two_sliders: phase average of the staircase",
         label="velocity_th_2_cycle",
         assumptions=_CHAIN,
-        corrected=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} \cos{\alpha} - "
+        corrected=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} "
+        r"\cos{\alpha} - "
         r"\sin{\alpha}), not below 0",
-        corrected_formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} \cos{\alpha} - "
+        corrected_formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - "
+        r"(\mu_\mathrm{d} \cos{\alpha} - "
         r"\sin{\alpha})",
-        error="-m/(l0 A), small if l0 A >> m; for sigma_mu = 0 and one r0 the steps of the staircase, 2D, besides",
+        error="-m/(l0 A), small if l0 A >> m; for sigma_mu = 0 and one r0 the steps of the "
+        "staircase, 2D, besides",
         formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta",
         holds=leading(_exact_velocity, amplitude),
         holds_exactly=follows(_exact_velocity),
@@ -361,7 +405,8 @@ ENTRIES: tuple[Entry, ...] = (
     Entry(
         "lower_slider_starts",
         "Sec. III A 2",
-        r"$f_{1\to2} + m g\,\sin\alpha > \mu_{\mathrm{s},2}\,m g\,\cos\alpha$ [Eq.~(\ref{static_eqN})]"
+        r"$f_{1\to2} + m g\,\sin\alpha > \mu_{\mathrm{s},2}\,m g\,\cos\alpha$ "
+        r"[Eq.~(\ref{static_eqN})]"
         "\n"
         r"and",
         "exact",
@@ -383,7 +428,8 @@ ENTRIES: tuple[Entry, ...] = (
         "Sec. III A 2",
         r"$\tan\alpha > \frac{1}{2} (\mu_{\mathrm{s},2}-\mu_{\mathrm{s},1})$",
         "exact",
-        "two_sliders: the tension at which slider 2 starts lies above the one at which slider 1 does",
+        "two_sliders: the tension at which slider 2 starts lies above the one at which slider 1 "
+        "does",
         formula=r"\tan\alpha > \frac{1}{2} (\mu_{\mathrm{s},2}-\mu_{\mathrm{s},1})",
         holds=inequality({}, s / c - _R["ordering"]),
     ),
@@ -394,7 +440,8 @@ ENTRIES: tuple[Entry, ...] = (
         "approximation",
         "two_sliders: one standard deviation of (mu_s2 - mu_s1)/2",
         assumptions=("independent Gaussian coefficients",),
-        error="at this angle the condition is fulfilled in 84 % of the draws, Phi(1); a convention for the edge "
+        error="at this angle the condition is fulfilled in 84 % of the draws, Phi(1); a "
+        "convention for the edge "
         "of a smooth crossover",
         formula=r"\tan\alpha_\mathrm{c}^- \equiv \sigma_\mu/\sqrt{2}",
         holds=follows({sp.tan(symbol("alpha_c_minus")): _R["alpha_c_minus"]}),
@@ -446,11 +493,14 @@ ENTRIES: tuple[Entry, ...] = (
         "inconsistent",
         "two_sliders: half_cycle; contradicts Eq. (vitesse_seuil) at N = 2",
         assumptions=_CHAIN,
-        corrected=r"\Delta\tilde{x}_G = \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta| - 2 (\mu_\mathrm{d} \cos{\alpha} "
+        corrected=r"\Delta\tilde{x}_G = \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta| - 2 "
+        r"(\mu_\mathrm{d} \cos{\alpha} "
         r"- \sin{\alpha}) \Bigr]",
-        corrected_formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta| - 2 (\mu_\mathrm{d} "
+        corrected_formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta| - 2 "
+        r"(\mu_\mathrm{d} "
         r"\cos{\alpha} - \sin{\alpha}) \Bigr]",
-        error="too small by D: the last slip overshoots its threshold by 2D, D on average, at both ends of a "
+        error="too small by D: the last slip overshoots its threshold by 2D, D on average, at "
+        "both ends of a "
         "half-cycle",
         formula=r"\Delta\tilde{x}_G \simeq \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta|"
         "\n"
@@ -461,19 +511,24 @@ ENTRIES: tuple[Entry, ...] = (
     Entry(
         "velocity_th_2_cycle_corrected",
         "Sec. III A 2",
-        r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta - (\overline{\mu}_\mathrm{s} \cos{\alpha} - "
+        r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta - "
+        r"(\overline{\mu}_\mathrm{s} \cos{\alpha} - "
         r"\sin{\alpha}),",
         "inconsistent",
-        "two_sliders: the mean over phases has mu_d, as Eq. (vitesse_seuil) at N = 2, i = 2 says; for one phase "
+        "two_sliders: the mean over phases has mu_d, as Eq. (vitesse_seuil) at N = 2, i = 2 says; "
+        "for one phase "
         "the exact law is the staircase",
         label="velocity_th_2_cycle_corrected",
         assumptions=_CHAIN,
-        corrected=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} \cos{\alpha} - "
+        corrected=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} "
+        r"\cos{\alpha} - "
         r"\sin{\alpha}), not below 0; relaxed chain: 2D max(0, ceil((l0 A - a)/(2D)))",
-        corrected_formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} \cos{\alpha} - "
+        corrected_formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - "
+        r"(\mu_\mathrm{d} \cos{\alpha} - "
         r"\sin{\alpha})",
         error="too small by D = (mu_s - mu_d) cos(alpha), at every amplitude",
-        formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta - (\overline{\mu}_\mathrm{s} "
+        formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta - "
+        r"(\overline{\mu}_\mathrm{s} "
         r"\cos{\alpha} - \sin{\alpha})",
         holds=follows(_exact_velocity),
         repair=(r"\overline{\mu}_\mathrm{s}", r"\mu_\mathrm{d}"),
@@ -481,23 +536,34 @@ ENTRIES: tuple[Entry, ...] = (
     Entry(
         "threshold_th_2_cycle_corrected",
         "Sec. III A 2",
-        r"A_\theta^* \equiv \frac{1}{\tilde{l}_0} (\overline{\mu}_\mathrm{s} \cos{\alpha} - \sin{\alpha}).",
+        r"A_\theta^* \equiv \frac{1}{\tilde{l}_0} (\overline{\mu}_\mathrm{s} \cos{\alpha} - "
+        r"\sin{\alpha}).",
         "exact",
         "two_sliders: threshold of the relaxed chain",
         label="threshold_th_2_cycle_corrected",
-        assumptions=("sigma_mu = 0", "relaxed chain, r0 = 0; otherwise (a - |r0|)/l0, down to m/l0"),
-        error="not the amplitude at which the mean velocity of the corrected law vanishes, which is m/l0",
-        formula=r"A_\theta^* \equiv \frac{1}{\tilde{l}_0} (\overline{\mu}_\mathrm{s} \cos{\alpha} - \sin{\alpha})",
+        assumptions=(
+            "sigma_mu = 0",
+            "relaxed chain, r0 = 0; otherwise (a - |r0|)/l0, down to m/l0",
+        ),
+        error="not the amplitude at which the mean velocity of the corrected law vanishes, which "
+        "is m/l0",
+        formula=r"A_\theta^* \equiv \frac{1}{\tilde{l}_0} (\overline{\mu}_\mathrm{s} \cos{\alpha} "
+        r"- \sin{\alpha})",
         holds=follows({symbol("A_theta_star"): _R["threshold"]}),
     ),
     Entry(
         "rest_below_threshold",
         "Sec. III A 2",
-        r"If the amplitude is smaller than $A_\theta^*$, the dilations are not sufficient to rearrange the system"
+        r"If the amplitude is smaller than $A_\theta^*$, the dilations are not sufficient to "
+        r"rearrange the system"
         "\n"
         r"and $<\tilde{v}_G> = 0$.",
         "exact",
         "two_sliders: no relay switches if l0 A <= a - |r0|",
         assumptions=("relaxed chain; one with r0 != 0 creeps down to a - |r0|", "sigma_mu = 0"),
+        evidence=lambda: vanishes(
+            # below the threshold the nearest relays, at +-D, lie outside of |rho| < l0 A - m
+            (room - slope_margin).subs(amplitude, _R["threshold"]) - excess
+        ),
     ),
 )

@@ -1,0 +1,199 @@
+"""The audit as a referee runs it: every subject's proofs, the ledger, the command."""
+
+from __future__ import annotations
+
+import ast
+import json
+from pathlib import Path
+
+import pytest
+from derivations import ledger, proof
+from derivations.__main__ import main
+from derivations.ledger import SUBJECTS, disagreements, entries
+from derivations.notation import NotationError, read
+
+ROOT = Path(__file__).parents[2]
+
+LABELLED_EQUATIONS = {
+    "spring_force", "static_friction", "dynamical_friction",
+    "dynamic_eq1", "dynamic_eq", "dynamic_eqN",
+    "static_eq1", "static_eq", "static_eqN",
+    "dist_mud", "dist_theta",
+    "velocity_th_2_cycle", "velocity_th_2_gaussian",
+    "velocity_th_2_cycle_corrected", "threshold_th_2_cycle_corrected",
+    "velocity_th_2_gaussienne_corrected", "threshold_th_2_gaussienne_corrected",
+    "critical_angle", "vitesse", "forcestatique", "seuil", "vitesse_seuil",
+    "vitesse_seuil_random", "vitessecontinue",
+}  # fmt: skip
+
+MISPRINTS = {
+    "pivot_stability": "one friction coefficient of the wrong kind",
+    "contraction_needed": "one inequality with the wrong sign",
+    "position_decreases": "one direction of motion reversed",
+    "critical_dilation": "one comparison of absolute values that does not hold in general",
+    "first_critical_angle": "one limiting angle that is not what the text says",
+    "continuum_source": "one reference to the wrong equation",
+    "critical_velocity": "a critical velocity that is an amplitude",
+}
+INCONSISTENT = {
+    "reversal_step": "mu_s where the mean over slips has mu_d",
+    "velocity_th_2_cycle_corrected": "contradicts the general law at N = 2",
+    "velocity_th_2_gaussienne_corrected": "contradicts the general random law at N = 2",
+    "threshold_th_2_gaussienne_corrected": "the same, where its asymptote vanishes",
+    "solid_dilation": "an order of magnitude that the formula above it does not give",
+    "solid_temperature": "another one",
+}
+
+
+@pytest.mark.parametrize("name", SUBJECTS)
+def test_every_subject_proves_what_it_claims(name: str) -> None:
+    verification = SUBJECTS[name].check()
+    assert verification.claims
+    assert verification.assumptions
+    assert all(claim.how for claim in verification.claims)
+
+
+@pytest.mark.parametrize("name", SUBJECTS)
+def test_every_subject_shows_its_steps_and_results(name: str) -> None:
+    derivation = SUBJECTS[name].derive()
+    assert len(derivation.steps) >= 3
+    assert derivation.results
+
+
+@pytest.mark.parametrize("entry", entries(), ids=lambda entry: entry.name)
+def test_every_entry_earns_its_verdict(entry: proof.Entry) -> None:
+    entry.check()
+
+
+def test_every_labelled_equation_has_an_entry() -> None:
+    assert {entry.label for entry in entries()} - {None} == LABELLED_EQUATIONS
+
+
+def test_exactly_the_known_misprints_are_accused() -> None:
+    found = {
+        kind: {entry.name for entry in entries() if entry.verdict == kind}
+        for kind in ("misprint", "inconsistent")
+    }
+    assert found == {"misprint": set(MISPRINTS), "inconsistent": set(INCONSISTENT)}
+
+
+def test_an_accused_statement_names_its_error_and_its_correction() -> None:
+    for entry in entries():
+        if entry.verdict in ("misprint", "inconsistent"):
+            assert entry.corrected, entry.name
+            assert entry.error, entry.name
+            assert entry.repair or entry.evidence, entry.name
+
+
+def test_an_approximation_says_its_error() -> None:
+    assert [e.name for e in entries() if e.verdict == "approximation" and not e.error] == []
+
+
+def test_only_what_is_decided_is_called_proved() -> None:
+    undecided = {e.name for e in entries() if e.holds is None and e.evidence is None}
+    assert {e.name for e in entries() if not e.proved} >= undecided
+    assert undecided == {"centre_of_mass", "end_of_targets"}
+
+
+def test_formulas_are_parts_of_what_is_printed() -> None:
+    for entry in entries():
+        if entry.formula is not None:
+            assert "".join(entry.formula.split()) in "".join(entry.printed.split()), entry.name
+        if entry.corrected_formula is not None:
+            assert "".join(entry.corrected_formula.split()) in "".join(
+                (entry.corrected or "").split()
+            ), entry.name
+
+
+def test_derivations_import_nothing_from_the_package() -> None:
+    for path in (ROOT / "derivations").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = (
+                [alias.name for alias in node.names]
+                if isinstance(node, ast.Import)
+                else [node.module or ""]
+                if isinstance(node, ast.ImportFrom)
+                else []
+            )
+            assert not any(name.split(".")[0] == "exactcreep" for name in names), path.name
+
+
+def test_the_package_never_imports_the_derivations() -> None:
+    for path in (ROOT / "exactcreep").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                assert all(alias.name.split(".")[0] != "derivations" for alias in node.names)
+            if isinstance(node, ast.ImportFrom):
+                assert (node.module or "").split(".")[0] != "derivations"
+
+
+def test_json_is_a_list_of_objects_with_the_promised_fields(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--json", "--only", "critical_angle"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)
+    assert found["label"] == "critical_angle"
+    assert found["verdict"] == "exact"
+    assert found["proved"] is True
+    assert set(found) >= {
+        "label", "verdict", "printed", "corrected", "assumptions", "error", "proved", "how"
+    }  # fmt: skip
+
+
+def test_show_prints_the_steps_of_one_subject(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--show", "--only", "pivots"]) == 0
+    printed = capsys.readouterr().out
+    assert "Pivots and critical angles" in printed
+    assert "it starts downhill when this exceeds mu_s c" in printed
+
+
+def test_an_unknown_label_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--only", "vitess"]) == 2
+    assert "vitess" in capsys.readouterr().err
+
+
+def test_a_missing_source_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--only", "seuil", "--paper", str(tmp_path / "none.tex")]) == 2
+    assert "none.tex" in capsys.readouterr().err
+
+
+def _source() -> str:
+    """Return a source that holds every statement, labelled ones in equations."""
+    parts = []
+    for entry in entries():
+        label = f"\\label{{{entry.label}}}" if entry.label else ""
+        parts.append(
+            f"\\begin{{equation}}{entry.printed}{label}\\end{{equation}}" if label else entry.printed
+        )
+    return "\n\n".join(parts)
+
+
+def test_a_source_with_every_statement_is_accepted_whatever_its_white_space() -> None:
+    assert disagreements(_source()) == []
+    assert disagreements(_source().replace(" ", "\n  ")) == []
+
+
+def test_a_changed_missing_or_additional_equation_is_reported() -> None:
+    changed = _source().replace("\\frac{\\Delta\\mu}{N}", "\\frac{\\Delta\\mu}{2N}")
+    assert any(problem.startswith("critical_angle") for problem in disagreements(changed))
+    unlabelled = _source().replace("\\label{seuil}", "")
+    assert disagreements(unlabelled) == ["the source has no equation seuil"]
+    more = _source() + "\\be a = b \\label{another} \\ee"
+    assert disagreements(more) == ["no entry for the equation another"]
+
+
+def test_a_refuted_entry_ends_the_audit(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def refuted() -> None:
+        raise proof.Refuted("seuil: not so")
+
+    monkeypatch.setattr(ledger.SUBJECTS["thresholds"], "check", refuted)
+    assert main(["--only", "seuil"]) == 1
+    assert "seuil: not so" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "text", ["a +", "\\frac{1}{2", "\\unknown x", "(a", "a = = b", "\\sqrt 2", "a ]", "|a", "?"]
+)
+def test_text_that_is_no_formula_is_refused(text: str) -> None:
+    with pytest.raises(NotationError):
+        read(text)
