@@ -259,5 +259,6 @@ def dilations(drive: GaussianSteps, seed: int, first: int, count: int) -> NDArra
 
 def uniform_tensions(seed: int, count: int) -> NDArray[np.float64]:
     """Return `count` numbers uniform in (-1, 1), for seeded starting tensions."""
-    word = np.random.Philox(key=[seed, STREAM_TENSION], counter=[0, 0, 0, 0]).random_raw(count)
+    key = np.array([seed, STREAM_TENSION], dtype=np.uint64)
+    word = np.random.Philox(key=key, counter=[0, 0, 0, 0]).random_raw(count)
     return (word >> np.uint64(11)).astype(np.float64) * 2.0**-52 + (2.0**-53 - 1.0)

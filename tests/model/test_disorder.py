@@ -1,0 +1,185 @@
+"""Keyed disorder: the same numbers for everybody, in whatever order they are asked for."""
+
+import math
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from exactcreep.model import disorder
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import GaussianSteps
+from exactcreep.model.numbers import InputError
+from exactcreep.model.state import State
+
+CHAIN = Chain(10**6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+DRIVE = GaussianSteps("0.1", 100)
+
+COEFFICIENTS = {
+    # (seed, slider, draw): value
+    (0, 1, 0): 0.617528026117885,
+    (0, 1, 1): 0.6091246939088781,
+    (0, 1, 2): 0.5935915219624168,
+    (0, 1, 3): 0.5838632559722375,
+    (0, 1, 4): 0.5947656572083874,
+    (0, 2, 0): 0.6220799427996372,
+    (0, 30, 7): 0.5930451101626149,
+    (1, 1, 0): 0.6162558104330286,
+    (1, 2, 3): 0.6060575568676274,
+    (42, 6, 5): 0.5970489176896879,
+    (42, 7, 5): 0.6099292303672949,
+    (2011, 30, 1000): 0.62098183367232,
+    (2011, 1000, 0): 0.5890762690417656,
+    (2**32, 5, 2): 0.6152022040011726,
+    (2**64 - 1, 1, 0): 0.5957013903069902,
+    (2**64 - 1, 10**6, 2**40): 0.6009779194824655,
+    (123456789, 17, 2**62): 0.5898768546271564,
+}
+DILATIONS = {
+    # (seed, target): value
+    (0, 1): -0.01517785383410103,
+    (0, 2): -0.05252059079547507,
+    (7, 100): 0.10279528356652932,
+}
+
+
+def word_of(seed: int, stream: int, n: int, k: int) -> int:
+    """Return word k of (seed, stream, n) by NumPy's own generator."""
+    key = np.array([seed, stream], dtype=np.uint64)
+    generator = np.random.Philox(key=key, counter=[k // 4, n, 0, 0])
+    return int(generator.random_raw(4)[k % 4])
+
+
+def normal_of(word: int) -> mpmath.mpf:
+    """Return the normal deviate of a word, to 40 digits: the centre of its cell, inverted."""
+    context = mpmath.mp.clone()
+    context.dps = 50
+    probability = (context.mpf(word >> 11) + context.mpf(1) / 2) / 2**53
+    return context.sqrt(2) * context.erfinv(2 * probability - 1)
+
+
+def test_the_table_of_drawn_coefficients_is_what_it_always_was():
+    for (seed, n, k), value in COEFFICIENTS.items():
+        assert disorder.static_coefficient(CHAIN, seed, n, k) == value
+
+
+def test_the_table_of_drawn_dilations_is_what_it_always_was():
+    for (seed, q), value in DILATIONS.items():
+        assert disorder.dilation(DRIVE, seed, q) == value
+        assert DRIVE.exact_target(q, seed) == Fraction(value)
+
+
+def test_the_tables_are_philox_words_through_the_inverse_normal_distribution():
+    """The words are NumPy's; the inverse is mpmath's at 50 digits; a few ulp are allowed."""
+    for (seed, n, k), value in COEFFICIENTS.items():
+        deviate = normal_of(word_of(seed, disorder.STREAM_COEFFICIENT, n, k))
+        expected = deviate / 100 + mpmath.mpf(6) / 10
+        assert abs(value - expected) < 2 * math.ulp(value), (seed, n, k)
+    for (seed, q), value in DILATIONS.items():
+        deviate = normal_of(word_of(seed, disorder.STREAM_DILATION, 0, q))
+        assert abs(value - deviate / 10) < 6 * math.ulp(value), (seed, q)
+
+
+@pytest.mark.parametrize(
+    "word",
+    [0, 1 << 11, 2**63 - 1, 2**63, 2**64 - 1, 2**64 - 2**12, 2**52, 3 << 40, 2**62, 5 * 2**61],
+)
+def test_the_normal_deviate_is_accurate_into_both_tails(word: int):
+    deviate = float(disorder.normal_deviate(np.uint64(word)))
+    expected = normal_of(word)
+    assert abs(deviate - expected) <= 6 * math.ulp(abs(float(expected)))
+
+
+def test_the_normal_deviate_is_antisymmetric():
+    rng = np.random.default_rng(3)
+    for word in rng.integers(0, 2**64, 200, dtype=np.uint64).tolist():
+        cell = word >> 11
+        mirrored = (2**53 - 1 - cell) << 11
+        assert disorder.normal_deviate(np.uint64(cell << 11)) == -disorder.normal_deviate(
+            np.uint64(mirrored)
+        )
+
+
+def test_the_compiled_words_are_those_of_numpy():
+    rng = np.random.default_rng(4)
+    for seed, stream, n, block in rng.integers(0, 2**63, (50, 4)).tolist():
+        words = disorder.philox(np.uint64(seed), np.uint64(stream), np.uint64(n), np.uint64(block))
+        theirs = np.random.Philox(key=[seed, stream], counter=[block, n, 0, 0]).random_raw(4)
+        assert list(words) == theirs.tolist()
+
+
+@given(
+    seed=st.integers(0, 2**64 - 1),
+    n=st.integers(1, 10**6),
+    first=st.integers(0, 1000),
+    count=st.integers(1, 30),
+)
+@settings(max_examples=60, deadline=None)
+def test_a_coefficient_does_not_depend_on_what_was_asked_before(seed, n, first, count):
+    block = disorder.static_coefficients(CHAIN, seed, n, first, count)
+    alone = [disorder.static_coefficient(CHAIN, seed, n, first + j) for j in reversed(range(count))]
+    assert block.tolist() == alone[::-1]
+
+
+def test_dilations_in_a_block_are_those_asked_one_by_one():
+    block = DRIVE.targets(3, 40, seed=9)
+    assert block.tolist() == [disorder.dilation(DRIVE, 9, q) for q in range(3, 43)]
+
+
+def test_the_initial_coefficients_of_a_state_are_draw_0_of_every_slider():
+    chain = Chain(12, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    state = State.relaxed(chain, seed=5)
+    keyed = [disorder.static_coefficient(chain, 5, n, 0) for n in range(1, 13)]
+    assert state.coefficients.tolist() == keyed
+    assert (state.draws == 1).all()
+
+
+def test_sliders_draws_seeds_and_streams_do_not_share_numbers():
+    drawn = [
+        disorder.static_coefficient(CHAIN, seed, n, k)
+        for seed in range(6)
+        for n in range(1, 7)
+        for k in range(9)
+    ]
+    drawn += [0.6 + 0.1 * disorder.dilation(DRIVE, seed, q) for seed in range(6) for q in (1, 2, 3)]
+    assert len(set(drawn)) == len(drawn)
+
+
+def test_drawn_coefficients_have_the_mean_and_the_width_asked_for():
+    drawn = disorder.static_coefficients(CHAIN, 1, 1, 0, 100_000)
+    deviates = (drawn - 0.6) / 0.01
+    assert abs(deviates.mean()) < 4 / math.sqrt(1e5)
+    assert abs((deviates**2).mean() - 1) < 4 * math.sqrt(2 / 1e5)
+    assert abs((deviates**4).mean() - 3) < 4 * math.sqrt(96 / 1e5)
+
+
+def test_seeded_tensions_are_distinct_for_all_seeds_and_lie_between_minus_one_and_one():
+    seeds = (0, 1, 2**63 - 1, 2**63, 2**64 - 2, 2**64 - 1)
+    tensions = np.array([disorder.uniform_tensions(seed, 50) for seed in seeds])
+    assert np.unique(tensions).size == tensions.size
+    assert np.abs(tensions).max() < 1
+    assert disorder.uniform_tensions(2**63, 9).tolist() == tensions[3, :9].tolist()
+
+
+def test_without_disorder_a_coefficient_is_the_rational_mu_s():
+    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    assert disorder.static_coefficient(chain, 8, 2, 77) == Fraction(3, 5)
+    assert State.relaxed(chain).coefficients.tolist() == [0.6, 0.6, 0.6]
+
+
+@pytest.mark.parametrize(
+    ("seed", "n", "k", "field"),
+    [(-1, 1, 0, "seed"), (2**64, 1, 0, "seed"), (0.5, 1, 0, "seed"), (0, 0, 0, "n"),
+     (0, 10**6 + 1, 0, "n"), (0, 1, -1, "k"), ("x", 1, 0, "seed")],
+)  # fmt: skip
+def test_a_key_out_of_range_is_refused_by_name(seed, n, k, field):
+    with pytest.raises(InputError, match=f"^{field} = "):
+        disorder.static_coefficient(CHAIN, seed, n, k)
+
+
+def test_a_dilation_before_the_first_is_refused():
+    with pytest.raises(InputError, match=r"^q = 0"):
+        disorder.dilation(DRIVE, 0, 0)
