@@ -8,6 +8,7 @@ until every slider is at rest.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -331,8 +332,11 @@ class Mechanics:
 
     # -- the rearrangement ---------------------------------------------------------------------
 
-    def rearrangement(self) -> Iterator[Event]:
+    def rearrangement(self) -> Iterator[Event | None]:
         """Yield the events of the rearrangement under way, one by one, until rest or runaway.
+
+        After the events of each instant comes None: only there may a caller stop asking and later
+        begin anew, for in between an event is only half resolved.
 
         Decompose the moving sliders into runs. Find the first event among their stops and the
         starts of their neighbours. Advance to it by the closed form. Resolve it by the contact
@@ -341,6 +345,7 @@ class Mechanics:
         if self.flow is not None and not self.announced:
             self.announced = True
             yield self._event(EventKind.START, *self._departing())
+            yield None
         while self.flow is not None:
             runs = self.flow.runs()
             found = self.first_event(self.flow, runs)
@@ -351,6 +356,7 @@ class Mechanics:
             yield from self.resolve(self.flow, found, speeds)
             if not self.flow.signs.any():
                 self.rest(self.flow)
+            yield None
 
     def _departing(self) -> tuple[list[int], list[int], Any]:
         flow = self.flow
@@ -627,22 +633,38 @@ class Mechanics:
 
     def captured(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit, as plain data."""
-        plain = self.arithmetic.plain
-        out: dict[str, Any] = {name: plain(getattr(self, name)) for name in (*_VECTORS, *_SCALARS)}
-        for name in _PLAIN:
-            out[name] = getattr(self, name)
-        for name in ("coefficients", "draws", "slips"):
+        return self.as_plain(self.snapshot())
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return copies of everything that determines the future."""
+        out = {name: copy(getattr(self, name)) for name in (*_VECTORS, *_SCALARS, *_PLAIN)}
+        for name in ("coefficients", "draws", "slips", "pinned", "crossed"):
             out[name] = getattr(self, name).copy()
         out["tally"] = vars(self.tally).copy()
-        out["pinned"] = [list(item) for item in self.pinned.items()]
-        out["crossed"] = [list(item) for item in self.crossed.items()]
-        out["exact"] = None if self.exact is None else self.exact.captured()
+        exact = self.exact
+        out["exact"] = exact and Exact(list(exact.forces), list(exact.displacements), exact.theta)
         flow = self.flow
         out["flow"] = flow and {
             "signs": flow.signs.copy(),
             "touched": sorted(flow.touched),
-            **{name: plain(getattr(flow, name)) for name in _FLOW},
+            **{name: copy(getattr(flow, name)) for name in _FLOW},
         }
+        return out
+
+    def as_plain(self, snapshot: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a snapshot as plain data: numbers, strings and arrays by name."""
+        plain = self.arithmetic.plain
+        out = dict(snapshot)
+        for name in (*_VECTORS, *_SCALARS):
+            out[name] = plain(snapshot[name])
+        for name in ("pinned", "crossed"):
+            out[name] = [list(item) for item in snapshot[name].items()]
+        if snapshot["exact"] is not None:
+            out["exact"] = snapshot["exact"].captured()
+        if snapshot["flow"] is not None:
+            out["flow"] = dict(snapshot["flow"])
+            for name in _FLOW:
+                out["flow"][name] = plain(snapshot["flow"][name])
         return out
 
     def renew(self) -> None:

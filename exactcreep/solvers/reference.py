@@ -73,7 +73,7 @@ class FieldSolver(Solver):
         with arithmetic.active():
             mechanics = Mechanics(chain, seed, arithmetic, state)
             mechanics.ramp(direction, None)
-            events = mechanics.rearrangement()
+            events = filter(None, mechanics.rearrangement())
         while True:
             with arithmetic.active():
                 event = next(events, None)
@@ -97,7 +97,7 @@ def completed(mechanics: Mechanics, direction: int, solver: str) -> Rearrangemen
     events: list[Event] = []
     outcome, reason = Outcome.AT_REST, ""
     try:
-        for event in mechanics.rearrangement():
+        for event in filter(None, mechanics.rearrangement()):
             events.append(event)
             if len(events) >= MOST_EVENTS:
                 outcome, reason = Outcome.LIMIT, f"{MOST_EVENTS} events without coming to rest"
@@ -143,6 +143,8 @@ def mechanics_report(mechanics: Mechanics, reason: str = "") -> dict[str, Any]:
 class FieldSimulation(Simulation):
     """A simulation by `Mechanics`."""
 
+    kind: ClassVar[type[Mechanics]] = Mechanics
+
     def __init__(
         self,
         chain: Chain,
@@ -155,7 +157,7 @@ class FieldSimulation(Simulation):
         self.seed = seed
         self.record = record
         with arithmetic.active():
-            self.mechanics = Mechanics(chain, seed, arithmetic, state)
+            self.mechanics = self.kind(chain, seed, arithmetic, state)
         self.tally = self.mechanics.tally
         self.theta_target: Fraction | None = None
         try:
@@ -197,8 +199,9 @@ class FieldSimulation(Simulation):
             target = drive.exact_target(q, self.seed)
             while True:
                 for event in mechanics.rearrangement():
-                    self._log(event, q, rows)
-                    if self.tally.events >= last:
+                    if event is not None:
+                        self._log(event, q, rows)
+                    elif self.tally.events >= last:
                         return Outcome.CREEPING
                 if mechanics.runaway:
                     return Outcome.RUNAWAY
