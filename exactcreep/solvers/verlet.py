@@ -723,9 +723,9 @@ def _follow(laws, work, targets, first, budget, x_G, x, tension, slips, wanted):
         now.theta = targets[done]
         sliders[0].base = goal
         sliders[n].base = goal
-        total = 0.0
-        for i in range(1, n + 1):
-            total += sliders[i].displacement
+        total = sliders[(n + 1) // 2].displacement if n % 2 == 1 else 0.0
+        for i in range(1, n // 2 + 1):  # in pairs: exactly 0 for a mirror-symmetric chain
+            total += sliders[i].displacement + sliders[n + 1 - i].displacement
         x_G[done] = total / n
         if wanted[0]:
             for i in range(1, n + 1):
