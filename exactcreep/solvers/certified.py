@@ -20,6 +20,7 @@ from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
+from exactcreep.solvers.enclosed import Enclosed
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.reference import (
     FieldSimulation,
@@ -83,7 +84,7 @@ class Certified(FieldSolver):
         for bits, assume in self.precisions():
             arithmetic = balls_of(bits)
             with arithmetic.active():
-                mechanics = Mechanics(chain, seed, arithmetic, state, assume=assume, keep=True)
+                mechanics = Enclosed(chain, seed, arithmetic, state, assume=assume, keep=True)
                 try:
                     result = completed(mechanics, direction, self.name)
                     if not assume:
@@ -135,6 +136,8 @@ def certificate(mechanics: Mechanics) -> dict[str, Any]:
 
 class CertifiedSimulation(FieldSimulation):
     """A simulation in balls, which goes back to its anchor when a comparison is undecided."""
+
+    kind = Enclosed
 
     def __init__(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...], solver: Certified
@@ -194,7 +197,7 @@ class CertifiedSimulation(FieldSimulation):
             self.settles = bits >= self.solver.most_bits
             more = balls_of(min(2 * bits, self.solver.most_bits))
             with more.active():
-                self.mechanics = Mechanics(
+                self.mechanics = self.kind(
                     self.chain, self.seed, more, self.origin, assume=self.settles
                 )
                 self.mechanics.take_over(self.anchor)
@@ -231,7 +234,7 @@ class CertifiedSimulation(FieldSimulation):
         arithmetic = balls_of(int(captured["bits"]))
         self.settles = bool(captured["settles"])
         with arithmetic.active():
-            self.mechanics = Mechanics(
+            self.mechanics = self.kind(
                 self.chain, self.seed, arithmetic, self.origin, assume=self.settles
             )
         super().restore(captured)

@@ -8,7 +8,6 @@ until every slider is at rest.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -637,7 +636,7 @@ class Mechanics:
 
     def snapshot(self) -> dict[str, Any]:
         """Return copies of everything that determines the future."""
-        out = {name: copy(getattr(self, name)) for name in (*_VECTORS, *_SCALARS, *_PLAIN)}
+        out = {name: _copied(getattr(self, name)) for name in (*_VECTORS, *_SCALARS, *_PLAIN)}
         for name in ("coefficients", "draws", "slips", "pinned", "crossed"):
             out[name] = getattr(self, name).copy()
         out["tally"] = vars(self.tally).copy()
@@ -647,7 +646,7 @@ class Mechanics:
         out["flow"] = flow and {
             "signs": flow.signs.copy(),
             "touched": sorted(flow.touched),
-            **{name: copy(getattr(flow, name)) for name in _FLOW},
+            **{name: _copied(getattr(flow, name)) for name in _FLOW},
         }
         return out
 
@@ -726,6 +725,10 @@ def _first_event(time: Any, watches: list[Watch], mirrored: int | None) -> First
         stops += [mirrored - 1 - n for n in stops]
         starts += [(mirrored - 1 - n, -sign) for n, sign in starts]
     return FirstEvent(time, tuple(sorted(stops)), tuple(sorted(starts)))
+
+
+def _copied(value: Any) -> Any:
+    return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def _sign_of_rational(x: Any) -> int:

@@ -1,0 +1,202 @@
+"""A set of states that grows as nearby motions part, not as balls do.
+
+In balls every operation forgets how errors depend on each other: an event costs bits although two
+nearby trajectories stay close. Here the states at rest are ``middle + axes box``: the middle is
+taken through a rearrangement as a point, the axes by the derivative of the motion over all
+states of the set (mean value theorem), and at rest they are made orthogonal again, the widest
+direction first. (Lohner's method, with the derivative of every event time in it.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import flint
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.motion.arithmetic import Balls, Undecided
+from exactcreep.motion.modes import Ends, modes
+
+Row = list[Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Passage:
+    """One event and the motion before it, over all states of the set.
+
+    Attributes
+    ----------
+    runs : tuple of (first, p, Ends)
+    time : ball
+        Duration of the motion.
+    slider, side : int
+        Whose speed (side 0), or whose distance to the threshold on that side, reaches zero.
+    velocities, accelerations : ndarray of balls, shape (n,)
+        At the event, before it is resolved.
+    """
+
+    runs: tuple[tuple[int, int, Ends], ...]
+    time: Any
+    slider: int
+    side: int
+    velocities: NDArray[Any]
+    accelerations: NDArray[Any]
+
+
+class Spread:
+    """How forces, velocities and displacements depend on the axes of the set.
+
+    Parameters
+    ----------
+    forces : list of rows
+        One row of k numbers per slider.
+    balls : Balls
+        Arithmetic of the derivative; calls are made inside its `active`.
+    """
+
+    def __init__(self, forces: list[Row], balls: Balls) -> None:
+        self.balls = balls
+        self.k = len(forces[0])
+        zero = [flint.arb(0)] * self.k
+        self.forces = [list(row) for row in forces]
+        self.velocities = [zero for _ in forces]
+        self.moved = [zero for _ in forces]
+
+    def pass_through(self, passage: Passage) -> None:
+        """Take the rows through a motion and to its event, whose time depends on the state."""
+        travelled: dict[int, Row] = {}
+        for first, p, ends in passage.runs:
+            position, speed = self._propagated(first, p, ends, passage.time)
+            for i in range(p):
+                travelled[first + i] = position[i]
+                self.velocities[first + i] = speed[i]
+        self._add_displacements(travelled)
+        delay = self._delay(passage)
+        late: dict[int, Row] = {}
+        for n in travelled:
+            velocity, acceleration = passage.velocities[n], passage.accelerations[n]
+            late[n] = [velocity * d for d in delay]
+            self.velocities[n] = [
+                x + acceleration * d for x, d in zip(self.velocities[n], delay, strict=True)
+            ]
+        self._add_displacements(late)
+        zero = [flint.arb(0)] * self.k
+        if passage.side == 0:
+            self.velocities[passage.slider] = zero
+        else:
+            self.forces[passage.slider] = zero  # it is the threshold, whatever the state was
+
+    def stop(self, n: int) -> None:
+        """Bring slider `n` to rest."""
+        self.velocities[n] = [flint.arb(0)] * self.k
+
+    def _propagated(self, first: int, p: int, ends: Ends, t: Any) -> tuple[list[Row], list[Row]]:
+        table = modes(self.balls, p, ends)
+        w = table.frequencies
+        sin, cos = self.balls.sin_cos(w * t)
+        half, _ = self.balls.sin_cos(w * (t / 2))
+        free = 1 if ends.left_free and ends.right_free else 0
+        by_pull, by_speed = [t * t / 2] * free, [t] * free
+        by_pull += [2 * x * x for x in half[free:] / w[free:]]
+        by_speed += list(sin[free:] / w[free:])
+        pulls = flint.arb_mat(self.forces[first : first + p])
+        speeds = flint.arb_mat(self.velocities[first : first + p])
+        modal_pulls, modal_speeds = table.forward * pulls, table.forward * speeds
+        lag = _diagonal(by_speed)
+        position = table.backward * (_diagonal(by_pull) * modal_pulls + lag * modal_speeds)
+        speed = table.backward * (lag * modal_pulls + _diagonal(list(cos)) * modal_speeds)
+        return position.tolist(), speed.tolist()
+
+    def _add_displacements(self, travelled: dict[int, Row]) -> None:
+        n = len(self.forces)
+        for m, row in travelled.items():
+            self.moved[m] = _sum(self.moved[m], row)
+            beside = [j for j in (m - 1, m + 1) if 0 <= j < n]
+            own = row if len(beside) == 1 else [2 * x for x in row]
+            self.forces[m] = [f - x for f, x in zip(self.forces[m], own, strict=True)]
+            for j in beside:
+                self.forces[j] = _sum(self.forces[j], row)
+
+    def _delay(self, passage: Passage) -> Row:
+        """Return how the event time depends on the axes."""
+        n = passage.slider
+        if passage.side == 0:
+            rate, row = passage.accelerations[n], self.velocities[n]
+        else:
+            beside = [j for j in (n - 1, n + 1) if 0 <= j < len(self.forces)]
+            rate, row = sum(passage.velocities[j] for j in beside), self.forces[n]
+        if rate.contains(0):
+            raise Undecided("an event's slope is not separated from zero")
+        factor = -1 / rate
+        return [factor * x for x in row]
+
+
+def _sum(a: Row, b: Row) -> Row:
+    return [x + y for x, y in zip(a, b, strict=True)]
+
+
+def _diagonal(entries: Sequence[Any]) -> Any:
+    size = len(entries)
+    out = flint.arb_mat(size, size)
+    for i, value in enumerate(entries):
+        out[i, i] = value
+    return out
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """The set ``axes box`` around a middle: rows of axes, and the half width along each axis."""
+
+    axes: list[Row]
+    widths: Row
+
+    @classmethod
+    def of(cls, radii: Sequence[Any]) -> Box:
+        """Return the box of the given half widths."""
+        size = len(radii)
+        axes = [[flint.arb(int(i == j)) for j in range(size)] for i in range(size)]
+        return cls(axes, [flint.arb(r) for r in radii])
+
+    def radii(self, rows: list[Row] | None = None) -> Row:
+        """Return how far each row (default: of the axes) reaches, rounded up."""
+        return [_reach(row, self.widths) for row in (self.axes if rows is None else rows)]
+
+    def carried(self, rows: list[Row], noise: Sequence[Any]) -> Box:
+        """Return a box that holds ``rows box`` widened by `noise`, its axes orthogonal."""
+        size = len(rows)
+        widest = max(self.widths, key=exponent_of)
+        if widest == 0:
+            return Box.of(noise)
+        shift = flint.arb(2) ** -exponent_of(widest)  # widths lie far outside the floats' range
+        weights = np.array([float((w * shift).mid()) for w in self.widths])
+        weighted = np.array([[float(x.mid()) for x in row] for row in rows]) * weights
+        if not np.isfinite(weighted).all():
+            raise Undecided("the derivative of a rearrangement is not enclosed")
+        order = np.argsort(-np.linalg.norm(weighted, axis=0), kind="stable")
+        basis, _ = np.linalg.qr(weighted[:, order])
+        axes = flint.arb_mat(basis.tolist())
+        inverse = axes.inv()
+        turned = (inverse * flint.arb_mat(rows)).tolist()
+        spread = inverse.tolist()
+        widths = [
+            (_reach(turned[i], self.widths) + _reach(spread[i], noise)).upper() for i in range(size)
+        ]
+        return Box(axes.tolist(), widths)
+
+
+def _reach(row: Row, widths: Sequence[Any]) -> Any:
+    total = flint.arb(0)
+    for x, w in zip(row, widths, strict=True):
+        total += abs(x).upper() * w
+    return total.upper()
+
+
+def exponent_of(x: Any) -> int:
+    """Return the binary exponent of a positive ball's middle (a very small one for 0)."""
+    if x == 0:
+        return -(10**9)
+    mantissa, exponent = x.mid().man_exp()
+    return int(exponent) + int(mantissa).bit_length()
