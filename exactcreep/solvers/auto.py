@@ -31,6 +31,7 @@ from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
+from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.exact import Exact
 from exactcreep.solvers.sliding import Sliding, resting_sliders
 from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Stretch, Tally
@@ -228,9 +229,14 @@ def _dismissed(rungs: tuple[Candidate, ...], chosen: Candidate) -> str:
 
 
 def runner(name: str, accuracy: float) -> Solver:
-    """Return the solver that runs a scene for a rung of the ladder; sliding for the law."""
+    """Return the solver that runs a scene for a rung of the ladder: sliding for the law.
+
+    Certified carries ten digits more than the accuracy has.
+    """
     if name in ("law", "sliding"):
         return Sliding(exact=accuracy < FLOAT_PROMISE)
+    if name == "certified":
+        return Certified(digits=max(20, math.ceil(-math.log10(accuracy)) + 10))
     return Exact()
 
 

@@ -1,0 +1,127 @@
+"""``exactcreep tradeoff``: what time buys which accuracy, measured on this machine."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from exactcreep.commands.run import Force, Json, Settings
+
+if TYPE_CHECKING:
+    from exactcreep.studies.tradeoff import Score, Tradeoff
+
+
+def tradeoff(
+    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    budget: Annotated[
+        str, typer.Option(metavar="SECONDS", help="About how long to measure.")
+    ] = "60",
+    settings: Settings = None,
+    json: Json = False,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw error against time to this PNG or PDF file.")
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Measure what time buys which accuracy, for a scene on this machine.
+
+    Of a scene with several members the first is measured; --set chooses another.
+
+    Examples:
+
+        exactcreep tradeoff six-sliders-cycles --plot tradeoff.png
+
+        exactcreep tradeoff thirty-sliders-cycles --budget 300 --json
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from exactcreep.commands.answer import as_json
+    from exactcreep.commands.run import parsed_settings
+    from exactcreep.result import check_output, check_picture
+    from exactcreep.scene import load_scene
+    from exactcreep.studies.tradeoff import draw_tradeoff
+    from exactcreep.studies.tradeoff import tradeoff as measure
+
+    wanted = load_scene(scene).with_settings(parsed_settings(settings or []))
+    if plot is not None:
+        check_output(plot, "plot", force=force)
+        check_picture(plot)
+    chosen = wanted.settings()[0]
+    experiment = wanted.experiment(chosen)
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting", total=1.0)
+        measured = measure(
+            experiment,
+            budget=budget,
+            progress=lambda phase, fraction: bar.update(
+                task, description=phase, completed=fraction
+            ),
+        )
+    if plot is not None:
+        draw_tradeoff(measured, plot, title=wanted.title or wanted.name)
+    if json:
+        typer.echo(as_json({"scene": wanted.name, "set": chosen} | measured.summary()))
+        return
+    console = Console(highlight=False)
+    console.print(f"[bold]{wanted.name}[/bold]" + (f": {wanted.title}" if wanted.title else ""))
+    if chosen:
+        told = ", ".join(f"{key} = {value}" for key, value in chosen.items())
+        console.print(f"first member: {told}", soft_wrap=True)
+    _print(console, measured)
+    if plot is not None:
+        console.print(f"written: {plot}")
+
+
+def _print(console: Any, measured: Tradeoff) -> None:
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, 1), header_style="bold")
+    names = ("", "time", "+- %", "/ exact", "error", "wrong %", "agreed", "bias %", "kB")
+    for name in names:
+        table.add_column(name, justify="right" if name else "left", no_wrap=True)
+    for score in measured.scores:
+        table.add_row(*_row(score, measured))
+    console.print(table)
+    notes = [f"{one.contestant.label}: {note}" for one in measured.scores for note in one.notes]
+    for note in notes:
+        console.print(note, style="dim", soft_wrap=True)
+    console.print(
+        "time: per half-cycle, median, and half the distance of the quartiles; error: of positions"
+        " after one rearrangement, median over those with the right events; wrong: rearrangements"
+        " with other events than the certified ones; agreed: the first of"
+        f" {measured.events_compared} events that agree (*: all that were reached); bias: of the"
+        " mean velocity, against exact with the same disorder, with its standard error",
+        style="dim",
+        soft_wrap=True,
+    )
+    console.print(f"[bold]{measured.advice}[/bold]", soft_wrap=True)
+
+
+def _row(score: Score, measured: Tradeoff) -> tuple[str, ...]:
+    from exactcreep.commands.plan import duration
+
+    words = score.contestant.label.replace("dt = ", "").replace(",", "").replace(" digits", "")
+    spread = (score.seconds_high - score.seconds_low) / (2 * score.seconds)
+    bias = "-"
+    if score.contestant.solver != "exact" and not math.isnan(score.bias) and measured.velocity:
+        scale = 100 / abs(measured.velocity)
+        bias = f"{score.bias * scale:.1g}±{score.bias_error * scale:.0e}"
+        if score.bias_error * scale >= 1e-4:
+            bias = f"{score.bias * scale:.4f}±{score.bias_error * scale:.4f}"
+    agreed = "-" if not score.compared else f"{score.agreed}" + "*" * score.agreed_all
+    return (
+        words,
+        duration(score.seconds),
+        "-" if math.isnan(spread) else f"{100 * spread:.0f}",
+        "-" if math.isnan(score.ratio) else f"{score.ratio:.3g}",
+        "-" if math.isnan(score.error) else f"{score.error:.1e}",
+        "-" if not score.compared else f"{100 * score.wrong:.2g}",
+        agreed,
+        bias,
+        f"{score.memory / 1000:.0f}",
+    )

@@ -1,0 +1,825 @@
+"""The measured trade: what time buys which accuracy, on this machine and for this scene.
+
+Every contestant is measured in four ways, against the certified solver where there is one truth:
+
+- *time* per half-cycle: all contestants take turns, round after round, so that whatever else the
+  machine does hits them alike; medians over the rounds, ratios within a round;
+- *rearrangements*: single ones, from rest states of the scene, against the same one certified: do
+  the same sliders start and stop in the same order, and how far off are they in the end;
+- *events* from the start of the scene that agree with the certified ones before the first that
+  differs;
+- *bias* of the mean velocity against the exact solver, on the same drive and with the same
+  disorder, with the standard error of the paired difference.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import time
+import tracemalloc
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from itertools import groupby, pairwise
+from pathlib import Path as FilePath
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from exactcreep.decimals import enclosure, floats
+from exactcreep.experiment import Experiment
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles, Path
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Outcome
+from exactcreep.result import check_picture
+from exactcreep.solvers.registry import solver_named
+from exactcreep.solvers.solver import Rearrangement, Simulation, Solver
+from exactcreep.studies.figures import INKS, STYLE, picture, save_picture
+from exactcreep.studies.planning import refined_path
+
+TIME_STEPS = ("0.3", "0.1", "0.03", "0.01", "0.003", "0.001")
+"""The ladder of Verlet's time steps."""
+DIGITS = (15, 30)
+"""The digits of the certified solver as a contestant."""
+DEFAULT_BUDGET = 60
+
+_ROUNDS = 9
+_FEWEST_ROUNDS = 3
+_BLOCKS = 16
+_SAMPLES = 200
+_LONGEST_LOG = 20_000
+_SIGMAS = 3.0
+_SHARES = {"time": 0.35, "rearrangements": 0.25, "events": 0.1, "bias": 0.3}
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A solver with its options."""
+
+    solver: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """How it is called in tables and pictures."""
+        words = [self.solver]
+        if "dt" in self.options:
+            words.append(f"dt = {self.options['dt']}")
+        if self.options.get("locate"):
+            words.append("located")
+        if "digits" in self.options:
+            words.append(f"{self.options['digits']} digits")
+        return ", ".join(words)
+
+    @property
+    def is_fast(self) -> bool:
+        """Whether it is compiled, so that whole half-cycles can be timed."""
+        return self.solver in ("exact", "sliding", "verlet")
+
+    def algorithm(self) -> Solver:
+        """Return the solver."""
+        return solver_named(self.solver, dict(self.options))
+
+
+TRUTH = Contestant("certified", {"digits": 50})
+"""What single rearrangements and events are compared with."""
+
+
+@dataclass
+class Score:
+    """What was measured of one contestant; nan where it was not, and `notes` say why.
+
+    Attributes
+    ----------
+    contestant : Contestant
+    seconds : float
+        Per half-cycle, median over the rounds.
+    seconds_low, seconds_high : float
+        Quartiles over the rounds.
+    ratio : float
+        Time over that of the exact solver, median of the ratios within a round.
+    compared : int
+        Single rearrangements compared with the certified ones.
+    different : int
+        Of them, those in which other sliders moved, or in another order.
+    error, error_high : float
+        Largest position error at the end of a rearrangement with the right events: median and
+        largest over the rearrangements, unit ``g tau_dyn**2``.
+    agreed : int
+        Events from the start of the scene that agree with the certified ones.
+    agreed_all : bool
+        Whether no differing event was met.
+    bias, bias_error : float
+        Mean velocity minus that of the exact solver, with its standard error.
+    bias_half_cycles : int
+        Over how many half-cycles.
+    memory : int
+        Bytes that a simulation takes, at its peak over the first events.
+    notes : list of str
+    """
+
+    contestant: Contestant
+    seconds: float = math.nan
+    seconds_low: float = math.nan
+    seconds_high: float = math.nan
+    ratio: float = math.nan
+    compared: int = 0
+    different: int = 0
+    error: float = math.nan
+    error_high: float = math.nan
+    agreed: int = 0
+    agreed_all: bool = False
+    bias: float = math.nan
+    bias_error: float = math.nan
+    bias_half_cycles: int = 0
+    memory: int = 0
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def wrong(self) -> float:
+        """The fraction of rearrangements with wrong events; nan if none was compared."""
+        return self.different / self.compared if self.compared else math.nan
+
+    @property
+    def unbiased(self) -> bool:
+        """Whether the bias was measured and is zero within three standard errors."""
+        return abs(self.bias) <= _SIGMAS * self.bias_error
+
+    def summary(self) -> dict[str, Any]:
+        """Return the score as plain data for JSON; what is not known is None."""
+
+        def known(value: float) -> float | None:
+            return value if math.isfinite(value) else None
+
+        return {
+            "label": self.contestant.label,
+            "solver": self.contestant.solver,
+            "options": dict(self.contestant.options),
+            "seconds_per_half_cycle": known(self.seconds),
+            "seconds_quartiles": [known(self.seconds_low), known(self.seconds_high)],
+            "time_ratio_to_exact": known(self.ratio),
+            "rearrangements_compared": self.compared,
+            "rearrangements_with_other_events": self.different,
+            "position_error_median": known(self.error),
+            "position_error_largest": known(self.error_high),
+            "events_agreed": self.agreed,
+            "events_agreed_all": self.agreed_all,
+            "velocity_bias": known(self.bias),
+            "velocity_bias_error": known(self.bias_error),
+            "velocity_bias_half_cycles": self.bias_half_cycles,
+            "memory_bytes": self.memory or None,
+            "notes": list(self.notes),
+        }
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """The measured trade of a scene.
+
+    Attributes
+    ----------
+    experiment : Experiment
+    scores : tuple of Score
+    velocity, velocity_error : float
+        Of the exact solver, over the longest run that was made for the bias.
+    events_compared : int
+        Length of the certified list of events from the start of the scene.
+    seconds : float
+        How long the measurement took.
+    truth : Contestant
+        What single rearrangements and events were compared with.
+    """
+
+    experiment: Experiment
+    scores: tuple[Score, ...]
+    velocity: float
+    velocity_error: float
+    events_compared: int
+    seconds: float
+    truth: Contestant = TRUTH
+
+    def score(self, solver: str) -> Score | None:
+        """Return the first score of a solver, None if it has none."""
+        return next((one for one in self.scores if one.contestant.solver == solver), None)
+
+    @property
+    def advice(self) -> str:
+        """One sentence: what to take for this scene."""
+        exact, sliding = self.score("exact"), self.score("sliding")
+        if exact is None or math.isnan(exact.seconds):
+            return "Take sliding: this chain has no slips, and the sliding limit is exact."
+        steps = [one for one in self.scores if one.contestant.solver == "verlet"]
+        measured = [one for one in steps if one.compared and not math.isnan(one.seconds)]
+        sentence = f"Take exact: {_microseconds(exact.seconds)} per half-cycle"
+        paper = next((one for one in measured if one.contestant.label == "verlet, dt = 0.01"), None)
+        if paper is not None:
+            sentence += (
+                f", {_times(paper.ratio)} Verlet at dt = 0.01, which takes a wrong turn in"
+                f" {100 * paper.wrong:.0f} % of the rearrangements"
+            )
+        fair = [one for one in steps if one.unbiased and not math.isnan(one.seconds)]
+        if fair:
+            best = min(fair, key=lambda one: one.seconds)
+            sentence += (
+                f"; for the mean velocity alone Verlet is unbiased within"
+                f" {_relative(_SIGMAS * best.bias_error, self.velocity)} up to dt ="
+                f" {best.contestant.options['dt']}, at {best.ratio:.2g} times the time of exact"
+            )
+        if sliding is not None and not math.isnan(sliding.bias):
+            largest = abs(sliding.bias) + _SIGMAS * sliding.bias_error
+            sentence += (
+                f"; sliding costs {_microseconds(sliding.seconds)} and is off by at most"
+                f" {_relative(largest, self.velocity)}"
+            )
+        return sentence + "."
+
+    def summary(self) -> dict[str, Any]:
+        """Return the trade as plain data for JSON."""
+        drive = self.experiment.drive
+        finite = math.isfinite
+        return {
+            "half_cycles": drive.half_cycles,
+            "velocity": self.velocity if finite(self.velocity) else None,
+            "velocity_error": self.velocity_error if finite(self.velocity_error) else None,
+            "events_compared": self.events_compared,
+            "truth": {"solver": self.truth.solver, "options": dict(self.truth.options)},
+            "advice": self.advice,
+            "seconds": self.seconds,
+            "scores": [one.summary() for one in self.scores],
+        }
+
+
+def _microseconds(seconds: float) -> str:
+    return f"{seconds * 1e6:.3g} us" if seconds < 1e-2 else f"{seconds * 1e3:.3g} ms"
+
+
+def _times(ratio: float) -> str:
+    return f"{ratio:.2g} times faster than" if ratio >= 1 else f"{1 / ratio:.2g} times slower than"
+
+
+def _relative(value: float, scale: float) -> str:
+    return f"{100 * value / abs(scale):.2g} %" if scale else f"{value:.2g}"
+
+
+def ladder(
+    chain: Chain, time_steps: Sequence[str] = TIME_STEPS, digits: Sequence[int] = DIGITS
+) -> list[Contestant]:
+    """Return the contestants for a chain: without a static excess, the sliding limit alone."""
+    if chain.mu_s == chain.mu_d and chain.sigma_mu == 0:
+        return [Contestant("sliding")]
+    found = [Contestant("exact"), Contestant("sliding")]
+    found += [Contestant("verlet", {"dt": dt}) for dt in time_steps]
+    found += [Contestant("verlet", {"dt": dt, "locate": True}) for dt in time_steps]
+    return found + [Contestant("certified", {"digits": count}) for count in digits]
+
+
+def tradeoff(
+    experiment: Experiment,
+    *,
+    budget: Any = DEFAULT_BUDGET,
+    progress: Callable[[str, float], None] | None = None,
+    contestants: Sequence[Contestant] | None = None,
+    truth: Contestant = TRUTH,
+) -> Tradeoff:
+    """Return the measured trade between time and accuracy for an experiment.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Its own solver and record play no part.
+    budget : number
+        About how many seconds to spend, at least 1; compilation comes on top.
+    progress : callable, optional
+        Called with what is being done and the fraction done.
+    contestants : sequence of Contestant, optional
+        Default: `ladder`.
+    truth : Contestant
+        What to compare single rearrangements and events with; ``mpmath`` for a second opinion.
+
+    Raises
+    ------
+    InputError
+        If the budget is too small, or the chain may run away.
+
+    Notes
+    -----
+    Guarantee: times are medians of paired rounds, on a machine that may be doing other things too;
+    errors are against the middles of certified enclosures of 50 digits.
+    """
+    seconds = nearest_float(exact_number(budget, "budget"))
+    if not 1 <= seconds < math.inf:
+        raise InputError("budget", budget, "must be at least 1 second")
+    chain = experiment.chain
+    if chain.may_run_away:
+        raise InputError("tan_alpha", chain.tan_alpha, "must be below mu_d in absolute value")
+    field_of = list(ladder(chain) if contestants is None else contestants)
+    scores = [Score(one) for one in field_of]
+    begin = time.perf_counter()
+    tell = progress or (lambda phase, fraction: None)
+    race = _Race(experiment, scores, seconds, tell, truth)
+    race.warm_up()
+    race.take_times()
+    has_slips = not (chain.mu_s == chain.mu_d and chain.sigma_mu == 0)
+    if has_slips:
+        race.compare_rearrangements()
+        race.compare_events()
+        race.measure_bias()
+    race.measure_memory()
+    tell("done", 1.0)
+    return Tradeoff(
+        experiment=experiment,
+        scores=tuple(scores),
+        velocity=race.velocity,
+        velocity_error=race.velocity_error,
+        events_compared=race.events_compared,
+        seconds=time.perf_counter() - begin,
+        truth=truth,
+    )
+
+
+class _Race:
+    """The measurements, one after the other."""
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        scores: list[Score],
+        budget: float,
+        tell: Callable[[str, float], None],
+        truth: Contestant,
+    ) -> None:
+        self.experiment = experiment
+        self.scores = scores
+        self.budget = budget
+        self.tell = tell
+        self.truth = truth.algorithm()
+        self.velocity = math.nan
+        self.velocity_error = math.nan
+        self.events_compared = 0
+        self.events_per_half_cycle = 0.0
+        self.algorithms = [one.contestant.algorithm() for one in scores]
+
+    def _simulation(self, algorithm: Solver, record: tuple[str, ...] = ()) -> Simulation:
+        experiment = self.experiment
+        return algorithm.simulation(experiment.chain, experiment.initial, experiment.seed, record)
+
+    def warm_up(self) -> None:
+        """Have everything compiled on two half-cycles of two sliders."""
+        chain = self.experiment.chain
+        excess = chain.mu_s > chain.mu_d or chain.sigma_mu > 0
+        small = Chain(2, 10, "1/2", "3/5" if excess else "1/2", chain.sigma_mu, tan_alpha="1/4")
+        state = State.relaxed(small)
+        for count, (score, algorithm) in enumerate(zip(self.scores, self.algorithms, strict=True)):
+            self.tell(f"compiling: {score.contestant.label}", 0.05 * count / len(self.scores))
+            for record in ((), ("events",)):
+                if record and score.contestant.solver == "sliding":
+                    continue
+                simulation = algorithm.simulation(small, state, 0, record)
+                simulation.follow(Cycles("1/10", 1), 1, 2, max_events=1000)
+            if excess and score.contestant.solver != "sliding":
+                algorithm.rearrange(small, state, 1, 0)
+
+    def take_times(self) -> None:
+        """Time in turns all contestants that need less than a tenth of a second for an event."""
+        share = self.budget * _SHARES["time"]
+        racing = [place for place, one in enumerate(self.scores) if one.contestant.is_fast]
+        each = share / len(racing) / (_ROUNDS + 1)
+        laps = {
+            place: _Lap(self._simulation(self.algorithms[place]), self.experiment, each)
+            for place in racing
+        }
+        table: dict[int, list[_Split]] = {place: [] for place in racing}
+        deadline = time.perf_counter() + share
+        for turn in range(_ROUNDS):
+            for count, (place, lap) in enumerate(laps.items()):
+                done = 0.05 + 0.3 * (turn + count / len(laps)) / _ROUNDS
+                self.tell(f"timing: {self.scores[place].contestant.label}", done)
+                table[place].append(lap.run())
+            if turn + 1 >= _FEWEST_ROUNDS and time.perf_counter() > deadline:
+                break
+        exact: list[_Split] = []
+        for place, row in table.items():
+            if self.scores[place].contestant.solver == "exact":
+                exact = row
+        cycles = sum(one.half_cycles for one in exact)
+        self.events_per_half_cycle = sum(one.events for one in exact) / cycles if cycles else 0.0
+        for place, row in table.items():
+            score = self.scores[place]
+            times = [one.seconds for one in row if one.half_cycles]
+            if not times:
+                # less than a half-cycle within the time: by the events that it managed
+                times = [one.per_event * self.events_per_half_cycle for one in row if one.events]
+                score.notes.append("time extrapolated from a part of a half-cycle")
+            if times and times[0] > 0:
+                self._take_down(score, times)
+            pairs = [
+                a.seconds / b.seconds
+                for a, b in zip(row, exact, strict=False)
+                if a.half_cycles and b.half_cycles
+            ]
+            if pairs:
+                score.ratio = statistics.median(pairs)
+
+    def _take_down(self, score: Score, times: list[float]) -> None:
+        """Note the median and the quartiles of the times per half-cycle."""
+        score.seconds = statistics.median(times)
+        score.seconds_low, score.seconds_high = np.quantile(times, (0.25, 0.75)).tolist()
+        exact = next((one for one in self.scores if one.contestant.solver == "exact"), None)
+        if exact is not None and exact.seconds > 0:
+            score.ratio = score.seconds / exact.seconds
+
+    def compare_rearrangements(self) -> None:
+        """Compare single rearrangements, from rest states of the scene, with the truth."""
+        share = self.budget * _SHARES["rearrangements"]
+        deadline = time.perf_counter() + share
+        chain, seed = self.experiment.chain, self.experiment.seed
+        spent = [0.0] * len(self.scores)
+        paces: list[list[float]] = [[] for _ in self.scores]
+        errors: list[list[float]] = [[] for _ in self.scores]
+        racing = [
+            place
+            for place, one in enumerate(self.scores)
+            if one.contestant.solver != "sliding"
+        ]
+        allowance = share / (len(racing) + 1)
+        begin = time.perf_counter()
+        for count, (state, way) in enumerate(self._rest_states()):
+            if count >= _SAMPLES or time.perf_counter() > deadline:
+                break
+            fraction = max(count / _SAMPLES, (time.perf_counter() - begin) / share)
+            self.tell(f"rearrangement {count + 1}", 0.35 + 0.25 * min(1.0, fraction))
+            known = self.truth.rearrange(chain, state, way, seed)
+            if known.outcome is not Outcome.AT_REST or not known.events:
+                continue
+            for place in racing:
+                if spent[place] > allowance:
+                    continue
+                clock = time.perf_counter()
+                found = self.algorithms[place].rearrange(chain, state, way, seed)
+                took = time.perf_counter() - clock
+                spent[place] += took
+                paces[place].append(took / max(len(found.events), 1))
+                score = self.scores[place]
+                score.compared += 1
+                if found.itinerary != known.itinerary:
+                    score.different += 1
+                else:
+                    errors[place].append(_position_error(found, known))
+        for score, values in zip(self.scores, errors, strict=True):
+            if score.contestant.solver == "sliding":
+                score.notes.append("the sliding limit has no rearrangements")
+            elif values:
+                score.error, score.error_high = statistics.median(values), max(values)
+        for score, pace in zip(self.scores, paces, strict=True):
+            if pace and not score.contestant.is_fast:
+                score.notes.append("time per event of single rearrangements, times events")
+                self._take_down(score, [one * self.events_per_half_cycle for one in pace])
+
+    def _rest_states(self) -> Iterator[tuple[State, int]]:
+        """Yield rest states of the scene at random dilations between targets, and the way on."""
+        drive, seed = self.experiment.drive, self.experiment.seed
+        simulation = self._simulation(solver_named("exact", {}))
+        rng = np.random.default_rng(seed)
+        before = exact_number(self.experiment.initial.theta, "theta")
+        for q in range(1, drive.half_cycles + 1):
+            target = drive.exact_target(q, seed)
+            way = (target > before) - (target < before)
+            if q > 2 and way != 0:
+                places = sorted(rng.random(4).tolist())
+                for place in places:
+                    between = before + (target - before) * Fraction(place)
+                    if not _reaches(simulation, between):
+                        return
+                    yield simulation.state(), way
+            if not _reaches(simulation, target):
+                return
+            before = target
+
+    def compare_events(self) -> None:
+        """Compare the events from the start of the scene with the truth."""
+        share = self.budget * _SHARES["events"]
+        path = self._refined_path()
+        truth = _Log(self._simulation(self.truth, ("events",)), path)
+        self.tell("certified events", 0.6)
+        truth.extend(_LONGEST_LOG, time.perf_counter() + share / 2)
+        self.events_compared = len(truth.events)
+        for place, (score, algorithm) in enumerate(zip(self.scores, self.algorithms, strict=True)):
+            if score.contestant.solver == "sliding":
+                continue
+            self.tell(f"events: {score.contestant.label}", 0.6 + 0.1 * place / len(self.scores))
+            log = _Log(self._simulation(algorithm, ("events",)), path)
+            allowed = share / (8 if score.contestant.is_fast else 4)
+            log.extend(self.events_compared, time.perf_counter() + allowed)
+            both = list(zip(log.events, truth.events, strict=False))
+            score.agreed = next((k for k, (a, b) in enumerate(both) if a != b), len(both))
+            score.agreed_all = score.agreed == len(both)
+
+    def _refined_path(self) -> Path:
+        """Return the beginning of the drive with about 20 events between two breakpoints."""
+        steps = max(1, min(1000, int(self.events_per_half_cycle / 20)))
+        return refined_path(self.experiment, steps, _LONGEST_LOG // steps + 1)
+
+    def measure_bias(self) -> None:
+        """Measure the mean velocity of every contestant against that of the exact solver."""
+        share = self.budget * _SHARES["bias"]
+        total = self.experiment.drive.half_cycles
+        racing = [
+            one
+            for one in self.scores
+            if one.contestant.is_fast
+            and one.contestant.solver != "exact"
+            and not math.isnan(one.seconds)
+        ]
+        exact = next((one for one in self.scores if one.contestant.solver == "exact"), None)
+        if exact is None or math.isnan(exact.seconds):
+            return
+        each = share / (len(racing) + 1)
+        reference = self._positions(solver_named("exact", {}), total, each)
+        self.velocity, self.velocity_error = _mean_velocity(reference, self.experiment)
+        exact.bias, exact.bias_error, exact.bias_half_cycles = 0.0, 0.0, reference.size
+        for place, score in enumerate(racing):
+            self.tell(f"bias: {score.contestant.label}", 0.7 + 0.28 * place / len(racing))
+            positions = self._positions(score.contestant.algorithm(), reference.size, each)
+            gap = positions - reference[: positions.size]
+            score.bias_half_cycles = positions.size
+            score.bias, score.bias_error = _mean_velocity(gap, self.experiment)
+            if math.isnan(score.bias):
+                score.notes.append("too slow for a mean velocity within the budget")
+
+    def _positions(self, algorithm: Solver, most: int, seconds: float) -> NDArray[np.float64]:
+        """Return x_G at as many targets as the time allows."""
+        simulation = self._simulation(algorithm)
+        deadline = time.perf_counter() + seconds
+        parts: list[NDArray[np.float64]] = [np.empty(0)]
+        done = 0
+        while done < most and time.perf_counter() < deadline:
+            stretch = simulation.follow(
+                self.experiment.drive, done + 1, min(most - done, 1000), max_events=5_000
+            )
+            if stretch.completed:
+                parts.append(floats(stretch.recorded["x_G"]))
+                done += stretch.completed
+            if stretch.outcome is not None:
+                break
+        return np.concatenate(parts)
+
+    def measure_memory(self) -> None:
+        """Measure how much memory a simulation takes."""
+        first = self._refined_path()
+        first.targets(1, 1)  # a path remembers its floats: not the solver's memory
+        for score, algorithm in zip(self.scores, self.algorithms, strict=True):
+            tracemalloc.start()
+            try:
+                simulation = self._simulation(algorithm)
+                simulation.follow(first, 1, 1, max_events=1 << 40)
+                score.memory = tracemalloc.get_traced_memory()[1]
+            finally:
+                tracemalloc.stop()
+
+
+@dataclass(frozen=True)
+class _Split:
+    """What one turn of a contestant came to."""
+
+    took: float
+    half_cycles: int
+    events: int
+
+    @property
+    def seconds(self) -> float:
+        """Per half-cycle."""
+        return self.took / self.half_cycles
+
+    @property
+    def per_event(self) -> float:
+        return self.took / self.events
+
+
+class _Lap:
+    """A contestant's own run along the drive, timed block by block."""
+
+    def __init__(self, simulation: Simulation, experiment: Experiment, seconds: float) -> None:
+        self.simulation = simulation
+        self.experiment = experiment
+        self.seconds = seconds
+        self.done = 0
+        self.most_events = 16  # of one call: doubled as long as calls are short
+        self.block = 0
+        self.fresh = simulation.capture()
+
+    def run(self) -> _Split:
+        """Return what the next block of half-cycles takes, or as much of it as the time allows."""
+        if self.block == 0:  # the first half-cycles leave the transient, and set the block's size
+            wanted = 2
+            while True:
+                split = self._take(wanted, self.seconds)
+                if split.half_cycles < wanted or split.took > self.seconds / 4:
+                    break
+                wanted = min(2 * wanted, self._longest)
+                if wanted == self._longest:
+                    break
+            pace = split.took / max(split.half_cycles, 1)
+            self.block = max(2, min(int(self.seconds / pace), self._longest))
+            self.block += self.block % 2
+        return self._take(self.block, 4 * self.seconds)
+
+    @property
+    def _longest(self) -> int:
+        """The most half-cycles of one block: the drive in whole cycles."""
+        total = self.experiment.drive.half_cycles
+        return max(total - total % 2, 1)
+
+    def _take(self, wanted: int, seconds: float) -> _Split:
+        drive = self.experiment.drive
+        wanted = min(wanted, self._longest)
+        if self.done + wanted > drive.half_cycles:
+            self.simulation.restore(self.fresh)
+            self.done = 0
+        events, completed = self.simulation.tally.events, 0
+        begin = now = time.perf_counter()
+        while completed < wanted and now - begin < seconds:
+            before = now
+            stretch = self.simulation.follow(
+                drive, self.done + 1, wanted - completed, max_events=self.most_events
+            )
+            completed += stretch.completed
+            self.done += stretch.completed
+            if stretch.outcome is not None:
+                break
+            now = time.perf_counter()
+            if now - before < min(0.05, seconds / 8):
+                self.most_events = min(2 * self.most_events, 1 << 24)
+        return _Split(
+            time.perf_counter() - begin, completed, self.simulation.tally.events - events
+        )
+
+
+class _Log:
+    """The events of a simulation from its start, as comparable signatures."""
+
+    def __init__(self, simulation: Simulation, path: Path) -> None:
+        self.simulation = simulation
+        self.path = path
+        self.events: list[tuple[int, tuple[int, ...], tuple[int, ...]]] = []
+
+    def extend(self, most: int, deadline: float) -> None:
+        """Go on until there are `most` events, the path ends, or the time is over."""
+        for q in range(1, self.path.half_cycles + 1):
+            stretch = self.simulation.follow(self.path, q, 1, max_events=1 << 40)
+            self._read(stretch.recorded)
+            if stretch.outcome is not None or time.perf_counter() > deadline:
+                break
+            if len(self.events) >= most:
+                break
+        del self.events[most:]
+
+    def _read(self, recorded: Mapping[str, NDArray[Any]]) -> None:
+        columns = ("event_rearrangement", "event_number", "event_kind", "event_slider",
+                   "event_sign")
+        rows = list(zip(*(recorded[name].tolist() for name in columns), strict=True))
+        # an event has one row for each of its sliders
+        for _, group in groupby(rows, key=lambda row: row[:2]):
+            _, _, kinds, sliders, signs = zip(*group, strict=True)
+            self.events.append((kinds[0], sliders, signs))
+
+
+def _reaches(simulation: Simulation, theta: Fraction) -> bool:
+    """Take a simulation to the dilation `theta`; return whether it got there."""
+    path = Path([theta])
+    while True:
+        stretch = simulation.follow(path, 1, 1, max_events=1_000_000)
+        if stretch.completed or stretch.outcome is not None:
+            return bool(stretch.completed)
+
+
+def _position_error(found: Rearrangement, known: Rearrangement) -> float:
+    """Return the largest difference of the final displacements."""
+    pairs = zip(
+        found.state.displacements.tolist(), known.state.displacements.tolist(), strict=True
+    )
+    gaps = [abs(enclosure(a).middle - enclosure(b).middle) for a, b in pairs]
+    return nearest_float(max(gaps))
+
+
+def _mean_velocity(
+    positions: NDArray[np.float64], experiment: Experiment
+) -> tuple[float, float]:
+    """Return the mean advance per half-cycle but for the first fifth, and its standard error."""
+    group = (positions.size - max(positions.size // 5, 1)) // _BLOCKS
+    if experiment.drive.cyclic:
+        group -= group % 2
+    if group < 1:
+        return math.nan, math.nan
+    ends = positions[positions.size - group * _BLOCKS - 1 :: group]
+    steps = np.array([b - a for a, b in pairwise(ends.tolist())]) / group
+    return float(steps.mean()), float(steps.std(ddof=1)) / math.sqrt(_BLOCKS)
+
+
+def draw_tradeoff(measured: Tradeoff, path: FilePath | str, *, title: str = "") -> None:
+    """Draw error against time: of single rearrangements, and of the mean velocity.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or its ending is none of a picture.
+    """
+    check_picture(FilePath(path))
+    with mpl.rc_context(STYLE):
+        figure = picture(9.0, 4.6)
+        left, right = figure.subplots(1, 2)
+        for solver, locate, label, ink, mark in _FAMILIES:
+            chosen = [
+                one
+                for one in measured.scores
+                if one.contestant.solver == solver
+                and (locate is None or bool(one.contestant.options.get("locate")) is locate)
+            ]
+            _draw_errors(left, chosen, label, ink, mark)
+            _draw_bias(right, chosen, measured.velocity, label, ink, mark)
+        for axes in (left, right):
+            axes.set_xscale("log")
+            axes.margins(x=0.12)
+            axes.set_xlabel("time per half-cycle (s)")
+        left.set_yscale("log")
+        left.set_ylabel(r"position error of a rearrangement ($g\,\tau_\mathrm{dyn}^2$)")
+        left.set_title("median; bars: largest; in brackets: wrong events", fontsize=8)
+        right.axhline(0.0, color=INKS[7], linewidth=0.8, zorder=0)
+        right.set_ylabel("bias of the mean velocity (%)")
+        right.set_title("against exact, same disorder; bars: standard error", fontsize=8)
+        known = {
+            label: handle
+            for axes in (left, right)
+            for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+        }
+        if known:
+            figure.legend(
+                list(known.values()), list(known), loc="outside lower center", ncols=len(known)
+            )
+        if title:
+            figure.suptitle(title, fontsize=10)
+        save_picture(figure, path)
+
+
+_FAMILIES = (
+    ("verlet", False, "Verlet", INKS[0], "o"),
+    ("verlet", True, "Verlet, events located", INKS[4], "s"),
+    ("exact", None, "exact", INKS[1], "*"),
+    ("certified", None, "certified", INKS[2], "D"),
+    ("mpmath", None, "mpmath", INKS[5], "v"),
+    ("sliding", None, "sliding limit", INKS[3], "^"),
+)
+
+
+def _draw_errors(axes: Axes, scores: list[Score], label: str, ink: str, mark: str) -> None:
+    shown = [one for one in scores if one.error > 0 and not math.isnan(one.seconds)]
+    if not shown:
+        return
+    x = [one.seconds for one in shown]
+    y = [one.error for one in shown]
+    above = [one.error_high - one.error for one in shown]
+    axes.errorbar(
+        x, y, yerr=[[0.0] * len(y), above], color=ink, marker=mark, label=label, capsize=2,
+        markersize=9 if mark == "*" else 5, linewidth=1.0,
+    )
+    for one in shown:
+        words = _option_text(one)
+        if one.wrong > 0:
+            words += f" ({100 * one.wrong:.2g} %)"
+        right = mark in "sD"
+        axes.annotate(
+            words, (one.seconds, one.error), xytext=(5 if right else -5, -3),
+            textcoords="offset points", fontsize=6, color=ink, ha="left" if right else "right",
+        )
+
+
+def _option_text(score: Score) -> str:
+    options = score.contestant.options
+    return str(options.get("dt", options.get("digits", "")))
+
+
+def _draw_bias(
+    axes: Axes, scores: list[Score], velocity: float, label: str, ink: str, mark: str
+) -> None:
+    shown = [one for one in scores if not math.isnan(one.bias) and not math.isnan(one.seconds)]
+    if not shown or not velocity or math.isnan(velocity):
+        return
+    scale = 100 / abs(velocity)
+    axes.errorbar(
+        [one.seconds for one in shown],
+        [one.bias * scale for one in shown],
+        yerr=[one.bias_error * scale for one in shown],
+        color=ink, marker=mark, label=label, capsize=2, linestyle="none",
+        markersize=9 if mark == "*" else 5,
+    )
+    for one in shown:
+        top = (one.bias + one.bias_error) * scale
+        axes.annotate(
+            _option_text(one), (one.seconds, top), xytext=(0, 3), textcoords="offset points",
+            fontsize=6, color=ink, ha="center", rotation=90 if mark == "s" else 0,
+        )

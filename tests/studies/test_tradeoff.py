@@ -1,0 +1,171 @@
+"""The measured trade: what it compares is compared rightly, and it says what it did not measure."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+
+from exactcreep.cli import status
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles
+from exactcreep.model.numbers import InputError
+from exactcreep.quasistatic import Experiment, creep
+from exactcreep.solvers.sliding import cycle_velocity
+from exactcreep.studies.planning import refined_path
+from exactcreep.studies.tradeoff import Contestant, draw_tradeoff, ladder, tradeoff
+
+
+def experiment_of(n=3, mu_s="0.6", sigma_mu="0.01", tan_alpha="0.23", cycles=300):
+    chain = Chain(n, 100, "0.5", mu_s, sigma_mu, tan_alpha=tan_alpha)
+    return Experiment.of(chain, Cycles("0.05", cycles))
+
+
+FIELD = (
+    Contestant("exact"),
+    Contestant("sliding"),
+    Contestant("verlet", {"dt": "0.1"}),
+    Contestant("verlet", {"dt": "0.01"}),
+    Contestant("verlet", {"dt": "0.01", "locate": True}),
+    Contestant("certified", {"digits": 20}),
+)
+
+
+@pytest.fixture(scope="module")
+def measured():
+    told: list[tuple[str, float]] = []
+    found = tradeoff(
+        experiment_of(),
+        budget=4,
+        contestants=FIELD,
+        progress=lambda phase, fraction: told.append((phase, fraction)),
+    )
+    return found, told
+
+
+def of(found, label):
+    (one,) = [score for score in found.scores if score.contestant.label == label]
+    return one
+
+
+def test_single_rearrangements_are_exact_to_rounding_and_verlet_is_not(measured):
+    found, _ = measured
+    exact, certified = of(found, "exact"), of(found, "certified, 20 digits")
+    crude, fine = of(found, "verlet, dt = 0.1"), of(found, "verlet, dt = 0.01")
+    located = of(found, "verlet, dt = 0.01, located")
+    assert exact.compared >= 20
+    assert exact.different == 0
+    assert exact.error_high < 1e-12
+    assert certified.error_high < 1e-20
+    assert crude.error > 3 * fine.error
+    assert fine.error > 3 * located.error
+    assert located.error > exact.error
+    assert crude.different >= fine.different >= located.different
+    assert found.truth == Contestant("certified", {"digits": 50})
+
+
+def test_events_from_the_start_agree_with_the_certified_ones(measured):
+    found, _ = measured
+    assert found.events_compared > 100
+    for label in ("exact", "certified, 20 digits"):
+        score = of(found, label)
+        assert score.agreed_all
+        assert score.agreed > 0
+    assert of(found, "verlet, dt = 0.1").agreed <= of(found, "exact").agreed
+
+
+def test_the_bias_is_that_of_two_whole_runs(measured):
+    found, _ = measured
+    sliding = of(found, "sliding")
+    assert sliding.bias_half_cycles == of(found, "exact").bias_half_cycles == 600
+    experiment = experiment_of()
+    law = float(cycle_velocity(experiment.chain, "0.05").low)
+    assert found.velocity + sliding.bias == pytest.approx(law, rel=1e-12, abs=0)
+    whole = creep(experiment.chain, experiment.drive, burn_in=120)
+    assert abs(whole.velocity - found.velocity) < 3 * found.velocity_error
+    assert math.isnan(of(found, "certified, 20 digits").bias)
+
+
+def test_times_are_positive_and_relative_to_exact(measured):
+    found, _ = measured
+    for score in found.scores:
+        assert 0 < score.seconds_low <= score.seconds <= score.seconds_high
+        assert score.memory > 0
+    assert of(found, "exact").ratio == 1
+    assert of(found, "sliding").ratio < 1 < of(found, "certified, 20 digits").ratio
+    assert of(found, "sliding").notes == ["the sliding limit has no rearrangements"]
+    assert "times events" in of(found, "certified, 20 digits").notes[0]
+
+
+def test_the_measurement_keeps_to_its_budget_and_says_how_far_it_is(measured):
+    found, told = measured
+    assert found.seconds < 30
+    fractions = [fraction for _, fraction in told]
+    assert fractions == sorted(fractions)
+    assert fractions[-1] == 1.0
+    assert len({phase for phase, _ in told}) > 10
+
+
+def test_the_advice_is_one_sentence_that_names_what_was_measured(measured):
+    found, _ = measured
+    assert found.advice.startswith("Take exact: ")
+    assert found.advice.count(". ") == 0
+    assert "Verlet at dt = 0.01" in found.advice
+    assert "sliding costs" in found.advice
+
+
+def test_the_picture_and_the_summary_hold_every_contestant(measured, tmp_path):
+    found, _ = measured
+    target = tmp_path / "trade.png"
+    draw_tradeoff(found, target, title="three sliders")
+    assert target.read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+    summary = json.loads(json.dumps(found.summary(), allow_nan=False))
+    assert [one["label"] for one in summary["scores"]] == [one.label for one in FIELD]
+    with pytest.raises(InputError):
+        draw_tradeoff(found, tmp_path / "trade.txt")
+
+
+def test_without_an_excess_the_sliding_limit_is_alone():
+    experiment = experiment_of(mu_s="0.5", sigma_mu=0)
+    assert ladder(experiment.chain) == [Contestant("sliding")]
+    found = tradeoff(experiment, budget=1)
+    (score,) = found.scores
+    assert score.seconds > 0
+    assert math.isnan(score.error)
+    assert found.advice.startswith("Take sliding")
+
+
+def test_breakpoints_lead_along_the_same_path():
+    experiment = experiment_of(cycles=2)
+    path = refined_path(experiment, 4, 3)
+    assert path.theta[3::4] == tuple(experiment.drive.exact_target(q) for q in (1, 2, 3))
+    assert path.half_cycles == 12
+    assert path.theta[5] == 0
+
+
+@pytest.mark.parametrize(("budget", "field"), [("0.5", "budget"), ("inf", "budget")])
+def test_a_budget_that_is_none_is_refused(budget, field):
+    with pytest.raises(InputError) as caught:
+        tradeoff(experiment_of(), budget=budget)
+    assert caught.value.field == field
+
+
+def test_a_chain_that_may_run_away_has_no_trade():
+    with pytest.raises(InputError, match="tan_alpha"):
+        tradeoff(experiment_of(tan_alpha="0.5"), budget=2)
+
+
+def test_the_command_prints_the_trade(capsys, tmp_path):
+    picture = tmp_path / "trade.png"
+    words = [
+        "tradeoff", "two-sliders-cycles", "--set", "chain.mu_s=0.5", "--set", "chain.sigma_mu=0",
+        "--budget", "1",
+    ]
+    assert status([*words, "--json", "--plot", str(picture)]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert [one["solver"] for one in printed["scores"]] == ["sliding"]
+    assert picture.exists()
+    assert status([*words, "--plot", str(picture)]) == 2
+    assert status(words) == 0
+    assert "Take sliding" in capsys.readouterr().out
