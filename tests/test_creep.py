@@ -19,6 +19,7 @@ from exactcreep.result import load_members, save_members
 TWO = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 TWO_SURE = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
 SIX = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+THREE = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 RECORDS = ("x_G", "x", "tension", "slips", "events")
 
 
@@ -244,13 +245,25 @@ def test_sliders_that_would_cross_are_counted() -> None:
 # --- checkpoints ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("solver", ["exact", "verlet"])
-def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(tmp_path: Path, solver: str) -> None:
-    options = {"dt": "0.05"} if solver == "verlet" else {}
+@pytest.mark.parametrize(
+    ("solver", "options"),
+    [
+        ("exact", {}),
+        ("verlet", {"dt": "0.05"}),
+        ("reference", {}),
+        ("mpmath", {"digits": 30}),
+        ("certified", {"digits": 30}),
+    ],
+)
+def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(
+    tmp_path: Path, solver: str, options: dict
+) -> None:
+    small = solver in ("reference", "mpmath", "certified")
+    chain, drive = (THREE, Cycles("0.0015", 4)) if small else (SIX, Cycles("0.005", 20))
     run = {"seed": 5, "solver": solver, "record": RECORDS, **options}
-    whole = creep(SIX, Cycles("0.005", 20), **run)
+    whole = creep(chain, drive, **run)
     file = tmp_path / "run.ckpt"
-    part = creep(SIX, Cycles("0.005", 20), max_events=whole.events // 3, checkpoint=file, **run)
+    part = creep(chain, drive, max_events=whole.events // 3, checkpoint=file, **run)
     assert part.outcome is Outcome.LIMIT
     part = resume(file, max_events=whole.events // 2)
     assert part.outcome is Outcome.LIMIT

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import sys
+import time
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -19,20 +21,29 @@ LIMIT_STATUS = 3
 INTERRUPTED_STATUS = 130
 
 
-class ProgressBar(AbstractContextManager["ProgressBar"]):
-    """A progress bar on standard error: members, half-cycles, time left."""
+COMPILING = "compiling the kernel, once; the next start finds it ready"
+_SECONDS_BETWEEN_LINES = 5.0
 
-    def __init__(self, members: int) -> None:
+
+class ProgressBar(AbstractContextManager["ProgressBar"]):
+    """Progress on standard error: members, half-cycles, time left.
+
+    On a terminal it is a bar; in a file or a pipe, a line every few seconds.
+    """
+
+    def __init__(self) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
         from rich.progress import TimeRemainingColumn as TimeLeft
 
         self.console = Console(stderr=True)
         columns: list[Any] = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
-        columns += [TextColumn("half-cycles"), TimeLeft()]
-        self.bar = Progress(*columns, console=self.console, transient=True)
-        self.members = members
+        columns += [TextColumn("half-cycles,"), TimeLeft(), TextColumn("left")]
+        on_terminal = self.console.is_terminal
+        self.bar = Progress(*columns, console=self.console, transient=True, disable=not on_terminal)
         self.task = self.bar.add_task("starting", total=None)
+        self.begin = time.monotonic()
+        self.next_line = math.inf if on_terminal else self.begin
 
     def __enter__(self) -> ProgressBar:
         self.bar.start()
@@ -44,16 +55,27 @@ class ProgressBar(AbstractContextManager["ProgressBar"]):
     def show(self, progress: Progress) -> None:
         """Show how far the run has come."""
         if progress.phase == "compiling":
-            self.console.print("compiling the kernel, once; the next start finds it ready")
+            self.console.print(COMPILING)
             return
-        several = f"member {progress.member}/{progress.members}" if self.members > 1 else "running"
+        several = progress.members > 1
+        who = f"member {progress.member}/{progress.members}" if several else "running"
         # members are taken as equally long, so that the time left is that of all of them
-        self.bar.update(
-            self.task,
-            description=several,
-            total=progress.total * progress.members,
-            completed=progress.half_cycles + progress.total * (progress.member - 1),
-        )
+        total = progress.total * progress.members
+        done = progress.half_cycles + progress.total * (progress.member - 1)
+        self.bar.update(self.task, description=who, total=total, completed=done)
+        now = time.monotonic()
+        if now >= self.next_line:
+            self.next_line = now + _SECONDS_BETWEEN_LINES
+            # the first half-cycles say little about the last
+            known = done > total // 1000
+            left = (
+                f", about {(now - self.begin) * (total - done) / done:.0f} s left" if known else ""
+            )
+            sys.stderr.write(
+                f"{who}: {progress.half_cycles} of {progress.total} half-cycles,"
+                f" {progress.events} events{left}\n"
+            )
+            sys.stderr.flush()
 
 
 def run_session(
@@ -88,7 +110,7 @@ def run_session(
         check_picture(plot)
     status = 0
     results: list[Creep]
-    with ProgressBar(len(experiments)) as bar:
+    with ProgressBar() as bar:
         try:
             results = run_members(
                 experiments,
@@ -125,4 +147,4 @@ def run_session(
 
 def _tell_compiling(progress: Progress) -> None:
     if progress.phase == "compiling":
-        sys.stderr.write("compiling the kernel, once; the next start finds it ready\n")
+        sys.stderr.write(f"{COMPILING}\n")
