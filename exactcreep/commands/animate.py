@@ -1,0 +1,70 @@
+"""``exactcreep animate``: one rearrangement of a scene as a moving picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from exactcreep.commands.run import Settings, Solver, parsed_settings
+
+
+def animate(
+    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    rearrangement: Annotated[
+        str | None,
+        typer.Option(
+            metavar="K",
+            help="Its number, from 0; default the one with most events in 100 half-cycles.",
+        ),
+    ] = None,
+    settings: Settings = None,
+    solver: Solver = None,
+    seed: Annotated[str | None, typer.Option(help="Of the disorder and random dilations.")] = None,
+    member: Annotated[
+        str, typer.Option(metavar="M", help="Which member of a scene that varies something.")
+    ] = "1",
+    frames: Annotated[str, typer.Option(metavar="F", help="Pictures of the animation.")] = "120",
+    out: Annotated[
+        Path | None, typer.Option(help="GIF file; default SCENE-K.gif.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+) -> None:
+    """Draw one avalanche exactly as it moves, from its closed form.
+
+    Examples:
+
+        exactcreep animate six-sliders-cycles --rearrangement 5 --out avalanche.gif
+
+        exactcreep animate thirty-sliders-cycles
+    """
+    from exactcreep.model.numbers import InputError, whole_number
+    from exactcreep.result import check_output
+    from exactcreep.scene import load_scene
+    from exactcreep.studies.animation import draw_avalanche, find_avalanche, largest_avalanche
+
+    given = parsed_settings(settings or [])
+    for key, value in (("solver", solver), ("seed", seed)):
+        if value is not None:
+            given[f"run.{key}"] = value
+    wanted = load_scene(scene).with_settings(given)
+    members = wanted.members()
+    chosen = members[whole_number(member, "member", least=1, most=len(members)) - 1].experiment
+    count = whole_number(frames, "frames", least=2, most=10_000)
+    if out is not None and out.suffix.lower() != ".gif":
+        raise InputError("out", str(out), "must end in .gif")
+    if rearrangement is None:
+        number = largest_avalanche(chosen)
+    else:
+        number = whole_number(rearrangement, "rearrangement", least=0)
+    target = out if out is not None else Path(f"{wanted.name}-{number}.gif")
+    check_output(target, "out", force=force)
+    avalanche = find_avalanche(chosen, number)
+    draw_avalanche(avalanche, target, frames=count)
+    motion = avalanche.rearrangement
+    typer.echo(
+        f"rearrangement {number}, half-cycle {avalanche.half_cycle}:"
+        f" {len(motion.events)} events in {float(motion.duration):.4g} tau_dyn"
+    )
+    typer.echo(f"written: {target}")

@@ -1,0 +1,195 @@
+"""What is shown of a run is the run: portraits and animations repeat it and lie within its laws."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from exactcreep import Chain, Cycles, GaussianSteps, creep
+from exactcreep.cli import status
+from exactcreep.experiment import Experiment
+from exactcreep.model.numbers import InputError
+from exactcreep.studies.animation import (
+    _contacts,
+    draw_avalanche,
+    find_avalanche,
+    largest_avalanche,
+)
+from exactcreep.studies.portraits import draw_portrait, portrait
+
+CHAIN = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+DRIVE = Cycles("0.004", 20)
+
+
+@pytest.fixture(scope="module")
+def run():
+    return creep(CHAIN, DRIVE, seed=3, record=("x_G",))
+
+
+@pytest.fixture(scope="module")
+def full():
+    return creep(CHAIN, DRIVE, seed=3, record=("x_G", "x", "tension", "slips"))
+
+
+@pytest.mark.parametrize("half_cycle", [0, 1, 7, 30, 40])
+def test_a_portrait_shows_what_a_full_record_holds(run, full, half_cycle: int) -> None:
+    seen = portrait(run, half_cycle, window=10)
+    there = slice(seen.first - 1, seen.first - 1 + 10)
+    assert seen.slips.shape == (10, 6)
+    assert seen.first - 1 <= half_cycle <= seen.first + 9
+    assert np.array_equal(seen.slips, full.recorded["slips"][there])
+    assert np.array_equal(seen.x_G[1:], full.recorded["x_G"][there])
+    x = np.vstack([np.zeros(6), full.recorded["x"]])
+    assert np.array_equal(seen.moved, np.diff(x[seen.first - 1 : seen.first + 10], axis=0))
+    if half_cycle:
+        assert np.array_equal(seen.state.tensions, full.recorded["tension"][half_cycle - 1])
+        assert np.array_equal(seen.theta[1:], DRIVE.targets(seen.first, 10))
+
+
+def test_every_resting_slider_is_shown_within_its_limit(run) -> None:
+    for half_cycle in range(0, 41, 5):
+        seen = portrait(run, half_cycle, window=5)
+        assert (np.abs(seen.forces) <= seen.limits).all()
+
+
+def test_tensions_are_shown_within_the_bounds_of_friction() -> None:
+    chain = Chain(7, 1000, "0.5", "0.6", 0, tan_alpha="0.2")
+    result = creep(chain, GaussianSteps("0.005", 30), seed=1)
+    for half_cycle in range(0, 31, 3):
+        seen = portrait(result, half_cycle)
+        low, high = seen.bounds(chain.mu_s)
+        # where all forces of one side stand at their limit, only the sum's rounding is left
+        rounding = 2**-50 * chain.n
+        assert (seen.state.tensions >= low - rounding).all()
+        assert (seen.state.tensions <= high + rounding).all()
+        narrow = seen.bounds(chain.mu_d)
+        assert (narrow[0] > low).all()
+        assert (narrow[1] < high).all()
+
+
+def test_a_run_that_does_not_repeat_itself_is_refused(run) -> None:
+    changed = run.recorded["x_G"].copy()
+    changed[11] = np.nextafter(changed[11], 1e9)
+    other = dataclasses.replace(run, recorded={"x_G": changed})
+    with pytest.raises(InputError, match="at half-cycle 12 when the run was saved"):
+        portrait(other, 20)
+
+
+def test_a_half_cycle_that_the_run_does_not_have_is_refused(run) -> None:
+    with pytest.raises(InputError, match=r"half_cycle = 41.*at most 40"):
+        portrait(run, 41)
+
+
+@pytest.mark.parametrize("n", [1, 2, 90])
+def test_a_portrait_of_any_chain_can_be_drawn(n: int) -> None:
+    chain = Chain(n, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    figure = draw_portrait(portrait(creep(chain, Cycles("0.002", 2))))
+    figure.canvas.draw()
+    assert figure.axes[0].get_ylabel()
+
+
+def test_the_command_show_writes_a_picture_and_keeps_files(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["run", "six-sliders-cycles", "--set", "drive.cycles=5"]
+    assert status([*words, "--out", "run.nc"]) == 0
+    assert status(["show", "run.nc", "--half-cycle", "4"]) == 0
+    with Image.open("run.png") as shown:
+        assert min(shown.size) > 500
+    assert status(["show", "run.nc"]) == 2  # run.png exists
+    assert status(["show", "run.nc", "--half-cycle", "11", "--out", "b.png"]) == 2
+    assert "at most 10" in capsys.readouterr().err
+    assert status(["show", "run.nc", "--member", "2", "--out", "b.png"]) == 2
+    assert not Path("b.png").exists()
+    assert status(["show", "missing.nc"]) == 2
+
+
+# --- animations ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def experiment() -> Experiment:
+    return Experiment.of(CHAIN, Cycles("0.004", 6), seed=3)
+
+
+@pytest.fixture(scope="module")
+def events(experiment: Experiment):
+    result = creep(experiment.chain, experiment.drive, seed=3, record=("events",))
+    return result.recorded
+
+
+def test_the_largest_avalanche_is_the_one_with_most_events(experiment, events) -> None:
+    counts = np.bincount(events["event_rearrangement"])
+    number = largest_avalanche(experiment)
+    assert counts[number] == counts.max()
+    few = largest_avalanche(experiment, half_cycles=1)
+    assert counts[few] == counts[: few + 1].max()
+
+
+def test_an_avalanche_is_found_with_its_events_and_times(experiment, events) -> None:
+    for number in (0, 1, 57, largest_avalanche(experiment)):
+        avalanche = find_avalanche(experiment, number)
+        there = events["event_rearrangement"] == number
+        assert avalanche.half_cycle == events["event_half_cycle"][there][0]
+        shown = [float(e.time) for e in avalanche.rearrangement.events for _ in e.sliders]
+        logged = events["event_time"][there]
+        assert np.abs(np.array(shown) - logged).max() <= 1e-10 * max(1.0, logged[-1])
+
+
+def test_a_rearrangement_that_a_run_does_not_have_is_refused(experiment, events) -> None:
+    count = int(events["event_rearrangement"].max()) + 1
+    assert find_avalanche(experiment, count - 1).number == count - 1
+    with pytest.raises(InputError, match=f"must be one of the run's {count}, from 0"):
+        find_avalanche(experiment, count)
+
+
+def test_a_start_that_is_not_at_rest_is_rearrangement_zero() -> None:
+    from exactcreep import State
+
+    chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    start = State.prepared(chain, [2, 0], seed=1)
+    experiment = Experiment.of(chain, Cycles("0.004", 2), seed=1, start=start)
+    avalanche = find_avalanche(experiment, 0)
+    assert avalanche.half_cycle == 1
+    assert avalanche.rearrangement.theta == 0
+    assert find_avalanche(experiment, 1).rearrangement.theta > 0
+
+
+def test_sliders_are_drawn_as_moving_exactly_while_they_move(experiment) -> None:
+    avalanche = find_avalanche(experiment, largest_avalanche(experiment))
+    motion = avalanche.rearrangement
+    ends = motion.sol.ts
+    times = (ends[:-1] + np.diff(ends) / 2)[np.diff(ends) > 1e-6]
+    moving, coefficients = _contacts(avalanche, np.append(times, motion.duration))
+    velocities = motion.sol(times).velocities
+    assert np.array_equal(moving[:, :-1], velocities != 0)
+    assert not moving[:, -1].any()
+    assert np.array_equal(coefficients[:, -1], motion.state.coefficients)
+
+
+def test_the_animation_has_the_frames_that_were_asked_for(experiment, tmp_path: Path) -> None:
+    path = tmp_path / "a.gif"
+    draw_avalanche(find_avalanche(experiment, 57), path, frames=4)
+    with Image.open(path) as moving:
+        assert moving.n_frames == 4
+        first = np.asarray(moving.convert("RGB"), dtype=int)
+        moving.seek(3)
+        last = np.asarray(moving.convert("RGB"), dtype=int)
+    assert (first != last).any()
+
+
+def test_the_command_animate_writes_a_gif(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["animate", "two-sliders-cycles", "--frames", "2"]
+    assert status([*words, "--rearrangement", "3", "--out", "a.gif"]) == 0
+    assert "rearrangement 3, half-cycle 1: 2 events in 3.142 tau_dyn" in capsys.readouterr().out
+    assert status([*words, "--rearrangement", "3", "--out", "a.gif"]) == 2  # it exists
+    assert status([*words, "--rearrangement", "3", "--out", "a.mp4"]) == 2
+    assert status([*words, "--rearrangement", "-1", "--out", "b.gif"]) == 2
