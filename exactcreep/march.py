@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
+import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from fractions import Fraction
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 from exactcreep.decimals import Enclosure, digits_and_radii, enclosure, floats
 from exactcreep.experiment import Experiment
 from exactcreep.model.drive import Cycles, GaussianSteps
-from exactcreep.model.numbers import nearest_float
+from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
 from exactcreep.result import Creep
@@ -24,6 +25,7 @@ from exactcreep.solvers.solver import Simulation, Stretch, Tally
 _MOST_SAMPLES = 4096
 _BLOCKS = 32  # of the block averages behind the standard error
 _FEWEST_BLOCKS = 8
+_LEAST_BYTES = 500  # of memory for a slider
 
 
 class March:
@@ -32,6 +34,7 @@ class March:
     def __init__(self, experiment: Experiment, captured: Mapping[str, Any] | None) -> None:
         self.experiment = experiment
         chain, drive = experiment.chain, experiment.drive
+        _check_memory(chain.n)
         self.total = drive.half_cycles
         widest = _widest(experiment)
         self.watch_theta = widest >= 1
@@ -343,6 +346,17 @@ def _mean(values: NDArray[Any]) -> Enclosure:
     known = [enclosure(value) for value in values.tolist()]
     middle = sum((x.middle for x in known), Fraction(0))
     return Enclosure(middle / len(known), sum((x.radius for x in known), Fraction(0)) / len(known))
+
+
+def _check_memory(n: int) -> None:
+    """Raise `InputError` if the memory of this machine cannot hold `n` sliders."""
+    try:
+        there = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):  # a system that does not tell
+        return
+    if n * _LEAST_BYTES > there:
+        most = there // _LEAST_BYTES
+        raise InputError("n", n, f"must be at most {most} to fit into the memory of this machine")
 
 
 def _widest(experiment: Experiment) -> float:

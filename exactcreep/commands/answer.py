@@ -167,6 +167,12 @@ def _print_members(
         soft_wrap=True,
     )
 
+    outside: Counter[str] = Counter()
+    for result in results:
+        outside.update(result.warnings)
+    if outside:
+        console.print(f"outside the model: {_told(outside)}", soft_wrap=True)
+
 
 def _told(counts: Counter[str]) -> str:
     return ", ".join(f"{count} {name}" for name, count in counts.most_common())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import time
+import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -100,7 +101,7 @@ def run_session(
         With 3 after a limit, 130 after Ctrl-C.
     """
     from exactcreep.model.verdict import Outcome
-    from exactcreep.quasistatic import Interrupted, run_members
+    from exactcreep.quasistatic import Interrupted, PhysicsWarning, run_members
     from exactcreep.result import check_output, check_picture, save_members
 
     for path, option in ((out, "out"), (plot, "plot")):
@@ -110,7 +111,8 @@ def run_session(
         check_picture(plot)
     status = 0
     results: list[Creep]
-    with ProgressBar() as bar:
+    with ProgressBar() as bar, warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # the summary and the JSON say it
         try:
             results = run_members(
                 experiments,
