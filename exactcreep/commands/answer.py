@@ -120,6 +120,8 @@ def _print_one(console: Any, result: Creep) -> None:
         below = not any(found > 0 for found in law[2]) and result.chain.tan_alpha > 0
         table.add_row(f"  {law[0]}", law[1] + (" (below its threshold: none)" if below else ""))
     table.add_row("evidence", _evidence(result))
+    if "chosen" in result.report:
+        table.add_row("solver chosen", f"{result.report['chosen']}: {result.report['reason']}")
     table.add_row(
         "counts",
         f"{result.half_cycles} {target}s, {result.rearrangements} rearrangements,"

@@ -483,10 +483,9 @@ class AutoSimulation(Simulation):
     ) -> None:
         self.chain, self.start, self.seed, self.record = chain, state, seed, record
         self.accuracy = accuracy
-        self.choice: Choice | None = None
         self._inner: Simulation | None = None
         self._chosen = ""
-        self._reason = ""
+        self._told: dict[str, Any] = {}
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
@@ -512,13 +511,20 @@ class AutoSimulation(Simulation):
                 seed=self.seed,
                 record=self.record,
             )
-            self._take(choice.solver, choice.name, choice.reason)
+            (taken,) = [rung for rung in choice.candidates if rung.name == choice.name]
+            self._take(choice.solver, choice.name)
+            self._told = {
+                "chosen": "sliding" if choice.name == "law" else choice.name,
+                "relative_error": None if math.isnan(taken.error) else taken.error,
+                "known_by": taken.basis,
+                "reason": choice.reason,
+            }
         assert self._inner is not None
         return self._inner.follow(drive, first, count, max_events=max_events)
 
-    def _take(self, solver: Solver, name: str, reason: str) -> None:
+    def _take(self, solver: Solver, name: str) -> None:
         self._inner = solver.simulation(self.chain, self.start, self.seed, self.record)
-        self._chosen, self._reason = name, reason
+        self._chosen = name
 
     def state(self) -> State:
         """Return the present state."""
@@ -527,14 +533,15 @@ class AutoSimulation(Simulation):
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
         inner = None if self._inner is None else self._inner.capture()
-        return {"chosen": self._chosen, "reason": self._reason, "inner": inner}
+        return {"chosen": self._chosen, "told": dict(self._told), "inner": inner}
 
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned (for the same chain, seed and solver)."""
         if captured["inner"] is None:
             return
         name = str(captured["chosen"])
-        self._take(runner(name, float(self.accuracy)), name, str(captured["reason"]))
+        self._take(runner(name, float(self.accuracy)), name)
+        self._told = dict(captured["told"])
         assert self._inner is not None
         self._inner.restore(captured["inner"])
 
@@ -548,10 +555,9 @@ class AutoSimulation(Simulation):
         return Evidence.COMPUTED if approximate and found is Evidence.PROVED else found
 
     def report(self) -> dict[str, Any]:
-        """Return which solver was chosen and why, and its own report."""
+        """Return which solver was chosen, how well its error is known, and its own report."""
         inner = {} if self._inner is None else self._inner.report()
-        runs = "sliding" if self._chosen == "law" else self._chosen
-        return {"chosen": runs, "reason": self._reason} | inner
+        return self._told | inner
 
 
 @dataclass(frozen=True)

@@ -67,7 +67,7 @@ def test_single_rearrangements_are_exact_to_rounding_and_verlet_is_not(measured)
 
 def test_events_from_the_start_agree_with_the_certified_ones(measured):
     found, _ = measured
-    assert found.events_compared > 100
+    assert found.events_compared >= 10
     for label in ("exact", "certified, 20 digits"):
         score = of(found, label)
         assert score.agreed_all
