@@ -8,7 +8,18 @@ from collections.abc import Sequence
 
 import typer
 
-from exactcreep.commands import plan, reproduce, resume, run, scenes, sweep, threshold
+from exactcreep.commands import (
+    animate,
+    plan,
+    reproduce,
+    resume,
+    run,
+    scenes,
+    show,
+    sweep,
+    threshold,
+    tradeoff,
+)
 
 app = typer.Typer(
     add_completion=False,
@@ -22,7 +33,10 @@ app.command("run")(run.run)
 app.command("resume")(resume.resume)
 app.command("reproduce")(reproduce.reproduce)
 app.command("sweep")(sweep.sweep)
+app.command("show")(show.show)
+app.command("animate")(animate.animate)
 app.command("plan")(plan.plan)
+app.command("tradeoff")(tradeoff.tradeoff)
 app.command("threshold")(threshold.threshold)
 
 
