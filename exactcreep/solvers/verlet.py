@@ -67,6 +67,7 @@ _REASONS = {
 }
 _OUTCOMES = {_RUNAWAY: Outcome.RUNAWAY, _STEPS: Outcome.LIMIT, _INFINITE: Outcome.LIMIT}
 _UNTESTED, _AT_REST, _MOVING = 0, 1, 2
+_START, _STOP = np.int8(0), np.int8(1)
 
 
 class _Laws(NamedTuple):
@@ -273,7 +274,7 @@ def _release(laws, work):  # type: ignore[no-untyped-def]
                 _begin(laws, now)
             started += 1
             _enlist(work, i, math.copysign(1.0, force))
-            _write(work, 0.0, 0, i, sliders[i].sign, excess)
+            _write(work, 0.0, _START, i, sliders[i].sign, excess)
     if started > 0:
         _close_event(now)
     return started
@@ -290,15 +291,19 @@ def _ramp(laws, work, way, room):  # type: ignore[no-untyped-def]
         return False
     now = work.now[0]
     sliders = work.sliders
-    first = max(sliders[1].threshold + way * _force(laws, sliders, 1), 0.0)
-    last = max(sliders[n].threshold - way * _force(laws, sliders, n), 0.0)
-    ramp = min(first, last)
-    slack = _rounding(laws, sliders, 1) + _rounding(laws, sliders, n)
+    gaps = (np.inf, np.inf)
+    slack = 0.0
+    for i in (1, n):
+        sign = way if i == n else -way  # of the start that the ramp brings about
+        gap = max(sliders[i].threshold - sign * _force(laws, sliders, i), 0.0)
+        gaps = (gaps[1], gap)
+        slack += _rounding(laws, sliders, i)
+    ramp = min(gaps[0], gaps[1])
     if abs(ramp - room) <= slack:
         now.undecided += 1
     if not ramp < room:
         return False
-    tie = abs(first - last) <= slack
+    tie = abs(gaps[0] - gaps[1]) <= slack
     if tie:
         now.undecided += 1
     now.shift += way * ramp
@@ -306,21 +311,19 @@ def _ramp(laws, work, way, room):  # type: ignore[no-untyped-def]
     sliders[0].base = now.shift
     sliders[n].base = now.shift
     _begin(laws, now)
-    if first <= last or tie:
-        _enlist(work, 1, -way)
-        residual = abs(abs(_force(laws, sliders, 1)) - sliders[1].threshold)
-        _write(work, 0.0, 0, 1, -way, residual)
-    if last <= first or tie:
-        _enlist(work, n, way)
-        residual = abs(abs(_force(laws, sliders, n)) - sliders[n].threshold)
-        _write(work, 0.0, 0, n, way, residual)
+    for i in (1, n):
+        if tie or ramp == (gaps[1] if i == n else gaps[0]):
+            sign = way if i == n else -way
+            _enlist(work, i, sign)
+            residual = abs(abs(_force(laws, sliders, i)) - sliders[i].threshold)
+            _write(work, 0.0, _START, i, sign, residual)
     _close_event(now)
     # where mu_s acts as mu_d the slip has no length: it stops where it starts, and draws anew
     stopped = 0
     for i in (1, n):
         slider = sliders[i]
         if slider.sign != 0.0 and slider.threshold <= laws.friction:
-            _write(work, 0.0, 1, i, slider.sign, 0.0)
+            _write(work, 0.0, _STOP, i, slider.sign, 0.0)
             slider.sign = 0.0
             _draw(laws, now, slider, i)
             stopped += 1
@@ -362,7 +365,7 @@ def _prepare(laws, work):  # type: ignore[no-untyped-def]
         k += 1
         low = max(low - 1, 1)
         high = min(high + 1, n)
-        _border(work, slot, sliders[low - 1].x)
+        _border(work, np.int64(slot), sliders[low - 1].x)
         slot += 1
         for i in range(low, high + 1):
             slider = sliders[i]
@@ -571,7 +574,7 @@ def _resolve(laws, work, slots):  # type: ignore[no-untyped-def]
             i = work.place[j]
             slider = work.sliders[i]
             if slider.sign != 0.0:
-                _write(work, time, 1, i, slider.sign, abs(slider.w) / laws.dt)
+                _write(work, time, _STOP, i, slider.sign, abs(slider.w) / laws.dt)
                 slider.w = 0.0
                 slider.sign = 0.0
                 work.hit[j] = 2
@@ -593,7 +596,7 @@ def _resolve(laws, work, slots):  # type: ignore[no-untyped-def]
             started += 1
             sign = math.copysign(1.0, force)
             _enlist(work, i, sign)
-            _write(work, time, 0, i, sign, abs(excess))
+            _write(work, time, _START, i, sign, abs(excess))
     if started > 0:
         _close_event(now)
 
