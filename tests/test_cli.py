@@ -158,6 +158,7 @@ def test_nothing_is_overwritten_without_force(run: Any, tmp_path: Path, option: 
         ([*QUICK, "--out", "no/such/run.nc"], "must lie in a directory that exists"),
         ([*QUICK, "--out", "."], "out = '.': must be a file, not a directory"),
         ([*QUICK, "--plot", "run.txt"], "plot = 'run.txt': must end in .png"),
+        ([*QUICK, "--plot", "run.png", "--record", "none"], "needs x_G among what is recorded"),
         ([*QUICK, "--checkpoint", "a.ckpt", "--every", "-1"], "every = '-1': must not be negative"),
         (["resume", "none.ckpt"], "checkpoint = 'none.ckpt': must be a file"),
         (["scenes", "--show", "none"], "show = 'none': must be one of"),
@@ -193,6 +194,33 @@ def test_a_limit_leaves_with_status_3_and_the_partial_result(run: Any, tmp_path:
     assert told.json["outcome"] == "limit"
     assert told.json["reason"] == "max_events = 20000 was reached"
     assert told.json["half_cycles"] == Creep.load(tmp_path / "run.nc").half_cycles > 0
+
+
+def test_what_was_computed_is_told_even_if_it_cannot_be_written(
+    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*files: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", full)
+    told = run(*QUICK, "--out", "run.nc", "--json")
+    assert told.code == 2
+    assert told.json["outcome"] == "creeping"
+    assert "No space left on device" in told.err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_the_kernel_is_compiled_once_and_the_first_start_says_so(tmp_path: Path) -> None:
+    told = []
+    for _ in range(2):
+        done = subprocess.run(
+            [*PROGRAM, *QUICK, "--json"], check=True, text=True, capture_output=True,
+            env=ENVIRONMENT | {"NUMBA_CACHE_DIR": str(tmp_path)},
+        )  # fmt: skip
+        told.append("compiling the kernel, once" in done.stderr)
+        assert json.loads(done.stdout)["seconds"] < 2
+    assert told == [True, False]
 
 
 def test_resume_prints_what_an_uninterrupted_run_prints(run: Any, tmp_path: Path) -> None:

@@ -100,6 +100,8 @@ def run_session(
     typer.Exit
         With 3 after a limit, 130 after Ctrl-C.
     """
+    from exactcreep.commands import answer
+    from exactcreep.model.numbers import InputError
     from exactcreep.model.verdict import Outcome
     from exactcreep.quasistatic import Interrupted, PhysicsWarning, run_members
     from exactcreep.result import check_output, check_picture, save_members
@@ -109,6 +111,8 @@ def run_session(
             check_output(path, option, force=force)
     if plot is not None:
         check_picture(plot)
+        if not any("x_G" in experiment.record for experiment in experiments):
+            raise InputError("plot", str(plot), "needs x_G among what is recorded")
     status = 0
     results: list[Creep]
     with ProgressBar() as bar, warnings.catch_warnings():
@@ -126,21 +130,26 @@ def run_session(
             status = INTERRUPTED_STATUS
     if status == 0 and any(result.outcome is Outcome.LIMIT for result in results):
         status = LIMIT_STATUS
-    if out is not None:
-        save_members(results, out, force=force)
-    if plot is not None:
-        from exactcreep.studies.figures import draw_run
+    written, failure = [], None
+    try:
+        if out is not None:
+            save_members(results, out, force=force)
+            written.append(out)
+        if plot is not None:
+            from exactcreep.studies.figures import draw_run
 
-        draw_run(results, plot, settings=settings, title=title)
-    from exactcreep.commands import answer
-
+            draw_run(results, plot, settings=settings, title=title)
+            written.append(plot)
+    except (InputError, OSError) as error:
+        failure = error  # the disk may be full: what was computed is told all the same
     if as_json:
         typer.echo(answer.as_json(answer.json_of_run(results, settings, scene)))
     else:
         answer.print_summary(results, settings, scene, title)
-        for path in (out, plot):
-            if path is not None:
-                typer.echo(f"written: {path}")
+        for path in written:
+            typer.echo(f"written: {path}")
+    if failure is not None:
+        raise failure
     if status == INTERRUPTED_STATUS and keeper is not None:
         typer.echo(f"exactcreep: interrupted; exactcreep resume {keeper.path} goes on", err=True)
     if status:
