@@ -7,6 +7,7 @@ import json
 from pathlib import Path
 
 import pytest
+
 from derivations import ledger, proof
 from derivations.__main__ import main
 from derivations.ledger import SUBJECTS, disagreements, entries
@@ -127,7 +128,9 @@ def test_the_package_never_imports_the_derivations() -> None:
                 assert (node.module or "").split(".")[0] != "derivations"
 
 
-def test_json_is_a_list_of_objects_with_the_promised_fields(capsys: pytest.CaptureFixture[str]) -> None:
+def test_json_is_a_list_of_objects_with_the_promised_fields(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     assert main(["--json", "--only", "critical_angle"]) == 0
     (found,) = json.loads(capsys.readouterr().out)
     assert found["label"] == "critical_angle"
@@ -159,10 +162,11 @@ def _source() -> str:
     """Return a source that holds every statement, labelled ones in equations."""
     parts = []
     for entry in entries():
-        label = f"\\label{{{entry.label}}}" if entry.label else ""
-        parts.append(
-            f"\\begin{{equation}}{entry.printed}{label}\\end{{equation}}" if label else entry.printed
-        )
+        if entry.label is None:
+            parts.append(entry.printed)
+        else:
+            label = f"\\label{{{entry.label}}}"
+            parts.append(f"\\begin{{equation}}{entry.printed}{label}\\end{{equation}}")
     return "\n\n".join(parts)
 
 
