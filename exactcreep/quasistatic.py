@@ -183,7 +183,8 @@ def creep(
         Its `outcome` is
 
         - ``RUNAWAY``: it was proved that no slider ever stops again;
-        - ``LIMIT``: a limit was reached, here or in the solver; `reason` says which;
+        - ``LIMIT``: a limit was reached, here or in the solver; `reason` says which (without
+          `max_events`, a million events within one half-cycle where tan_alpha >= mu_d is one);
         - ``AT_REST``: for Cycles, no event in the last whole cycle, so that there will never be
           one again; for other drives, no event after the burn-in;
         - ``CYCLING``: sliders slip, but without net displacement: if the last cycle returned
@@ -419,10 +420,13 @@ def _advance(
     simulation, before = march.simulation, march.seconds
     begin = time.perf_counter()
     count, events = 2, 64
+    reached_with = simulation.tally.events  # when the last target was reached
     while not march.ended and march.outcome is None:
         if due():
             save()
         march.reason = "interrupted" if interrupted() else limits.reached(march, spent)
+        if limits.max_events is None and not march.reason:
+            march.reason = _endless(march.experiment.chain, simulation.tally.events - reached_with)
         if march.reason:
             march.outcome = Outcome.LIMIT
             break
@@ -434,6 +438,8 @@ def _advance(
             march.experiment.drive, march.done + 1, min(count, march.room), max_events=allowance
         )
         march.take(stretch)
+        if stretch.completed:
+            reached_with = simulation.tally.events
         now = time.perf_counter()
         march.seconds_here = now - begin
         march.seconds = before + march.seconds_here
@@ -441,6 +447,21 @@ def _advance(
         count = _adapted(max(stretch.completed, 1), faster, count)
         events = _adapted(max(simulation.tally.events - past, 1), faster, events)
         show()
+
+
+def _endless(chain: Chain, events: int) -> str:
+    """Return why a chain is given up after so many events on the way to one target; "" if not.
+
+    At tan_alpha >= mu_d no energy need be lost: sliders may stop and start again for ever, without
+    rest and without a proof of a runaway.
+    """
+    most = 10**6 + 1000 * chain.n
+    if not chain.may_run_away or events < most:
+        return ""
+    return (
+        f"tan_alpha >= mu_d, and after {events} events in one half-cycle the chain is neither at"
+        " rest nor proved to run away; max_events lets it go on"
+    )
 
 
 def _adapted(achieved: int, faster: float, now: int) -> int:

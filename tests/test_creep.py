@@ -198,6 +198,23 @@ def test_a_limit_is_an_outcome_with_the_partial_result(limit: dict, told: str) -
         assert np.array_equal(whole.recorded["x_G"][: reached.size], reached)
 
 
+def test_a_runaway_has_no_mean_velocity() -> None:
+    steep = Chain(4, 1000, "0.5", "0.6", "0.01", tan_alpha="0.55")
+    result = creep(steep, Cycles("0.01", 1000))
+    assert result.outcome is Outcome.RUNAWAY
+    assert result.velocity == math.inf
+    assert result.summary()["velocity"] is None
+    assert result.half_cycles < 2000
+    assert creep(steep.mirrored(), Cycles("0.01", 1000)).velocity == -math.inf
+
+
+def test_a_chain_at_the_angle_of_friction_that_neither_rests_nor_runs_away_is_given_up() -> None:
+    edge = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.5")
+    result = creep(edge, Cycles("0.01", 1000))
+    assert result.outcome is Outcome.LIMIT
+    assert "neither at rest nor proved to run away" in result.reason
+
+
 def test_limits_that_are_not_numbers_are_refused() -> None:
     for limit in ({"max_events": -1}, {"max_seconds": "soon"}, {"max_bytes": 1.5}):
         with pytest.raises(InputError, match=next(iter(limit))):
