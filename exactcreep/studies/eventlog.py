@@ -80,7 +80,8 @@ def rearrangements(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrange
     out: list[LoggedRearrangement] = []
     for _, group in groupby(rows, key=lambda row: row[0]):
         events = []
-        for (_, kind), parts in groupby(group, key=lambda row: row[1:3]):
+        # number, kind and time; a set of sliders shares all three
+        for (_, kind, _), parts in groupby(group, key=lambda row: (row[1], row[2], row[5])):
             first, *others = parts
             moved = sorted((slider, sign) for *_, slider, sign in (first, *others))
             sliders, signs = zip(*moved, strict=True)

@@ -46,8 +46,9 @@ from exactcreep.studies.eventlog import (
 
 ADVANCE = Fraction(1, 10**6)
 """A chain creeps if x_G advances by more than this during the last cycle."""
-MOST_DIGITS = 5_000
-_FLOAT_DIGITS = 12  # of the amplitude, that the float64 solver is asked to tell
+MOST_DIGITS = {"certified": 5_000, "mpmath": 300, "exact": 12}
+"""Digits of an amplitude that each solver is asked to tell."""
+_FLOAT_DIGITS = MOST_DIGITS["exact"]
 _NARROW = Fraction(1, 10**11)  # relative width at which bisection in float64 ends
 _STRAY = 10**5  # widths of a float64 bracket that rounding may have put it off
 _SPARE = 2  # digits of the bracket beyond those asked for
@@ -310,16 +311,15 @@ class _Asked:
             raise InputError("tan_alpha", chain.tan_alpha, allowed)
         if chain.tan_alpha == 0 and chain.n > 1:
             raise InputError("tan_alpha", 0, "must not be 0: a level chain creeps nowhere")
-        if solver not in ("certified", "mpmath", "exact") or solver not in SOLVERS:
+        if solver not in MOST_DIGITS or solver not in SOLVERS:
             raise InputError("solver", solver, "must be certified, mpmath or exact")
-        most = _FLOAT_DIGITS if solver == "exact" else MOST_DIGITS
         refined = whole_number(refine, "refine", least=0)
         if refined and not windows:
             raise InputError("refine", refine, "needs windows")
         return cls(
             chain,
             whole_number(cycles, "cycles", least=1, most=10**7),
-            whole_number(digits, "digits", least=1, most=most),
+            whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver]),
             whole_number(points, "points", least=1, most=10**7),
             bool(windows),
             refined,
@@ -813,25 +813,30 @@ def _secant(
     """
     final = math.ceil(digits * BITS_PER_DIGIT) + loss
     width = high - low
-    known = math.log2(high / width) if width else 0.0
+    previous, present = low, high
+    bits = 0
     try:
-        bits = min(final, math.ceil(3 * known) + loss)
-        points = [(x, condition(x, bits)) for x in (low, high)]
-        for _ in range(24):
-            (x0, y0), (x1, y1) = points
-            if y1 == 0:
-                return x1
-            if y1 == y0:
+        for _ in range(32):
+            known = _log2(abs(present) / abs(present - previous))
+            if known >= digits * BITS_PER_DIGIT:
+                return present
+            # the next step about doubles what is known; both points are taken at this precision,
+            # so that their difference is not rounding
+            bits = max(bits, min(final, math.ceil(3 * known) + loss))
+            before, now = condition(previous, bits), condition(present, bits)
+            if now in (0, before) and bits < final:
+                bits = final
+                continue
+            if now == 0:
+                return present
+            if now == before:
                 return None
-            x2 = x1 - _rational(y1 / (y1 - y0)) * (x1 - x0)
-            if not low - _STRAY * width <= x2 <= high + _STRAY * width:
+            following = present - _rational(now / (now - before)) * (present - previous)
+            if not low - _STRAY * width <= following <= high + _STRAY * width:
                 return None
-            change = abs(x2 - x1)
-            known = final if change == 0 else _log2(abs(x2) / change)
-            if known >= digits * BITS_PER_DIGIT and bits == final:
-                return x2
-            bits = min(final, max(bits, math.ceil(3 * known) + loss))
-            points = [(x1, y1), (x2, condition(x2, bits))]
+            if following == present:
+                return present if bits == final else None
+            previous, present = present, following
     except (StrayRoot, ArithmeticError, KeyError, StopIteration):
         pass
     return None

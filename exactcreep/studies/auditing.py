@@ -1,0 +1,734 @@
+"""Re-check a finished run from its events alone.
+
+An audit takes the events as they stand (kinds, sliders, signs, times), sets the sliders in motion
+and at rest accordingly, and asks of the motion that follows in closed form whether it obeys the
+model: does each event's condition hold at its time; does every slider that rests stay within its
+threshold, and every one that moves keep its direction, at all times between; do all stop; does
+energy balance. It shares the closed form of a run with the solvers, and none of their searches.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.decimals import enclosure
+from exactcreep.model import disorder
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import EventKind
+from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Outcome
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
+from exactcreep.motion.modes import Flow, Run, RunMotion, forces_of, incline
+from exactcreep.result import Creep
+from exactcreep.solvers.solver import Rearrangement
+from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
+
+ACCURACY = 1e-12
+"""What float64 claims: errors of forces and velocities in units of the largest threshold."""
+_SHORTEST = 2.0**-40  # piece of a motion, relative, that is not divided further
+_EXTRA_BITS = 64
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something in a log that contradicts the model.
+
+    Attributes
+    ----------
+    check : str
+        ``order``, ``contact``, ``motion``, ``static``, ``drive``, ``energy`` or ``state``.
+    rearrangement, number : int or None
+        Where: from 0; the event within the rearrangement, from 0.
+    sentence : str
+    error, allowed : float
+        How far it is off, and how far it may be.
+    """
+
+    check: str
+    rearrangement: int | None
+    number: int | None
+    sentence: str
+    error: float = math.inf
+    allowed: float = 0.0
+
+    def summary(self) -> dict[str, Any]:
+        """Return the finding by names, ready for JSON."""
+        return {
+            "check": self.check,
+            "rearrangement": self.rearrangement,
+            "number": self.number,
+            "sentence": self.sentence,
+            "error": self.error,
+            "allowed": self.allowed,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Audit:
+    """What an audit has checked, and what it has found.
+
+    Attributes
+    ----------
+    findings : tuple of Finding
+        Empty if the run is in order.
+    rearrangements, events : int
+        Checked.
+    errors, radii : ndarray, shape (events,)
+        By how much each event's time is off, to first order, and the radius that is claimed
+        for it (nan for the first of a rearrangement, whose time is zero); unit tau_dyn.
+    balance : float
+        Largest energy left over in a rearrangement, relative to its largest term.
+    digits : int
+        Decimal digits at which the motion was followed.
+    """
+
+    findings: tuple[Finding, ...]
+    rearrangements: int
+    events: int
+    errors: NDArray[np.float64]
+    radii: NDArray[np.float64]
+    balance: float
+    digits: int
+
+    @property
+    def passed(self) -> bool:
+        """Whether nothing was found."""
+        return not self.findings
+
+    def summary(self) -> dict[str, Any]:
+        """Return the audit by names, ready for JSON."""
+        known = np.isfinite(self.errors)
+        return {
+            "passed": self.passed,
+            "rearrangements": self.rearrangements,
+            "events": self.events,
+            "largest_time_error": float(self.errors[known].max()) if known.any() else 0.0,
+            "energy_balance": self.balance,
+            "digits": self.digits,
+            "findings": [finding.summary() for finding in self.findings],
+        }
+
+
+def audit(
+    result: Rearrangement | Creep, *, seed: int | None = None, most_findings: int = 20
+) -> Audit:
+    """Return what is wrong with a finished run, judged from its events.
+
+    Parameters
+    ----------
+    result : Rearrangement or Creep
+        A `Creep` must have recorded its events.
+    seed : int, optional
+        Of the static coefficients; needed for a `Rearrangement` with ``sigma_mu > 0`` alone.
+    most_findings : int
+        The audit ends after so many.
+
+    Raises
+    ------
+    InputError
+        If events were not recorded, or the seed is missing or not that of the run.
+
+    Notes
+    -----
+    Guarantee: an event that differs from the closed form by more than four times the radius that
+    its solver claims (float64: `ACCURACY` of the largest threshold in force or velocity), an
+    event that is missing, and a contact that is not as the law has it, are found. Between events
+    no excursion of a slider beyond its threshold is larger than `ACCURACY`, at any time.
+    """
+    if isinstance(result, Rearrangement):
+        return _of_rearrangement(result, seed, most_findings)
+    if isinstance(result, Creep):
+        return _of_creep(result, seed, most_findings)
+    raise InputError("result", result, "must be a Rearrangement or a Creep")
+
+
+class _Enough(Exception):
+    """As many findings as were asked for."""
+
+
+class _Auditor:
+    """The chain as the log has it, and what contradicts the model."""
+
+    def __init__(
+        self, chain: Chain, start: State, seed: int, arithmetic: Arithmetic, digits: int, most: int
+    ) -> None:
+        self.chain = chain
+        self.seed = seed
+        self.arithmetic = arithmetic
+        self.digits = digits
+        self.most = most
+        self.cosine, self.weight = incline(arithmetic, chain)
+        number = arithmetic.number
+        self.friction = (
+            chain.friction if arithmetic is FLOAT64 else number(chain.mu_d) * self.cosine
+        )
+        self.tensions = arithmetic.vector(map(self.exact, start.tensions.tolist()))
+        self.travel = arithmetic.vector(map(self.exact, start.displacements.tolist()))
+        self.draws = np.array(start.draws, dtype=np.int64)
+        self.thresholds = arithmetic.zeros(chain.n)
+        self.findings: list[Finding] = []
+        self.place: tuple[int | None, int | None] = (None, None)
+        self.errors: list[float] = []
+        self.radii: list[float] = []
+        self.balance = 0.0
+        self.slips = 0
+        self.load = 0.0  # largest l0 |theta| so far
+        self.ramped = True  # whether the rearrangement begins at a theta_c that a ramp reached
+        self.room = 0.0  # by which a resting slider may seem to exceed its threshold
+        for n in range(chain.n):
+            given = float(start.coefficients[n])
+            if chain.sigma_mu != 0 and given != self.coefficient(n):
+                self.find("contact", f"slider {n + 1} begins with a coefficient not of this seed")
+            self.thresholds[n] = self.threshold(n)
+        self.scale = float(max(self.thresholds.tolist()))
+        self.accuracy = ACCURACY if arithmetic is FLOAT64 else 10.0 ** -min(digits, 300)
+
+    @staticmethod
+    def exact(value: Any) -> Fraction:
+        return enclosure(value).middle
+
+    def coefficient(self, n: int) -> float:
+        """Return the present coefficient of slider `n` (from 0)."""
+        return disorder.static_coefficient(self.chain, self.seed, n + 1, int(self.draws[n]) - 1)
+
+    def threshold(self, n: int) -> Any:
+        """Return ``mu_s c`` as it acts at slider `n` (from 0)."""
+        chain = self.chain
+        if chain.sigma_mu == 0:
+            acting = chain.mu_s
+            if self.arithmetic is FLOAT64:
+                return chain.friction + chain.excess
+        else:
+            acting = max(Fraction(self.coefficient(n)), chain.mu_d)
+        return self.arithmetic.number(acting) * self.cosine
+
+    def find(self, check: str, sentence: str, error: Any = math.inf, allowed: Any = 0.0) -> None:
+        """Add a finding."""
+        finding = Finding(check, *self.place, sentence, float(error), float(allowed))
+        self.findings.append(finding)
+        if len(self.findings) >= self.most:
+            raise _Enough
+
+    def within(self, check: str, sentence: str, error: Any, allowed: float) -> None:
+        """Add a finding if `error` exceeds `allowed`."""
+        if not error <= allowed:
+            self.find(check, sentence, error, allowed)
+
+    # -- one rearrangement ---------------------------------------------------------------------
+
+    def floor(self) -> float:
+        """Return how far a condition may be off whatever its time claims."""
+        if self.arithmetic is FLOAT64:
+            return self.accuracy * self.scale
+        # decimals of theta and of all times so far were rounded
+        return self.accuracy * (self.scale + self.load) * (1 + len(self.radii))
+
+    def rearrangement(
+        self, one: LoggedRearrangement, radii: Sequence[float], load_error: float, ended: bool
+    ) -> None:
+        """Check one rearrangement, from the present tensions."""
+        arithmetic = self.arithmetic
+        flow = Flow(arithmetic, forces_of(arithmetic, self.tensions, self.weight), self.friction)
+        path = arithmetic.number(0)
+        lost = arithmetic.number(0)  # kinetic energy that a stop at a finite velocity takes away
+        before = self.tensions.copy()
+        slack = self.floor() + load_error
+        now = arithmetic.number(0)
+        just_stopped: set[int] = set()
+        place = self.place[0]
+        first = True  # nothing has moved yet
+        for number, (event, radius) in enumerate(zip(one.events, radii, strict=True)):
+            self.place = (place, number)
+            time = arithmetic.number(self.exact(event.time))
+            span = time - now
+            if span < 0:
+                self.find("order", "the event comes before the previous one", -span)
+                span = arithmetic.number(0)
+            runs = flow.runs()
+            if span > 0:
+                if not runs:
+                    self.find("order", "time passes while no slider moves", span)
+                elif first:
+                    self.stays(flow, range(self.chain.n), "when the rearrangement begins")
+                else:
+                    self.stays(flow, just_stopped, "after it has stopped")
+                first = False
+                if runs:
+                    self.motion(flow, runs, span)
+                begin = flow.moved.copy()
+                flow.advance(runs, span)
+                for run in runs:
+                    for n in run.sliders:
+                        path = path + int(flow.signs[n]) * (flow.moved[n] - begin[n])
+                just_stopped = set()
+            now = time
+            sliders = [n - 1 for n in event.sliders]
+            legal = self.contact(flow, event.kind, sliders, event.signs)
+            if event.kind is EventKind.STOP:
+                for n in legal:
+                    lost = lost + flow.velocities[n] * flow.velocities[n] / 2
+                    self.condition(flow, runs, n, 0, flow.velocities[n], radius, slack)
+                flow.stop(legal)
+                for n in legal:
+                    self.draws[n] += 1
+                    self.thresholds[n] = self.threshold(n)
+                    self.slips += 1
+                just_stopped |= set(legal)
+            else:
+                for n, sign in zip(sliders, event.signs, strict=True):
+                    if n in legal:
+                        self.start(flow, runs, n, sign, radius, slack, number == 0, just_stopped)
+                flow.start(
+                    legal, [s for n, s in zip(sliders, event.signs, strict=True) if n in legal]
+                )
+        self.place = (place, None)
+        self.tensions = self.tensions + np.diff(flow.moved)
+        self.travel = self.travel + flow.moved
+        self.balanced(before, flow, path, lost)
+        if not ended:
+            return
+        moving = [n + 1 for n in np.flatnonzero(flow.signs).tolist()]
+        if moving:
+            self.find("motion", f"sliders {moving} still move after the last event")
+        self.rests("the rearrangement ends")
+
+    def contact(
+        self, flow: Flow, kind: EventKind, sliders: list[int], signs: Sequence[int]
+    ) -> list[int]:
+        """Check that the law allows the event; return the sliders (from 0) for which it does."""
+        legal = []
+        for n, sign in zip(sliders, signs, strict=True):
+            if not 0 <= n < self.chain.n:
+                self.find("contact", f"there is no slider {n + 1}")
+            elif kind is EventKind.START and flow.signs[n] != 0:
+                self.find("contact", f"slider {n + 1} starts while it moves")
+            elif kind is EventKind.STOP and flow.signs[n] == 0:
+                self.find("contact", f"slider {n + 1} stops while it rests")
+            elif kind is EventKind.STOP and flow.signs[n] != sign:
+                self.find("contact", f"slider {n + 1} stops with a sign that it did not have")
+            elif kind is EventKind.START and sign * flow.forces[n] <= 0:
+                self.find("contact", f"slider {n + 1} starts against the force on it")
+            else:
+                legal.append(n)
+        return legal
+
+    def start(
+        self,
+        flow: Flow,
+        runs: Sequence[Run],
+        n: int,
+        sign: int,
+        radius: float,
+        slack: float,
+        first: bool,
+        just_stopped: set[int],
+    ) -> None:
+        """Check that slider `n` (from 0) stands at its threshold, or beyond it where it may."""
+        beyond = sign * flow.forces[n] - self.thresholds[n]
+        if first or n in just_stopped:
+            text = f"slider {n + 1} starts below its threshold"
+            self.within("static", text, -beyond, slack)
+            if first and self.ramped:
+                text = f"slider {n + 1} starts beyond its threshold on a ramp"
+                self.within("drive", text, beyond, slack)
+            self.errors.append(math.nan)
+            self.radii.append(math.nan)
+            return
+        self.condition(flow, runs, n, sign, beyond, radius, slack)
+
+    def condition(
+        self,
+        flow: Flow,
+        runs: Sequence[Run],
+        n: int,
+        sign: int,
+        value: Any,
+        radius: float,
+        slack: float,
+    ) -> None:
+        """Check the condition of an event of slider `n` (from 0): `value` is zero at its time."""
+        slope = 0.0
+        if sign == 0:
+            slope = float(abs(flow.forces[n] - self.friction * int(flow.signs[n])))
+        else:
+            around = [m for m in (n - 1, n + 1) if 0 <= m < self.chain.n and flow.signs[m] != 0]
+            slope = float(abs(sum(flow.velocities[m] for m in around)))
+        size = float(abs(value))
+        allowed = 4 * radius * slope + 4 * radius * radius + slack
+        what = "moves" if sign == 0 else "is not at its threshold"
+        self.within("motion", f"slider {n + 1} {what} at the time of its event", size, allowed)
+        self.errors.append(size / slope if slope else math.inf if size else 0.0)
+        self.radii.append(allowed / slope / 4 if slope else math.inf)
+
+    def stays(self, flow: Flow, sliders: Iterable[int], when: str) -> None:
+        """Check that resting sliders (from 0) are within their thresholds."""
+        for n in sliders:
+            if flow.signs[n] == 0:
+                beyond = abs(flow.forces[n]) - self.thresholds[n]
+                text = f"slider {n + 1} stays at rest beyond its threshold {when}"
+                self.within("static", text, beyond, self.room)
+
+    def rests(self, when: str) -> None:
+        """Check that every slider is within its threshold."""
+        forces = forces_of(self.arithmetic, self.tensions, self.weight)
+        for n in range(self.chain.n):
+            beyond = abs(forces[n]) - self.thresholds[n]
+            text = f"slider {n + 1} exceeds its threshold when {when}"
+            self.within("static", text, beyond, self.room)
+
+    def motion(self, flow: Flow, runs: Sequence[Run], span: Any) -> None:
+        """Check that no slider should have started or stopped during `span`."""
+        watches = _Watches(self, flow, runs)
+        allowed = ACCURACY * self.scale
+        worst, n, moving = watches.worst(nearest_float(self.exact(span)), allowed)
+        if worst < -allowed:
+            act = "turns back" if moving else "exceeds its threshold"
+            self.find("motion", f"slider {n + 1} {act} before the event", -worst, allowed)
+
+    def balanced(self, before: NDArray[Any], flow: Flow, path: Any, lost: Any) -> None:
+        """Check that the energy that went is the work of friction."""
+        elastic = (self.tensions * self.tensions - before * before).sum() / 2
+        terms = [elastic, -self.weight * flow.moved.sum(), self.friction * path, lost]
+        moving = flow.velocities
+        terms.append((moving * moving).sum() / 2)
+        largest = max(abs(term) for term in terms)
+        if largest == 0:
+            return
+        # what is left over of tensions that are much larger than their change is rounding
+        base = float((before * before).sum()) if before.size else 0.0
+        rounding = 2.0**-50 if self.arithmetic is FLOAT64 else self.accuracy
+        left = float(abs(sum(terms)) / largest)
+        self.balance = max(self.balance, left)
+        allowed = max(self.accuracy, rounding * base / float(largest))
+        self.within("energy", "energy does not balance", left, 4 * allowed)
+
+
+class _Watches:
+    """What must stay positive during a piece of motion, in float64, at many times at once.
+
+    A moving slider's speed along its direction, and the two distances of a resting neighbour's
+    force from its thresholds, each with a bound of its second derivative.
+    """
+
+    def __init__(self, auditor: _Auditor, flow: Flow, runs: Sequence[Run]) -> None:
+        self.runs = [(run.first, _floating(run.motion)) for run in runs]
+        n = auditor.chain.n
+        self.size = n
+        movers = np.array([i for run in runs for i in run.sliders])
+        ends = {m for run in runs for m in (run.first - 1, run.first + run.motion.p)}
+        resting = np.array(sorted(m for m in ends if 0 <= m < n), dtype=int)
+        self.movers, self.resting = movers, resting
+        self.sliders = np.concatenate([movers, resting, resting])
+        self.directions = flow.signs[movers][:, None]
+        rooms = [
+            [nearest_float(auditor.exact(auditor.thresholds[m] - side * flow.forces[m]))]
+            for side in (1, -1)
+            for m in resting
+        ]
+        self.rooms = np.array(rooms).reshape(-1, 1)
+        bends, rates = np.zeros(n + 2), np.zeros(n + 2)
+        for first, motion in self.runs:
+            for i in range(motion.p):
+                bends[first + i + 1] = motion.bound(i, 2)
+            rates[first] += motion.bound(0, 1)
+            rates[first + motion.p + 1] += motion.bound(motion.p - 1, 1)
+        bounds = np.concatenate([bends[movers + 1], rates[resting + 1], rates[resting + 1]])
+        self.bounds = np.maximum(bounds, np.finfo(float).tiny)[:, None]
+
+    def values(self, t: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return every margin and its slope at the times `t`, each of shape (margins, times)."""
+        shape = (3, self.size + 2, t.size)
+        moved = np.zeros(shape)
+        for first, motion in self.runs:
+            moved[:, first + 1 : first + 1 + motion.p] = _moved(motion, t)
+        speeds, gains = (self.directions * part[self.movers + 1] for part in moved[1:])
+        force, rate = (part[self.resting] + part[self.resting + 2] for part in moved[:2])
+        rooms = self.rooms + np.concatenate([-force, force])
+        return np.concatenate([speeds, rooms]), np.concatenate([gains, -rate, rate])
+
+    def worst(self, span: float, allowed: float) -> tuple[float, int, bool]:
+        """Return a margin below -`allowed` on ``[0, span]``, its slider and whether that moves.
+
+        From value and slope at either end of a piece follows how far inwards a margin stays above
+        -`allowed`; a piece that these two reaches do not cover is halved. Returns 0 if all are.
+        """
+        times = np.linspace(0.0, span, 2 + math.ceil(2 * span))
+        values, slopes = self.values(times)
+        a, b = times[:-1], times[1:]
+        begin, end = (values[:, :-1], slopes[:, :-1]), (values[:, 1:], slopes[:, 1:])
+        while a.size:
+            least = np.minimum(begin[0], end[0])
+            margin, piece = np.unravel_index(int(np.argmin(least)), least.shape)
+            if least[margin, piece] < -allowed:
+                moving = bool(margin < self.movers.size)
+                return float(least[margin, piece]), int(self.sliders[margin]), moving
+            reach = self._reach(begin[0], begin[1], allowed)
+            reach += self._reach(end[0], -end[1], allowed)
+            loose = (reach < b - a).any(axis=0) & (b - a > _SHORTEST * span)
+            a, b = a[loose], b[loose]
+            middle = (a + b) / 2
+            between = self.values(middle)
+            a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
+            begin, end = (
+                (
+                    np.concatenate([begin[0][:, loose], between[0]], axis=1),
+                    np.concatenate([begin[1][:, loose], between[1]], axis=1),
+                ),
+                (
+                    np.concatenate([between[0], end[0][:, loose]], axis=1),
+                    np.concatenate([between[1], end[1][:, loose]], axis=1),
+                ),
+            )
+        return 0.0, -1, False
+
+    def _reach(
+        self, value: NDArray[np.float64], slope: NDArray[np.float64], allowed: float
+    ) -> NDArray[np.float64]:
+        """Return how long a margin with this value and slope stays above -`allowed`."""
+        root = np.sqrt(slope**2 + 2 * self.bounds * np.maximum(value + allowed, 0.0))
+        reach: NDArray[np.float64] = (slope + root) / self.bounds
+        return reach
+
+
+def _floating(motion: RunMotion) -> RunMotion:
+    """Return the motion of a run in float64."""
+    if motion.arithmetic is FLOAT64:
+        return motion
+    velocities, accelerations = (
+        np.array([nearest_float(enclosure(x).middle) for x in vector.tolist()])
+        for vector in (motion.velocities, motion.accelerations)
+    )
+    return RunMotion(FLOAT64, motion.ends, velocities, accelerations)
+
+
+def _moved(motion: RunMotion, t: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return displacements, velocities and accelerations of a run, shape (3, p, times)."""
+    w = motion.modes.frequencies[:, None]
+    v, a = motion.modal_velocities[:, None], motion.modal_accelerations[:, None]
+    still = w == 0
+    sin, cos = np.sin(w * t / 2), np.cos(w * t / 2)
+    stretched = np.where(still, t / 2, sin / np.where(still, 1.0, w))
+    shift = 2 * stretched * (a * stretched + v * cos)
+    gain = 2 * (a * stretched * cos - v * sin * sin)
+    turned = -2 * sin * (a * sin + w * v * cos)
+    vectors = motion.modes.vectors
+    return np.stack(
+        [
+            vectors @ shift,
+            motion.velocities[:, None] + vectors @ gain,
+            motion.accelerations[:, None] + vectors @ turned,
+        ]
+    )
+
+
+# -- what is audited ---------------------------------------------------------------------------
+
+
+def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Audit:
+    chain = result.chain
+    if chain.sigma_mu != 0 and seed is None:
+        raise InputError("seed", None, "must be given: the static coefficients are drawn")
+    radii = [nearest_float(enclosure(event.time).radius) for event in result.events]
+    arithmetic, digits = _arithmetic(
+        [event.time for event in result.events], result.report.get("precision_bits")
+    )
+    auditor = _Auditor(
+        chain, result.initial, disorder.valid_seed(seed or 0), arithmetic, digits, most
+    )
+    auditor.load = nearest_float(chain.l0 * abs(auditor.exact(result.theta)))
+    error = 4 * 2.0**-52 * auditor.load if arithmetic is FLOAT64 else 0.0
+    auditor.room = auditor.floor() + error
+    ended = result.outcome is Outcome.AT_REST
+    log = LoggedRearrangement(1, result.theta, result.events)
+    with arithmetic.active(), suppress(_Enough):
+        auditor.place = (0, None)
+        auditor.ramped = _at_threshold(auditor)
+        if log.events:
+            auditor.rearrangement(log, radii, error, ended)
+        auditor.place = (None, None)
+        _final(auditor, result.state)
+    return _audited(auditor, 1, len(log.events))
+
+
+def _of_creep(result: Creep, seed: int | None, most: int) -> Audit:
+    if seed is not None and seed != result.seed:
+        raise InputError("seed", seed, f"must be that of the run, {result.seed}")
+    chain, recorded = result.chain, result.recorded
+    columns = dict(recorded)
+    times = list(_known(recorded, "event_time"))
+    thetas = list(_known(recorded, "event_theta"))
+    for name, known in (("event_time", times), ("event_theta", thetas)):
+        if known:
+            column = np.empty(len(known), dtype=object)
+            column[:] = known
+            columns[name] = column
+    log = rearrangements(columns)
+    bits = result.report.get("precision_bits")
+    exact = [time.middle if isinstance(time, _Claim) else time for time in times]
+    arithmetic, digits = _arithmetic(exact, bits, result.experiment.digits)
+    start = result.experiment.initial
+    auditor = _Auditor(chain, start, result.seed, arithmetic, digits, most)
+    with arithmetic.active(), suppress(_Enough):
+        _follow(auditor, result, log)
+    return _audited(auditor, len(log), sum(len(one.events) for one in log))
+
+
+@dataclass(frozen=True)
+class _Claim:
+    """A recorded number: a decimal, and how far it may be off."""
+
+    middle: Fraction
+    radius: Fraction
+
+
+def _known(recorded: Any, name: str) -> Iterator[Any]:
+    """Yield the numbers of a column, from their decimals where it has them."""
+    if f"{name}_decimal" not in recorded:
+        if name in recorded:
+            yield from recorded[name].tolist()
+        return
+    texts, radii = recorded[f"{name}_decimal"].tolist(), recorded[f"{name}_radius"].tolist()
+    for text, radius in zip(texts, radii, strict=True):
+        exponent = Decimal(text).as_tuple().exponent
+        rounding = Fraction(10) ** int(exponent) / 2 if Fraction(text) else Fraction(0)
+        yield _Claim(Fraction(text), Fraction(radius) + rounding)
+
+
+def _arithmetic(
+    times: Sequence[Any], bits: Any, digits: int | None = None
+) -> tuple[Arithmetic, int]:
+    """Return the arithmetic in which a log is followed, and its digits."""
+    if all(isinstance(time, (float, np.floating, int)) for time in times) and digits is None:
+        return FLOAT64, 15
+    wanted = int(bits or 0)
+    if digits is not None:
+        wanted = max(wanted, math.ceil(digits * BITS_PER_DIGIT))
+    arithmetic = digits_of(max(wanted, 64) + _EXTRA_BITS)
+    return arithmetic, digits or max(1, math.floor((wanted or 64) / BITS_PER_DIGIT) - 15)
+
+
+def _at_threshold(auditor: _Auditor) -> bool:
+    """Return whether no slider exceeds its threshold as the chain stands."""
+    forces = forces_of(auditor.arithmetic, auditor.tensions, auditor.weight)
+    return all(
+        abs(force) - threshold <= auditor.room
+        for force, threshold in zip(forces.tolist(), auditor.thresholds.tolist(), strict=True)
+    )
+
+
+def _follow(auditor: _Auditor, result: Creep, log: list[LoggedRearrangement]) -> None:
+    """Take the auditor along the drive of a run."""
+    chain, drive, arithmetic = result.chain, result.drive, auditor.arithmetic
+    number, exact = arithmetic.number, auditor.exact
+    theta = number(exact(result.experiment.initial.theta))
+    r = 0
+
+    def ramp(to: Any, target: Any, error: float, what: str) -> None:
+        nonlocal theta
+        way = 1 if target >= theta else -1
+        auditor.within("drive", f"theta turns back to {what}", way * (theta - to) * l0, error)
+        auditor.within(
+            "drive", f"theta passes its target at {what}", way * (to - target) * l0, error
+        )
+        auditor.tensions = auditor.tensions - number(chain.l0) * (to - theta)
+        theta = to
+        auditor.load = max(auditor.load, float(abs(theta) * l0))
+
+    l0 = number(chain.l0)
+    for q in range(1, result.half_cycles + 1):
+        target = number(drive.exact_target(q, result.seed))
+        while r < len(log) and log[r].half_cycle == q:
+            one = log[r]
+            auditor.place = (r, None)
+            claimed = one.theta
+            radius = claimed.radius if isinstance(claimed, _Claim) else Fraction(0)
+            middle = claimed.middle if isinstance(claimed, _Claim) else exact(claimed)
+            error = nearest_float(radius * chain.l0)
+            if arithmetic is FLOAT64:
+                error += 4 * 2.0**-52 * max(auditor.load, abs(nearest_float(middle * chain.l0)))
+            auditor.room = auditor.floor() + error
+            auditor.ramped = r > 0 or _at_threshold(auditor)
+            ramp(number(middle), target, auditor.room, "a rearrangement")
+            radii = [
+                nearest_float(e.time.radius) if isinstance(e.time, _Claim) else 0.0
+                for e in one.events
+            ]
+            plain = tuple(
+                type(e)(exact(e.time.middle), e.kind, e.sliders, e.signs, 0)
+                if isinstance(e.time, _Claim)
+                else e
+                for e in one.events
+            )
+            ended = r + 1 < len(log) or result.outcome is not Outcome.RUNAWAY
+            auditor.rearrangement(one._replace(events=plain), radii, error, ended)
+            r += 1
+        auditor.place = (None, None)
+        ramp(target, target, auditor.room, "a target")
+        auditor.rests(f"theta reaches target {q}")
+        _compare_rows(auditor, result, q)
+    if r < len(log) and result.outcome not in (Outcome.RUNAWAY, Outcome.LIMIT):
+        auditor.find("order", f"{len(log) - r} rearrangements belong to no half-cycle")
+    if result.outcome not in (Outcome.RUNAWAY, Outcome.LIMIT):
+        if result.rearrangements != len(log):
+            auditor.find("state", "the number of rearrangements is not the run's")
+        if result.slips != auditor.slips:
+            auditor.find("state", "the number of slips is not the run's")
+        _final(auditor, result.state)
+
+
+def _compare_rows(auditor: _Auditor, result: Creep, q: int) -> None:
+    """Compare what was recorded at target `q`."""
+    for name, present in (("x", auditor.travel), ("tension", auditor.tensions)):
+        if name in result.recorded:
+            row = result.recorded[name][q - 1]
+            _same(auditor, f"recorded {name} at target {q}", present, row.tolist())
+
+
+def _same(auditor: _Auditor, what: str, present: NDArray[Any], given: Sequence[Any]) -> None:
+    for here, there in zip(present.tolist(), given, strict=True):
+        known = enclosure(there)
+        value = auditor.exact(here)
+        allowed = max(ACCURACY if isinstance(there, float) else 0.0, auditor.accuracy)
+        room = allowed * (1 + len(auditor.radii)) ** 0.5 * auditor.scale + auditor.room
+        room += 2.0**-50 * abs(nearest_float(value)) * (auditor.arithmetic is FLOAT64)
+        error = nearest_float(abs(value - known.middle))
+        auditor.within(
+            "state",
+            f"{what} is not what the events make",
+            error,
+            room + nearest_float(known.radius),
+        )
+
+
+def _final(auditor: _Auditor, state: State) -> None:
+    """Compare the final state."""
+    _same(auditor, "the final tension", auditor.tensions, state.tensions.tolist())
+    _same(auditor, "the final displacement", auditor.travel, state.displacements.tolist())
+    if not np.array_equal(auditor.draws, state.draws):
+        auditor.find("state", "the number of draws is not what the stops make")
+    elif auditor.chain.sigma_mu != 0:
+        drawn = [auditor.coefficient(n) for n in range(auditor.chain.n)]
+        if not np.array_equal(drawn, state.coefficients.astype(np.float64)):
+            auditor.find("state", "the final coefficients are not those of the last draws")
+
+
+def _audited(auditor: _Auditor, count: int, events: int) -> Audit:
+    return Audit(
+        findings=tuple(auditor.findings),
+        rearrangements=count,
+        events=events,
+        errors=np.array(auditor.errors),
+        radii=np.array(auditor.radii),
+        balance=auditor.balance,
+        digits=auditor.digits,
+    )

@@ -1,0 +1,244 @@
+"""The audit: an honest log passes, a sabotaged one does not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.drive import Cycles, GaussianSteps
+from exactcreep.model.numbers import InputError
+from exactcreep.model.state import State
+from exactcreep.quasistatic import creep
+from exactcreep.result import Creep
+from exactcreep.solvers.registry import SOLVERS, rearrange
+from exactcreep.solvers.solver import Rearrangement
+from exactcreep.studies.auditing import Audit, audit
+
+SEED = 5
+
+
+def captions(n: int, sigma_mu: str = "0.01") -> Chain:
+    return Chain(n, 1000, "0.5", "0.6", sigma_mu, tan_alpha="0.25")
+
+
+@lru_cache
+def avalanche(solver: str = "exact", **options: Any) -> Rearrangement:
+    """A rearrangement of six sliders with at least ten events."""
+    chain = captions(6)
+    state = creep(chain, Cycles("0.01", 2), seed=SEED, record=()).state
+    direction = 1
+    while True:
+        found = rearrange(chain, state, direction=direction, seed=SEED)
+        if len(found.events) >= 10:
+            return rearrange(chain, state, direction=direction, seed=SEED, solver=solver, **options)
+        state = found.state
+
+
+@lru_cache
+def run(n: int = 6, solver: str = "exact", digits: int | None = None) -> Creep:
+    options = {} if digits is None else {"digits": digits}
+    return creep(
+        captions(n), Cycles("0.002", 1), seed=SEED, solver=solver,
+        record=("x_G", "x", "tension", "events"), **options,
+    )  # fmt: skip
+
+
+def checks(found: Audit) -> set[str]:
+    return {finding.check for finding in found.findings}
+
+
+def with_events(
+    result: Rearrangement, change: Callable[[list[Event]], list[Event]]
+) -> Rearrangement:
+    return replace(result, events=tuple(change(list(result.events))))
+
+
+def shifted(result: Rearrangement, i: int, by: Any) -> Rearrangement:
+    def change(events: list[Event]) -> list[Event]:
+        events[i] = replace(events[i], time=events[i].time + by)
+        return events
+
+    return with_events(result, change)
+
+
+class TestHonest:
+    def test_an_avalanche_passes(self) -> None:
+        found = audit(avalanche(), seed=SEED)
+        assert found.passed, found.findings
+        assert found.events == len(avalanche().events)
+        assert found.balance < 1e-13
+
+    @pytest.mark.parametrize("n", [2, 3, 6])
+    def test_a_run_passes(self, n: int) -> None:
+        found = audit(run(n))
+        assert found.passed, found.findings
+        assert found.rearrangements == run(n).rearrangements
+
+    def test_a_run_from_an_unstable_start_passes(self) -> None:
+        chain = captions(4, "0")
+        start = State.prepared(chain, ["0.9", "-0.8", "0.3"])
+        result = creep(chain, Cycles("0.002", 1), start=start, record=("events",))
+        found = audit(result)
+        assert found.passed, found.findings
+        assert result.recorded["event_number"][0] == 0
+
+    def test_random_dilations_pass(self) -> None:
+        result = creep(captions(3), GaussianSteps("0.002", 6), seed=2, record=("events",))
+        assert audit(result).passed
+
+    def test_a_runaway_passes_up_to_where_it_was_proved(self) -> None:
+        chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.55")
+        result = creep(chain, Cycles("0.001", 2), record=("events",))
+        assert result.outcome.value == "runaway"
+        assert audit(result).passed
+
+    def test_a_saved_run_passes(self, tmp_path: Any) -> None:
+        run(3).save(tmp_path / "run.nc")
+        assert audit(Creep.load(tmp_path / "run.nc")).passed
+
+    def test_fifty_digits_pass(self) -> None:
+        found = audit(avalanche("mpmath", digits=50), seed=SEED)
+        assert found.passed, found.findings
+        assert found.digits == 50
+        assert np.nanmax(found.errors) < 1e-45
+
+
+class TestSabotage:
+    def test_an_event_moved_by_ten_times_its_radius_is_caught(self) -> None:
+        honest = audit(avalanche(), seed=SEED)
+        for i in range(1, len(avalanche().events)):
+            if np.isfinite(honest.radii[i]):
+                for sign in (-1, 1):
+                    moved = shifted(avalanche(), i, sign * 10 * float(honest.radii[i]))
+                    assert not audit(moved, seed=SEED).passed, i
+
+    def test_an_event_moved_by_1e_20_in_a_log_of_fifty_digits_is_caught(self) -> None:
+        result = avalanche("mpmath", digits=50)
+        context = result.events[-1].time.context
+        for i in range(1, len(result.events)):
+            moved = shifted(result, i, context.mpf(10) ** -20)
+            assert not audit(moved, seed=SEED).passed, i
+
+    @pytest.mark.skipif("certified" not in SOLVERS, reason="no certified solver")
+    def test_a_certified_event_moved_by_ten_times_its_radius_is_caught(self) -> None:
+        result = avalanche("certified", digits=50)
+        assert audit(result, seed=SEED).passed
+        for i in range(1, len(result.events)):
+            moved = shifted(result, i, 10 * result.events[i].time.rad())
+            assert not audit(moved, seed=SEED).passed, i
+
+    def test_a_dropped_event_is_caught(self) -> None:
+        for i in range(len(avalanche().events)):
+            dropped = with_events(avalanche(), lambda events, i=i: events[:i] + events[i + 1 :])
+            assert not audit(dropped, seed=SEED).passed, i
+
+    def test_a_dropped_slip_is_caught(self) -> None:
+        """Start and stop of a slider left out together."""
+        events = avalanche().events
+        second = next(i for i, e in enumerate(events) if i and e.kind is EventKind.START)
+        slider = events[second].sliders
+        end = next(i for i in range(second, len(events)) if events[i].sliders == slider
+                   and events[i].kind is EventKind.STOP)  # fmt: skip
+        left = with_events(
+            avalanche(), lambda es: [e for i, e in enumerate(es) if i not in (second, end)]
+        )
+        assert not audit(left, seed=SEED).passed
+
+    @pytest.mark.parametrize("what", ["sign", "slider", "kind"])
+    def test_a_flipped_contact_is_caught(self, what: str) -> None:
+        other = {EventKind.START: EventKind.STOP, EventKind.STOP: EventKind.START}
+        for i, event in enumerate(avalanche().events):
+            changed = {
+                "sign": lambda e: replace(e, signs=tuple(-s for s in e.signs)),
+                "slider": lambda e: replace(e, sliders=tuple(n % 6 + 1 for n in e.sliders)),
+                "kind": lambda e: replace(e, kind=other[e.kind]),
+            }[what](event)
+
+            def change(events: list[Event], i: int = i, changed: Event = changed) -> list[Event]:
+                events[i] = changed
+                return events
+
+            found = audit(with_events(avalanche(), change), seed=SEED)
+            assert "contact" in checks(found) or "motion" in checks(found), i
+
+    def test_two_events_exchanged_are_caught(self) -> None:
+        def exchanged(events: list[Event]) -> list[Event]:
+            events[2], events[3] = events[3], events[2]
+            return events
+
+        assert "order" in checks(audit(with_events(avalanche(), exchanged), seed=SEED))
+
+    def test_a_final_state_that_the_events_do_not_make_is_caught(self) -> None:
+        state = avalanche().state
+        moved = replace(state, displacements=state.displacements + np.eye(6)[2] * 1e-9)
+        found = audit(replace(avalanche(), state=moved), seed=SEED)
+        assert checks(found) == {"state"}
+
+    def test_another_seed_s_coefficients_are_caught(self) -> None:
+        assert "contact" in checks(audit(avalanche(), seed=SEED + 1))
+
+    def test_sabotage_of_a_run_s_log_is_caught_where_it_is(self) -> None:
+        result = run(6)
+        assert result.recorded["event_time"].size > 100
+        radii = audit(result).radii
+        middle = result.recorded["event_time"].size // 2
+        i = next(k for k in range(middle, radii.size) if np.isfinite(radii[k]))
+        time = result.recorded["event_time"].copy()
+        same = np.ones(time.size, dtype=bool)
+        for name in ("event_rearrangement", "event_number"):
+            same &= result.recorded[name] == result.recorded[name][i]
+        time[same] += 10 * radii[i] if same.sum() == 1 else 1e-6
+        found = audit(replace(result, recorded={**result.recorded, "event_time": time}))
+        assert not found.passed
+        assert found.findings[0].rearrangement == result.recorded["event_rearrangement"][i]
+
+    @pytest.mark.parametrize("by", [1e-9, -1e-9])
+    def test_a_rearrangement_at_another_theta_is_caught(self, by: float) -> None:
+        result = run(6)
+        theta = result.recorded["event_theta"].copy()
+        theta[result.recorded["event_rearrangement"] == 7] += by
+        found = audit(replace(result, recorded={**result.recorded, "event_theta": theta}))
+        assert found.findings[0].rearrangement == 7
+
+    def test_a_rearrangement_left_out_of_a_run_is_caught(self) -> None:
+        result = run(6)
+        keep = result.recorded["event_rearrangement"] != 9
+        events = {k: v[keep] for k, v in result.recorded.items() if k.startswith("event_")}
+        found = audit(replace(result, recorded={**result.recorded, **events}))
+        assert not found.passed
+        assert found.findings[0].rearrangement in (9, None)
+
+    def test_a_run_of_fifty_digits_moved_by_1e_20_is_caught(self) -> None:
+        result = run(3, "mpmath", 50)
+        honest = audit(result)
+        assert honest.passed, honest.findings
+        texts = result.recorded["event_time_decimal"].copy()
+        i = next(k for k in range(texts.size // 2, texts.size) if float(texts[k]) > 1)
+        head, _, tail = str(texts[i]).partition(".")
+        digit = str((int(tail[19]) + 1) % 10)
+        texts[i] = f"{head}.{tail[:19]}{digit}{tail[20:]}"
+        found = audit(replace(result, recorded={**result.recorded, "event_time_decimal": texts}))
+        assert not found.passed
+
+
+class TestRefusals:
+    def test_a_run_without_events_cannot_be_audited(self) -> None:
+        with pytest.raises(InputError, match="must include events"):
+            audit(creep(captions(2), Cycles("0.001", 1)))
+
+    def test_the_seed_of_drawn_coefficients_must_be_given(self) -> None:
+        with pytest.raises(InputError, match="seed"):
+            audit(avalanche())
+
+
+def test_a_time_step_is_seen_by_the_audit() -> None:
+    """Verlet's events are late by up to its step, and its log does not pass."""
+    found = audit(avalanche("verlet", dt=0.01), seed=SEED)
+    assert not found.passed
