@@ -148,55 +148,84 @@ def _diagonal(entries: Sequence[Any]) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """The set ``axes box`` around a middle: rows of axes, and the half width along each axis."""
+    """The set ``axes box`` around a middle.
+
+    Attributes
+    ----------
+    axes : list of rows of balls
+        One row per number of the state, one column per axis.
+    widths : ndarray of float64
+        Half width along each axis, in units of ``2**exponent`` (far below the floats' range).
+    exponent : int
+    """
 
     axes: list[Row]
-    widths: Row
+    widths: NDArray[np.float64]
+    exponent: int
 
     @classmethod
     def of(cls, radii: Sequence[Any]) -> Box:
         """Return the box of the given half widths."""
         size = len(radii)
         axes = [[flint.arb(int(i == j)) for j in range(size)] for i in range(size)]
-        return cls(axes, [flint.arb(r) for r in radii])
+        exponent = max(_exponent(r) for r in radii)
+        return cls(axes, _scaled(radii, exponent), exponent)
 
-    def radii(self, rows: list[Row] | None = None) -> Row:
-        """Return how far each row (default: of the axes) reaches, rounded up."""
-        return [_reach(row, self.widths) for row in (self.axes if rows is None else rows)]
+    def radii(self, rows: list[Row]) -> Row:
+        """Return how far each row of numbers per axis reaches, rounded up."""
+        middles, errors = _split(rows)
+        unit = flint.arb(2) ** self.exponent
+        return [flint.arb(x) * unit for x in _up((abs(middles) + errors) @ self.widths).tolist()]
 
     def carried(self, rows: list[Row], noise: Sequence[Any]) -> Box:
-        """Return a box that holds ``rows box`` widened by `noise`, its axes orthogonal."""
-        size = len(rows)
-        widest = max(self.widths, key=exponent_of)
-        if widest == 0:
-            return Box.of(noise)
-        shift = flint.arb(2) ** -exponent_of(widest)  # widths lie far outside the floats' range
-        weights = np.array([float((w * shift).mid()) for w in self.widths])
-        weighted = np.array([[float(x.mid()) for x in row] for row in rows]) * weights
-        if not np.isfinite(weighted).all():
+        """Return a box that holds ``rows box`` widened by `noise`, its axes orthogonal.
+
+        Guarantee: rounding, and what the axes lack to be orthogonal, is added to the widths.
+        """
+        exponent = max(self.exponent, *(_exponent(x) for x in noise))
+        widths = np.ldexp(self.widths, max(self.exponent - exponent, -1000)) + _TINY
+        widened = _scaled(noise, exponent)
+        middles, errors = _split(rows)
+        weighted = middles * widths
+        if not np.isfinite(weighted).all() or not np.isfinite(errors).all():
             raise Undecided("the derivative of a rearrangement is not enclosed")
         order = np.argsort(-np.linalg.norm(weighted, axis=0), kind="stable")
-        basis, _ = np.linalg.qr(weighted[:, order])
-        axes = flint.arb_mat(basis.tolist())
-        inverse = axes.inv()
-        turned = (inverse * flint.arb_mat(rows)).tolist()
-        spread = inverse.tolist()
-        widths = [
-            (_reach(turned[i], self.widths) + _reach(spread[i], noise)).upper() for i in range(size)
-        ]
-        return Box(axes.tolist(), widths)
+        basis, _ = np.linalg.qr(weighted[:, order], mode="complete")
+        turned = basis.T @ middles
+        size = len(rows)
+        # products of non-negative numbers bound the rounding of those above, entry by entry
+        rounding = size * 2.0**-52 * (abs(basis.T) @ abs(middles))
+        sizes = (abs(turned) + rounding + abs(basis.T) @ errors) @ widths + abs(basis.T) @ widened
+        defect = abs(basis.T @ basis - np.eye(size)).sum(axis=1).max() + size**2 * 2.0**-50
+        sizes = _up(sizes + 2 * defect * sizes.max())
+        axes = [[flint.arb(x) for x in row] for row in basis.tolist()]
+        power = int(np.frexp(sizes.max())[1])
+        return Box(axes, np.ldexp(sizes, -power), exponent + power)
 
 
-def _reach(row: Row, widths: Sequence[Any]) -> Any:
-    total = flint.arb(0)
-    for x, w in zip(row, widths, strict=True):
-        total += abs(x).upper() * w
-    return total.upper()
+_TINY = 2.0**-900
 
 
-def exponent_of(x: Any) -> int:
-    """Return the binary exponent of a positive ball's middle (a very small one for 0)."""
+def _up(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return sums of products of non-negative floats, raised above their rounding error."""
+    return x * (1 + 2.0**-30) + _TINY
+
+
+def _exponent(x: Any) -> int:
+    """Return the binary exponent of a number that is not negative (a very small one for 0)."""
     if x == 0:
-        return -(10**9)
-    mantissa, exponent = x.mid().man_exp()
+        return -(10**6)
+    mantissa, exponent = x.upper().man_exp()
     return int(exponent) + int(mantissa).bit_length()
+
+
+def _scaled(numbers: Sequence[Any], exponent: int) -> NDArray[np.float64]:
+    unit = flint.arb(2) ** -exponent
+    return _up(np.array([float((x * unit).upper()) for x in numbers]))
+
+
+def _split(rows: list[Row]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return balls as floats and bounds of their distances from them."""
+    middles = np.array([[float(x) for x in row] for row in rows])
+    radii = np.array([[float(x.rad()) for x in row] for row in rows])
+    return middles, _up(radii) + 2.0**-51 * abs(middles)

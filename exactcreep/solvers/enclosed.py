@@ -7,7 +7,7 @@ point and the derivative of the rearrangement (see `exactcreep.motion.enclosure`
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import flint
@@ -23,9 +23,10 @@ from exactcreep.motion.modes import Flow, Run
 from exactcreep.motion.roots import FirstEvent
 from exactcreep.solvers.mechanics import Mechanics
 
-DERIVATIVE_BITS = 96
-BITS_PER_EVENT = 5
-"""Of the derivative's own balls: precision kept for each event of a rearrangement."""
+DERIVATIVE_BITS = 128
+STRETCH = 10
+"""Events after which the set is put together again, within a rearrangement; plain balls lose about
+3 bits per event meanwhile, the derivative's as well as the states'."""
 
 
 class Enclosed(Mechanics):
@@ -42,46 +43,62 @@ class Enclosed(Mechanics):
         keep: bool = False,
     ) -> None:
         super().__init__(chain, seed, arithmetic, state, assume=assume, keep=keep)
-        self.box: Box | None = None  # rows: the forces at rest, then l0 theta
+        self.origin = state
+        # rows of the box: forces, velocities of the sliders `fast`, l0 theta
+        self.box: Box | None = None
+        self.fast: list[int] = []
         self.centre: Mechanics | None = None
         self.reach: list[Any] = []  # how uncertain the displacements are
-        self.origin = state
-        self.passages: list[Passage] | None = []
-        self.signatures: list[Any] = []
+        # of the rearrangement under way
         self.aim: tuple[int, Any] = (0, None)
         self.departure: dict[str, Any] | None = None
+        self.passages: list[Passage] | None = []
+        self.signatures: list[Any] = []
+        self.crossing_ends: list[int] = []
+        self.followed: list[Any] = []
+        self.following: Iterator[Event | None] = iter(())
 
     # -- at rest -------------------------------------------------------------------------------
 
     def ramp(self, way: int, target: Any) -> bool:
         """Ramp theta, the set and its middle along with the balls; see `Mechanics.ramp`."""
         self.aim = (way, target)
-        self.departure = self._at_rest() if self.flow is None else self.departure
+        self.departure = self._at_rest()
         self.passages, self.signatures = [], []
         moves = super().ramp(way, target)
-        if self.box is None or self.centre is None:
-            return moves
-        if self.centre.ramp(way, target) != moves:
+        if self.centre is not None:
+            self._ramp_set(self.centre, moves)
+        return moves
+
+    def _ramp_set(self, centre: Mechanics, moves: bool) -> None:
+        """Let the set and its middle follow a ramp of the balls."""
+        box, (way, target) = self.box, self.aim
+        assert box is not None
+        if centre.ramp(way, target) != moves:
             raise Undecided("the middle of the set does something else")
-        rows = list(self.box.axes)
+        self.followed, self.following = [], centre.rearrangement()
+        rows = list(box.axes)
         first, last, theta = rows[0], rows[-2], rows[-1]
         zero = [flint.arb(0)] * len(first)
         if not moves and target is not None and self.chain.n > 1:
             rows[0] = [a + b for a, b in zip(first, theta, strict=True)]
             rows[-2] = [a - b for a, b in zip(last, theta, strict=True)]
             rows[-1] = zero
-        elif moves and self.flow is not None:
+        elif self.crossing_ends and moves:
             both = [a + b for a, b in zip(first, last, strict=True)]
-            if self.flow.signs[0] != 0:  # l0 theta moved by what slider 1 lacked
+            if 0 in self.crossing_ends:  # l0 theta moved by what slider 1 lacked
                 rows[0], rows[-2] = zero, both
                 rows[-1] = [a + b for a, b in zip(theta, first, strict=True)]
             else:
                 rows[0], rows[-2] = both, zero
                 rows[-1] = [a - b for a, b in zip(theta, last, strict=True)]
-            if self.flow.signs[0] != 0 and self.flow.signs[-1] != 0:
+            if len(self.crossing_ends) > 1:
                 self.passages = None  # a tie that was assumed
-        self.box = Box(rows, self.box.widths)
-        return moves
+        self.box = Box(rows, box.widths, box.exponent)
+
+    def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
+        self.crossing_ends = [n for n, _ in starts] if crossing else []
+        super()._set_off(starts, crossing=crossing)
 
     def _event(self, kind: EventKind, sliders: list[int], signs: list[int], residual: Any) -> Event:
         event = super()._event(kind, sliders, signs, residual)
@@ -92,7 +109,7 @@ class Enclosed(Mechanics):
         """Let the sliders move to the event, and note what the derivative needs."""
         signs = flow.signs.copy()
         arrived = super().advance(flow, runs, found)
-        if self.box is None or self.passages is None or bool(found.time == 0):
+        if self.passages is None or bool(found.time == 0):
             return arrived
         if len(found.stops) + len(found.starts) > 1:
             self.passages = None  # a tie that was assumed
@@ -104,44 +121,105 @@ class Enclosed(Mechanics):
         self.passages.append(Passage(shapes, found.time, slider, side, velocities, accelerations))
         return arrived
 
+    def rearrangement(self) -> Iterator[Event | None]:
+        """Yield the events; see `Mechanics.rearrangement`."""
+        for event in super().rearrangement():
+            flow, passages = self.flow, self.passages
+            if event is None and flow is not None and passages is not None:
+                if len(passages) >= STRETCH and self.exact is None and not self.mirrored:
+                    if self.centre is None:
+                        self._enclose_departure()
+                    self._renew_in_motion(flow)
+            yield event
+
     def rest(self, flow: Flow) -> None:
         """End the rearrangement, and put the set together again."""
         super().rest(flow)
         if self.exact is not None or self.mirrored:
             return
+        if self.centre is None and self.passages is not None:
+            self._enclose_departure()
         if self.box is None or self.centre is None or self.passages is None:
-            self._enclose()
+            self._enclose(self.snapshot())
             return
-        centre = self.centre
-        if [e.signature for e in centre.rearrangement() if e is not None] != self.signatures:
-            raise Undecided("the middle of the set does something else")
-        derivative = balls_of(DERIVATIVE_BITS + BITS_PER_EVENT * len(self.passages))
-        with derivative.active():
-            spread = Spread(self.box.axes[:-1], derivative)
-            for passage in self.passages:
-                spread.pass_through(passage)
-            noise = [x.rad() for x in (*centre.forces, self.l0 * centre.theta)]
-            moved = self.box.radii(spread.moved)
-            self.reach = [
-                (a + b + x.rad()).upper()
-                for a, b, x in zip(self.reach, moved, centre.displacements, strict=True)
-            ]
+        centre = self._caught_up()
+        noise = [x.rad() for x in (*centre.forces, self.l0 * centre.theta)]
+        with balls_of(DERIVATIVE_BITS).active():
+            spread = self._spread()
             self.box = self.box.carried([*spread.forces, self.box.axes[-1]], noise)
+            self.reach = [
+                (a + x.rad()).upper() for a, x in zip(self.reach, centre.displacements, strict=True)
+            ]
+        self.fast = []
         self._recentre(centre)
 
-    def _enclose(self) -> None:
-        """Begin a set at the present balls."""
+    def _renew_in_motion(self, flow: Flow) -> None:
+        """Put the set together again between two events."""
+        centre = self._caught_up()
+        assert self.box is not None
+        assert centre.flow is not None
+        middle = centre.flow
+        fast = [n for n in np.flatnonzero(flow.signs).tolist() if not flow.velocities[n] == 0]
+        noise = [x.rad() for x in (*middle.forces, *middle.velocities[fast])]
+        with balls_of(DERIVATIVE_BITS).active():
+            spread = self._spread()
+            rows = [*spread.forces, *(spread.velocities[n] for n in fast), self.box.axes[-1]]
+            self.box = self.box.carried(rows, [*noise, flint.arb(0)])
+            radii = self.box.radii(self.box.axes)
+        self.fast = fast
+        n = self.chain.n
+        middle.forces[:] = [x.mid() for x in middle.forces]
+        middle.velocities[fast] = [x.mid() for x in middle.velocities[fast]]
+        pairs = zip(middle.forces, radii[:n], strict=True)
+        flow.forces[:] = [flint.arb(m, r) for m, r in pairs]
+        pairs = zip(middle.velocities[fast], radii[n:-1], strict=True)
+        flow.velocities[fast] = [flint.arb(m, r) for m, r in pairs]
+        self.passages = []
+
+    def _caught_up(self) -> Mechanics:
+        """Let the middle of the set do what the balls have done, and return it."""
+        assert self.centre is not None
+        for event in self.following:
+            if event is not None:
+                self.followed.append(event.signature)
+            elif len(self.followed) >= len(self.signatures):
+                break
+        if self.followed != self.signatures:
+            raise Undecided("the middle of the set does something else")
+        return self.centre
+
+    def _spread(self) -> Spread:
+        """Return the axes as the events since the last time have turned them."""
+        assert self.box is not None
+        assert self.passages is not None
+        n = self.chain.n
+        spread = Spread(self.box.axes[:n], balls_of(DERIVATIVE_BITS))
+        for slider, row in zip(self.fast, self.box.axes[n:-1], strict=True):
+            spread.velocities[slider] = row
+        for passage in self.passages:
+            spread.pass_through(passage)
+        moved = self.box.radii(spread.moved)
+        self.reach = [(a + b).upper() for a, b in zip(self.reach, moved, strict=True)]
+        return spread
+
+    def _enclose_departure(self) -> None:
+        """Begin a set at the state from which the rearrangement under way departed."""
+        assert self.departure is not None
+        now = self.forces.copy(), self.displacements.copy(), self.tensions, self.theta
+        self._enclose(self.departure["mechanics"])
+        self.forces, self.displacements, self.tensions, self.theta = now
+        assert self.centre is not None
+        self._ramp_set(self.centre, True)
+
+    def _enclose(self, snapshot: Mapping[str, Any]) -> None:
+        """Begin a set at the balls of a state at rest."""
         centre = Mechanics(self.chain, self.seed, self.arithmetic, self.origin, assume=self.assume)
-        centre.exact, centre.fresh, centre.mirrored = None, False, False
-        for name in ("forces", "displacements", "tensions"):
-            setattr(centre, name, getattr(self, name).copy())
-        centre.theta, centre.way = self.theta, self.way
-        centre.pinned = dict(self.pinned)
-        centre.coefficients, centre.draws = self.coefficients.copy(), self.draws.copy()
-        centre.thresholds = self.thresholds.copy()
+        centre.resume(snapshot)
+        centre.exact, centre.mirrored = None, False
         self.centre = centre
-        self.box = Box.of([x.rad() for x in (*self.forces, self.l0 * self.theta)])
-        self.reach = [x.rad() for x in self.displacements]
+        self.fast = []
+        self.box = Box.of([x.rad() for x in (*centre.forces, self.l0 * centre.theta)])
+        self.reach = [x.rad() for x in centre.displacements]
         self._recentre(centre)
 
     def _recentre(self, centre: Mechanics) -> None:
@@ -151,7 +229,7 @@ class Enclosed(Mechanics):
             numbers = getattr(centre, name)
             getattr(centre, name)[:] = [x.mid() for x in numbers]
         centre.theta = centre.theta.mid()
-        radii = self.box.radii()
+        radii = self.box.radii(self.box.axes)
         ball = flint.arb
         self.forces[:] = [ball(m, r) for m, r in zip(centre.forces, radii[:-1], strict=True)]
         self.theta = ball(centre.theta, (radii[-1] / self.l0).upper())
@@ -180,7 +258,8 @@ class Enclosed(Mechanics):
             plain, box = self.arithmetic.plain, kept["box"]
             out["set"] = {
                 "axes": [plain(self.arithmetic.vector(row)) for row in box.axes],
-                "widths": plain(self.arithmetic.vector(box.widths)),
+                "widths": box.widths,
+                "exponent": box.exponent,
                 "reach": plain(self.arithmetic.vector(kept["reach"])),
                 "centre": self.as_plain(kept["centre"]),
             }
@@ -191,18 +270,17 @@ class Enclosed(Mechanics):
     def take_over(self, captured: Mapping[str, Any]) -> None:
         """Take over what `captured` returned, and go through the events again that were done."""
         super().take_over(captured["mechanics"])
-        self.box = self.centre = None
+        self.box, self.centre, self.reach, self.fast = None, None, [], []
         kept = captured["set"]
         if kept is not None:
             number = self.arithmetic.from_plain
-            self._enclose()
-            assert self.centre is not None
-            self.box = Box(
-                [list(number(row)) for row in kept["axes"]], list(number(kept["widths"]))
-            )
+            axes = [list(number(row)) for row in kept["axes"]]
+            self.box = Box(axes, kept["widths"].copy(), int(kept["exponent"]))
             self.reach = list(number(kept["reach"]))
+            self.centre = Mechanics(
+                self.chain, self.seed, self.arithmetic, self.origin, assume=self.assume
+            )
             self.centre.take_over(kept["centre"])
-            super().take_over(captured["mechanics"])
         if captured["events"] >= 0:
             self.ramp(captured["way"], captured["target"])
             for event in self.rearrangement():

@@ -684,25 +684,36 @@ class Mechanics:
     def take_over(self, captured: Mapping[str, Any]) -> None:
         """Take over what `captured` returned, for the same chain and seed."""
         number = self.arithmetic.from_plain
+        snapshot = dict(captured)
         for name in (*_VECTORS, *_SCALARS):
-            setattr(self, name, number(captured[name]))
-        for name in _PLAIN:
-            setattr(self, name, captured[name])
-        for name in ("coefficients", "draws", "slips"):
-            setattr(self, name, captured[name].copy())
-        self.tally = Tally(**captured["tally"])
-        self.pinned = {int(n): value for n, value in captured["pinned"]}
-        self.crossed = {int(n): value for n, value in captured["crossed"]}
-        exact = captured["exact"]
-        self.exact = None if exact is None else Exact.restored(self.field, exact)
+            snapshot[name] = number(captured[name])
+        for name in ("pinned", "crossed"):
+            snapshot[name] = {int(n): value for n, value in captured[name]}
+        if captured["exact"] is not None:
+            snapshot["exact"] = Exact.restored(self.field, captured["exact"])
+        if captured["flow"] is not None:
+            snapshot["flow"] = dict(captured["flow"])
+            for name in _FLOW:
+                snapshot["flow"][name] = number(captured["flow"][name])
+        self.resume(snapshot)
+
+    def resume(self, snapshot: Mapping[str, Any]) -> None:
+        """Take over what `snapshot` returned, for the same chain, seed and arithmetic."""
+        for name in (*_VECTORS, *_SCALARS, *_PLAIN):
+            setattr(self, name, _copied(snapshot[name]))
+        for name in ("coefficients", "draws", "slips", "pinned", "crossed"):
+            setattr(self, name, snapshot[name].copy())
+        self.tally = Tally(**snapshot["tally"])
+        exact = snapshot["exact"]
+        self.exact = exact and Exact(list(exact.forces), list(exact.displacements), exact.theta)
         self.thresholds = self.arithmetic.vector([self.threshold(n) for n in range(self.chain.n)])
         self.flow = None
-        if captured["flow"] is not None:
+        if snapshot["flow"] is not None:
             flow = Flow(self.arithmetic, self.forces, self.friction)
             for name in _FLOW:
-                setattr(flow, name, number(captured["flow"][name]))
-            flow.signs = captured["flow"]["signs"].copy()
-            flow.touched = set(captured["flow"]["touched"])
+                setattr(flow, name, _copied(snapshot["flow"][name]))
+            flow.signs = snapshot["flow"]["signs"].copy()
+            flow.touched = set(snapshot["flow"]["touched"])
             self.flow = flow
 
     def velocities(self) -> NDArray[Any]:
