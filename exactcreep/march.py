@@ -169,7 +169,9 @@ class March:
         burn_in, velocity = self._measured()
         value = math.nan if velocity is None else nearest_float(velocity.middle)
         error = self.samples.error(burn_in)
-        outcome = self.outcome or self._behaviour(state)
+        outcome, reason = self.outcome, self.reason
+        if outcome is None:
+            outcome, reason = self._behaviour(state)
         if outcome is Outcome.RUNAWAY:
             value = math.copysign(math.inf, nearest_float(experiment.chain.tan_alpha))
             velocity, error = None, math.nan
@@ -177,7 +179,7 @@ class March:
             experiment=experiment,
             outcome=outcome,
             evidence=simulation.evidence,
-            reason=self.reason,
+            reason=reason,
             velocity=value,
             velocity_error=error,
             velocity_enclosure=velocity if experiment.digits and self.burnt else None,
@@ -208,23 +210,28 @@ class March:
         middle = (end.middle - begin.middle) / span
         return burn_in, Enclosure(middle, (end.radius + begin.radius) / span)
 
-    def _behaviour(self, state: State) -> Outcome:
-        """Return what the chain does, once every target is reached; see `creep`."""
-        tally = self.simulation.tally
+    def _behaviour(self, state: State) -> tuple[Outcome, str]:
+        """Return what the chain does once every target is reached, and a remark; see `creep`."""
+        tally, last = self.simulation.tally, self.last_cycle
         begin = self.burnt
         if begin is None or begin.done == self.done:
             begin = Mark(0, _mean(self.experiment.initial.displacements), Tally())
-        last = self.last_cycle
-        if last is not None:
-            if tally.events == last.tally.events:
-                return Outcome.AT_REST
+        moved = self._moved_since(begin)
+        if last is None:
+            at_rest = tally.events == begin.tally.events
+        else:
+            at_rest = tally.events == last.tally.events
             if last.same_tensions(state):
                 begin = last
-        elif tally.events == begin.tally.events:
-            return Outcome.AT_REST
+        if at_rest or not self._moved_since(begin):
+            remark = "x_G moved in a transient only, before the last cycle" if moved else ""
+            return Outcome.AT_REST if at_rest else Outcome.CYCLING, remark
+        return Outcome.CREEPING, ""
+
+    def _moved_since(self, begin: Mark) -> bool:
+        """Return whether x_G has moved by more than rounding can make."""
         moved = abs(self.tail[-1].middle - begin.x_G.middle)
-        slips = tally.slips - begin.tally.slips
-        return Outcome.CREEPING if moved > slips * self._rounding() else Outcome.CYCLING
+        return moved > (self.simulation.tally.slips - begin.tally.slips) * self._rounding()
 
     def _rounding(self) -> Fraction:
         """Return the most that rounding adds to x_G in one slip."""

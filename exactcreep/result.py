@@ -85,7 +85,7 @@ class Creep:
         What the chain does, or why the computation stopped; see `exactcreep.creep`.
     evidence : Evidence
     reason : str
-        For a limit or a runaway: one sentence.
+        For a limit, a runaway, or a displacement that was only a transient: one sentence.
     velocity : float
         Mean displacement of x_G per half-cycle (per target, if the drive is not cyclic) after the
         burn-in, unit ``g tau_dyn**2``; nan if no half-cycle is left, +-inf for a runaway.

@@ -75,6 +75,18 @@ def test_a_chain_on_the_level_slips_in_every_cycle_without_net_displacement() ->
     assert result.velocity == 0
 
 
+def test_a_chain_that_returns_to_its_tensions_cycles_for_ever_whatever_it_did_before() -> None:
+    six = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.2")
+    result = creep(six, Cycles("0.001", 50))
+    x = result.recorded["x_G"]
+    assert result.outcome is Outcome.CYCLING
+    assert x[-1] == x[-3] == x[-5]
+    assert result.velocity > 0
+    assert "transient" in result.reason
+    longer = creep(six, Cycles("0.001", 500)).recorded["x_G"]
+    assert longer[-1] == x[-1]
+
+
 def test_a_single_slider_rests() -> None:
     result = creep(Chain(1, 1, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.01", 3))
     assert result.outcome is Outcome.AT_REST
