@@ -10,6 +10,8 @@ import typer
 
 from exactcreep.commands import (
     animate,
+    audit,
+    compare,
     plan,
     reproduce,
     resume,
@@ -38,6 +40,8 @@ app.command("animate")(animate.animate)
 app.command("plan")(plan.plan)
 app.command("tradeoff")(tradeoff.tradeoff)
 app.command("threshold")(threshold.threshold)
+app.command("compare")(compare.compare)
+app.command("audit")(audit.audit)
 
 
 def _show_version(wanted: bool) -> None:

@@ -12,10 +12,11 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
+from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import Digits
+from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.modes import Flow, Run, forces_of, incline, tensions_at
 
 
@@ -26,13 +27,15 @@ class StrayRoot(ArithmeticError):
 class Course:
     """A chain at rest, on its way along a known itinerary.
 
-    The static coefficients are those of ``sigma_mu = 0``.
-
     Parameters
     ----------
     chain : Chain
     start : State
-    arithmetic : Digits
+    arithmetic : Arithmetic
+    seed : int
+        Keys the static coefficients.
+    refine : bool
+        Whether event times are refined, or taken as they are.
 
     Attributes
     ----------
@@ -42,23 +45,37 @@ class Course:
         ``l0 theta``.
     travel : ndarray, shape (n,)
         Displacements since the start.
-    threshold : number
-        ``mu_s cos(alpha)``.
+    thresholds : ndarray, shape (n,)
+        ``mu_s cos(alpha)`` as it acts.
     """
 
-    def __init__(self, chain: Chain, start: State, arithmetic: Digits) -> None:
+    def __init__(
+        self,
+        chain: Chain,
+        start: State,
+        arithmetic: Arithmetic,
+        *,
+        seed: int = 0,
+        refine: bool = True,
+    ) -> None:
         self.chain = chain
         self.arithmetic = arithmetic
-        cosine, weight = incline(arithmetic, chain)
+        self.seed = seed
+        self.refine = refine
+        self.cosine, weight = incline(arithmetic, chain)
         self.forces = forces_of(arithmetic, tensions_at(arithmetic, start), weight)
-        self.friction = arithmetic.number(chain.mu_d) * cosine
-        self.threshold = arithmetic.number(chain.mu_s) * cosine
+        self.friction = arithmetic.number(chain.mu_d) * self.cosine
         self.load = arithmetic.number(chain.l0) * arithmetic.number(start.theta)
         self.travel = arithmetic.zeros(chain.n)
+        self.draws = [int(k) for k in start.draws]
+        self.thresholds = arithmetic.zeros(chain.n)
+        for n, coefficient in enumerate(start.coefficients.tolist()):
+            acting = max(Fraction(coefficient), chain.mu_d) if chain.sigma_mu else chain.mu_s
+            self.thresholds[n] = arithmetic.number(acting) * self.cosine
 
     def unstable(self) -> bool:
         """Return whether a slider exceeds its threshold as the chain stands."""
-        return any(abs(force) > self.threshold for force in self.forces.tolist())
+        return bool(any(abs(self.forces) > self.thresholds))
 
     def load_of(self, theta: Fraction) -> Any:
         """Return ``l0 theta``."""
@@ -74,7 +91,7 @@ class Course:
 
     def starting_load(self, slider: int, sign: int) -> Any:
         """Return ``l0 theta_c`` at which the end slider `slider` (from 0) starts with `sign`."""
-        room = sign * self.threshold - self.forces[slider]
+        room = sign * self.thresholds[slider] - self.forces[slider]
         return self.load - room if slider == 0 else self.load + room
 
     def enter(self, events: Sequence[Event]) -> Flow:
@@ -95,8 +112,18 @@ class Course:
                 flow.start(sliders, event.signs)
             else:
                 flow.stop(sliders)
+                self._draw(sliders)
             before = event
         return flow
+
+    def _draw(self, sliders: Sequence[int]) -> None:
+        if self.chain.sigma_mu == 0:
+            return
+        for n in sliders:
+            value = disorder.static_coefficient(self.chain, self.seed, n + 1, self.draws[n])
+            self.draws[n] += 1
+            acting = max(Fraction(value), self.chain.mu_d)
+            self.thresholds[n] = self.arithmetic.number(acting) * self.cosine
 
     def rearrange(self, events: Sequence[Event]) -> None:
         """Go through a whole rearrangement."""
@@ -107,7 +134,8 @@ class Course:
     def advance(self, flow: Flow, event: Event, guess: float) -> None:
         """Let the flow go on until `event`, expected after the time `guess`."""
         runs = flow.runs()
-        flow.advance(runs, self.time(flow, runs, event, guess))
+        time = self.time(flow, runs, event, guess) if self.refine else guess
+        flow.advance(runs, self.arithmetic.number(time))
 
     def time(self, flow: Flow, runs: Sequence[Run], event: Event, guess: float) -> Any:
         """Return the time from now on at which the condition of `event` holds."""
@@ -127,7 +155,7 @@ class Course:
         self, flow: Flow, runs: Sequence[Run], slider: int, sign: int, t: Any
     ) -> tuple[Any, Any, Any]:
         """Return ``mu_s c - sign F`` of a resting slider (from 0) at `t`, and two derivatives."""
-        value, slope, bend = self.threshold - sign * flow.forces[slider], 0, 0
+        value, slope, bend = self.thresholds[slider] - sign * flow.forces[slider], 0, 0
         for n in (slider - 1, slider + 1):
             if any(n in run.sliders for run in runs):
                 shift, velocity, acceleration = slider_motion(runs, n, t)

@@ -199,7 +199,8 @@ class _Auditor:
 
     def coefficient(self, n: int) -> float:
         """Return the present coefficient of slider `n` (from 0)."""
-        return disorder.static_coefficient(self.chain, self.seed, n + 1, int(self.draws[n]) - 1)
+        k = int(self.draws[n]) - 1
+        return float(disorder.static_coefficient(self.chain, self.seed, n + 1, k))
 
     def threshold(self, n: int) -> Any:
         """Return ``mu_s c`` as it acts at slider `n` (from 0)."""

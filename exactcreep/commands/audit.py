@@ -1,0 +1,57 @@
+"""``exactcreep audit``: re-check a finished run from its events."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from exactcreep.commands.run import Json
+
+FAILED_STATUS = 1
+
+
+def audit(
+    file: Annotated[Path, typer.Argument(help="A result that recorded its events.")],
+    json: Json = False,
+) -> None:
+    """Re-check a finished run from its events: motion, contacts, static conditions, energy.
+
+    Example:
+
+        exactcreep run six-sliders-cycles --set drive.cycles=2 --record events --out run.nc
+
+        exactcreep audit run.nc
+
+    Exit status: 0 nothing was found, 1 the log contradicts the model, 2 bad input.
+    """
+    from exactcreep.commands.answer import as_json
+    from exactcreep.result import load_members
+    from exactcreep.studies.auditing import audit as judged
+
+    audits = [judged(result) for result in load_members(file)]
+    if json:
+        summaries = [found.summary() for found in audits]
+        typer.echo(as_json(summaries[0] if len(summaries) == 1 else {"members": summaries}))
+    else:
+        for number, found in enumerate(audits, 1):
+            name = f"member {number}: " if len(audits) > 1 else ""
+            verdict = "nothing found" if found.passed else f"{len(found.findings)} findings"
+            known = found.summary()
+            typer.echo(
+                f"{name}{verdict} in {found.rearrangements} rearrangements, {found.events} events"
+                f" (times off by at most {known['largest_time_error']:.2g},"
+                f" energy by {found.balance:.2g})"
+            )
+            for finding in found.findings:
+                typer.echo(f"  {_where(finding.rearrangement, finding.number)}{finding.sentence}")
+    if not all(found.passed for found in audits):
+        raise typer.Exit(FAILED_STATUS)
+
+
+def _where(rearrangement: int | None, number: int | None) -> str:
+    if rearrangement is None:
+        return ""
+    event = "" if number is None else f", event {number}"
+    return f"rearrangement {rearrangement}{event}: "

@@ -1,0 +1,129 @@
+"""``exactcreep compare``: exact, Verlet and certified side by side."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from exactcreep.commands.run import Force, Json, Settings
+
+if TYPE_CHECKING:
+    from exactcreep.studies.comparison import Comparison, Contestant
+
+
+def compare(
+    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    settings: Settings = None,
+    dt: Annotated[str, typer.Option(help="Time step of verlet, unit tau_dyn.")] = "0.01",
+    locate: Annotated[
+        bool, typer.Option("--locate", help="Let verlet find events inside a step.")
+    ] = False,
+    digits: Annotated[str, typer.Option(metavar="K", help="Of the certified solver.")] = "30",
+    events: Annotated[str, typer.Option(metavar="K", help="Certified events to compare.")] = "1000",
+    json: Json = False,
+    plot: Annotated[
+        Path | None, typer.Option(help="Draw the errors to this PNG or PDF file.")
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Show where exact and Verlet part from the certified solver, with the same disorder.
+
+    Of a scene with several members the first is compared; --set chooses another.
+
+    Examples:
+
+        exactcreep compare six-sliders-cycles --dt 0.01 --plot parting.png
+
+        exactcreep compare thirty-sliders-cycles --events 300 --json
+    """
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from exactcreep.commands.answer import as_json
+    from exactcreep.commands.run import parsed_settings
+    from exactcreep.model.numbers import whole_number
+    from exactcreep.result import check_output, check_picture
+    from exactcreep.scene import load_scene
+    from exactcreep.studies import comparison
+
+    wanted = load_scene(scene).with_settings(parsed_settings(settings or []))
+    if plot is not None:
+        check_output(plot, "plot", force=force)
+        check_picture(plot)
+    chosen = wanted.settings()[0]
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("starting", total=1.0)
+        found = comparison.compare(
+            wanted.experiment(chosen),
+            dt=dt,
+            locate=locate,
+            digits=whole_number(digits, "digits", least=1),
+            events=whole_number(events, "events", least=1),
+            progress=lambda what, done: bar.update(task, description=what, completed=done),
+        )
+    if plot is not None:
+        comparison.draw_comparison(found, plot, title=wanted.title or wanted.name)
+    if json:
+        typer.echo(as_json({"scene": wanted.name, "set": chosen} | found.summary()))
+        return
+    _print(found, wanted.name, wanted.title)
+    if plot is not None:
+        typer.echo(f"written: {plot}")
+
+
+def _print(found: Comparison, name: str, title: str) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console(highlight=False)
+    console.print(f"[bold]{name}[/bold]" + (f": {title}" if title else ""), soft_wrap=True)
+    console.print(
+        f"certified: {found.events} events in {found.rearrangements} rearrangements, "
+        f"{found.half_cycles} half-cycles ({found.evidence.value})",
+        soft_wrap=True,
+    )
+    table = Table(box=None, padding=(0, 1), header_style="bold", pad_edge=False)
+    table.add_column("", no_wrap=True)
+    rows: dict[str, list[str]] = {}
+    for contestant in found.contestants:
+        table.add_column(contestant.label, no_wrap=True)
+        for key, text in _rows(contestant).items():
+            rows.setdefault(key, []).append(text)
+    for key, texts in rows.items():
+        table.add_row(key, *texts)
+    console.print(table)
+    errors = found.standard_errors
+    if errors == errors:  # it is known
+        console.print(
+            f"mean velocities differ by {found.velocity_difference:.3g},"
+            f" {abs(errors):.2g} combined standard errors",
+            soft_wrap=True,
+        )
+
+
+def _rows(contestant: Contestant) -> dict[str, str]:
+    """Return what a contestant's column says, by the name of the row."""
+    out = {"events that agree": str(contestant.agreed), "first that differs": "none"}
+    if contestant.differs:
+        out["first that differs"] = _told(contestant.own)
+        out["  certified instead"] = _told(contestant.certified)
+    tie = contestant.tie
+    out["how close the tie"] = "" if tie is None else f"{tie.condition} off by {tie.margin:.2g}"
+    out["position error before"] = f"{contestant.error_before:.2g}"
+    out["position error, largest"] = f"{contestant.error_after:.2g}"
+    run = contestant.creep
+    out["velocity"] = f"{run.velocity:.6g} ± {run.velocity_error:.2g}"
+    out["slips per half-cycle"] = f"{run.slips / max(run.half_cycles, 1):.4g}"
+    out["half-cycles"] = str(run.half_cycles)
+    return out
+
+
+def _told(place: Any) -> str:
+    if place is None:
+        return "no further event"
+    event = place.event
+    who = ", ".join(map(str, event.sliders))
+    return f"{event.kind.value} {who} in half-cycle {place.half_cycle}"

@@ -1,0 +1,109 @@
+"""The comparison of solvers: where they part, and how close the tie was there."""
+
+from __future__ import annotations
+
+import json
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exactcreep import cli
+from exactcreep.experiment import Experiment
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles
+from exactcreep.model.numbers import InputError
+from exactcreep.model.verdict import Evidence
+from exactcreep.studies.comparison import Comparison, compare, draw_comparison
+
+
+def six(cycles: int = 4) -> Experiment:
+    chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    return Experiment.of(chain, Cycles("0.01", cycles), seed=0)
+
+
+@lru_cache
+def found(dt: str = "0.01") -> Comparison:
+    return compare(six(), dt=dt, events=300)
+
+
+class TestSixSliders:
+    def test_the_kernel_makes_the_certified_events(self) -> None:
+        exact = found().contestants[0]
+        assert not exact.differs
+        assert exact.agreed == found().events >= 300
+        assert found().evidence is Evidence.PROVED
+
+    def test_the_kernel_s_positions_agree_to_1e_12(self) -> None:
+        exact = found().contestants[0]
+        assert exact.errors.size == exact.compared >= 50
+        assert 0 < exact.errors.max() < 1e-12
+
+    def test_verlet_parts_from_it_at_an_event_that_is_named(self) -> None:
+        verlet = found().contestants[1]
+        assert verlet.differs
+        assert verlet.agreed < found().events
+        assert verlet.own is not None
+        assert verlet.certified is not None
+        assert verlet.own.signature != verlet.certified.signature
+
+    def test_the_tie_is_as_close_as_verlet_s_errors_are_large(self) -> None:
+        verlet = found().contestants[1]
+        assert verlet.tie is not None
+        assert verlet.tie.margin <= 10 * verlet.error_before
+
+    def test_positions_are_off_by_much_more_after_than_before(self) -> None:
+        verlet = found().contestants[1]
+        assert verlet.errors[: verlet.compared].max() == verlet.error_before
+        assert verlet.error_after > 3 * verlet.error_before
+
+    def test_a_smaller_step_agrees_for_longer(self) -> None:
+        coarse, fine = (found(dt).contestants[1] for dt in ("0.01", "0.0005"))
+        assert fine.agreed > coarse.agreed
+        shared = coarse.compared
+        assert np.median(fine.errors[:shared]) < np.median(coarse.errors[:shared]) / 5
+
+
+def test_a_chain_that_never_slips_cannot_be_compared() -> None:
+    chain = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25")
+    with pytest.raises(InputError, match="slips"):
+        compare(Experiment.of(chain, Cycles("0.00001", 2)))
+
+
+@pytest.mark.parametrize("option", ["dt", "digits", "events"])
+def test_an_option_out_of_range_is_refused(option: str) -> None:
+    with pytest.raises(InputError, match=option):
+        compare(six(), **{option: 0})
+
+
+def test_the_picture_is_drawn(tmp_path: Path) -> None:
+    draw_comparison(found(), tmp_path / "parting.png", title="Six sliders")
+    assert (tmp_path / "parting.png").stat().st_size > 20_000
+
+
+def test_the_command_prints_one_object(capsys: pytest.CaptureFixture[str]) -> None:
+    words = (
+        "compare six-sliders-cycles --set drive.cycles=2 --events 100 --digits 20 --dt 0.05 --json"
+    )
+    assert cli.status(words.split()) == 0
+    out = json.loads(capsys.readouterr().out)
+    assert out["certified"]["evidence"] == "proved"
+    exact, verlet = out["contestants"]
+    assert exact["first_difference"] is None
+    assert exact["events_agreed"] == out["certified"]["events"]
+    assert verlet["first_difference"]["tie"]["margin"] >= 0
+    assert verlet["options"] == {"dt": "0.05"}
+
+
+def test_the_audit_command_tells_a_good_run_from_a_bad_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for solver, status in (("exact", 0), ("verlet", 1)):
+        path = str(tmp_path / f"{solver}.nc")
+        words = "run six-sliders-cycles --set drive.cycles=1 --set drive.amplitude=0.002"
+        run = [*words.split(), "--solver", solver, "--record", "events", "--out", path]
+        assert cli.status(run) == 0
+        capsys.readouterr()
+        assert cli.status(["audit", path, "--json"]) == status
+        assert json.loads(capsys.readouterr().out)["passed"] is (status == 0)
