@@ -80,8 +80,10 @@ def tradeoff(
 def _print(console: Any, measured: Tradeoff) -> None:
     from rich.table import Table
 
-    table = Table(box=None, padding=(0, 1), header_style="bold")
-    names = ("", "time", "+- %", "/ exact", "error", "wrong %", "agreed", "bias %", "kB")
+    table = Table(
+        box=None, padding=(0, 1), header_style="bold", collapse_padding=True, pad_edge=False
+    )
+    names = ("", "time", "± %", "/exact", "error", "wrong %", "agreed", "bias %", "kB")
     for name in names:
         table.add_column(name, justify="right" if name else "left", no_wrap=True)
     for score in measured.scores:
@@ -95,7 +97,8 @@ def _print(console: Any, measured: Tradeoff) -> None:
         " after one rearrangement, median over those with the right events; wrong: rearrangements"
         " with other events than the certified ones; agreed: the first of"
         f" {measured.events_compared} events that agree (*: all that were reached); bias: of the"
-        " mean velocity, against exact with the same disorder, with its standard error",
+        " mean velocity, against exact with the same disorder, with its standard error"
+        + (f"; {measured.left_out} long rearrangements were left out" * bool(measured.left_out)),
         style="dim",
         soft_wrap=True,
     )
@@ -106,13 +109,13 @@ def _row(score: Score, measured: Tradeoff) -> tuple[str, ...]:
     from exactcreep.commands.plan import duration
 
     words = score.contestant.label.replace("dt = ", "").replace(",", "").replace(" digits", "")
+    words = words.replace("located", "loc.")
     spread = (score.seconds_high - score.seconds_low) / (2 * score.seconds)
     bias = "-"
     if score.contestant.solver != "exact" and not math.isnan(score.bias) and measured.velocity:
         scale = 100 / abs(measured.velocity)
-        bias = f"{score.bias * scale:.1g}±{score.bias_error * scale:.0e}"
-        if score.bias_error * scale >= 1e-4:
-            bias = f"{score.bias * scale:.4f}±{score.bias_error * scale:.4f}"
+        places = 1 - math.floor(math.log10(max(score.bias_error * scale, 1e-4)))
+        bias = f"{score.bias * scale:.{places}f}±{score.bias_error * scale:.{places}f}"
     agreed = "-" if not score.compared else f"{score.agreed}" + "*" * score.agreed_all
     return (
         words,

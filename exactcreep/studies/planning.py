@@ -6,13 +6,12 @@ import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 from exactcreep.experiment import Experiment
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive, Path
-from exactcreep.model.numbers import exact_number, nearest_float
+from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import (
@@ -271,7 +270,7 @@ def _costs(experiment: Experiment, choice: Choice, accuracy: float) -> dict[str,
         algorithm = runner(rung.name, accuracy)
         if rung.name == "certified":
             if not math.isnan(events):
-                each = seconds_per_event(experiment, algorithm, events)
+                each = seconds_per_event(experiment, algorithm)
                 costs["certified"] = each * events * total
             continue
         pace = measured_pace(experiment, algorithm)
@@ -281,38 +280,20 @@ def _costs(experiment: Experiment, choice: Choice, accuracy: float) -> dict[str,
     return costs
 
 
-def refined_path(experiment: Experiment, steps: int, targets: int) -> Path:
-    """Return the first `targets` of a drive with `steps` equal parts in every ramp.
-
-    The breakpoints change nothing, but a simulation can be left between two of them.
-    """
-    before = exact_number(experiment.initial.theta, "theta")
-    theta: list[Fraction] = []
-    for q in range(1, min(experiment.drive.half_cycles, targets) + 1):
-        target = experiment.drive.exact_target(q, experiment.seed)
-        theta += [before + (target - before) * k / steps for k in range(1, steps + 1)]
-        before = target
-    return Path(theta)
-
-
 def seconds_per_event(
-    experiment: Experiment,
-    algorithm: Solver,
-    events_per_half_cycle: float,
-    *,
-    seconds: float = _TIMED_SECONDS,
+    experiment: Experiment, algorithm: Solver, *, seconds: float = _TIMED_SECONDS
 ) -> float:
     """Return the time that a slow solver takes for an event; 0 if nothing ever happens.
 
     Measured over the first three half-cycles, or as much of them as the time allows.
     """
-    steps = max(1, min(1000, int(events_per_half_cycle / 10)))
-    path = refined_path(experiment, steps, 3)
+    drive, done = experiment.drive, 0
     simulation = algorithm.simulation(experiment.chain, experiment.initial, experiment.seed, ())
     begin = time.perf_counter()
-    for q in range(1, path.half_cycles + 1):
-        stretch = simulation.follow(path, q, 1, max_events=1 << 40)
-        if stretch.outcome is not None or time.perf_counter() - begin > seconds:
+    while done < min(3, drive.half_cycles) and time.perf_counter() - begin < seconds:
+        stretch = simulation.follow(drive, done + 1, 1, max_events=16)
+        done += stretch.completed
+        if stretch.outcome is not None:
             break
     events = simulation.tally.events
     return (time.perf_counter() - begin) / events if events else 0.0

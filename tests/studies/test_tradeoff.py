@@ -13,7 +13,6 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic import Experiment, creep
 from exactcreep.solvers.sliding import cycle_velocity
-from exactcreep.studies.planning import refined_path
 from exactcreep.studies.tradeoff import Contestant, draw_tradeoff, ladder, tradeoff
 
 
@@ -134,14 +133,6 @@ def test_without_an_excess_the_sliding_limit_is_alone():
     assert score.seconds > 0
     assert math.isnan(score.error)
     assert found.advice.startswith("Take sliding")
-
-
-def test_breakpoints_lead_along_the_same_path():
-    experiment = experiment_of(cycles=2)
-    path = refined_path(experiment, 4, 3)
-    assert path.theta[3::4] == tuple(experiment.drive.exact_target(q) for q in (1, 2, 3))
-    assert path.half_cycles == 12
-    assert path.theta[5] == 0
 
 
 @pytest.mark.parametrize(("budget", "field"), [("0.5", "budget"), ("inf", "budget")])
