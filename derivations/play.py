@@ -54,7 +54,7 @@ class TwoSliders:
         return tension + self.slope, -tension + self.slope
 
     def ramp(self, target: Q) -> None:
-        """Bring y to the target through every slip on the way; at its threshold a slider stays."""
+        """Bring y to the target through every slip on the way (at threshold a slider stays)."""
         while self.y != target:
             up = 1 if target > self.y else -1
             f1, f2 = self.forces()
@@ -90,6 +90,9 @@ class SlidingChain:
         Displacements of sliders 1 .. n (from index 0).
     pivot : int
         The slider that rested alone at the end of the last ramp; 0 if more than one did.
+    tie : str
+        Which of the last two starts if both are at their thresholds: the one that moves
+        ``downhill`` or ``uphill``, the ``upper`` or the ``lower`` one; empty: `NotUnique`.
     """
 
     n: int
@@ -98,6 +101,7 @@ class SlidingChain:
     tension: list[Q] = field(default_factory=list)
     x: list[Q] = field(default_factory=list)
     pivot: int = 0
+    tie: str = ""
 
     def __post_init__(self) -> None:
         self.tension = self.tension or [Q(0)] * (self.n + 1)
@@ -115,26 +119,36 @@ class SlidingChain:
         left, above, below = abs(change), 0, self.n + 1  # 1..above and below..n slide
         self.pivot = 0
         while left > 0:
-            # rooms of the two outermost resting sliders
-            upper = self.mu_d + up * self.force(above + 1)
-            lower = self.mu_d - up * self.force(below - 1)
             resting = below - 1 - above
             if resting == 1:
                 self.pivot = above + 1
                 self._slide(up, left, above, below)
                 return
-            if min(upper, lower) == 0:
-                if resting == 2 and upper == lower:
-                    raise NotUnique
-                # one at a time: a slider that starts may relieve its neighbour's claim
-                if upper == 0:
-                    above += 1
-                else:
-                    below -= 1
+            # the two groups of sliders, from above and from below, that are at their thresholds
+            first, last = above, below
+            while first + 1 < below and self.mu_d + up * self.force(first + 1) == 0:
+                first += 1
+            while last - 1 > above and self.mu_d - up * self.force(last - 1) == 0:
+                last -= 1
+            if first + 1 < last:
+                if (first, last) == (above, below):
+                    upper = self.mu_d + up * self.force(above + 1)
+                    lower = self.mu_d - up * self.force(below - 1)
+                    step = min(upper, lower, left)
+                    self._slide(up, step, above, below)
+                    left -= step
+                above, below = first, last
                 continue
-            step = min(upper, lower, left)
-            self._slide(up, step, above, below)
-            left -= step
+            # all that rest are at their thresholds, but one must stay
+            if first == above or last == below:
+                above, below = (below - 2, below) if first > above else (above, above + 2)
+                continue
+            if not self.tie:
+                raise NotUnique
+            starts = self.tie
+            if starts in ("downhill", "uphill"):
+                starts = "lower" if (starts == "downhill") == (up == 1) else "upper"
+            above, below = (first, last + 1) if starts == "upper" else (first - 1, last)
 
     def _slide(self, up: int, step: Q, above: int, below: int) -> None:
         for slider in range(above + 1, below - 1):

@@ -145,6 +145,13 @@ def check() -> Verification:
         "Eq. (vitesse_seuil)",
         r["velocity"] * tau_th - (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2),
     )
+    v.identity(
+        "outer sliders slip in every cycle, and come back, from 2 l0 A > 2 mu_d c on",
+        r["front_outer"].subs(n, 1) - 2 * mu_d * c,
+        "slider 1 turns at delta = 2 mu_d c < N m if 1 <= i - 2; a creeping plateau with "
+        "i >= 3 needs "
+        "i < (N + 3)/2, so N >= 4",
+    )
     cycles, zero = _cycles()
     v.verified(
         "cycles: (N+3-2i) max(0, l0 A - N m/2)",
@@ -161,7 +168,38 @@ def check() -> Verification:
         _ties(),
         "N = 2..40",
     )
+    v.verified(
+        "at a tie the limit is not unique: N + 3 - 2i, N + 1 - 2i and what lies between are "
+        "possible",
+        _both_limits(),
+        "N = 4k up to 20 at tan(alpha) = mu_d/2: the tie broken downhill, uphill, and once each",
+    )
     return v
+
+
+def _both_limits() -> bool:
+    """Return whether a tie's ways out give the velocities of i, of i + 1, and their mean."""
+    low, tan = Fraction(1, 2), Fraction(1, 4)
+    for size in range(4, 21, 4):
+        index = size // 4 + 1
+        reach = size * low
+        excess = reach - size * (low - tan) / 2
+        for tie, steps in (
+            ("downhill", size + 3 - 2 * index),
+            ("uphill", size + 1 - 2 * index),
+            ("upper", size + 2 - 2 * index),
+            ("lower", size + 2 - 2 * index),
+        ):
+            chain = SlidingChain(size, tan, low, tie=tie)
+            for target in (reach, -2 * reach, 2 * reach):
+                chain.ramp(target)
+            before = list(chain.x)
+            chain.ramp(-2 * reach)
+            chain.ramp(2 * reach)
+            moved = {b - a for a, b in zip(before, chain.x, strict=True)}
+            if moved != {2 * steps * excess}:
+                return False
+    return True
 
 
 def _index(size: int, tan: Fraction, low: Fraction) -> int:

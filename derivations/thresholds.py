@@ -300,7 +300,6 @@ ENTRIES: tuple[Entry, ...] = (
         formula=r"A_\theta^* \simeq 3.6~10^{-3}",
         holds=lambda formula: (
             formula.left == symbol("A_theta_star")
-            and equals(sp.Rational(36, 10000))(Formula((_rounded(),), ()))
             and equals(_rounded())(Formula((formula.right,), ()))
         ),
     ),

@@ -24,7 +24,7 @@ from derivations.notation import (
     static_margin,
     symbol,
 )
-from derivations.play import TwoSliders
+from derivations.play import TwoSliders, play_variation
 from derivations.proof import (
     Derivation,
     Entry,
@@ -242,28 +242,43 @@ def _phases() -> bool:
     return True
 
 
+def _switchings(path: list[Fraction], rho: Fraction, half: Fraction, up: bool) -> int:
+    """Return how often a relay at rho with thresholds rho - half and rho + half switches."""
+    count = 0
+    for target in path:
+        if (not up and target > rho + half) or (up and target < rho - half):
+            up, count = not up, count + 1
+    return count
+
+
 def _paths() -> bool:
-    """Return whether slips along random paths are the relays' switchings, for many phases."""
+    """Return whether slips along random paths are switchings of relays, and their mean the play's.
+
+    The number of switchings is constant between the values where a relay's threshold meets the
+    path, so its integral over rho, which is the mean over r0, is exact.
+    """
     random = Random(5)
     for slope, low, high, _, _ in _cases(40, 9):
         path = [Fraction(random.randint(-300, 300), 40) for _ in range(12)]
-        step = high - low
+        step, half = high - low, low - slope
         start = step * Fraction(random.randint(-19, 19), 20)
         pair = TwoSliders(slope, low, high, r=start)
-        half = low - slope
-        # relays far enough out never switch; at the start those below r + D are "up"
-        relays = {start + step + 2 * step * index: index < 0 for index in range(-60, 60)}
-        moved = Fraction(0)
         for target in path:
             pair.ramp(target)
-            for rho, up in relays.items():
-                if not up and target > rho + half:
-                    relays[rho] = True
-                    moved += step
-                elif up and target < rho - half:
-                    relays[rho] = False
-                    moved += step
+        reach = int(Fraction(10) / step) + 4
+        moved = sum(
+            step * _switchings(path, start + step + 2 * step * index, half, index < 0)
+            for index in range(-reach, reach)
+        )
         if sum(pair.x) / 2 != moved:
+            return False
+        ends = sorted({Fraction(0), *(y + half for y in path), *(y - half for y in path)})
+        integral = sum(
+            (b - a) * _switchings(path, (a + b) / 2, half, (a + b) / 2 < 0)
+            for a, b in pairwise(ends)
+        )
+        _, rise, fall = play_variation(path, 2 * half, Fraction(0))
+        if integral != rise + fall:
             return False
     return True
 

@@ -411,8 +411,9 @@ def gaussian_integral(h: Number) -> Number:
 
     Notes
     -----
-    Guarantee: computed; the trapezoidal sum has converged to a few units of the operand's last
-    place. Derivation: ``derivations/gaussian.py``; the law behind Eqs. (vitesse_seuil_random) and
+    Guarantee: computed; the trapezoidal sum has converged, and what remains is the rounding of the
+    operand's arithmetic (mpmath: a unit of the last place; float64: 1e-15 (1 + h**2/10), relative).
+    Derivation: ``derivations/gaussian.py``; the law behind Eqs. (vitesse_seuil_random) and
     (velocity_th_2_gaussienne_corrected).
     """
     h = _coerced({"h": h})["h"]

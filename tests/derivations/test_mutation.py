@@ -28,6 +28,7 @@ mutation = _beside("mutants")
 
 AS_GOOD = {
     ("column_temperature", "2"): "1.5 K is of the order of 2 K as well as of 1 K",
+    ("one_percent", "101"): "about 100",
 }
 """Mutants that are other roundings of the same order of magnitude."""
 
