@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -104,7 +104,7 @@ def data_of(
         if _random(scene) and "run.seed" in scene.vary:
             sliding = scene.with_settings({"run.solver": "sliding"})
             dataset = with_control(dataset, sweep(sliding, workers=workers))
-        data[name] = dataset
+        data[name] = dataset if picture.reduce is None else picture.reduce(dataset)
     return data
 
 
@@ -143,6 +143,8 @@ def print_table(table: Table) -> None:
     from rich.table import Table as Shown
 
     console = Console(highlight=False)
+    if not console.is_terminal:
+        console = Console(highlight=False, width=160)
     console.print(f"[bold]{table.name}[/bold]: {table.title}; deviations in standard errors",
                   soft_wrap=True)  # fmt: skip
     console.print(f"  paper: {table.printed}", soft_wrap=True, markup=False)
@@ -161,9 +163,9 @@ def print_table(table: Table) -> None:
             *(_short(value) for value in row.varied.values()),
             f"{row.measured:.6g}",
             f"{row.error:.2g}",
-            " or ".join(f"{value:.6g}" for value in row.printed),
+            _values(row.printed),
             _deviation(row.deviation_printed),
-            " or ".join(f"{value:.6g}" for value in row.exact),
+            _values(row.exact),
             _deviation(row.deviation_exact),
             f"({notes.setdefault(row.remark, len(notes) + 1)})" if row.remark else "",
         )
@@ -174,6 +176,10 @@ def print_table(table: Table) -> None:
 
 def _short(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _values(law: Sequence[float]) -> str:
+    return " or ".join(dict.fromkeys(f"{value + 0.0:.6g}" for value in law))
 
 
 def _deviation(value: float) -> str:

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from exactcreep.model.numbers import InputError
-from exactcreep.studies import chains, two_sliders
+from exactcreep.studies import beyond, chains, two_sliders
 from exactcreep.studies.tables import Table
 
 Data = Mapping[str, xr.Dataset]
@@ -34,6 +34,8 @@ class Picture:
         Called with the data and the tables; returns the figure.
     quick : mapping
         For each scene the dotted keys that are set differently for a quick look.
+    reduce : callable or None
+        Makes of each sweep what is kept of it.
     """
 
     name: str
@@ -41,6 +43,7 @@ class Picture:
     tables: Callable[[Data], list[Table]]
     draw: Callable[[Data, list[Table]], Figure]
     quick: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    reduce: Callable[[xr.Dataset], xr.Dataset] | None = None
 
     @property
     def scenes(self) -> tuple[str, ...]:
@@ -119,6 +122,54 @@ _ALL = (
                 ],
             }
         },
+    ),
+    Picture(
+        "two-sliders-staircase",
+        "",
+        beyond.staircase_tables,
+        beyond.draw_staircase,
+        {"two-sliders-staircase": {"drive.cycles": 50}},
+    ),
+    Picture(
+        "chain-windows",
+        "",
+        beyond.window_tables,
+        beyond.draw_windows,
+        {"chain-windows": {}},
+    ),
+    Picture(
+        "chain-map",
+        "",
+        beyond.map_tables,
+        beyond.draw_map,
+        {"chain-map": {"drive.cycles": 10}},
+    ),
+    Picture(
+        "chain-waiting",
+        "",
+        beyond.waiting_tables,
+        beyond.draw_waiting,
+        {
+            "chain-waiting": {
+                "drive.cycles": 500,
+                "vary.run.start": [{"size": "1e-6", "seed": k} for k in _EIGHT],
+            }
+        },
+        beyond.active_sliders,
+    ),
+    Picture(
+        "gaussian-closed-form",
+        "",
+        beyond.closed_form_tables,
+        beyond.draw_closed_form,
+        {"gaussian-closed-form": {"drive.steps": 1000}},
+    ),
+    Picture(
+        "chain-pivots",
+        "",
+        beyond.pivot_tables,
+        beyond.draw_pivots,
+        {"chain-pivots": {"drive.cycles": 50, "vary.run.seed": [1, 2]}},
     ),
 )
 

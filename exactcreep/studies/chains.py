@@ -40,7 +40,7 @@ _BROAD = Fraction(3)
 """Half-width of a transition between plateaus under disorder, in units of (mu_s - mu_d)/N."""
 
 
-def _nearest_edge(cell: Cell) -> tuple[Fraction, Fraction]:
+def nearest_edge(cell: Cell) -> tuple[Fraction, Fraction]:
     """Return the edge between two plateaus nearest to the slope, and how far it is.
 
     The distance is in units of (mu_s - mu_d)/N: within one, two pivots are stable.
@@ -51,10 +51,10 @@ def _nearest_edge(cell: Cell) -> tuple[Fraction, Fraction]:
     return edge, abs(edge - slope) * n / (cell.parameters["mu_s"] - friction)
 
 
-def _pivot_remark(cell: Cell) -> str:
+def pivot_remark(cell: Cell) -> str:
     """Return what makes a velocity lie between two plateaus, nothing if it is far from an edge."""
     friction = cell.parameters["mu_d"]
-    edge, distance = _nearest_edge(cell)
+    edge, distance = nearest_edge(cell)
     if abs(edge) == friction and friction - abs(cell.parameters["tan_alpha"]) < Fraction(1, 20):
         return "close to mu_d: the chain slips as a whole, and inertia carries it on"
     if distance == 0:
@@ -85,7 +85,7 @@ def plateau_tables(data: Data) -> list[Table]:
 
 
 def _plateau_remark(cell: Cell, row: Row) -> str:
-    return _pivot_remark(cell) or _NEGLECTED
+    return pivot_remark(cell) or _NEGLECTED
 
 
 def draw_plateaus(data: Data, tables: list[Table]) -> Figure:
@@ -172,7 +172,7 @@ def _threshold_remark(cell: Cell, row: Row) -> str:
         )
     if size == "sigma_theta" and relative < 0.6:
         return "far below the threshold: rare large dilations, and slips of size D at both ends"
-    return _pivot_remark(cell) or _NEGLECTED
+    return pivot_remark(cell) or _NEGLECTED
 
 
 def draw_amplitude(data: Data, tables: list[Table]) -> Figure:

@@ -143,11 +143,9 @@ def deviation(measured: float, error: float, law: Sequence[float]) -> float:
         return math.nan
     low, high = min(law), max(law)
     gap = measured - high if measured > high else min(measured - low, 0.0)
-    if error > 0:
-        return gap / error
-    return 0.0 if abs(gap) <= _ROUNDING * max(abs(low), abs(high), 1.0) else math.copysign(
-        math.inf, gap
-    )
+    if abs(gap) <= _ROUNDING * max(abs(low), abs(high), 1.0):
+        return 0.0
+    return gap / error if error > 0 else math.copysign(math.inf, gap)
 
 
 def cells(dataset: xr.Dataset) -> list[Cell]:
