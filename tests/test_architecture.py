@@ -102,7 +102,7 @@ def test_names_say_what_a_thing_is(path: Path) -> None:
 def test_every_module_begins_with_a_sentence(path: Path) -> None:
     text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
     assert text is not None
-    assert text.splitlines()[0].endswith((".", ":"))
+    assert text.splitlines()[0].endswith((".", ":", "?"))
 
 
 def test_every_public_name_is_there_and_promised_to_type_checkers() -> None:

@@ -38,8 +38,8 @@ def show(
     import matplotlib as mpl
 
     from exactcreep.model.numbers import whole_number
-    from exactcreep.result import check_output, load_members
-    from exactcreep.studies.figures import STYLE, check_picture, save_picture
+    from exactcreep.result import check_output, check_picture, load_members
+    from exactcreep.studies.figures import STYLE, save_picture
     from exactcreep.studies.portraits import draw_portrait, portrait
 
     target = out if out is not None else run.with_suffix(".png")
