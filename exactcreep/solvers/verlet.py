@@ -52,10 +52,14 @@ MOST_EVENTS = 10**6
 
 _EPS = 2.0**-52
 _SMALLEST = 5e-324  # v < _SMALLEST is v <= 0
-_GAP = 5  # movers at most so far apart share a window
+_GAP = 20  # movers at most so far apart share a window: cheaper than a window of their own
 _BISECTED = 2.0**-53  # of a step
 _LOOK = 1 << 8  # steps between two looks at a whole chain in motion that may run away
 _SURVEY = 1 << 14  # steps between two looks at whether the motion is finite
+
+# Nothing here allocates. Without `_nrt=False` every array that is handed over would be counted,
+# atomically, which costs more than the events themselves.
+_compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
 # What `_advance` and `_follow` return
 _REST, _EVENTS, _ROWS, _RUNAWAY, _STEPS, _INFINITE = 0, 1, 2, 3, 4, 5
@@ -96,9 +100,6 @@ _SLIDER = np.dtype(
         ("coefficient", np.float64),
         ("threshold", np.float64),  # max(coefficient, mu_d) cos(alpha)
         ("draws", np.int64),
-        ("x", np.float64),  # displacement since the last rest
-        ("w", np.float64),  # velocity times dt
-        ("sign", np.float64),  # S_n, 0 at rest
         ("slips", np.int64),  # in this half-cycle
     ]
 )
@@ -139,26 +140,26 @@ _ROW = np.dtype(
 
 
 class _Work(NamedTuple):
-    """Everything that changes."""
+    """Everything that changes. Sliders stand at 1 .. n, with a ghost at either end."""
 
-    sliders: NDArray[Any]  # of _SLIDER; 1 .. n, with a ghost at either end
+    sliders: NDArray[Any]  # of _SLIDER
+    lanes: NDArray[np.float64]  # shape (13, n + 2): the motion, see below
     movers: NDArray[np.int64]  # ascending
     now: NDArray[Any]  # one _NOW
+    windows: NDArray[np.int64]  # first and last slider of every window
+    hit: NDArray[np.int8]  # 1: the slider stops or starts; 2: it has just stopped
     rows: NDArray[Any]  # of _ROW: one for every slider of an event, if events are kept
     written: NDArray[np.int64]  # how many rows
-    # The windows, laid out anew after every event: slots side by side, slot by slot
-    place: NDArray[np.int64]  # the slider in the slot, 0 for the border of a window
-    hit: NDArray[np.int8]  # 1: it stops or starts; 2: it has just stopped
-    lanes: NDArray[np.float64]  # shape (13, slots): what follows
 
 
 _X, _Y, _B, _PULL, _MASS, _DRAG, _SIGN, _FLOOR, _CEILING, _SPRINGS = range(10)
-# x; y and b of the module's docstring; F at x = 0; dt**2 (0 at rest); dt**2 mu_d c S; S;
-# S v below the floor is a stop; |F| above the ceiling is a start; 1 or 2 springs
+# displacement since the last rest; y and b of the module's docstring; F at x = 0 (set when the
+# slider or a neighbour starts); dt**2 (0 at rest); dt**2 mu_d c S; S (0 at rest); S v below the
+# floor is a stop; |F| above the ceiling is a start; number of springs
 _OLD_X, _OLD_W, _OLD_B = 10, 11, 12  # at the beginning of the step in which an event is located
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _draw(laws, now, slider, i):  # type: ignore[no-untyped-def]
     """Draw the next static coefficient of slider i."""
     k = slider.draws
@@ -176,27 +177,43 @@ def _draw(laws, now, slider, i):  # type: ignore[no-untyped-def]
             slider.threshold = mu * laws.cosine
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _force(laws, sliders, i):  # type: ignore[no-untyped-def]
-    """Return F_i."""
-    springs = (1.0 if i > 1 else 0.0) + (1.0 if i < laws.n else 0.0)
-    pull = (sliders[i].base - sliders[i - 1].base) + laws.weight
-    return pull + ((sliders[i - 1].x + sliders[i + 1].x) - springs * sliders[i].x)
+@_compiled
+def _pull(laws, sliders, i):  # type: ignore[no-untyped-def]
+    """Return F_i as it was when the chain was last at rest."""
+    return (sliders[i].base - sliders[i - 1].base) + laws.weight
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _rounding(laws, sliders, i):  # type: ignore[no-untyped-def]
+@_compiled
+def _at(lanes, i):  # type: ignore[no-untyped-def]
+    """Return F_i of a moving slider or a neighbour of one."""
+    inner = (lanes[_X, i - 1] + lanes[_X, i + 1]) - lanes[_SPRINGS, i] * lanes[_X, i]
+    return lanes[_PULL, i] + inner
+
+
+@_compiled
+def _rounding(work, laws, i):  # type: ignore[no-untyped-def]
     """Return a bound for the rounding errors of F_i and of its threshold."""
+    sliders, lanes = work.sliders, work.lanes
     size = abs(sliders[i].base) + abs(sliders[i - 1].base) + abs(laws.weight)
-    size += abs(sliders[i - 1].x) + abs(sliders[i + 1].x) + 2.0 * abs(sliders[i].x)
+    size += abs(lanes[_X, i - 1]) + abs(lanes[_X, i + 1]) + 2.0 * abs(lanes[_X, i])
     return 4.0 * _EPS * (size + sliders[i].threshold)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _enlist(work, i, sign):  # type: ignore[no-untyped-def]
-    """Set slider i in motion."""
+@_compiled
+def _start(laws, work, i, sign):  # type: ignore[no-untyped-def]
+    """Set slider i in motion from velocity zero."""
     now = work.now[0]
-    work.sliders[i].sign = sign
+    lanes = work.lanes
+    square = laws.dt * laws.dt
+    for k in range(max(i - 1, 1), min(i + 1, laws.n) + 1):
+        lanes[_PULL, k] = _pull(laws, work.sliders, k)
+    lanes[_SIGN, i] = sign
+    lanes[_MASS, i] = square
+    lanes[_DRAG, i] = square * laws.friction * sign
+    lanes[_FLOOR, i] = _SMALLEST
+    lanes[_CEILING, i] = np.inf
+    lanes[_B, i] = square * _at(lanes, i) - lanes[_DRAG, i]
+    lanes[_Y, i] = -0.5 * lanes[_B, i]
     k = now.movers
     while k > 0 and work.movers[k - 1] > i:
         work.movers[k] = work.movers[k - 1]
@@ -207,20 +224,30 @@ def _enlist(work, i, sign):  # type: ignore[no-untyped-def]
     now.high = max(now.high, i)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
+def _stop(laws, work, i):  # type: ignore[no-untyped-def]
+    """Bring slider i to rest and draw its next static coefficient; `_discharge` must follow."""
+    lanes = work.lanes
+    _draw(laws, work.now[0], work.sliders[i], i)
+    for row in (_Y, _B, _MASS, _DRAG, _SIGN, _FLOOR):
+        lanes[row, i] = 0.0
+    lanes[_CEILING, i] = work.sliders[i].threshold
+
+
+@_compiled
 def _discharge(work):  # type: ignore[no-untyped-def]
     """Strike the sliders that rest off the list of movers."""
     now = work.now[0]
     kept = 0
     for k in range(now.movers):
         i = work.movers[k]
-        if work.sliders[i].sign != 0.0:
+        if work.lanes[_SIGN, i] != 0.0:
             work.movers[kept] = i
             kept += 1
     now.movers = kept
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _write(work, time, kind, i, sign, residual):  # type: ignore[no-untyped-def]
     """Keep one slider of an event, if events are kept."""
     if work.rows.size == 0:
@@ -239,13 +266,13 @@ def _write(work, time, kind, i, sign, residual):  # type: ignore[no-untyped-def]
     work.written[0] += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _close_event(now):  # type: ignore[no-untyped-def]
     now.events += 1
     now.number += 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _begin(laws, now):  # type: ignore[no-untyped-def]
     """Begin a rearrangement."""
     now.rearrangements += 1
@@ -258,29 +285,29 @@ def _begin(laws, now):  # type: ignore[no-untyped-def]
     now.high = 0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _release(laws, work):  # type: ignore[no-untyped-def]
     """Start every slider that exceeds its threshold as the chain stands; return how many."""
     now = work.now[0]
-    sliders = work.sliders
     started = 0
     for i in range(1, laws.n + 1):
-        force = _force(laws, sliders, i)
-        excess = abs(force) - sliders[i].threshold
-        if abs(excess) <= _rounding(laws, sliders, i):
+        force = _pull(laws, work.sliders, i)
+        excess = abs(force) - work.sliders[i].threshold
+        if abs(excess) <= _rounding(work, laws, i):
             now.undecided += 1
         if excess > 0.0:
             if started == 0:
                 _begin(laws, now)
             started += 1
-            _enlist(work, i, math.copysign(1.0, force))
-            _write(work, 0.0, _START, i, sliders[i].sign, excess)
+            sign = math.copysign(1.0, force)
+            _start(laws, work, i, sign)
+            _write(work, 0.0, _START, i, sign, excess)
     if started > 0:
         _close_event(now)
     return started
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _ramp(laws, work, way, room):  # type: ignore[no-untyped-def]
     """Ramp theta until an end slider starts, by less than `room` = l0 |d theta|; return whether.
 
@@ -295,9 +322,9 @@ def _ramp(laws, work, way, room):  # type: ignore[no-untyped-def]
     slack = 0.0
     for i in (1, n):
         sign = way if i == n else -way  # of the start that the ramp brings about
-        gap = max(sliders[i].threshold - sign * _force(laws, sliders, i), 0.0)
+        gap = max(sliders[i].threshold - sign * _pull(laws, sliders, i), 0.0)
         gaps = (gaps[1], gap)
-        slack += _rounding(laws, sliders, i)
+        slack += _rounding(work, laws, i)
     ramp = min(gaps[0], gaps[1])
     if abs(ramp - room) <= slack:
         now.undecided += 1
@@ -314,18 +341,17 @@ def _ramp(laws, work, way, room):  # type: ignore[no-untyped-def]
     for i in (1, n):
         if tie or ramp == (gaps[1] if i == n else gaps[0]):
             sign = way if i == n else -way
-            _enlist(work, i, sign)
-            residual = abs(abs(_force(laws, sliders, i)) - sliders[i].threshold)
+            _start(laws, work, i, sign)
+            residual = abs(abs(_pull(laws, sliders, i)) - sliders[i].threshold)
             _write(work, 0.0, _START, i, sign, residual)
     _close_event(now)
     # where mu_s acts as mu_d the slip has no length: it stops where it starts, and draws anew
     stopped = 0
     for i in (1, n):
-        slider = sliders[i]
-        if slider.sign != 0.0 and slider.threshold <= laws.friction:
-            _write(work, 0.0, _STOP, i, slider.sign, 0.0)
-            slider.sign = 0.0
-            _draw(laws, now, slider, i)
+        sign = work.lanes[_SIGN, i]
+        if sign != 0.0 and sliders[i].threshold <= laws.friction:
+            _write(work, 0.0, _STOP, i, sign, 0.0)
+            _stop(laws, work, i)
             stopped += 1
     if stopped > 0:
         _close_event(now)
@@ -333,102 +359,45 @@ def _ramp(laws, work, way, room):  # type: ignore[no-untyped-def]
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _border(work, slot, x):  # type: ignore[no-untyped-def]
-    """Fill a slot with the resting slider beyond a window, which nothing here can start."""
-    work.place[slot] = 0
-    work.hit[slot] = 0
-    lanes = work.lanes
-    for row in range(_OLD_B + 1):
-        lanes[row, slot] = 0.0
-    lanes[_X, slot] = x
-    lanes[_OLD_X, slot] = x
-    lanes[_CEILING, slot] = np.inf
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _prepare(laws, work):  # type: ignore[no-untyped-def]
-    """Lay out the windows; return the number of slots."""
-    n = laws.n
-    now = work.now[0]
-    sliders = work.sliders
-    lanes = work.lanes
-    square = laws.dt * laws.dt
-    slot = 0
+@_compiled
+def _lay_out(laws, work):  # type: ignore[no-untyped-def]
+    """Lay windows around the movers, a neighbour at either side; return how many."""
+    movers = work.now[0].movers
+    windows = 0
     k = 0
-    while k < now.movers:
+    while k < movers:
         low = work.movers[k]
         high = low
-        while k + 1 < now.movers and work.movers[k + 1] - high <= _GAP:
+        while k + 1 < movers and work.movers[k + 1] - high <= _GAP:
             k += 1
             high = work.movers[k]
         k += 1
-        low = max(low - 1, 1)
-        high = min(high + 1, n)
-        _border(work, np.int64(slot), sliders[low - 1].x)
-        slot += 1
-        for i in range(low, high + 1):
-            slider = sliders[i]
-            pull = (slider.base - sliders[i - 1].base) + laws.weight
-            springs = (1.0 if i > 1 else 0.0) + (1.0 if i < n else 0.0)
-            x = slider.x
-            sign = slider.sign
-            work.place[slot] = i
-            work.hit[slot] = 0
-            lanes[_X, slot] = x
-            lanes[_PULL, slot] = pull
-            lanes[_SPRINGS, slot] = springs
-            lanes[_SIGN, slot] = sign
-            if sign != 0.0:
-                drag = square * laws.friction * sign
-                force = pull + ((sliders[i - 1].x + sliders[i + 1].x) - springs * x)
-                b = square * force - drag
-                lanes[_MASS, slot] = square
-                lanes[_DRAG, slot] = drag
-                lanes[_FLOOR, slot] = _SMALLEST
-                lanes[_CEILING, slot] = np.inf
-                lanes[_B, slot] = b
-                lanes[_Y, slot] = slider.w - 0.5 * b
-            else:
-                lanes[_MASS, slot] = 0.0
-                lanes[_DRAG, slot] = 0.0
-                lanes[_FLOOR, slot] = 0.0
-                lanes[_CEILING, slot] = slider.threshold
-                lanes[_B, slot] = 0.0
-                lanes[_Y, slot] = 0.0
-            slot += 1
-        _border(work, slot, sliders[high + 1].x)
-        slot += 1
-    return slot
+        work.windows[2 * windows] = max(low - 1, 1)
+        work.windows[2 * windows + 1] = min(high + 1, laws.n)
+        windows += 1
+    return windows
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _at(lanes, j):  # type: ignore[no-untyped-def]
-    """Return the force on the slider in slot j."""
-    inner = (lanes[_X, j - 1] + lanes[_X, j + 1]) - lanes[_SPRINGS, j] * lanes[_X, j]
-    return lanes[_PULL, j] + inner
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _alone(laws, work, most):  # type: ignore[no-untyped-def]
     """Step a slider that moves alone until it stops or starts a neighbour.
 
     Returns the number of steps, at most `most`, and whether there is an event.
     """
     lanes = work.lanes
-    j = 1 if work.movers[0] == 1 else 2
-    sign = lanes[_SIGN, j]
-    rate = lanes[_SPRINGS, j] * laws.dt * laws.dt
+    i = work.movers[0]
+    sign = lanes[_SIGN, i]
+    rate = lanes[_SPRINGS, i] * laws.dt * laws.dt
     # the room of the neighbours: their forces grow as the slider advances
     left = np.inf
     right = np.inf
-    if work.place[j - 1] > 0:
-        left = lanes[_CEILING, j - 1] - sign * _at(lanes, j - 1)
-    if work.place[j + 1] > 0:
-        right = lanes[_CEILING, j + 1] - sign * _at(lanes, j + 1)
+    if i > 1:
+        left = lanes[_CEILING, i - 1] - sign * _at(lanes, i - 1)
+    if i < laws.n:
+        right = lanes[_CEILING, i + 1] - sign * _at(lanes, i + 1)
     room = min(left, right)
-    y = sign * lanes[_Y, j]
-    b = sign * lanes[_B, j]
+    y = sign * lanes[_Y, i]
+    b = sign * lanes[_B, i]
     x = 0.0
     steps = 0
     while steps < most:
@@ -438,179 +407,194 @@ def _alone(laws, work, most):  # type: ignore[no-untyped-def]
         steps += 1
         if x > room or y + 0.5 * b <= 0.0:
             break
-    lanes[_X, j] += sign * x
-    lanes[_Y, j] = sign * y
-    lanes[_B, j] = sign * b
-    if x > left:
-        work.hit[j - 1] = 1
-    if y + 0.5 * b <= 0.0:
-        work.hit[j] = 1
-    if x > right:
-        work.hit[j + 1] = 1
-    return steps, x > room or y + 0.5 * b <= 0.0
+    lanes[_X, i] += sign * x
+    lanes[_Y, i] = sign * y
+    lanes[_B, i] = sign * b
+    stops = y + 0.5 * b <= 0.0
+    work.hit[i - 1] = x > left
+    work.hit[i] = stops
+    work.hit[i + 1] = x > right
+    return steps, stops or x > room
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _together(lanes, slots, hit, most):  # type: ignore[no-untyped-def]
+@_compiled
+def _together(work, windows, most):  # type: ignore[no-untyped-def]
     """Step all windows until a slider stops or starts; returns as `_alone`.
 
-    One sweep does a step: every slider advances just before the force on its left neighbour
-    is needed.
+    One sweep over a window does a step: every slider advances just before the force on its left
+    neighbour is needed.
     """
-    x, y, b = lanes[_X], lanes[_Y], lanes[_B]
-    pull, mass, drag, springs = lanes[_PULL], lanes[_MASS], lanes[_DRAG], lanes[_SPRINGS]
-    sign, floor, ceiling = lanes[_SIGN], lanes[_FLOOR], lanes[_CEILING]
+    lanes = work.lanes
     steps = 0
     found = False
     while steps < most and not found:
         steps += 1
-        left = x[0]
-        advance = y[1] + b[1]
-        here = x[1] + advance
-        x[1] = here
-        for j in range(slots - 2):
-            ahead = y[j + 2] + b[j + 2]
-            right = x[j + 2] + ahead
-            x[j + 2] = right
-            force = pull[j + 1] + ((left + right) - springs[j + 1] * here)
-            push = mass[j + 1] * force - drag[j + 1]
-            b[j + 1] = push
-            y[j + 1] = advance
-            late = sign[j + 1] * (advance + 0.5 * push) < floor[j + 1]
-            found |= late | (abs(force) > ceiling[j + 1])
-            left = here
-            here = right
-            advance = ahead
+        for k in range(windows):
+            low, high = work.windows[2 * k], work.windows[2 * k + 1]
+            x, y, b = lanes[_X, low:], lanes[_Y, low:], lanes[_B, low:]
+            pull, mass, drag = lanes[_PULL, low:], lanes[_MASS, low:], lanes[_DRAG, low:]
+            springs, sign = lanes[_SPRINGS, low:], lanes[_SIGN, low:]
+            floor, ceiling = lanes[_FLOOR, low:], lanes[_CEILING, low:]
+            beyond = lanes[_X, low - 1]
+            while True:
+                left = beyond
+                advance = y[0] + b[0]
+                here = x[0] + advance
+                x[0] = here
+                for i in range(high - low + 1):
+                    # the last one ahead is a resting slider, or the ghost: it does not advance
+                    ahead = y[i + 1] + b[i + 1]
+                    right = x[i + 1] + ahead
+                    x[i + 1] = right
+                    force = pull[i] + ((left + right) - springs[i] * here)
+                    push = mass[i] * force - drag[i]
+                    b[i] = push
+                    y[i] = advance
+                    late = sign[i] * (advance + 0.5 * push) < floor[i]
+                    found |= late | (abs(force) > ceiling[i])
+                    left = here
+                    here = right
+                    advance = ahead
+                if windows > 1 or found or steps >= most:
+                    break
+                steps += 1  # the only window goes on without being laid out again
     if found:
-        for j in range(1, slots - 1):
-            late = sign[j] * (y[j] + 0.5 * b[j]) < floor[j]
-            hit[j] = late | (abs(_at(lanes, j)) > ceiling[j])
+        for k in range(windows):
+            for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+                late = lanes[_SIGN, i] * (lanes[_Y, i] + 0.5 * lanes[_B, i]) < lanes[_FLOOR, i]
+                work.hit[i] = late | (abs(_at(lanes, i)) > lanes[_CEILING, i])
     return steps, found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _within(lanes, slots, hit, part):  # type: ignore[no-untyped-def]
+@_compiled
+def _within(work, windows, part):  # type: ignore[no-untyped-def]
     """Take the windows to the fraction `part` of a step; return whether a slider is hit.
 
     Within the step the motion is the velocity Verlet step of a shorter length.
     """
+    lanes = work.lanes
     half = 0.5 * part
-    for j in range(slots):
-        lanes[_X, j] = lanes[_OLD_X, j] + part * (lanes[_OLD_W, j] + half * lanes[_OLD_B, j])
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            advance = part * (lanes[_OLD_W, i] + half * lanes[_OLD_B, i])
+            lanes[_X, i] = lanes[_OLD_X, i] + advance
     found = False
-    for j in range(1, slots - 1):
-        force = _at(lanes, j)
-        b = lanes[_MASS, j] * force - lanes[_DRAG, j]
-        lanes[_B, j] = b
-        w = lanes[_OLD_W, j] + half * (lanes[_OLD_B, j] + b)
-        lanes[_Y, j] = w - 0.5 * b
-        late = lanes[_SIGN, j] * w < lanes[_FLOOR, j]
-        hit[j] = late | (abs(force) > lanes[_CEILING, j])
-        found |= late | (abs(force) > lanes[_CEILING, j])
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            force = _at(lanes, i)
+            b = lanes[_MASS, i] * force - lanes[_DRAG, i]
+            w = lanes[_OLD_W, i] + half * (lanes[_OLD_B, i] + b)
+            lanes[_B, i] = b
+            lanes[_Y, i] = w - 0.5 * b
+            hit = (lanes[_SIGN, i] * w < lanes[_FLOOR, i]) | (abs(force) > lanes[_CEILING, i])
+            work.hit[i] = hit
+            found |= hit
     return found
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _locate(lanes, slots, hit):  # type: ignore[no-untyped-def]
+@_compiled
+def _locate(work, windows):  # type: ignore[no-untyped-def]
     """Go back to the first event inside the last step.
 
     Returns the fraction of the step, and whether there is an event.
     """
-    for j in range(slots):
-        lanes[_X, j] -= lanes[_Y, j]
-        lanes[_OLD_X, j] = lanes[_X, j]
-    for j in range(1, slots - 1):
-        lanes[_OLD_B, j] = lanes[_MASS, j] * _at(lanes, j) - lanes[_DRAG, j]
-        lanes[_OLD_W, j] = lanes[_Y, j] - 0.5 * lanes[_OLD_B, j]
+    lanes = work.lanes
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            lanes[_X, i] -= lanes[_Y, i]
+            lanes[_OLD_X, i] = lanes[_X, i]
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            lanes[_OLD_B, i] = lanes[_MASS, i] * _at(lanes, i) - lanes[_DRAG, i]
+            lanes[_OLD_W, i] = lanes[_Y, i] - 0.5 * lanes[_OLD_B, i]
     low = 0.0
     high = 1.0
-    if not _within(lanes, slots, hit, high):
+    if not _within(work, windows, high):
         return high, False  # only a rounding error hit this step: the next one will be hit
     while high - low > _BISECTED:
         middle = 0.5 * (low + high)
-        if _within(lanes, slots, hit, middle):
+        if _within(work, windows, middle):
             high = middle
         else:
             low = middle
-    return high, _within(lanes, slots, hit, high)
+    return high, _within(work, windows, high)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _ties(laws, work, slots):  # type: ignore[no-untyped-def]
+@_compiled
+def _ties(laws, work, windows):  # type: ignore[no-untyped-def]
     """Let what cannot be told apart from an event at this instant take part in it."""
     now = work.now[0]
     lanes = work.lanes
-    for j in range(1, slots - 1):
-        i = work.place[j]
-        if i == 0 or work.hit[j] != 0:
-            continue
-        slider = work.sliders[i]
-        if slider.sign != 0.0:
-            size = abs(lanes[_OLD_W, j]) + abs(lanes[_OLD_B, j])
-            if laws.locate and slider.sign * slider.w <= 4.0 * _EPS * size:
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            if work.hit[i] != 0:
+                continue
+            sign = lanes[_SIGN, i]
+            if sign != 0.0:
+                if laws.locate:
+                    w = lanes[_Y, i] + 0.5 * lanes[_B, i]
+                    size = abs(lanes[_OLD_W, i]) + abs(lanes[_OLD_B, i])
+                    if sign * w <= 4.0 * _EPS * size:
+                        now.undecided += 1
+                        work.hit[i] = 1
+                continue
+            force = _at(lanes, i)
+            if lanes[_CEILING, i] - abs(force) <= _rounding(work, laws, i):
+                # together with the event if the force is on the rise; else at threshold: it stays
                 now.undecided += 1
-                work.hit[j] = 1
-            continue
-        force = _at(lanes, j)
-        margin = slider.threshold - abs(force)
-        if margin <= _rounding(laws, work.sliders, i):
-            # together with the event if the force is on the rise; else at threshold: it stays
-            now.undecided += 1
-            pace = work.sliders[i - 1].w + work.sliders[i + 1].w
-            if pace * force > 0.0:
-                work.hit[j] = 1
+                pace = lanes[_Y, i - 1] + 0.5 * lanes[_B, i - 1]
+                pace += lanes[_Y, i + 1] + 0.5 * lanes[_B, i + 1]
+                if pace * force > 0.0:
+                    work.hit[i] = 1
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _resolve(laws, work, slots):  # type: ignore[no-untyped-def]
+@_compiled
+def _resolve(laws, work, windows):  # type: ignore[no-untyped-def]
     """Stop, draw and start what the event asks for, in this order."""
     now = work.now[0]
     lanes = work.lanes
     time = now.origin + now.step * laws.dt
-    _ties(laws, work, slots)
+    _ties(laws, work, windows)
     stopped = 0
-    for j in range(1, slots - 1):
-        if work.hit[j] == 1:
-            i = work.place[j]
-            slider = work.sliders[i]
-            if slider.sign != 0.0:
-                _write(work, time, _STOP, i, slider.sign, abs(slider.w) / laws.dt)
-                slider.w = 0.0
-                slider.sign = 0.0
-                work.hit[j] = 2
-                _draw(laws, now, slider, i)
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            if work.hit[i] == 1 and lanes[_SIGN, i] != 0.0:
+                speed = abs(lanes[_Y, i] + 0.5 * lanes[_B, i]) / laws.dt
+                _write(work, time, _STOP, i, lanes[_SIGN, i], speed)
+                _stop(laws, work, i)
+                work.hit[i] = 2
                 stopped += 1
     if stopped > 0:
         _close_event(now)
         _discharge(work)
     started = 0
-    for j in range(1, slots - 1):
-        i = work.place[j]
-        if i == 0 or work.sliders[i].sign != 0.0:
-            continue
-        force = _at(lanes, j)
-        excess = abs(force) - work.sliders[i].threshold
-        if work.hit[j] == 2 and abs(excess) <= _rounding(laws, work.sliders, i):
-            now.undecided += 1
-        if work.hit[j] == 1 or excess > 0.0:
-            started += 1
-            sign = math.copysign(1.0, force)
-            _enlist(work, i, sign)
-            _write(work, time, _START, i, sign, abs(excess))
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            if lanes[_SIGN, i] != 0.0:
+                continue
+            force = _at(lanes, i)
+            excess = abs(force) - lanes[_CEILING, i]
+            if work.hit[i] == 2 and abs(excess) <= _rounding(work, laws, i):
+                now.undecided += 1
+            if work.hit[i] == 1 or excess > 0.0:
+                started += 1
+                sign = math.copysign(1.0, force)
+                _start(laws, work, i, sign)
+                _write(work, time, _START, i, sign, abs(excess))
     if started > 0:
         _close_event(now)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _finite(work):  # type: ignore[no-untyped-def]
     total = 0.0
     for k in range(work.now[0].movers):
-        slider = work.sliders[work.movers[k]]
-        total += abs(slider.x) + abs(slider.w)
+        i = work.movers[k]
+        total += abs(work.lanes[_X, i]) + abs(work.lanes[_Y, i]) + abs(work.lanes[_B, i])
     return total < np.inf
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _never_stops(laws, work):  # type: ignore[no-untyped-def]
     """Return whether the whole chain provably slides for ever (the runaway certificate).
 
@@ -620,42 +604,40 @@ def _never_stops(laws, work):  # type: ignore[no-untyped-def]
     n = laws.n
     if not laws.runs_away or work.now[0].movers < n:
         return False
-    sliders = work.sliders
-    sign = sliders[1].sign
+    sliders, lanes = work.sliders, work.lanes
+    sign = lanes[_SIGN, 1]
     if sign * laws.weight < 0.0:
         return False
     mean = 0.0
     for i in range(1, n + 1):
-        if sliders[i].sign != sign:
+        if lanes[_SIGN, i] != sign:
             return False
-        mean += sliders[i].w
+        mean += lanes[_Y, i] + 0.5 * lanes[_B, i]
     mean /= n * laws.dt
     twice = 0.0
     for i in range(1, n + 1):
-        twice += (sliders[i].w / laws.dt - mean) ** 2
+        twice += ((lanes[_Y, i] + 0.5 * lanes[_B, i]) / laws.dt - mean) ** 2
     for i in range(1, n):
-        tension = sliders[i].base - work.now[0].shift + (sliders[i + 1].x - sliders[i].x)
+        tension = sliders[i].base - work.now[0].shift + (lanes[_X, i + 1] - lanes[_X, i])
         twice += tension**2
     return sign * mean > math.sqrt((1.0 - 1.0 / n) * twice)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _come_to_rest(laws, work):  # type: ignore[no-untyped-def]
     """End the rearrangement."""
     now = work.now[0]
-    sliders = work.sliders
+    lanes = work.lanes
     now.phase = _AT_REST
-    if now.high == 0:
-        return
     for i in range(now.low, now.high + 1):
-        sliders[i].displacement += sliders[i].x
+        work.sliders[i].displacement += lanes[_X, i]
     for i in range(max(now.low - 1, 1), min(now.high + 1, laws.n)):
-        sliders[i].base += sliders[i + 1].x - sliders[i].x
+        work.sliders[i].base += lanes[_X, i + 1] - lanes[_X, i]
     for i in range(now.low, now.high + 1):
-        sliders[i].x = 0.0
+        lanes[_X, i] = 0.0
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _advance(laws, work, last_event):  # type: ignore[no-untyped-def]
     """Move the chain until it rests, or `last_event` events have happened, or it never will rest.
 
@@ -673,31 +655,26 @@ def _advance(laws, work, last_event):  # type: ignore[no-untyped-def]
             return _EVENTS
         if work.rows.size > 0 and work.written[0] + 2 * laws.n + 2 > work.rows.size:
             return _ROWS
-        slots = _prepare(laws, work)
+        windows = _lay_out(laws, work)
         most = _LOOK if laws.runs_away and now.movers == laws.n else _SURVEY
         if now.movers == 1:
             steps, found = _alone(laws, work, most)
         else:
-            steps, found = _together(work.lanes, slots, work.hit, most)
+            steps, found = _together(work, windows, most)
         now.steps += steps
         now.steps_here += steps
         now.step += steps
         if found and laws.locate:
-            part, found = _locate(work.lanes, slots, work.hit)
+            part, found = _locate(work, windows)
             now.origin += (now.step - 1 + part) * laws.dt
             now.step = 0
-        for j in range(1, slots - 1):
-            if work.lanes[_SIGN, j] != 0.0:
-                slider = work.sliders[work.place[j]]
-                slider.x = work.lanes[_X, j]
-                slider.w = work.lanes[_Y, j] + 0.5 * work.lanes[_B, j]
         if found:
-            _resolve(laws, work, slots)
+            _resolve(laws, work, windows)
     _come_to_rest(laws, work)
     return _REST
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@_compiled
 def _follow(laws, work, targets, first, budget, x_G, x, tension, slips, wanted):  # type: ignore[no-untyped-def]
     """Take the chain to the targets; return why it returns and how many were reached."""
     n = laws.n
@@ -744,17 +721,14 @@ def _follow(laws, work, targets, first, budget, x_G, x, tension, slips, wanted):
     return _REST, done
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _trace(laws, x, w, sign, pull, low, xs, ws):  # type: ignore[no-untyped-def]
-    """Repeat the steps of the sliders low .. low + size - 1, every one kept in `xs`, `ws`.
+@_compiled
+def _trace(laws, sign, pull, low, b, xs, ws):  # type: ignore[no-untyped-def]
+    """Repeat the steps of the sliders low .. low + size - 1, from the first rows of `xs`, `ws`.
 
-    The entries before and after are their neighbours, which do not move.
+    The entries before and after are their neighbours, which do not move; `b` holds zeros.
     """
     size = pull.size
     steps = len(xs) - 1
-    xs[0] = x
-    ws[0] = w
-    b = np.zeros(size + 2)
     for step in range(steps + 1):
         for j in range(1, size + 1):
             i = low + j - 1
@@ -807,28 +781,44 @@ def _work(chain: Chain, state: State, laws: _Laws, keep_events: bool) -> _Work:
         inner["threshold"] = chain.times_cosine(chain.mu_s)
     now = np.zeros(1, dtype=_NOW)
     now["theta"] = float(state.theta)
+    lanes = np.zeros((_OLD_B + 1, n + 2))
+    lanes[_CEILING] = math.inf
+    lanes[_CEILING, 1 : n + 1] = inner["threshold"]
+    lanes[_SPRINGS, 1 : n + 1] = 2.0
+    lanes[_SPRINGS, 1] -= 1.0
+    lanes[_SPRINGS, n] -= 1.0
     return _Work(
         sliders=sliders,
+        lanes=lanes,
         movers=np.zeros(n + 1, dtype=np.int64),
         now=now,
+        windows=np.zeros(n + 2, dtype=np.int64),
+        hit=np.zeros(n + 2, dtype=np.int8),
         rows=np.zeros(2 * n + 4096 if keep_events else 0, dtype=_ROW),
         written=np.zeros(1, dtype=np.int64),
-        place=np.zeros(2 * n + 8, dtype=np.int64),
-        hit=np.zeros(2 * n + 8, dtype=np.int8),
-        lanes=np.zeros((_OLD_B + 1, 2 * n + 8)),
     )
 
 
 def _state(laws: _Laws, work: _Work) -> State:
     n = laws.n
     inner = work.sliders[1 : n + 1]
+    x = work.lanes[_X, 1 : n + 1]
+    with np.errstate(invalid="ignore"):  # not finite where dt was too large
+        stretch = np.diff(x)
     return State(
-        tensions=inner["base"][: n - 1] - work.now["shift"][0] + np.diff(inner["x"]),
-        displacements=inner["displacement"] + inner["x"],
+        tensions=inner["base"][: n - 1] - work.now["shift"][0] + stretch,
+        displacements=inner["displacement"] + x,
         coefficients=inner["coefficient"].copy(),
         draws=inner["draws"].copy(),
         theta=float(work.now["theta"][0]),
     )
+
+
+def _scaled_velocities(work: _Work) -> NDArray[np.float64]:
+    """Return the velocities times dt, shape (n + 2,)."""
+    with np.errstate(invalid="ignore"):  # not finite where dt was too large
+        velocities: NDArray[np.float64] = work.lanes[_Y] + 0.5 * work.lanes[_B]
+    return velocities
 
 
 def _forces(laws: _Laws, base: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -859,10 +849,10 @@ class _Course:
         self.t_max = t_min
         self._rest = rest
         self._low, self._high = int(work.now["low"][0]), int(work.now["high"][0])
-        moved = work.sliders[self._low - 1 : self._high + 2]
-        self._x = moved["x"].copy()
-        self._w = moved["w"].copy()
-        self._sign = moved["sign"].copy()
+        moved = slice(self._low - 1, self._high + 2)
+        self._x = work.lanes[_X, moved].copy()
+        self._w = _scaled_velocities(work)[moved]
+        self._sign = work.lanes[_SIGN, moved].copy()
         self._pull = np.diff(rest.base)[self._low - 1 : self._high] + rest.laws.weight
         self._kept: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
 
@@ -872,7 +862,9 @@ class _Course:
             count = math.floor((self.t_max - self.t_min) / laws.dt)
             xs = np.zeros((count + 1, self._x.size))
             ws = np.zeros((count + 1, self._x.size))
-            _trace(laws, self._x, self._w, self._sign, self._pull, self._low, xs, ws)
+            xs[0], ws[0] = self._x, self._w
+            b = np.zeros(self._x.size)
+            _trace(laws, self._sign, self._pull, self._low, b, xs, ws)
             self._kept = xs, ws
         return self._kept
 
@@ -1015,6 +1007,7 @@ class VerletSimulation(Simulation):
         return {
             "origin": self._laws.origin,
             "movers": work.movers.copy(),
+            "lanes": work.lanes.copy(),
             **{"slider_" + name: work.sliders[name].copy() for name in _SLIDER.names or ()},
             **{"now_" + name: work.now[name][0].item() for name in _NOW.names or ()},
         }
@@ -1024,6 +1017,7 @@ class VerletSimulation(Simulation):
         work = self._work
         self._laws = self._laws._replace(origin=float(captured["origin"]))
         work.movers[:] = captured["movers"]
+        work.lanes[:] = captured["lanes"]
         for name in _SLIDER.names or ():
             work.sliders[name] = captured["slider_" + name]
         for name in _NOW.names or ():
@@ -1139,7 +1133,7 @@ class Verlet(Solver):
             outcome=Outcome.AT_REST if ended else _OUTCOMES.get(code, Outcome.LIMIT),
             evidence=Evidence.UNDECIDED if undecided else Evidence.COMPUTED,
             state=_state(laws, work),
-            velocities=work.sliders["w"][1 : n + 1] / laws.dt,
+            velocities=_scaled_velocities(work)[1 : n + 1] / laws.dt,
             sol=Solution(
                 courses[: len(ends)],
                 Motion(initial.displacements, np.zeros(n), initial.forces(chain)),

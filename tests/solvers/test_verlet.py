@@ -205,9 +205,11 @@ def test_simultaneous_events_are_one_event_on_a_set_of_sliders():
         assert result.evidence is Evidence.UNDECIDED
 
 
-def test_a_mirror_symmetric_chain_stays_mirror_symmetric_bit_for_bit():
+@pytest.mark.parametrize("n", [7, 60])
+def test_a_mirror_symmetric_chain_stays_mirror_symmetric_bit_for_bit(n):
+    """Long chains move at both ends at the same time, in two windows."""
     for locate in (False, True):
-        chain = paper(7, tan_alpha=0, sigma_mu=0)
+        chain = paper(n, tan_alpha=0, sigma_mu=0)
         _, recorded, _ = run(chain, Cycles("0.01", 10), locate=locate)
         moved = recorded["x"]
         assert (moved == -moved[:, ::-1]).all()
