@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from exactcreep.scene import load_scene as load_scene
     from exactcreep.solvers.registry import iterate as iterate
     from exactcreep.solvers.registry import rearrange as rearrange
+    from exactcreep.studies.physical import physical as physical
+    from exactcreep.studies.planning import plan as plan
     from exactcreep.studies.sweeps import sweep as sweep
 
 # Where each public name lives; it is imported when it is first used, so that a command line
@@ -51,6 +53,8 @@ _HOMES = {
     "iterate": "solvers.registry:iterate",
     "laws": "laws:",
     "load_scene": "scene:load_scene",
+    "physical": "studies.physical:physical",
+    "plan": "studies.planning:plan",
     "rearrange": "solvers.registry:rearrange",
     "resume": "quasistatic:resume",
     "sweep": "studies.sweeps:sweep",

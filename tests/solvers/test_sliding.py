@@ -17,10 +17,10 @@ from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.surd import Surd
 from exactcreep.solvers.registry import SOLVERS, rearrange
 from exactcreep.solvers.sliding import (
     Sliding,
-    Surd,
     cycle_velocity,
     exact_cosine,
     path_displacement,
