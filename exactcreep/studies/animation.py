@@ -323,9 +323,10 @@ class _Stage:
         )
         canvas = self.figure.canvas
         assert isinstance(canvas, FigureCanvasAgg)
-        canvas.draw()
+        canvas.draw()  # type: ignore[no-untyped-call]
         self.figure.set_layout_engine("none")  # the layout of the first picture serves for all
-        return Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        shown = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+        return Image.fromarray(np.asarray(shown)).convert("RGB")
 
     def _theta(self) -> float:
         return float(floats(np.array([self.motion.theta]))[0])
