@@ -272,7 +272,8 @@ def law_velocities(chain: Chain, drive: Drive, start: State | None) -> tuple[flo
     exact = LAWS[label].exact
     assert exact is not None
     found = [
-        sign * float(exact(**described, i=i + 1)) for i in resting_sliders(upright)
+        sign * float(exact(**described, i=i + 1)) + 0.0  # no negative zero
+        for i in resting_sliders(upright)
     ]
     return tuple(sorted(set(found)))
 

@@ -217,6 +217,8 @@ class Tradeoff:
         exact, sliding = self.score("exact"), self.score("sliding")
         if exact is None or math.isnan(exact.seconds):
             return "Take sliding: this chain has no slips, and the sliding limit is exact."
+        if self.events_compared == 0 and not self.velocity:
+            return "Take exact, or no run at all: nothing moves here."
         steps = [one for one in self.scores if one.contestant.solver == "verlet"]
         measured = [one for one in steps if one.compared and not math.isnan(one.seconds)]
         sentence = f"Take exact: {_microseconds(exact.seconds)} per half-cycle"

@@ -135,6 +135,15 @@ def test_without_an_excess_the_sliding_limit_is_alone():
     assert found.advice.startswith("Take sliding")
 
 
+def test_a_chain_at_rest_is_told_to_be_at_rest():
+    chain = Chain(3, 100, "0.5", "0.6", tan_alpha="0.23")
+    few = (Contestant("exact"), Contestant("sliding"), Contestant("verlet", {"dt": "0.1"}))
+    found = tradeoff(Experiment.of(chain, Cycles("1e-6", 100)), budget=1, contestants=few)
+    assert found.velocity == 0
+    assert found.advice == "Take exact, or no run at all: nothing moves here."
+    assert of(found, "sliding").bias == 0
+
+
 @pytest.mark.parametrize(("budget", "field"), [("0.5", "budget"), ("inf", "budget")])
 def test_a_budget_that_is_none_is_refused(budget, field):
     with pytest.raises(InputError) as caught:
