@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from functools import cache
 from random import Random
 
 import sympy as sp
@@ -28,7 +29,8 @@ def derive() -> Derivation:
     return Derivation("The quasi-static procedure", steps, {"theta_c": up, "force": force_last})
 
 
-def first_starts(number: int = 200) -> list[tuple[Fraction, Fraction, Fraction]]:
+@cache
+def first_starts(number: int = 200) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
     """Return (theta_q, theta_c, theta_{q+1}) of first starts on random ramps of two sliders."""
     random = Random(17)
     found: list[tuple[Fraction, Fraction, Fraction]] = []
@@ -43,7 +45,7 @@ def first_starts(number: int = 200) -> list[tuple[Fraction, Fraction, Fraction]]
             found.append((at, at + up * room, target))
         pair.ramp(target)
         at = target
-    return found
+    return tuple(found)
 
 
 def _always(formula: Formula) -> bool:

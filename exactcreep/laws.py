@@ -35,7 +35,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from mpmath import libmp
 from mpmath.ctx_mp import MPContext
-from mpmath.ctx_mp_python import _mpf as _AnyMpf
 
 __all__ = [
     "LAWS",
@@ -74,7 +73,8 @@ VOCABULARY: Mapping[str, str] = MappingProxyType(
 
 
 def _is_mpf(value: object) -> bool:
-    return isinstance(value, _AnyMpf)
+    # of any context: each has a class of its own
+    return hasattr(value, "_mpf_") and hasattr(value, "context")
 
 
 def _rational(value: Number) -> Fraction:
