@@ -28,9 +28,12 @@ if TYPE_CHECKING:
     from exactcreep.scene import load_scene as load_scene
     from exactcreep.solvers.registry import iterate as iterate
     from exactcreep.solvers.registry import rearrange as rearrange
+    from exactcreep.studies.auditing import audit as audit
+    from exactcreep.studies.comparison import compare as compare
     from exactcreep.studies.physical import physical as physical
     from exactcreep.studies.planning import plan as plan
     from exactcreep.studies.sweeps import sweep as sweep
+    from exactcreep.studies.thresholds import threshold as threshold
 
 # Where each public name lives; it is imported when it is first used, so that a command line
 # that only prints its help does not wait for a compiler. "module:" alone is the module itself.
@@ -48,6 +51,8 @@ _HOMES = {
     "Path": "model.drive:Path",
     "State": "model.state:State",
     "TemperatureRecord": "model.record:TemperatureRecord",
+    "audit": "studies.auditing:audit",
+    "compare": "studies.comparison:compare",
     "creep": "quasistatic:creep",
     "disorder": "model.disorder:",
     "iterate": "solvers.registry:iterate",
@@ -58,6 +63,7 @@ _HOMES = {
     "rearrange": "solvers.registry:rearrange",
     "resume": "quasistatic:resume",
     "sweep": "studies.sweeps:sweep",
+    "threshold": "studies.thresholds:threshold",
 }
 
 __all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - the keys are strings

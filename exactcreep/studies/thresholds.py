@@ -628,6 +628,8 @@ class _Search:
         If none of the conditions that may decide has a root there, the middle is returned: the
         deciding runs then have to bisect.
         """
+        if high - low < _NARROW * high / 2:  # float64 would not tell its ends apart
+            low, high = low - _NARROW * high, high + _NARROW * high
         trials = [self.question.tried(amplitude, "exact", {}) for amplitude in (low, high)]
         one, other = (numbered(trial.log) for trial in trials)
         loss = 64 + len(one)
