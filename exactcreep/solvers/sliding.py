@@ -35,7 +35,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Drive
+from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
@@ -486,6 +486,7 @@ class SlidingSimulation(Simulation):
         self._relaxed = False
         self._way = 0
         self._theta = state.theta
+        self._amplitude: Fraction | None = None  # of the cycles, if it is driven by cycles
         n = chain.n
         self._slips = np.zeros(n, dtype=np.int64)
         self._sliding = np.zeros(n, dtype=np.int8)
@@ -555,6 +556,7 @@ class SlidingSimulation(Simulation):
         """
         if not _held(self.chain):
             return Stretch(0, {}, Outcome.RUNAWAY, _runaway_reason(self.chain))
+        self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n = self.chain.n
         count = min(count, max(1, max_events // n))
         kind: Any = object if self.exact else np.float64
@@ -642,6 +644,7 @@ class SlidingSimulation(Simulation):
         captured: dict[str, Any] = {
             "way": self._way, "theta": _written(self._theta), "slips": self.tally.slips,
             "events": self.tally.events,
+            "amplitude": None if self._amplitude is None else str(self._amplitude),
             "undecided": self.tally.undecided, "relaxed": self._relaxed,
             "sliding": self._sliding.copy(), "coefficients": self._start.coefficients,
             "draws": self._start.draws,
@@ -662,6 +665,8 @@ class SlidingSimulation(Simulation):
         self._sliding = np.array(captured["sliding"], dtype=np.int8)
         self.tally.slips = int(captured["slips"])
         self.tally.events = int(captured["events"])
+        amplitude = captured["amplitude"]
+        self._amplitude = None if amplitude is None else Fraction(amplitude)
         self.tally.undecided = int(captured["undecided"])
         self._start = State(
             tensions=self._start.tensions,
@@ -693,10 +698,11 @@ class SlidingSimulation(Simulation):
         return Evidence.PROVED if self.exact or not _held(self.chain) else Evidence.COMPUTED
 
     def report(self) -> dict[str, Any]:
-        """Return the pivots and, where the limit is not unique, the range it leaves to x_G.
+        """Return the pivots and, where the limit is not unique, what it leaves open.
 
         ``x_G_low`` and ``x_G_high`` are the present values of x_G if the pivot had always been
-        the one that lets the chain move least, or most, downhill.
+        the one that lets the chain move least, or most, downhill; for Cycles ``velocity_low`` and
+        ``velocity_high`` are the two velocities per half-cycle of the asymptotic cycle.
         """
         chain = self.chain
         report: dict[str, Any] = {
@@ -715,6 +721,9 @@ class SlidingSimulation(Simulation):
             below = {"mean": 0.5, "downhill": 1.0, "uphill": 0.0}[self.pivot] * open_part
             report["x_G_low"] = float(x_g) - below
             report["x_G_high"] = float(x_g) - below + open_part
+            if self._amplitude is not None:
+                low, high = cycle_velocity(chain, self._amplitude)
+                report["velocity_low"], report["velocity_high"] = float(low), float(high)
         return report
 
 

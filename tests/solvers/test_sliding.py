@@ -264,6 +264,8 @@ def test_at_half_the_friction_every_fourth_length_has_two_velocities(n):
         assert simulation.tally.undecided == 12
         report = simulation.report()
         assert report["pivots"] == [i, i + 1]
+        assert report["velocity_low"] == float(velocity.low)
+        assert report["velocity_high"] == float(velocity.high)
         ends = [
             float(simulate(chain, Cycles(amplitude, 6), pivot=end)[1]["x_G"][11])
             for end in ("uphill", "downhill")
