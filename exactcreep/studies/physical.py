@@ -140,11 +140,14 @@ class Solid:
         """
         amplitude = self.dilation(temperature_amplitude)
         law = LAWS["vitessecontinue"].printed(amplitude=amplitude, **self._dimensionless())
-        return float(self.millimetres_per_day(float(law), period))
+        downhill = -1 if self.chain.tan_alpha < 0 else 1
+        return downhill * float(self.millimetres_per_day(float(law), period))
 
     def _dimensionless(self) -> dict[str, Any]:
+        """Return the parameters of the laws; a negative slope is the mirror image."""
         chain = self.chain
-        return {"n": chain.n, "l0": chain.l0, "mu_d": chain.mu_d, "tan_alpha": chain.tan_alpha}
+        slope = abs(chain.tan_alpha)
+        return {"n": chain.n, "l0": chain.l0, "mu_d": chain.mu_d, "tan_alpha": slope}
 
 
 def physical(

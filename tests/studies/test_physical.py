@@ -144,6 +144,12 @@ def test_the_example_in_the_documentation_is_right():
     assert (failed, tried) == (0, 2)
 
 
+def test_a_negative_slope_is_the_mirror_image():
+    down, up = physical(**LEAD), physical(**LEAD | {"tan_alpha": "-0.25"})
+    assert up.critical_temperature_change == down.critical_temperature_change
+    assert up.continuum_velocity(10, DAY) == -down.continuum_velocity(10, DAY)
+
+
 def test_a_period_must_be_positive():
     with pytest.raises(InputError, match="period"):
         physical(**LEAD).millimetres_per_day(1.0, 0)
