@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+import sys
+import time
 from collections import Counter
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
@@ -10,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from exactcreep.commands.run import Settings, Solver, parsed_settings
+from exactcreep.commands.session import COMPILING
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,17 +21,28 @@ if TYPE_CHECKING:
     from exactcreep.studies.sweeps import SweepProgress
 
 
+SECONDS_BETWEEN_LINES = 5.0
+
+
 class SweepBar(AbstractContextManager["SweepBar"]):
-    """A progress bar on standard error: cells, events per second, time left."""
+    """Progress on standard error: cells, events per second, time left.
+
+    On a terminal it is a bar; in a file or a pipe, a line every few seconds.
+    """
 
     def __init__(self, name: str) -> None:
         from rich.console import Console
         from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
+        self.name = name
+        self.console = Console(stderr=True)
+        on_terminal = self.console.is_terminal
         columns: list[Any] = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
-        columns += [TextColumn("cells  {task.fields[pace]}  {task.fields[left]}")]
-        self.bar = Progress(*columns, console=Console(stderr=True), transient=True)
-        self.task = self.bar.add_task(name, total=None, pace="", left="")
+        columns += [TextColumn("cells{task.fields[told]}")]
+        self.bar = Progress(*columns, console=self.console, transient=True, disable=not on_terminal)
+        self.task = self.bar.add_task(name, total=None, told="")
+        self.next_line = math.inf if on_terminal else time.monotonic()
+        self.compiling = False
 
     def __enter__(self) -> SweepBar:
         self.bar.start()
@@ -38,19 +53,27 @@ class SweepBar(AbstractContextManager["SweepBar"]):
 
     def show(self, progress: SweepProgress) -> None:
         """Show how far the sweep has come."""
-        pace = f"{progress.events_per_second:.3g} events/s" if progress.events else ""
-        left = _duration(progress.seconds_left)
-        self.bar.update(
-            self.task, total=progress.total, completed=progress.cells, pace=pace, left=left
-        )
+        if progress.phase == "compiling" and not self.compiling:
+            self.compiling = True
+            self.console.print(COMPILING)
+        told = f", {progress.events_per_second:.3g} events/s" if progress.events else ""
+        if progress.seconds_left > 0:
+            told += f", about {_duration(progress.seconds_left)} left"
+        self.bar.update(self.task, total=progress.total, completed=progress.cells, told=told)
+        now = time.monotonic()
+        if now >= self.next_line:
+            self.next_line = now + SECONDS_BETWEEN_LINES
+            sys.stderr.write(
+                f"{self.name}: {progress.cells} of {progress.total} cells ({progress.found} found"
+                f" saved){told}\n"
+            )
+            sys.stderr.flush()
 
 
 def _duration(seconds: float) -> str:
-    if not seconds > 0:
-        return ""
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d} left"
+    return f"{hours}:{minutes:02d}:{rest:02d}"
 
 
 def sweep(

@@ -13,7 +13,6 @@ import json
 import math
 import os
 import tempfile
-import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -72,6 +71,8 @@ class SweepProgress:
 
     Attributes
     ----------
+    phase : str
+        ``compiling`` (once, before the first run on a machine) or ``running``.
     cells, total : int
         Cells finished, those found saved included, and cells of the grid.
     found : int
@@ -84,6 +85,7 @@ class SweepProgress:
         An estimate from half-cycles and sliders; nan before the first cell has finished.
     """
 
+    phase: str
     cells: int
     total: int
     found: int
@@ -99,6 +101,22 @@ class SweepProgress:
 
 class _Stopped(Exception):
     """The sweep was interrupted while this cell was being computed."""
+
+
+class Signals:
+    """What a sweep and the cells that it computes in its own threads tell each other.
+
+    Attributes
+    ----------
+    stop : bool
+        The sweep was interrupted.
+    compiling : bool
+        The kernel is being compiled, once.
+    """
+
+    def __init__(self) -> None:
+        self.stop = False
+        self.compiling = False
 
 
 def sweep(
@@ -170,8 +188,9 @@ def sweep(
         board.add(index, value)
 
     try:
-        with _pool(executor, workers) as (pool, stop, ahead), _quiet():
-            _compute(pool, stop, ahead, experiments, settings, todo, take, board)
+        with _pool(executor, workers) as (pool, signals, ahead), _quiet():
+            board.signals = signals
+            _compute(pool, signals, ahead, experiments, settings, todo, take, board)
     except KeyboardInterrupt:
         if store is not None:
             store.finish(_assembled(scene, experiments, values))
@@ -183,19 +202,21 @@ def sweep(
     return dataset
 
 
-def finished_cell(experiment: Experiment, stop: threading.Event | None = None) -> dict[str, Any]:
+def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dict[str, Any]:
     """Return what a sweep keeps of one experiment, as plain data.
 
     Parameters
     ----------
     experiment : Experiment
-    stop : Event, optional
-        Set by a sweep in the same process that was interrupted.
+    signals : Signals, optional
+        Of a sweep in the same process.
     """
 
     def glance(progress: Progress) -> None:
-        if stop is not None and stop.is_set():
-            raise _Stopped
+        if signals is not None:
+            signals.compiling = progress.phase == "compiling"
+            if signals.stop:
+                raise _Stopped
 
     result = run_members([experiment], progress=glance)[0]
     value: dict[str, Any] = {"version": __version__, "seconds": result.seconds}
@@ -290,6 +311,7 @@ class _Board:
         progress: Callable[[SweepProgress], None] | None,
     ) -> None:
         self.progress = progress
+        self.signals: Signals | None = None
         self.total = len(experiments)
         self.found = self.total - len(todo)
         self.cells = self.found
@@ -314,16 +336,18 @@ class _Board:
         self.last = moment
         seconds = moment - self.begin
         left = seconds * self.left / self.done if self.done else math.nan
+        compiling = self.signals is not None and self.signals.compiling
+        phase = "compiling" if compiling else "running"
         self.progress(
-            SweepProgress(self.cells, self.total, self.found, self.events, seconds, left)
+            SweepProgress(phase, self.cells, self.total, self.found, self.events, seconds, left)
         )
 
 
 @contextmanager
 def _pool(
     executor: Executor | None, workers: int | None
-) -> Iterator[tuple[Executor, threading.Event | None, int]]:
-    """Yield an executor, what stops the cells that it computes, and how many it may hold."""
+) -> Iterator[tuple[Executor, Signals | None, int]]:
+    """Yield an executor, the signals of its cells, and how many of them it may hold."""
     if executor is not None:
         if workers is not None:
             raise InputError("workers", workers, "belongs to the executor that is given")
@@ -334,18 +358,18 @@ def _pool(
     count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     if workers is not None:
         count = whole_number(workers, "workers", least=1, most=10_000)
-    stop = threading.Event()
+    signals = Signals()
     with ThreadPoolExecutor(count, thread_name_prefix="cell") as threads:
         try:
-            yield threads, stop, 4 * (count or 1)
+            yield threads, signals, 4 * (count or 1)
         except BaseException:
-            stop.set()
+            signals.stop = True
             raise
 
 
 def _compute(
     pool: Executor,
-    stop: threading.Event | None,
+    signals: Signals | None,
     ahead: int,
     experiments: list[Experiment],
     settings: list[dict[str, Any]],
@@ -367,7 +391,9 @@ def _compute(
     try:
         while True:
             for index in remaining:
-                cell = (experiments[index],) if stop is None else (experiments[index], stop)
+                cell: tuple[Any, ...] = (experiments[index],)
+                if signals is not None:
+                    cell = (experiments[index], signals)
                 waiting[pool.submit(finished_cell, *cell)] = index
                 if len(waiting) >= ahead:
                     break
@@ -376,8 +402,8 @@ def _compute(
             collect(_GLANCE)
             board.show()
     except BaseException:
-        if stop is not None:
-            stop.set()
+        if signals is not None:
+            signals.stop = True
         for future in waiting:
             future.cancel()
         # what finished in the meantime is not thrown away
