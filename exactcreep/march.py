@@ -58,6 +58,7 @@ class March:
         self.tail: list[Enclosure] = [begin, begin]  # x_G at the last two targets
         self.samples = Samples(nearest_float(begin.middle), 2 if drive.cyclic else 1)
         self.burn_in = experiment.burn_in_of(self.total)
+        self.origin = Mark.of(self)
         self.burnt: Mark | None = None
         self.last_cycle: Mark | None = None
         # a block ends where the run will be looked back to
@@ -115,9 +116,9 @@ class March:
 
     def _mark(self) -> None:
         if self.done == self.burn_in:
-            self.burnt = Mark.of(self, with_state=False)
+            self.burnt = Mark.of(self)
         if self.experiment.drive.cyclic and self.done == self.total - 2:
-            self.last_cycle = Mark.of(self, with_state=True)
+            self.last_cycle = Mark.of(self)
 
     def recorded(self) -> dict[str, NDArray[Any]]:
         """Return what was recorded, one array for each name."""
@@ -215,26 +216,28 @@ class March:
         tally, last = self.simulation.tally, self.last_cycle
         begin = self.burnt
         if begin is None or begin.done == self.done:
-            begin = Mark(0, _mean(self.experiment.initial.displacements), Tally())
-        moved = self._moved_since(begin)
+            begin = self.origin
+        advanced = self._advanced_since(begin, state)
         if last is None:
             at_rest = tally.events == begin.tally.events
         else:
             at_rest = tally.events == last.tally.events
             if last.same_tensions(state):
                 begin = last
-        if at_rest or not self._moved_since(begin):
-            remark = "x_G moved in a transient only, before the last cycle" if moved else ""
-            return Outcome.AT_REST if at_rest else Outcome.CYCLING, remark
+        if at_rest or not self._advanced_since(begin, state):
+            remark = "the chain advanced in a transient only, before the last cycle"
+            return Outcome.AT_REST if at_rest else Outcome.CYCLING, remark if advanced else ""
         return Outcome.CREEPING, ""
 
-    def _moved_since(self, begin: Mark) -> bool:
-        """Return whether x_G has moved by more than rounding can make."""
-        moved = abs(self.tail[-1].middle - begin.x_G.middle)
-        return moved > (self.simulation.tally.slips - begin.tally.slips) * self._rounding()
+    def _advanced_since(self, begin: Mark, state: State) -> bool:
+        """Return whether every slider has moved the same way, by more than rounding can make."""
+        change = floats(state.displacements) - begin.displacements
+        slips = self.simulation.tally.slips - begin.tally.slips
+        rounding = nearest_float(slips * self._rounding())
+        return bool((change > rounding).all() or (change < -rounding).all())
 
     def _rounding(self) -> Fraction:
-        """Return the most that rounding adds to x_G in one slip."""
+        """Return the most that rounding adds to a displacement in one slip."""
         chain = self.experiment.chain
         force = (chain.mu_s + abs(chain.tan_alpha)) * Fraction(chain.cos_alpha)
         return chain.n * force / 2**50
@@ -255,18 +258,19 @@ class Mark:
     done: int
     x_G: Enclosure
     tally: Tally
-    tensions: NDArray[Any] | None = None
-    coefficients: NDArray[Any] | None = None
+    displacements: NDArray[np.float64]
+    tensions: NDArray[Any] | None
+    coefficients: NDArray[Any] | None
 
     @classmethod
-    def of(cls, march: March, *, with_state: bool) -> Mark:
-        tally = copy.copy(march.simulation.tally)
-        if not with_state or march.experiment.chain.sigma_mu != 0:
-            return cls(march.done, march.tail[-1], tally)
-        state = march.simulation.state()
+    def of(cls, march: March) -> Mark:
+        """Return where `march` is now."""
+        state, tally = march.simulation.state(), copy.copy(march.simulation.tally)
+        moved = floats(state.displacements)
         if state.tensions.dtype == object or state.coefficients.dtype == object:
-            return cls(march.done, march.tail[-1], tally)
-        return cls(march.done, march.tail[-1], tally, state.tensions, state.coefficients)
+            return cls(march.done, march.tail[-1], tally, moved, None, None)
+        tensions, coefficients = state.tensions, state.coefficients
+        return cls(march.done, march.tail[-1], tally, moved, tensions, coefficients)
 
     def same_tensions(self, state: State) -> bool:
         """Return whether `state` has the same tensions and coefficients, bit for bit."""
@@ -277,25 +281,24 @@ class Mark:
         )
 
     def capture(self) -> dict[str, Any]:
+        """Return this mark as plain data."""
         return {
             "done": self.done,
             "x_G": tuple(self.x_G),
             "tally": asdict(self.tally),
+            "displacements": self.displacements,
             "tensions": self.tensions,
             "coefficients": self.coefficients,
         }
 
     @classmethod
     def restored(cls, captured: Mapping[str, Any] | None) -> Mark | None:
+        """Return the mark that `capture` described."""
         if captured is None:
             return None
-        return cls(
-            captured["done"],
-            Enclosure(*captured["x_G"]),
-            Tally(**captured["tally"]),
-            captured["tensions"],
-            captured["coefficients"],
-        )
+        about = dict(captured)
+        x_g, tally = Enclosure(*about.pop("x_G")), Tally(**about.pop("tally"))
+        return cls(x_G=x_g, tally=tally, **about)
 
 
 class Samples:

@@ -187,10 +187,10 @@ def creep(
           `max_events`, a million events within one half-cycle where tan_alpha >= mu_d is one);
         - ``AT_REST``: for Cycles, no event in the last whole cycle, so that there will never be
           one again; for other drives, no event after the burn-in;
-        - ``CYCLING``: sliders slip, but without net displacement: if the last cycle returned
-          the chain to the same tensions bit for bit, in that cycle (so that it goes on like this
-          for ever), otherwise over all half-cycles after the burn-in;
-        - ``CREEPING``: x_G moves on, in the same sense.
+        - ``CREEPING``: the chain advances: every slider has moved, all of them the same way. If the
+          last cycle returned the chain to the same tensions bit for bit (so that it goes on like
+          this for ever), in that cycle; otherwise over all half-cycles after the burn-in;
+        - ``CYCLING``: sliders slip, but the chain does not advance in this sense.
 
         A displacement counts as none if rounding alone can make it: 2**-50 n (mu_s + |tan_alpha|)
         cos(alpha) for every slip.

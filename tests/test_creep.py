@@ -90,6 +90,16 @@ def test_a_chain_that_returns_to_its_tensions_cycles_for_ever_whatever_it_did_be
     assert longer[-1] == x[-1]
 
 
+def test_creep_is_the_advance_of_every_slider() -> None:
+    for amplitude, outcome in (("0.004", Outcome.CREEPING), ("0.002", Outcome.CYCLING)):
+        result = creep(Chain(30, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles(amplitude, 30),
+                       record=("x", "slips"))  # fmt: skip
+        change = result.recorded["x"][-1] - result.recorded["x"][result.burn_in - 1]
+        assert result.outcome is outcome
+        assert (change > 0).all() == (outcome is Outcome.CREEPING)
+        assert result.recorded["slips"][-2:].sum() > 0
+
+
 def test_a_single_slider_rests() -> None:
     result = creep(Chain(1, 1, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.01", 3))
     assert result.outcome is Outcome.AT_REST
@@ -100,7 +110,9 @@ def test_no_half_cycle_after_the_burn_in_leaves_the_velocity_unknown() -> None:
     result = creep(TWO_SURE, ThetaPath(["0.01"]))
     assert math.isnan(result.velocity)
     assert result.summary()["velocity"] is None
-    assert result.outcome is Outcome.CREEPING
+    # one dilation: the lower slider has moved, the upper one has not, so no creep is seen yet
+    assert result.state.displacements[1] > 0 == result.state.displacements[0]
+    assert result.outcome is Outcome.CYCLING
 
 
 def test_the_standard_error_is_the_scatter_between_seeds() -> None:

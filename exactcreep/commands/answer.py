@@ -93,9 +93,13 @@ def measured(result: Creep, digits: int = 6) -> str:
         return "not known"
     if math.isinf(result.velocity):
         return "unbounded"
-    if math.isnan(result.velocity_error):
+    error = result.velocity_error
+    if math.isnan(error):
         return f"{result.velocity:.{digits}g}"
-    return f"{result.velocity:.{digits}g} ± {result.velocity_error:.2g}"
+    if error < 1e-9 * abs(result.velocity) or error == 0:
+        return f"{result.velocity:.{digits}g} ± {error:.2g}"
+    places = max(0, 1 - math.floor(math.log10(error)))  # two digits of the error
+    return f"{result.velocity:.{places}f} ± {error:.{places}f}"
 
 
 def _predicted(result: Creep, digits: int = 6) -> tuple[str, str, tuple[float, ...]] | None:

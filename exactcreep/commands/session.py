@@ -43,8 +43,8 @@ class ProgressBar(AbstractContextManager["ProgressBar"]):
         on_terminal = self.console.is_terminal
         self.bar = Progress(*columns, console=self.console, transient=True, disable=not on_terminal)
         self.task = self.bar.add_task("starting", total=None)
-        self.begin = time.monotonic()
-        self.next_line = math.inf if on_terminal else self.begin
+        self.begin: float | None = None  # of the run, after compilation
+        self.next_line = math.inf if on_terminal else -math.inf
 
     def __enter__(self) -> ProgressBar:
         self.bar.start()
@@ -65,6 +65,8 @@ class ProgressBar(AbstractContextManager["ProgressBar"]):
         done = progress.half_cycles + progress.total * (progress.member - 1)
         self.bar.update(self.task, description=who, total=total, completed=done)
         now = time.monotonic()
+        if self.begin is None:
+            self.begin = now
         if now >= self.next_line:
             self.next_line = now + _SECONDS_BETWEEN_LINES
             # the first half-cycles say little about the last
