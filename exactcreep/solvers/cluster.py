@@ -43,6 +43,7 @@ from exactcreep.solvers.lanes import (
 from exactcreep.solvers.layout import (
     BEND,
     BENT,
+    CROSSING,
     DRIVE,
     EVENT,
     EXCESS,
@@ -80,6 +81,12 @@ _BEND_EVEN = _REST * 4.0 / math.factorial(11)
 _BEND_ODD = _REST * 4.0 / math.factorial(12)
 _SWING_EVEN = _REST * 16.0 / math.factorial(12)
 _SWING_ODD = _REST * 4.0 / math.factorial(11)
+
+
+# Bisection halves a piece of length 1 down to an ulp in 53 steps; nothing needs many times that.
+_MOST_PIECES = 500
+_POLISH = 4
+"""Newton steps, at most, after the estimate of a candidate has converged."""
 
 
 @inlined
@@ -327,6 +334,15 @@ def _at_both_ends(cell, series, i, j):  # type: ignore[no-untyped-def]
     return pull, flow, pull + around, series[RUNNING, left] + series[RUNNING, right]
 
 
+@inlined
+def _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t):  # type: ignore[no-untyped-def]
+    """Return a bound of the rounding error of one margin on [0, t]."""
+    scale = abs(at_0) + abs(at_1) + t * (abs(slope_0) + abs(slope_1))
+    if cell[SIDE, i] != 0.0:
+        return 16.0 * ULP * (scale + t * real[FRICTION])
+    return 16.0 * ULP * (scale + 2.0 * real[FRICTION] + cell[EXCESS, i])
+
+
 @compiled
 def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # type: ignore[no-untyped-def]
     """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
@@ -350,9 +366,7 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
     if not evaluated:
         at_b, slope_b = _margin(cell, series, i, j, t)
         whole[ROOTS] += 1
-    scale = abs(at_a) + abs(at_b) + t * (abs(slope_a) + abs(slope_b))
-    scale += t * real[FRICTION] if moving else threshold + real[FRICTION]
-    bound = 16.0 * ULP * scale
+    bound = _rounding(cell, real, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
     at_a = threshold + side * at_a
@@ -372,7 +386,7 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
     b = t
     far = t
     crossed = False
-    while True:
+    for _ in range(_MOST_PIECES):
         if b != t:
             at_b, slope_b = _margin(cell, series, i, j, b)
             whole[ROOTS] += 1
@@ -383,26 +397,7 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
         slope_b = side * slope_b
         if begins and at_a < 0.0:
             at_a = 0.0
-        if at_b > bound:
-            if _clear(at_a, slope_a, at_b, slope_b, bend, b - a, bound, begins, False):
-                if b >= far:
-                    return np.inf
-                a = b
-                at_a = at_b
-                slope_a = slope_b
-                begins = False
-                b = a - at_a / slope_a if slope_a < 0.0 else far
-                if not (b > a and b < far):
-                    b = 0.5 * (a + far) if crossed else far
-            else:
-                b = 0.5 * (a + b)
-        elif at_b >= -bound:
-            if slope_b < 0.0 and _clear(
-                at_a, slope_a, 0.0, slope_b, bend, b - a, bound, begins, True
-            ):
-                return b
-            b = 0.5 * (a + b)
-        else:
+        if at_b < -bound:
             crossed = True
             far = b
             middle = 0.5 * (a + b)
@@ -410,19 +405,39 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
                 b -= at_b / slope_b
             if not (b > a and b < far):
                 b = middle
+        elif at_b <= bound and slope_b < 0.0 and _clear(
+            at_a, slope_a, 0.0, slope_b, bend, b - a, bound, begins, True
+        ):
+            return min(max(b - at_b / slope_b, a), far)
+        else:
+            clear = at_b > bound and _clear(
+                at_a, slope_a, at_b, slope_b, bend, b - a, bound, begins, False
+            )
+            graze = not clear and _clear(
+                at_a + 2.0 * bound, slope_a, at_b + 2.0 * bound, slope_b, bend, b - a,
+                0.0, True, False,
+            )  # fmt: skip
+            if graze:
+                # within rounding of its threshold all along: there it stays
+                whole[UNDECIDED] += 1
+            if clear or graze:
+                if b >= far:
+                    return far if crossed else np.inf
+                a = b
+                at_a = max(at_b, 0.0)
+                slope_a = slope_b
+                begins = False
+                b = a - at_a / slope_a if slope_a < 0.0 else far
+                if not (b > a and b < far):
+                    b = 0.5 * (a + far) if crossed else far
+            else:
+                b = 0.5 * (a + b)
         if b - a <= 4.0 * ULP * t:
-            whole[UNDECIDED] += 1
-            if crossed and far - a <= 8.0 * ULP * t:
+            if crossed and far - a <= 64.0 * ULP * t:
                 return far
-            # a graze: at its threshold it stays
-            a = b
-            at_a, slope_a = _margin(cell, series, i, j, a)
-            at_a = max(threshold + side * at_a, 2.0 * bound)
-            slope_a = max(side * slope_a, 0.0)
-            begins = False
-            b = far
-            if b <= a:
-                return np.inf
+            b = 0.5 * (a + far)
+    whole[UNDECIDED] += 1
+    return far if crossed else np.inf
 
 
 @inlined
@@ -430,7 +445,9 @@ def _refine(cell, series, real, whole, i, j, t):  # type: ignore[no-untyped-def]
     """Return the root near t of one margin by Newton's method, inf if it strays."""
     moving = cell[SIDE, i] != 0.0
     threshold = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
-    for _ in range(12):
+    before = 0.0
+    step = 0.0
+    for turn in range(12):
         value, slope = _margin(cell, series, i, j, t)
         whole[ROOTS] += 1
         if not moving:
@@ -441,13 +458,17 @@ def _refine(cell, series, real, whole, i, j, t):  # type: ignore[no-untyped-def]
                 value = threshold + value
         if slope >= 0.0:
             return np.inf
+        # what this step will miss by: step**2 times half the curvature over the slope
+        curvature = abs((slope - before) / step) if turn > 0 else abs(slope) / t
+        before = slope
         step = value / slope
         t -= step
         if not (t > 0.0 and t <= HORIZON):
             return np.inf
-        # the next step would be about step**2 / t: below an ulp it need not be made
-        if step * step <= 0.25 * ULP * t * t:
-            return t
+        if turn > 0 or step * step <= ULP * ULP * t * t:
+            miss = step * step * max(curvature / abs(slope), 1.0 / t)
+            if miss <= 0.25 * ULP * t:
+                return t
     return np.inf
 
 
@@ -533,6 +554,40 @@ def _suspects(cell, series, friction, first, s, strips, t):  # type: ignore[no-u
     return lower, upper
 
 
+@inlined
+def _together(cell, count, series, real, whole, first, contenders, t):  # type: ignore[no-untyped-def]
+    """Keep the sliders whose event is at t, within its rounding bound; return how many.
+
+    All contenders are looked at again, once t is known: which slider was found first must not
+    matter.
+    """
+    missed = 0.0  # by how much the margins that give t its value miss the end of their range
+    for turn in range(2):
+        events = 0
+        for k in range(contenders):
+            i = count[EVENT, k]
+            j = EIGHT + i - first
+            at_0, slope_0, at_1, slope_1 = _at_both_ends(cell, series, i, j)
+            off = abs(at_1)
+            leaves = slope_1 < 0.0
+            if cell[SIDE, i] == 0.0:
+                off = abs(off - (real[FRICTION] + cell[EXCESS, i]))
+                leaves = slope_1 * at_1 > 0.0
+            if turn == 0:
+                if series[CROSSING, j] == t:
+                    missed = max(missed, off)
+                continue
+            near = off <= max(missed, _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t))
+            known = not (leaves or series[CROSSING, j] == t)
+            for earlier in range(events):
+                known = known or count[EVENT, earlier] == i
+            if near and not known:
+                count[EVENT, events] = i
+                events += 1
+    whole[UNDECIDED] += max(events - 1, 0)
+    return events
+
+
 @compiled
 def step(cell, count, series, real, whole, first, last):  # type: ignore[no-untyped-def]
     """Advance the movers of columns first + 1 .. last - 1 to their first event.
@@ -553,14 +608,31 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
     _expand(cell, series, friction, first, strips)
     lane, t = _candidate(cell, series, friction, first, strips)
     events = 0
+    found = False
     if lane >= 0:
         t = _refine(cell, series, real, whole, first + lane, EIGHT + lane, t)
-        if t <= HORIZON:
-            events = 1
-            count[EVENT, 0] = first + lane
-        else:
+        if t > HORIZON:
+            lane = -1
             t = HORIZON
+        else:
+            events = 1
+            found = True
+            count[EVENT, 0] = first + lane
+            series[CROSSING, EIGHT + lane] = t
     _evaluate(series, strips, t)
+    for _ in range(_POLISH if lane >= 0 else 0):
+        # the root must hold within its rounding bound, or a tie with it would go unseen
+        i = first + lane
+        j = EIGHT + lane
+        at_0, slope_0, at_1, slope_1 = _at_both_ends(cell, series, i, j)
+        bound = _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
+        if cell[SIDE, i] == 0.0:
+            at_1 -= math.copysign(friction + cell[EXCESS, i], slope_1)
+        if abs(at_1) <= 0.5 * bound or slope_1 == 0.0:
+            break
+        t = min(max(t - at_1 / slope_1, 0.0), HORIZON)
+        series[CROSSING, j] = t
+        _evaluate(series, strips, t)
     evaluated = t
     for s in range(strips):
         whole[TESTS] += 1
@@ -574,7 +646,7 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
             for side in range(2):
                 if ((upper if side == 1 else lower) >> bit) & 1 == 0:
                     continue
-                if events > 0 and t == evaluated and count[EVENT, 0] == i:
+                if lane >= 0 and t == evaluated and i == first + lane:
                     # the candidate itself: only what lies before its root is in question
                     at_0, slope_0, _, slope_1 = _at_both_ends(cell, series, i, j)
                     way = -1.0 if side == 1 else 1.0
@@ -597,17 +669,17 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
                 crossing = _first_crossing(
                     cell, series, real, whole, i, j, side == 1, t, t == evaluated
                 )
-                if crossing < t or (crossing == t and events == 0):
-                    t = crossing
-                    events = 1
-                    count[EVENT, 0] = i
-                elif crossing == t and count[EVENT, events - 1] != i:
-                    # together within the rounding bound: one event
-                    whole[UNDECIDED] += 1
+                if events == 0 or count[EVENT, events - 1] != i:
                     count[EVENT, events] = i
                     events += 1
+                    series[CROSSING, j] = np.inf
+                if crossing <= t:
+                    series[CROSSING, j] = crossing
+                    found = True
+                    t = crossing
     if t != evaluated:
         _evaluate(series, strips, t)
+    events = _together(cell, count, series, real, whole, first, events, t) if found else 0
     residual = 0.0
     for k in range(events):
         i = count[EVENT, k]

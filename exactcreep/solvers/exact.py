@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple
@@ -33,7 +33,7 @@ class Work(NamedTuple):
     log: NDArray[np.float64]
 
 
-MOST_EVENTS = 10**7
+MOST_EVENTS = 20_000
 """`Exact.rearrange` gives up after so many events of one rearrangement."""
 
 _COLUMNS = {
@@ -46,6 +46,10 @@ _COLUMNS = {
 }
 
 
+_ENDLESS = (
+    f"an avalanche has neither ended nor been proved to run away after {layout.LONGEST_AVALANCHE}"
+    " events; at tan_alpha = mu_d it may go round for ever"
+)
 _EVENT_COLUMNS = [
     layout.LOG_NUMBER,
     layout.LOG_KIND,
@@ -256,7 +260,7 @@ class ExactSimulation(Simulation):
                 if "slips" in self.record:
                     rows["slips"].append(self.work.count[layout.SLIPS, self._inner].copy())
                 self.work.count[layout.SLIPS] = 0
-            if reason in (layout.BUDGET, layout.RUNAWAY):
+            if reason in (layout.BUDGET, layout.RUNAWAY, layout.ENDLESS):
                 break
         recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
         widths = {"x": self.chain.n, "tension": self.chain.n - 1, "slips": self.chain.n}
@@ -267,6 +271,8 @@ class ExactSimulation(Simulation):
             empty = self._drain()
             for name in empty:
                 recorded[name] = np.concatenate([log[name] for log in logs] + [empty[name]])
+        if reason == layout.ENDLESS:
+            return Stretch(done, recorded, Outcome.LIMIT, _ENDLESS)
         outcome = Outcome.RUNAWAY if reason == layout.RUNAWAY else None
         return Stretch(done, recorded, outcome)
 
@@ -429,6 +435,7 @@ class Exact(Solver):
             layout.ONE_DONE: Outcome.AT_REST,
             layout.RUNAWAY: Outcome.RUNAWAY,
             layout.BUDGET: Outcome.LIMIT,
+            layout.ENDLESS: Outcome.LIMIT,
         }[reason]
         return Rearrangement(
             chain=chain,
@@ -444,6 +451,22 @@ class Exact(Solver):
             solver=self.name,
             report=simulation.report() | {"time": float(work.real[layout.TIME])},
         )
+
+    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
+        """Yield the events of `rearrange` one by one, each as soon as it is known."""
+        simulation = ExactSimulation(chain, state, seed, ("events",))
+        work = simulation.work
+        if direction != 0:
+            if chain.n == 1:
+                return
+            work.whole[layout.STAGE] = layout.AT_REST
+        target = np.array([np.inf * direction]) if direction else np.zeros(1)
+        reason = layout.BUDGET
+        while reason in (layout.BUDGET, layout.LOG_FULL):
+            reason, _ = kernel.follow(*work, target, np.zeros(1), np.empty(1), 1, True)
+            count = int(work.whole[layout.LOGGED])
+            yield from _events(work.log[:count, _EVENT_COLUMNS])
+            work.whole[layout.LOGGED] = 0
 
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]

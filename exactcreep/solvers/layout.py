@@ -24,6 +24,12 @@ TAIL = 12
 NEVER = 1e300
 """The excess of a column outside the chain: a threshold that no force reaches."""
 ULP = 2.0**-52
+LONGEST_AVALANCHE = 10**6
+"""Events of one rearrangement, plus 1000 for each slider, after which it is given up.
+
+Only on slopes from mu_d on: below, every avalanche ends. On the slope mu_d itself friction takes
+exactly what gravity gives, and an avalanche may go round for ever without all sliders ever moving.
+"""
 
 # rows of `cell`, float64
 (
@@ -57,7 +63,7 @@ COUNTS = 3
     MOVED,  # displacement at the end of the step
     RUNNING,  # velocity at the end of the step
     BENT,  # bound of the fourth derivative of the displacement during the step
-    GUESS,  # a first estimate of the time to the slider's event
+    CROSSING,  # when the margin was found to leave its range
 ) = range(ORDERS, ORDERS + 8)
 SERIES = ORDERS + 8
 
@@ -101,10 +107,11 @@ REALS = 13
     LOGGING,
     LOGGED,  # rows of the log in use
     STEPS,  # of clusters
+    CALM,  # of them since the last event
     TESTS,  # windows of eight sliders certified
     ROOTS,  # evaluations of one slider's margin
-) = range(22)
-WHOLES = 22
+) = range(23)
+WHOLES = 23
 
 # columns of `log`
 (
@@ -124,7 +131,7 @@ LOG_COLUMNS = 10
 # stages
 AT_REST, LONE, CLUSTER, UNSTABLE = range(4)
 # why the loop returned
-DONE, BUDGET, RUNAWAY, LOG_FULL, ONE_DONE = range(5)
+DONE, BUDGET, RUNAWAY, LOG_FULL, ONE_DONE, ENDLESS = range(6)
 # kinds of events
 START, STOP = range(2)
 
