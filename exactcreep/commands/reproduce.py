@@ -97,7 +97,7 @@ def data_of(
 
     data = {}
     for name, settings in picture.quick.items():
-        scene = load_scene(name)
+        scene = load_scene(name).with_settings(picture.always)
         if quick:
             scene = scene.with_settings(settings)
         dataset = sweep(scene, workers=workers, progress=progress)

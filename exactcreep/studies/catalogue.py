@@ -34,6 +34,8 @@ class Picture:
         Called with the data and the tables; returns the figure.
     quick : mapping
         For each scene the dotted keys that are set differently for a quick look.
+    always : mapping
+        Dotted keys that are set in every scene, quick or not.
     reduce : callable or None
         Makes of each sweep what is kept of it.
     """
@@ -43,6 +45,7 @@ class Picture:
     tables: Callable[[Data], list[Table]]
     draw: Callable[[Data, list[Table]], Figure]
     quick: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    always: Mapping[str, Any] = field(default_factory=dict)
     reduce: Callable[[xr.Dataset], xr.Dataset] | None = None
 
     @property
@@ -60,6 +63,7 @@ _ALL = (
         two_sliders.trace_tables,
         two_sliders.draw_trace,
         {"two-sliders-trace": {}},
+        {"run.record": ["x_G", "x"]},
     ),
     Picture(
         "two-sliders-angle",
@@ -113,7 +117,6 @@ _ALL = (
         {
             "chain-jumps": {
                 "drive.cycles": 600,
-                "run.record": ["x_G"],
                 "vary.run.start": [
                     "relaxed",
                     {"size": "1e-6", "seed": 1},
@@ -122,6 +125,7 @@ _ALL = (
                 ],
             }
         },
+        {"run.record": ["x_G"]},
     ),
     Picture(
         "two-sliders-staircase",
@@ -155,6 +159,7 @@ _ALL = (
                 "vary.run.start": [{"size": "1e-6", "seed": k} for k in _EIGHT],
             }
         },
+        {"run.record": ["x_G", "slips"]},
         beyond.active_sliders,
     ),
     Picture(

@@ -166,9 +166,9 @@ def sweep(
 
     Notes
     -----
-    Guarantee: a cell depends on its experiment alone, whatever computes it: the dataset of a
-    sweep that was stopped and resumed, on other machines or in another order, is the same bit
-    for bit.
+    Guarantee: a cell depends on its experiment alone, not on what else is computed, when, in which
+    order, thread or process: the dataset of a sweep that was stopped and resumed is the same bit
+    for bit. (Machines of different kinds agree as far as their mathematics libraries do.)
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     settings = scene.settings()

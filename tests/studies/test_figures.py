@@ -44,7 +44,7 @@ TINY = {
     },
     "chain-size": {"drive.cycles": 5, "vary.chain.n": [2, 7, 8]},
     "chain-size-random": {"drive.steps": 5, "vary.chain.n": [2, 8], "vary.run.seed": [1, 2]},
-    "chain-jumps": {"drive.cycles": 10, "run.record": ["x_G"], "vary.run.start": TINY_STARTS},
+    "chain-jumps": {"drive.cycles": 10, "vary.run.start": TINY_STARTS},
     "two-sliders-staircase": {
         "drive.cycles": 10, "vary.drive.amplitude": ["0.0003", "0.0007", "0.0011"],
     },
