@@ -266,7 +266,7 @@ class ExactSimulation(Simulation):
         widths = {"x": self.chain.n, "tension": self.chain.n - 1, "slips": self.chain.n}
         for name in rows:
             if name in self.record:
-                recorded[name] = np.array(rows[name]).reshape(-1, widths[name])
+                recorded[name] = np.array(rows[name]).reshape(done, widths[name])
         if "events" in self.record:
             empty = self._drain()
             for name in empty:
