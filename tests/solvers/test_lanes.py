@@ -1,0 +1,298 @@
+"""Every operation on eight lanes against NumPy, lane by lane."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numba import njit
+from numpy.typing import NDArray
+
+from exactcreep.solvers.lanes import (
+    WIDTH,
+    below,
+    choose,
+    from_left,
+    from_right,
+    fused,
+    fused_scalar,
+    larger,
+    largest,
+    least,
+    load,
+    lowest_bit,
+    magnitude,
+    not_above,
+    smaller,
+    spread,
+    square_root,
+    store,
+)
+
+CHECKOUT = Path(__file__).parents[2]
+EIGHT = 8
+SPECIAL = (
+    0.0,
+    -0.0,
+    1.0,
+    -1.0,
+    1.0 + 2.0**-52,
+    1.0 - 2.0**-53,
+    0.1,
+    -3.5,
+    2.0**-1022,
+    -(2.0**-1022),
+    5e-324,
+    -5e-324,
+    1.7976931348623157e308,
+    -1.7976931348623157e308,
+    math.inf,
+    -math.inf,
+    math.nan,
+)
+
+
+def triples() -> NDArray[np.float64]:
+    """Return operands a, b, c, shape (3, m): special values in all pairs, then random ones.
+
+    The random ones include products that `c` nearly cancels, where rounding twice would show.
+    """
+    pairs = list(itertools.product(SPECIAL, SPECIAL))
+    rng = np.random.default_rng(20110603)
+    thirds = rng.choice(SPECIAL, len(pairs))
+    special = np.array([[a, b, c] for (a, b), c in zip(pairs, thirds, strict=True)]).T
+    signs = rng.choice([-1.0, 1.0], (3, 1600))
+    wide = signs * np.exp2(rng.uniform(-300, 300, (3, 1600)))
+    near = rng.uniform(-4, 4, (3, 1600))
+    near[2, :800] = -near[0, :800] * near[1, :800]
+    rows = np.concatenate([special, wide, near], axis=1)
+    return np.ascontiguousarray(rows[:, : rows.shape[1] // EIGHT * EIGHT])
+
+
+OPERANDS = triples()
+A, B, C = OPERANDS
+STRIPS = OPERANDS.shape[1] // EIGHT
+CHOICES = np.random.default_rng(7).integers(-(2**62), 2**62, STRIPS)
+"""Masks whose bits above the eighth belong to no lane."""
+
+(ADD, SUBTRACT, MULTIPLY, DIVIDE, FUSED, MAGNITUDE, ROOT, SMALLER, LARGER, LEFT, RIGHT, CHOSEN,
+ SPREAD) = range(13)  # fmt: skip
+LEAST, LARGEST = range(2)
+BELOW, NOT_ABOVE = range(2)
+
+
+@njit(error_model="numpy")
+def operate(operands, choices, vectors, numbers, masks):  # type: ignore[no-untyped-def]
+    """Apply every operation to every strip of eight columns."""
+    for s in range(choices.size):
+        j = 8 * s
+        a = load(operands, 0, j)
+        b = load(operands, 1, j)
+        c = load(operands, 2, j)
+        store(vectors, ADD, j, a + b)
+        store(vectors, SUBTRACT, j, a - b)
+        store(vectors, MULTIPLY, j, a * b)
+        store(vectors, DIVIDE, j, a / b)
+        store(vectors, FUSED, j, fused(a, b, c))
+        store(vectors, MAGNITUDE, j, magnitude(a))
+        store(vectors, ROOT, j, square_root(a))
+        store(vectors, SMALLER, j, smaller(a, b))
+        store(vectors, LARGER, j, larger(a, b))
+        store(vectors, LEFT, j, from_left(b, a))
+        store(vectors, RIGHT, j, from_right(a, b))
+        store(vectors, CHOSEN, j, choose(choices[s], a, b))
+        store(vectors, SPREAD, j, spread(operands[2, j]))
+        numbers[LEAST, s] = least(a)
+        numbers[LARGEST, s] = largest(a)
+        masks[BELOW, s] = below(a, b)
+        masks[NOT_ABOVE, s] = not_above(a, b)
+
+
+@pytest.fixture(scope="module")
+def outcome() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    vectors = np.full((13, OPERANDS.shape[1]), -7.25)
+    numbers = np.full((2, STRIPS), -7.25)
+    masks = np.full((2, STRIPS), -1, dtype=np.int64)
+    operate(OPERANDS, CHOICES, vectors, numbers, masks)
+    return vectors, numbers, masks
+
+
+def same_bits(found: NDArray[np.float64], expected: NDArray[np.float64]) -> bool:
+    """Return whether all floats are the same, signs of zeros included; one NaN is like another."""
+    both_nan = np.isnan(found) & np.isnan(expected)
+    return bool(np.all(both_nan | (found.view(np.int64) == expected.view(np.int64))))
+
+
+def test_a_vector_has_as_many_lanes_as_its_tests_assume():
+    assert WIDTH == EIGHT
+
+
+@pytest.mark.parametrize(
+    ("row", "operation"),
+    [(ADD, np.add), (SUBTRACT, np.subtract), (MULTIPLY, np.multiply), (DIVIDE, np.divide)],
+    ids=["add", "subtract", "multiply", "divide"],
+)
+def test_arithmetic_is_that_of_ieee_in_every_lane(outcome, row, operation):
+    with np.errstate(all="ignore"):
+        assert same_bits(outcome[0][row], operation(A, B))
+
+
+def test_magnitude_and_square_root_are_those_of_ieee_in_every_lane(outcome):
+    with np.errstate(invalid="ignore"):
+        assert same_bits(outcome[0][MAGNITUDE], np.abs(A))
+        assert same_bits(outcome[0][ROOT], np.sqrt(A))
+
+
+def test_smaller_and_larger_choose_in_every_lane(outcome):
+    # of zeros of two signs either may be chosen: compared as numbers
+    for row, expected in ((SMALLER, np.fmin(A, B)), (LARGER, np.fmax(A, B))):
+        found = outcome[0][row]
+        assert np.array_equal(found, expected, equal_nan=True)
+        zero = expected == 0
+        assert same_bits(found[~zero], expected[~zero])
+
+
+def test_least_and_largest_are_found_in_whichever_lane_they_stand(outcome):
+    strips = A.reshape(STRIPS, EIGHT)
+    assert np.array_equal(outcome[1][LEAST], np.fmin.reduce(strips, axis=1), equal_nan=True)
+    assert np.array_equal(outcome[1][LARGEST], np.fmax.reduce(strips, axis=1), equal_nan=True)
+    places = {int(np.nanargmin(row)) for row in strips if not np.isnan(row).all()}
+    assert places == set(range(EIGHT))
+
+
+def rounded(value: Fraction) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf if value > 0 else -math.inf
+
+
+def test_fused_rounds_the_exact_sum_of_product_and_addend_once(outcome):
+    found = outcome[0][FUSED]
+    twice = 0
+    for a, b, c, value in zip(A.tolist(), B.tolist(), C.tolist(), found.tolist(), strict=True):
+        if math.isfinite(a) and math.isfinite(b) and math.isfinite(c):
+            assert value == rounded(Fraction(a) * Fraction(b) + Fraction(c))
+            twice += value != a * b + c
+        else:
+            expected = np.float64(math.copysign(1, a) * math.copysign(1, b)) * math.inf
+            if math.isfinite(a) and math.isfinite(b):
+                expected = c  # infinite or NaN: a finite product changes nothing
+            elif math.isnan(a * b) or math.isnan(c) or (math.isinf(c) and c != expected):
+                expected = math.nan
+            assert value == expected or (math.isnan(value) and math.isnan(expected))
+    # the operands tell one rounding from two
+    assert twice > 500
+
+
+def test_shuffles_take_one_lane_from_the_neighbour(outcome):
+    a, b = A.reshape(STRIPS, EIGHT), B.reshape(STRIPS, EIGHT)
+    left = np.concatenate([b[:, -1:], a[:, :-1]], axis=1)
+    right = np.concatenate([a[:, 1:], b[:, :1]], axis=1)
+    assert same_bits(outcome[0][LEFT], left.ravel())
+    assert same_bits(outcome[0][RIGHT], right.ravel())
+
+
+def test_choose_takes_the_first_where_the_mask_is_set(outcome):
+    bits = (CHOICES[:, None] >> np.arange(EIGHT)) & 1
+    assert same_bits(outcome[0][CHOSEN], np.where(bits.ravel() == 1, A, B))
+    assert len(np.unique(CHOICES & 0xFF)) > 150
+
+
+def test_spread_fills_every_lane(outcome):
+    assert same_bits(outcome[0][SPREAD], np.repeat(C[::EIGHT], EIGHT))
+
+
+def test_bit_j_of_a_comparison_belongs_to_lane_j_and_nan_is_not_compared(outcome):
+    weights = 1 << np.arange(EIGHT)
+    for row, truth in ((BELOW, A < B), (NOT_ABOVE, A <= B)):
+        expected = truth.reshape(STRIPS, EIGHT) @ weights
+        assert np.array_equal(outcome[2][row], expected)
+        assert len(np.unique(expected)) > 50
+
+
+@njit(error_model="numpy")
+def copy_eight(source, row, column, target, to_row, to_column):  # type: ignore[no-untyped-def]
+    store(target, to_row, to_column, load(source, row, column))
+
+
+def test_load_and_store_reach_eight_cells_at_any_column_and_no_other():
+    rng = np.random.default_rng(3)
+    for skip in range(4):  # arrays that begin at any multiple of eight bytes
+        source = rng.normal(size=3 * 27 + skip)[skip:].reshape(3, 27)
+        for row, column, to_row, to_column in itertools.product((0, 2), range(20), (0, 1), (0, 5)):
+            target = np.full(2 * 21 + skip, -1.5)[skip:].reshape(2, 21)
+            expected = target.copy()
+            expected[to_row, to_column : to_column + EIGHT] = source[row, column : column + EIGHT]
+            copy_eight(source, row, column, target, to_row, to_column)
+            assert np.array_equal(target, expected)
+
+
+@njit(error_model="numpy")
+def store_then_load(array, column):  # type: ignore[no-untyped-def]
+    """Return how far eight cells have come that were raised by 1, then read one column later."""
+    store(array, 0, column, load(array, 0, column) + spread(1.0))
+    return largest(load(array, 0, column + 1))
+
+
+def test_what_is_stored_is_seen_by_an_overlapping_load():
+    array = np.arange(20.0).reshape(1, 20)
+    assert store_then_load(array, 3) == 11.0  # cells 4 .. 10 raised, cell 11 not
+    assert array[0].tolist() == [0, 1, 2, *range(4, 12), *range(11, 20)]
+
+
+@njit(error_model="numpy")
+def fused_scalars(operands, out):  # type: ignore[no-untyped-def]
+    for j in range(out.size):
+        out[j] = fused_scalar(operands[0, j], operands[1, j], operands[2, j])
+
+
+def test_the_scalar_fused_operation_is_the_one_of_the_lanes(outcome):
+    out = np.empty(OPERANDS.shape[1])
+    fused_scalars(OPERANDS, out)
+    assert same_bits(out, outcome[0][FUSED])
+
+
+@njit(error_model="numpy")
+def lowest_bits(masks, out):  # type: ignore[no-untyped-def]
+    for k in range(masks.size):
+        out[k] = lowest_bit(masks[k])
+
+
+def test_the_lowest_bit_of_every_mask_is_found():
+    masks = np.array([*range(1, 256), *(1 << k for k in range(63)), -(2**63), -1, 3 << 40])
+    out = np.empty(masks.size, dtype=np.int64)
+    lowest_bits(masks, out)
+    expected = [(m & -m).bit_length() - 1 for m in masks.tolist()]
+    assert out.tolist() == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("processor", ["haswell", "skylake-avx512"])
+def test_the_lanes_are_the_same_on_narrower_registers(processor):
+    if processor == "skylake-avx512" and "avx512f" not in _flags():
+        pytest.skip("this machine has no registers of 512 bits")
+    environment = os.environ | {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""}
+    if processor == "haswell":
+        environment["NUMBA_CPU_FEATURES"] = "+avx2,+fma,-avx512f"
+    words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", __file__]
+    done = subprocess.run(
+        words, env=environment, cwd=CHECKOUT, capture_output=True, text=True, timeout=300,
+        check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout
+    assert "passed" in done.stdout
+
+
+def _flags() -> str:
+    try:
+        return Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        return ""
