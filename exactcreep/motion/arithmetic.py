@@ -383,7 +383,10 @@ class Balls(Arithmetic):
 
     def sqrt(self, x: Any) -> Any:
         """Return the square root of a ball (its part below zero, if any, is left out)."""
-        return flint.arb.max(x, flint.arb(0)).sqrt()
+        x = self.number(x)
+        if x.lower() >= 0:
+            return x.sqrt()
+        return flint.arb(0).union(flint.arb.max(x.upper(), flint.arb(0)).sqrt())
 
     def arctangent(self, y: Any, x: Any) -> Any:
         """Return the angle of the point (x, y)."""

@@ -66,13 +66,14 @@ class Solution:
         """Return the piece that holds at `t`; at an event, the one that begins there."""
         if not self.pieces:
             raise ValueError("nothing moves in this rearrangement: it has no pieces")
-        if not self.t_min <= t <= self.t_max:
+        # a ball that overlaps an end is not outside
+        if t < self.t_min or t > self.t_max or t != t:
             raise ValueError(
                 f"t = {t}: must lie between {self.t_min} and {self.t_max}, the first and the last"
                 " event"
             )
         for piece in reversed(self.pieces):
-            if piece.t_min <= t:
+            if not piece.t_min > t:
                 return piece
         return self.pieces[0]
 

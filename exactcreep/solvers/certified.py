@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import count
 from typing import Any, ClassVar
 
 from exactcreep.model.chain import Chain
@@ -97,8 +98,26 @@ class Certified(FieldSolver):
         raise AssertionError("the last precision decides everything")
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
-        """Yield the events of `rearrange` one by one (they are all certified before the first)."""
-        yield from self.rearrange(chain, state, direction, seed).events
+        """Yield the events of `rearrange` one by one, each as soon as it is certified."""
+        refuse_no_slips(chain)
+        known = 0
+        for bits, assume in self.precisions():
+            arithmetic = balls_of(bits)
+            try:
+                with arithmetic.active():
+                    mechanics = Enclosed(chain, seed, arithmetic, state, assume=assume)
+                    mechanics.ramp(direction, None)
+                    events = filter(None, mechanics.rearrangement())
+                for number in count():
+                    with arithmetic.active():
+                        event = next(events, None)
+                    if event is None:
+                        return
+                    if number >= known:
+                        known += 1
+                        yield event
+            except Undecided:
+                continue
 
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]

@@ -124,12 +124,8 @@ class Enclosed(Mechanics):
     def rearrangement(self) -> Iterator[Event | None]:
         """Yield the events; see `Mechanics.rearrangement`."""
         for event in super().rearrangement():
-            flow, passages = self.flow, self.passages
-            if event is None and flow is not None and passages is not None:
-                if len(passages) >= STRETCH and self.exact is None and not self.mirrored:
-                    if self.centre is None:
-                        self._enclose_departure()
-                    self._renew_in_motion(flow)
+            if event is None and self.flow is not None and len(self.passages or ()) >= STRETCH:
+                self._renew_in_motion(self.flow)
             yield event
 
     def rest(self, flow: Flow) -> None:
@@ -155,11 +151,15 @@ class Enclosed(Mechanics):
 
     def _renew_in_motion(self, flow: Flow) -> None:
         """Put the set together again between two events."""
+        if self.exact is not None or self.mirrored:
+            return
+        if self.centre is None:
+            self._enclose_departure()
         centre = self._caught_up()
         assert self.box is not None
         assert centre.flow is not None
         middle = centre.flow
-        fast = [n for n in np.flatnonzero(flow.signs).tolist() if not flow.velocities[n] == 0]
+        fast = [n for n in np.flatnonzero(flow.signs).tolist() if flow.velocities[n] != 0]
         noise = [x.rad() for x in (*middle.forces, *middle.velocities[fast])]
         with balls_of(DERIVATIVE_BITS).active():
             spread = self._spread()

@@ -411,6 +411,7 @@ class Mechanics:
 
         They start from rest together, have equally many neighbours, all at rest, and none of these
         reaches beyond its threshold: forces change monotonically, so the stop is the worst case.
+        The two in the middle of a mirrored chain move alone together: their spring's middle rests.
         """
         exact, n_sliders = self.exact, self.chain.n
         assert exact is not None
@@ -419,14 +420,20 @@ class Mechanics:
         friction = self.field.times_cosine(self.chain.mu_d)
         pulls = {n: exact.forces[n].times(int(signs[n])) - friction for n in moving}
         beside = {n: [m for m in (n - 1, n + 1) if 0 <= m < n_sliders] for n in moving}
+        stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
+        middle = (n_sliders // 2 - 1, n_sliders // 2)
+        if self.mirrored and n_sliders % 2 == 0 and middle[0] in beside:
+            for n, other in (middle, middle[::-1]):
+                beside[n].remove(other)
+                stiffnesses[n] += 1
         if any(signs[m] for n in moving for m in beside[n]) or n_sliders == 1:
             return None
         zero = self.arithmetic.number(0)
         idle = [n for n in moving if pulls[n].sign() <= 0]
         if idle:  # nothing drives them: a slip of length zero
             return FirstEvent(zero, tuple(idle), (), ())
-        w2 = len(beside[moving[0]])
-        if any(len(beside[n]) != w2 for n in moving):
+        w2 = stiffnesses[moving[0]]
+        if any(stiffnesses[n] != w2 for n in moving):
             return None
         ways = {
             n: pulls[n].times(2 * int(signs[n])).times(1 / _rational(Fraction(w2))) for n in moving

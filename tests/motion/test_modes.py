@@ -1,0 +1,148 @@
+"""The exact motion of a run against independent formulas."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from exactcreep import Chain, EventKind, State
+from exactcreep.motion.arithmetic import FLOAT64, balls_of, digits_of
+from exactcreep.motion.modes import (
+    Ends,
+    RunMotion,
+    compliance,
+    modes,
+    solution_from_events,
+    stiffness,
+)
+
+ALL_ENDS = [Ends(left, right) for left in (False, True) for right in (False, True)]
+ARITHMETICS = [FLOAT64, digits_of(150), balls_of(150)]
+
+
+def exponential(p: int, ends: Ends, t: float, velocity: np.ndarray, acceleration: np.ndarray):
+    """Displacement and velocity from u' = v, v' = a, a' = -K v."""
+    generator = np.zeros((3 * p, 3 * p))
+    generator[:p, p : 2 * p] = np.eye(p)
+    generator[p : 2 * p, 2 * p :] = np.eye(p)
+    generator[2 * p :, p : 2 * p] = -np.array(stiffness(p, ends), dtype=float)
+    start = np.concatenate([np.zeros(p), velocity, acceleration])
+    end = scipy.linalg.expm(generator * t) @ start
+    return end[:p], end[p : 2 * p], end[2 * p :]
+
+
+@pytest.mark.parametrize("arithmetic", ARITHMETICS, ids=lambda a: a.name)
+@pytest.mark.parametrize("ends", ALL_ENDS)
+def test_modal_motion_agrees_with_the_matrix_exponential(arithmetic, ends):
+    rng = np.random.default_rng(20)
+    for p in range(1, 13):
+        velocity, acceleration = rng.normal(size=p), rng.normal(size=p)
+        for t in (1e-6, 0.3, 3.0):
+            expected = exponential(p, ends, t, velocity, acceleration)
+            with arithmetic.active():
+                motion = RunMotion(
+                    arithmetic, ends, arithmetic.vector(velocity), arithmetic.vector(acceleration)
+                )
+                time = arithmetic.number(t)
+                found = *motion.moved(time), [motion.slider(n, time)[2] for n in range(p)]
+                values = [np.array([float(x) for x in part]) for part in found]
+            size = max(1.0, *(abs(part).max() for part in expected))
+            for part, value in zip(expected, values, strict=True):
+                assert abs(part - value).max() <= 1e-12 * size
+
+
+@pytest.mark.parametrize("ends", ALL_ENDS)
+@pytest.mark.parametrize("p", [1, 2, 3, 7, 12])
+def test_compliance_is_the_exact_inverse_of_stiffness(p, ends):
+    k, inverse = stiffness(p, ends), compliance(p, ends)
+    free = ends.left_free and ends.right_free
+    for i in range(p):
+        for j in range(p):
+            entry = sum(k[i][m] * inverse[m][j] for m in range(p))
+            assert entry == Fraction(int(i == j)) - (Fraction(1, p) if free else 0)
+
+
+@pytest.mark.parametrize("ends", ALL_ENDS)
+def test_modal_energy_is_conserved_and_bounds_every_derivative(ends):
+    rng = np.random.default_rng(21)
+    p = 6
+    k = np.array(stiffness(p, ends), dtype=float)
+    motion = RunMotion(FLOAT64, ends, rng.normal(size=p), rng.normal(size=p))
+    inverse = np.array([[float(x) for x in row] for row in compliance(p, ends)])
+    mean = 1.0 / p if ends.left_free and ends.right_free else 0.0
+    for t in np.linspace(0.0, 40.0, 97):
+        v = motion.moved(t)[1]
+        a = np.array([motion.slider(n, t)[2] for n in range(p)])
+        bare = v - mean * v.sum()
+        assert bare @ bare + a @ inverse @ a == pytest.approx(motion.energy, rel=1e-12)
+        derivatives = [v, a, -k @ v, -k @ a, k @ k @ v]
+        for order in (2, 3, 4) if mean else (0, 1, 2, 3, 4):
+            for n in range(p):
+                assert abs(derivatives[order][n]) <= motion.bound(n, order) * (1 + 1e-12)
+
+
+@pytest.mark.parametrize("ends", ALL_ENDS)
+def test_float_modes_keep_their_digits_in_a_run_of_300(ends):
+    rng = np.random.default_rng(22)
+    velocity, acceleration = rng.normal(size=300), rng.normal(size=300)
+    fast = RunMotion(FLOAT64, ends, velocity, acceleration)
+    balls = balls_of(120)
+    with balls.active():
+        sure = RunMotion(balls, ends, balls.vector(velocity), balls.vector(acceleration))
+        for t in (1e-3, 0.7):
+            for computed, proved in zip(fast.moved(t), sure.moved(balls.number(t)), strict=True):
+                errors = [abs(float(b - float(a))) for a, b in zip(computed, proved, strict=True)]
+                assert max(errors) <= 3e-15 * abs(computed).max()
+
+
+def test_eigenvectors_are_orthonormal_in_balls():
+    balls = balls_of(120)
+    with balls.active():
+        for ends in ALL_ENDS:
+            for p in (1, 2, 5, 8):
+                table = modes(balls, p, ends)
+                gram = (table.forward * table.backward).tolist()
+                for i in range(p):
+                    for j in range(p):
+                        assert gram[i][j].contains(int(i == j))
+                        assert gram[i][j].rad() < 1e-30
+
+
+def test_a_run_with_two_free_ends_is_uniformly_accelerated_as_a_whole():
+    ends = Ends(True, True)
+    motion = RunMotion(FLOAT64, ends, np.array([1.0, 2.0, 0.5]), np.array([0.25, -0.5, 1.0]))
+    for t in (0.5, 3.0, 50.0):
+        displacement, velocity = motion.moved(t)
+        assert displacement.mean() == pytest.approx(3.5 / 3 * t + 0.25 / 2 * t * t, rel=1e-14)
+        assert velocity.mean() == pytest.approx(3.5 / 3 + 0.25 * t, rel=1e-14)
+
+
+def test_a_lone_slip_is_rebuilt_from_its_two_events():
+    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="1/4")
+    threshold = chain.times_cosine(chain.mu_s)
+    state = State.prepared(chain, [chain.sin_alpha - threshold])
+    replay = solution_from_events(
+        chain,
+        state,
+        [(0.0, EventKind.START, (2,), (1,)), (math.pi, EventKind.STOP, (2,), (1,))],
+    )
+    middle = replay.solution(math.pi / 2)
+    assert replay.displacements.tolist() == [0.0, pytest.approx(2 * chain.excess, rel=1e-15)]
+    assert middle.velocities[1] == pytest.approx(chain.excess, rel=1e-15)
+    assert middle.forces[1] == pytest.approx(chain.friction, rel=1e-15)
+    assert middle.forces[0] - state.forces(chain)[0] == pytest.approx(chain.excess, rel=1e-15)
+    assert max(replay.residuals) <= 1e-16
+
+
+def test_a_wrong_event_time_shows_in_its_residual():
+    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="1/4")
+    state = State.prepared(chain, [chain.sin_alpha - chain.times_cosine(chain.mu_s)])
+    late = math.pi + 1e-9
+    replay = solution_from_events(
+        chain, state, [(0.0, "start", (2,), (1,)), (late, "stop", (2,), (1,))]
+    )
+    assert replay.residuals[1] == pytest.approx(chain.excess * 1e-9, rel=1e-6)

@@ -1,0 +1,198 @@
+"""What balls prove, how much they lose, and what they say when they cannot decide."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import flint
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Cycles, Evidence, InputError, State, rearrange
+from exactcreep.motion.arithmetic import balls_of, digits_of
+from exactcreep.solvers.certified import Certified, CertifiedSimulation
+from exactcreep.solvers.mechanics import Mechanics
+from exactcreep.solvers.reference import FieldSimulation
+
+PAPER = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"}
+
+
+def paper_chain(n: int, sigma_mu: str = "0.01") -> Chain:
+    return Chain(n=n, sigma_mu=sigma_mu, **PAPER)
+
+
+def followed(chain, drive, digits, seed=3, max_events=10**6, record=("x", "tension", "events")):
+    solver = Certified(digits=digits)
+    simulation = solver.simulation(chain, State.relaxed(chain, seed), seed, record)
+    stretch = simulation.follow(drive, 1, drive.half_cycles, max_events=max_events)
+    return simulation, stretch
+
+
+def itinerary(stretch):
+    names = ("event_number", "event_kind", "event_slider", "event_sign")
+    return list(zip(*(stretch.recorded[name].tolist() for name in names), strict=True))
+
+
+@pytest.mark.parametrize(("n", "sigma_mu"), [(3, "0.01"), (6, "0.01"), (5, "0")])
+def test_more_precision_changes_no_proved_itinerary_and_enclosures_overlap(n, sigma_mu):
+    chain = paper_chain(n, sigma_mu)
+    coarse, first = followed(chain, Cycles("0.004", 1), 15)
+    fine, second = followed(chain, Cycles("0.004", 1), 60)
+    assert coarse.evidence is fine.evidence is Evidence.PROVED
+    assert coarse.report()["precision_bits"] < fine.report()["precision_bits"]
+    assert len(itinerary(first)) > 100
+    assert itinerary(first) == itinerary(second)
+    for name in ("x_G", "x", "tension", "event_time", "event_theta"):
+        a, b = first.recorded[name].ravel(), second.recorded[name].ravel()
+        assert all(x.overlaps(y) for x, y in zip(a, b, strict=True))
+
+
+def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
+    chain = paper_chain(6)
+    _, proved = followed(chain, Cycles("0.003", 1), 15)
+    arithmetic = digits_of(500)
+    other = FieldSimulation(chain, State.relaxed(chain, 3), 3, ("x", "events"), arithmetic)
+    computed = other.follow(Cycles("0.003", 1), 1, 2, max_events=10**6)
+    assert itinerary(proved) == itinerary(computed)
+    balls = balls_of(600)
+    with balls.active():
+        for name in ("x", "event_time"):
+            pairs = zip(proved.recorded[name].ravel(), computed.recorded[name].ravel(), strict=True)
+            assert all(ball.overlaps(balls.number(value)) for ball, value in pairs)
+
+
+def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_event():
+    chain, drive = paper_chain(4), Cycles("0.004", 2)
+    narrow, _ = followed(chain, drive, 30)
+    events = narrow.tally.events
+    assert events > 300
+    assert narrow.report()["bits_lost_per_event"] < 0.2
+    plain = FieldSimulation(chain, State.relaxed(chain, 3), 3, (), balls_of(4 * events))
+    plain.follow(drive, 1, drive.half_cycles, max_events=10**6)
+    assert plain.tally.events == events
+    widest = max(x.rad() for x in plain.mechanics.displacements)
+    mantissa, exponent = widest.man_exp()
+    lost = 4 * events + int(exponent) + math.log2(int(mantissa))
+    assert lost / events > 1.0
+
+
+def test_plain_balls_and_the_narrow_set_enclose_the_same_motion():
+    chain, drive = paper_chain(5), Cycles("0.003", 1)
+    narrow, _ = followed(chain, drive, 30)
+    plain = FieldSimulation(chain, State.relaxed(chain, 3), 3, (), balls_of(3000))
+    plain.follow(drive, 1, 2, max_events=10**6)
+    pairs = zip(narrow.mechanics.forces, plain.mechanics.forces, strict=True)
+    assert all(a.overlaps(b) for a, b in pairs)
+    pairs = zip(narrow.mechanics.displacements, plain.mechanics.displacements, strict=True)
+    assert all(a.overlaps(b) for a, b in pairs)
+
+
+def test_lone_slips_stay_exact_for_ever():
+    chain = Chain(2, **PAPER)
+    simulation, stretch = followed(chain, Cycles("0.01", 20), 30)
+    report = simulation.report()
+    assert report["exact_in_q_c"]
+    assert report["root_evaluations"] == 0
+    assert report["bits_lost"] < 16
+    excess = simulation.mechanics.field.times_cosine(chain.mu_s - chain.mu_d)
+    for x in simulation.mechanics.exact.displacements:  # a whole number of slips of 2D
+        a, b = x.rationals()
+        assert a == 0
+        assert (b / excess.rationals()[1] / 2).denominator == 1
+    assert len(itinerary(stretch)) > 100
+
+
+def test_asking_for_more_digits_raises_the_precision_until_they_are_there():
+    chain, drive = paper_chain(6), Cycles("0.003", 1)
+    simulation = Certified(digits=30).simulation(chain, State.relaxed(chain, 3), 3, ("x",))
+    simulation.mechanics = simulation.kind(chain, 3, balls_of(110), State.relaxed(chain, 3))
+    simulation.tally = simulation.mechanics.tally
+    stretch = simulation.follow(drive, 1, 2, max_events=10**6)
+    assert simulation.restarts > 0
+    for x in stretch.recorded["x"].ravel():
+        assert float(x.rad()) <= 1e-30 * (1 + abs(float(x)))
+
+
+def test_a_restart_hands_out_no_event_twice():
+    chain, drive = paper_chain(6), Cycles("0.003", 1)
+    _, expected = followed(chain, drive, 60)
+    simulation = CertifiedSimulation(
+        chain, State.relaxed(chain, 3), 3, ("events",), Certified(digits=1, most_digits=2000)
+    )
+    simulation.mechanics = simulation.kind(chain, 3, balls_of(72), State.relaxed(chain, 3))
+    simulation.tally = simulation.mechanics.tally
+    rows, done = [], 0
+    while done < 2:
+        stretch = simulation.follow(drive, done + 1, 2 - done, max_events=50)
+        rows += itinerary(stretch)
+        done += stretch.completed
+    assert simulation.restarts > 0
+    assert rows == itinerary(expected)
+    assert simulation.tally.events == len(rows)
+
+
+def test_an_exact_graze_known_only_as_a_ball_is_settled_by_the_rules_and_said_to_be():
+    chain = Chain(2, 1000, "1/2", "3/5", tan_alpha="1/2")
+    exactly = rearrange(chain, State.relaxed(chain), direction=1, solver="certified")
+    assert exactly.evidence is Evidence.PROVED
+    assert exactly.itinerary == (("start", (2,), (1,)), ("stop", (2,), (1,)))
+    state = State.relaxed(chain)
+    vague = State(
+        np.array([flint.arb(0, 1e-80)], dtype=object),
+        state.displacements,
+        state.coefficients,
+        state.draws,
+        state.theta,
+    )
+    result = rearrange(chain, vague, direction=1, solver="certified", digits=20, most_digits=60)
+    assert result.itinerary == exactly.itinerary
+    assert result.evidence is Evidence.COMPUTED
+    assert result.report["ties_assumed"] == result.undecided > 0
+
+
+@pytest.mark.parametrize("k", [3, 6, 9, 12])
+def test_a_slider_past_its_graze_by_a_hair_is_proved_to_start(k):
+    tangent = Fraction(1, 2) + Fraction(1, 10**k)
+    chain = Chain(2, 1000, "1/2", "3/5", tan_alpha=tangent)
+    solver = Certified(digits=20)
+    simulation = solver.simulation(chain, State.relaxed(chain), 0, ("events",))
+    stretch = simulation.follow(Cycles("0.01", 1), 1, 1, max_events=4)
+    assert itinerary(stretch)[1] == (1, 0, 1, 1)
+    assert simulation.evidence is Evidence.PROVED
+
+
+def test_nothing_is_left_of_the_precision_outside():
+    before = flint.ctx.prec
+    chain = paper_chain(4)
+    followed(chain, Cycles("0.002", 1), 40)
+    iterator = Certified(digits=40).iterate(chain, State.relaxed(chain), 1, 0)
+    next(iterator)
+    assert flint.ctx.prec == before
+
+
+def test_balls_refuse_to_guess():
+    chain = paper_chain(3)
+    balls = balls_of(64)
+    with balls.active():
+        mechanics = Mechanics(chain, 0, balls, State.relaxed(chain))
+        with pytest.raises(ArithmeticError):
+            mechanics._sign(flint.arb(0, 1e-30))
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [({"digits": 0}, "digits"), ({"digits": 50, "most_digits": 40}, "most_digits")],
+)
+def test_impossible_digits_are_refused(options, field):
+    with pytest.raises(InputError, match=field):
+        Certified(**options)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [3, 6, 10, 30])
+def test_ten_thousand_consecutive_events_are_certified(n):
+    simulation, _ = followed(paper_chain(n), Cycles("0.005", 1000), 30, max_events=10_000)
+    assert simulation.tally.events >= 10_000
+    assert simulation.evidence is Evidence.PROVED
+    assert simulation.report()["bits_lost_per_event"] < 0.05

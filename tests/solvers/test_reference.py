@@ -1,0 +1,257 @@
+"""One readable solver, three arithmetics: the same claims for float64, mpmath and balls."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, Path, State, iterate, rearrange
+from exactcreep.solvers.registry import solver_named
+
+ARITHMETICS = [
+    pytest.param(("reference", {}), id="float64"),
+    pytest.param(("mpmath", {"digits": 30}), id="mpmath"),
+    pytest.param(("certified", {"digits": 20}), id="balls"),
+]
+every_arithmetic = pytest.mark.parametrize("solver", ARITHMETICS)
+PAPER = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6"}
+
+
+def rearranged(chain, state, solver, direction=1, seed=0):
+    name, options = solver
+    return rearrange(chain, state, direction=direction, seed=seed, solver=name, **options)
+
+
+def followed(chain, drive, solver, seed=0, record=("x", "events"), start=None):
+    name, options = solver
+    start = start or State.relaxed(chain, seed)
+    simulation = solver_named(name, options).simulation(chain, start, seed, record)
+    return simulation, simulation.follow(drive, 1, drive.half_cycles, max_events=10**6)
+
+
+def floats(values):
+    return np.array([float(x) for x in np.ravel(values)]).reshape(np.shape(values))
+
+
+def rows(stretch):
+    names = ("event_number", "event_kind", "event_slider", "event_sign")
+    return list(zip(*(stretch.recorded[name].tolist() for name in names), strict=True))
+
+
+@every_arithmetic
+def test_a_lone_end_slider_slips_2D_in_pi(solver):
+    chain = Chain(4, **PAPER, tan_alpha="1/4")
+    result = rearranged(chain, State.relaxed(chain), solver)
+    assert result.itinerary == (("start", (4,), (1,)), ("stop", (4,), (1,)))
+    assert float(result.events[1].time) == pytest.approx(math.pi, rel=1e-15)
+    assert float(result.state.displacements[3]) == pytest.approx(2 * chain.excess, rel=4e-16)
+    threshold = chain.times_cosine(chain.mu_s)
+    expected = (threshold - chain.sin_alpha) / 1000
+    assert float(result.theta) == pytest.approx(expected, rel=1e-15)
+
+
+@every_arithmetic
+def test_a_lone_inner_slider_slips_D_in_pi_over_root_2(solver):
+    chain = Chain(3, **PAPER, tan_alpha=0)
+    # slider 2 just beyond its threshold, its neighbours far from theirs
+    tension = Fraction(3, 10) + Fraction(1, 10**15)
+    state = State.prepared(chain, [-tension, tension])
+    result = rearranged(chain, state, solver, direction=0)
+    assert result.itinerary == (("start", (2,), (1,)), ("stop", (2,), (1,)))
+    assert float(result.duration) == pytest.approx(math.pi / math.sqrt(2), rel=1e-14)
+    assert float(result.state.displacements[1]) == pytest.approx(0.1, rel=1e-13)
+
+
+@every_arithmetic
+def test_a_stable_state_has_no_events(solver):
+    chain = Chain(3, **PAPER, tan_alpha="1/4")
+    result = rearranged(chain, State.relaxed(chain), solver, direction=0)
+    assert result.events == ()
+    assert result.outcome is Outcome.AT_REST
+    assert floats(result.sol(0).forces).tolist() == pytest.approx([chain.sin_alpha] * 3)
+
+
+@every_arithmetic
+def test_at_threshold_a_slider_stays_and_two_ends_start_together(solver):
+    chain = Chain(3, 1000, "1/2", "3/5", tan_alpha="1/5")
+    simulation, stretch = followed(chain, Cycles("0.001", 1), solver)
+    lone = [(0, 0, 3, 1), (1, 1, 3, 1)]
+    both = [(0, 0, 1, -1), (0, 0, 3, 1), (1, 1, 1, -1), (1, 1, 3, 1)]
+    assert rows(stretch)[:8] == lone + lone + both
+    if solver[0] == "certified":
+        assert simulation.evidence is Evidence.PROVED
+        assert simulation.tally.undecided == 0
+    else:
+        assert simulation.evidence is Evidence.UNDECIDED
+        assert simulation.tally.undecided > 0
+
+
+@every_arithmetic
+def test_a_draw_below_mu_d_acts_as_mu_d_and_slips_by_zero_on_a_ramp(solver):
+    chain = Chain(5, 1000, "0.5", "0.52", "0.03", tan_alpha="0.2")
+    simulation, stretch = followed(chain, Cycles("0.002", 3), solver, seed=4)
+    assert simulation.tally.draws_below_mu_d > 0
+    kinds, times = stretch.recorded["event_kind"], floats(stretch.recorded["event_time"])
+    assert ((kinds == 1) & (times == 0)).any()
+    assert simulation.tally.slips == kinds.sum()
+
+
+@every_arithmetic
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_identical_motions_are_one_event_and_stay_identical(n, solver):
+    chain = Chain(n, **PAPER, tan_alpha=0)
+    simulation, stretch = followed(chain, Cycles(Fraction(2 * n, 1000), 2), solver)
+    x = floats(stretch.recorded["x"])
+    assert (x == -x[:, ::-1]).all()
+    assert abs(x).max() > 1
+    sliders = stretch.recorded["event_slider"]
+    assert np.bincount(sliders, minlength=n + 1)[1] == np.bincount(sliders, minlength=n + 1)[n]
+    if solver[0] == "certified":
+        assert simulation.evidence is Evidence.PROVED
+
+
+@every_arithmetic
+@pytest.mark.parametrize(("n", "tan_alpha"), [(1, "0.7"), (2, "0.7"), (3, "0.55"), (4, "-0.56")])
+def test_runaway_is_proved_in_finite_time(n, tan_alpha, solver):
+    chain = Chain(n, **PAPER, tan_alpha=tan_alpha)
+    start = State.relaxed(chain)
+    name, options = solver
+    simulation = solver_named(name, options).simulation(chain, start, 0, ())
+    stretch = simulation.follow(Cycles("0.01", 1), 1, 2, max_events=10**5)
+    assert stretch.outcome is Outcome.RUNAWAY
+    assert stretch.completed < 2
+
+
+@every_arithmetic
+def test_the_runaway_state_satisfies_its_certificate(solver):
+    chain = Chain(3, **PAPER, tan_alpha="0.55")
+    state = State.relaxed(chain)
+    for _ in range(20):
+        result = rearranged(chain, state, solver)
+        if result.outcome is Outcome.RUNAWAY:
+            break
+        state = result.state
+    v = floats(result.velocities)
+    forces = result.state.forces(chain)
+    mean, a = v.mean(), forces - chain.friction
+    inverse = np.linalg.pinv(
+        np.diag([1.0, 2.0, 1.0]) - np.diag([1.0] * 2, 1) - np.diag([1.0] * 2, -1)
+    )
+    energy = ((v - mean) ** 2).sum() + (a - a.mean()) @ inverse @ (a - a.mean())
+    assert result.outcome is Outcome.RUNAWAY
+    assert mean >= math.sqrt(2 / 3 * energy) * (1 - 1e-12)
+
+
+@every_arithmetic
+def test_a_slider_alone_rests_up_to_its_threshold(solver):
+    chain = Chain(1, 1000, "1/2", "3/5", tan_alpha="3/5")
+    _, stretch = followed(chain, Cycles("0.01", 1), solver)
+    assert stretch.completed == 2
+    assert len(stretch.recorded["event_kind"]) == 0
+
+
+@every_arithmetic
+def test_the_energy_ledger_of_an_avalanche_closes(solver):
+    chain = Chain(14, **PAPER, sigma_mu="0.01", tan_alpha="0.3")
+    rng = np.random.default_rng(5)
+    state = State.prepared(chain, rng.uniform(-1.5, 1.5, 13))
+    result = rearranged(chain, state, solver, direction=0)
+    assert len(result.events) >= 20
+
+    def energy(t):
+        motion = result.sol(t)
+        x, v = floats(motion.positions), floats(motion.velocities)
+        tension = np.cumsum(floats(motion.forces) - chain.sin_alpha)[:-1]
+        return tension @ tension / 2 + v @ v / 2 - chain.sin_alpha * x.sum(), x
+
+    before, x_before = energy(result.sol.ts[0])
+    largest, work = abs(before), 0.0
+    for start, end in zip(result.sol.ts[:-1], result.sol.ts[1:], strict=True):
+        for t in (start + (end - start) / 3, end):
+            now, x = energy(t)
+            work += chain.friction * abs(x - x_before).sum()
+            x_before = x
+            largest = max(largest, abs(now))
+            assert now + work == pytest.approx(before, abs=1e-12 * largest)
+
+
+@every_arithmetic
+@pytest.mark.parametrize("k", range(3, 13, 3))
+def test_every_grazing_crossing_is_found_with_bounded_work(k, solver):
+    chain = Chain(2, **PAPER, tan_alpha=Fraction(1, 2) + Fraction(1, 10**k))
+    name, options = solver
+    simulation = solver_named(name, options).simulation(chain, State.relaxed(chain), 0, ("events",))
+    stretch = simulation.follow(Path(["0.01"]), 1, 1, max_events=12)
+    assert rows(stretch)[:2] == [(0, 0, 2, 1), (1, 0, 1, 1)]
+    gap = math.pi - float(stretch.recorded["event_time"][1])
+    assert gap > 0
+    assert gap == pytest.approx(2 * math.sqrt(10 * 10.0**-k), rel=0.1)
+    assert simulation.report()["root_evaluations"] <= 40 * simulation.tally.events
+
+
+@every_arithmetic
+def test_events_come_one_by_one_as_from_the_whole(solver):
+    chain = Chain(5, **PAPER, sigma_mu="0.01", tan_alpha="0.3")
+    state = State.prepared(chain, [0.9, -0.8, 0.7, -0.9])
+    name, options = solver
+    whole = rearranged(chain, state, solver, direction=0)
+    single = list(iterate(chain, state, direction=0, solver=name, **options))
+    assert tuple(event.signature for event in single) == whole.itinerary
+    assert (
+        floats([e.time for e in single]).tolist() == floats([e.time for e in whole.events]).tolist()
+    )
+
+
+@every_arithmetic
+def test_a_run_stopped_anywhere_goes_on_bit_for_bit(solver):
+    chain = Chain(5, **PAPER, sigma_mu="0.01", tan_alpha="0.25")
+    drive, record = Cycles("0.003", 1), ("x", "events")
+    whole, expected = followed(chain, drive, solver, seed=2)
+    name, options = solver
+
+    def fresh():
+        start = State.relaxed(chain, 2)
+        return solver_named(name, options).simulation(chain, start, 2, record)
+
+    simulation, done, times = fresh(), 0, []
+    while done < 2:
+        stretch = simulation.follow(drive, done + 1, 2 - done, max_events=41)
+        times += floats(stretch.recorded["event_time"]).tolist()
+        done += stretch.completed
+        captured = simulation.capture()
+        simulation = fresh()
+        simulation.restore(captured)
+    assert times == floats(expected.recorded["event_time"]).tolist()
+    assert simulation.tally == whole.tally
+    end, other = simulation.state(), whole.state()
+    assert all(
+        bool(a - b == 0 or a == b or repr(a) == repr(b))
+        for a, b in zip(end.displacements, other.displacements, strict=True)
+    )
+
+
+@every_arithmetic
+def test_a_dummy_breakpoint_changes_no_event(solver):
+    chain = Chain(4, **PAPER, sigma_mu="0.01", tan_alpha="0.25")
+    _, plain = followed(chain, Path(["0.003"]), solver, seed=1)
+    _, broken = followed(chain, Path(["0.00151", "0.003"]), solver, seed=1)
+    assert [row[1:] for row in rows(plain)] == [row[1:] for row in rows(broken)]
+
+
+@every_arithmetic
+def test_a_chain_without_slips_is_refused_with_the_solver_to_use(solver):
+    chain = Chain(3, 1000, "0.5", "0.5", tan_alpha="0.25")
+    with pytest.raises(InputError, match="sliding"):
+        rearranged(chain, State.relaxed(chain), solver)
+
+
+def test_the_three_arithmetics_tell_the_same_story():
+    chain = Chain(6, **PAPER, sigma_mu="0.01", tan_alpha="0.25")
+    stretches = [followed(chain, Cycles("0.003", 1), p.values[0], seed=7)[1] for p in ARITHMETICS]
+    assert len(rows(stretches[0])) > 300
+    for other in stretches[1:]:
+        assert rows(stretches[0]) == rows(other)
+        assert abs(floats(stretches[0].recorded["x"]) - floats(other.recorded["x"])).max() < 1e-11
