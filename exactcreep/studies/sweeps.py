@@ -192,7 +192,9 @@ def sweep(
             board.signals = signals
             _compute(pool, signals, ahead, experiments, settings, todo, take, board)
     except KeyboardInterrupt:
-        if store is not None:
+        if store is not None:  # it may know of a cell that was being noted at that moment
+            found = zip(names, values, strict=True)
+            values = [store.load(name) if value is None else value for name, value in found]
             store.finish(_assembled(scene, experiments, values))
         raise
     dataset = _assembled(scene, experiments, values)
