@@ -44,18 +44,20 @@ class Certified(FieldSolver):
     ----------
     digits : int
         Correct significant digits asked for (of displacements; absolute below 1).
-    most_digits : int
-        The precision limit.
+    most_digits : int or None
+        The precision limit; None: 2000 digits, or four times `digits` if that is more.
     """
 
     digits: int = 30
-    most_digits: int = 20_000
+    most_digits: int | None = None
     name: ClassVar[str] = "certified"
     summary: ClassVar[str] = "readable event solver in balls: every comparison proved"
 
     def __post_init__(self) -> None:
         digits = whole_number(self.digits, "digits", least=1, most=100_000)
-        most = whole_number(self.most_digits, "most_digits", least=1, most=1_000_000)
+        most = max(2000, 4 * digits)
+        if self.most_digits is not None:
+            most = whole_number(self.most_digits, "most_digits", least=1, most=1_000_000)
         if most < digits:
             raise InputError("most_digits", most, f"must be at least digits = {digits}")
         object.__setattr__(self, "digits", digits)
@@ -68,6 +70,7 @@ class Certified(FieldSolver):
     @property
     def most_bits(self) -> int:
         """The precision limit in bits."""
+        assert self.most_digits is not None
         return math.ceil(self.most_digits * BITS_PER_DIGIT) + GUARD_BITS
 
     def precisions(self) -> Iterator[tuple[int, bool]]:

@@ -345,7 +345,7 @@ class Mechanics:
             self.announced = True
             yield self._event(EventKind.START, *self._departing())
             yield None
-        while self.flow is not None:
+        while self.flow is not None and not self.runaway:
             runs = self.flow.runs()
             found = self.first_event(self.flow, runs)
             if found is None:

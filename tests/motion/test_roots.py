@@ -1,0 +1,125 @@
+"""First events: found, proved, or said to be undecided."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep.motion.arithmetic import FLOAT64, Undecided, balls_of, digits_of
+from exactcreep.motion.modes import Flow
+from exactcreep.motion.roots import Search, lone_event, root_time
+
+FRICTION = Fraction(1, 2)
+ARITHMETICS = [FLOAT64, digits_of(120), balls_of(120)]
+every_arithmetic = pytest.mark.parametrize("arithmetic", ARITHMETICS, ids=lambda a: a.name)
+
+
+def flow_of(arithmetic, forces, moving, velocities=None):
+    """A flow with the given forces; `moving` maps sliders (from 0) to their directions."""
+    flow = Flow(arithmetic, arithmetic.vector(forces), arithmetic.number(FRICTION))
+    flow.start(list(moving), list(moving.values()))
+    for n, velocity in (velocities or {}).items():
+        flow.velocities[n] = arithmetic.number(velocity)
+    return flow
+
+
+def first_time(arithmetic, flow, thresholds):
+    search = Search(flow, flow.runs(), arithmetic.vector(thresholds), {})
+    found = search.first()
+    return found, root_time(search, found[0]), search
+
+
+@every_arithmetic
+def test_a_slider_that_has_just_started_is_not_stopped_at_once(arithmetic):
+    with arithmetic.active():
+        flow = flow_of(arithmetic, [Fraction(3, 5), 0, 0], {0: 1})
+        found, time, search = first_time(arithmetic, flow, [Fraction(3, 5)] * 3)
+        assert (found[0].slider, found[0].side) == (0, 0)
+        assert float(time) == pytest.approx(math.pi, rel=1e-15)
+        assert search.undecided == 0
+
+
+@every_arithmetic
+def test_the_search_and_the_energy_of_a_lone_slider_agree(arithmetic):
+    rng = np.random.default_rng(30)
+    with arithmetic.active():
+        for _ in range(20):
+            forces = rng.uniform(-0.3, 0.3, 3).tolist()
+            flow = flow_of(arithmetic, forces, {1: 1}, {1: rng.uniform(0.01, 0.8)})
+            thresholds = [Fraction(3, 5)] * 3
+            found, time, _ = first_time(arithmetic, flow, thresholds)
+            lone, undecided = lone_event(flow, 1, arithmetic.vector(thresholds), {})
+            assert undecided == 0
+            assert float(time) == pytest.approx(float(lone.time), rel=1e-13)
+            assert (lone.stops == (1,)) == (found[0].side == 0)
+
+
+@every_arithmetic
+def test_no_slider_acts_before_the_first_event(arithmetic):
+    rng = np.random.default_rng(31)
+    with arithmetic.active():
+        for _ in range(8):
+            forces = rng.uniform(-0.5, 0.5, 7).tolist()
+            signs = {n: int(rng.choice([-1, 1])) for n in (1, 2, 3, 5)}
+            speeds = {n: s * float(rng.uniform(0.05, 0.9)) for n, s in signs.items()}
+            flow = flow_of(arithmetic, forces, signs, speeds)
+            found, time, search = first_time(arithmetic, flow, [Fraction(3, 5)] * 7)
+            assert search.evaluations <= 60
+            runs = flow.runs()
+            for fraction in np.linspace(0.01, 0.99, 50):
+                for watch in Search(flow, runs, search.thresholds, {}).watches:
+                    value, _ = watch(arithmetic.number(float(fraction)) * time)
+                    assert float(value) > 0
+            assert abs(float(found[0](time)[0])) < 1e-14
+
+
+def test_the_bracket_of_a_root_in_balls_holds_a_change_of_sign():
+    balls = balls_of(200)
+    with balls.active():
+        flow = flow_of(balls, [Fraction(1, 10)] * 4, {1: 1, 2: -1}, {1: 0.4, 2: -0.7})
+        found, time, _ = first_time(balls, flow, [Fraction(3, 5)] * 4)
+        assert 0 < time.rad() < 1e-50
+        before, after = found[0](time.lower() - 1e-40)[0], found[0](time.upper() + 1e-40)[0]
+        assert before > 0
+        assert after < 0
+
+
+def test_a_grazing_root_is_undecided_in_balls_and_counted_in_floats():
+    # slider 1 moves by 2 (3/5 - 1/2) = 1/5 and brings slider 2 exactly to its threshold
+    forces, thresholds = [Fraction(3, 5), Fraction(2, 5), 0], [Fraction(3, 5)] * 3
+    balls = balls_of(200)
+    with balls.active(), pytest.raises(Undecided):
+        first_time(balls, flow_of(balls, forces, {0: 1}), thresholds)
+    flow = flow_of(FLOAT64, forces, {0: 1})
+    found, time, search = first_time(FLOAT64, flow, thresholds)
+    assert search.undecided > 0
+    assert time == pytest.approx(math.pi, rel=1e-7)
+    assert found[0].slider in (0, 1)
+
+
+@pytest.mark.parametrize("k", range(3, 13))
+def test_a_crossing_just_after_a_graze_is_found_with_few_evaluations(k):
+    excess = 10.0**-k
+    forces = [Fraction(3, 5), Fraction(2, 5) + Fraction(excess), 0]
+    flow = flow_of(FLOAT64, forces, {0: 1})
+    found, time, search = first_time(FLOAT64, flow, [Fraction(3, 5)] * 3)
+    assert (found[0].slider, found[0].side) == (1, 1)
+    assert math.pi - time == pytest.approx(math.sqrt(2 * excess / 0.1), rel=1e-2)
+    assert search.evaluations <= 80
+
+
+def test_two_roots_closer_than_the_precision_are_undecided_and_farther_are_not():
+    def search(bits, difference):
+        balls = balls_of(bits)
+        with balls.active():
+            forces = [Fraction(3, 5), 0, 0, 0, Fraction(-3, 5)]
+            speeds = {0: Fraction(1, 3), 4: -Fraction(1, 3) - difference}
+            flow = flow_of(balls, forces, {0: 1, 4: -1}, speeds)
+            return first_time(balls, flow, [Fraction(3, 5)] * 5)[0]
+
+    assert [w.slider for w in search(200, Fraction(1, 10**40))] == [4]
+    with pytest.raises(Undecided):
+        search(100, Fraction(1, 10**40))
