@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from exactcreep.commands.run import Json
+from exactcreep.commands.session import LIMIT_STATUS
 
 if TYPE_CHECKING:
     from exactcreep.studies.thresholds import Threshold
@@ -61,26 +62,32 @@ def threshold(
         exactcreep threshold --n 5 --windows --refine 3 --json
 
         exactcreep threshold --n 2 --start-tension 0.01 --digits 1000
+
+    Exit status: 0 found, 2 bad input or no edge, 3 a limit was reached.
     """
     from exactcreep.model.chain import Chain
     from exactcreep.studies import thresholds
 
     chain = Chain(n, l0, mu_d, mu_s, tan_alpha=tan_alpha)
-    found = thresholds.threshold(
-        chain,
-        cycles=_whole(cycles, "cycles"),
-        digits=_whole(digits, "digits"),
-        low=low,
-        high=high,
-        points=_whole(points, "points"),
-        bracket=bracket,
-        windows=windows,
-        refine=_whole(refine, "refine"),
-        start_tension=start_tension,
-        seeds=_whole(seeds, "seeds"),
-        solver=solver,
-        progress=None if json else _Shown().show,
-    )
+    try:
+        found = thresholds.threshold(
+            chain,
+            cycles=_whole(cycles, "cycles"),
+            digits=_whole(digits, "digits"),
+            low=low,
+            high=high,
+            points=_whole(points, "points"),
+            bracket=bracket,
+            windows=windows,
+            refine=_whole(refine, "refine"),
+            start_tension=start_tension,
+            seeds=_whole(seeds, "seeds"),
+            solver=solver,
+            progress=None if json else _Shown().show,
+        )
+    except thresholds.GivenUp as limit:
+        typer.echo(f"exactcreep: {limit}", err=True)
+        raise typer.Exit(LIMIT_STATUS) from None
     if json:
         from exactcreep.commands.answer import as_json
 

@@ -67,6 +67,7 @@ class Course:
         self.friction = arithmetic.number(chain.mu_d) * self.cosine
         self.load = arithmetic.number(chain.l0) * arithmetic.number(start.theta)
         self.travel = arithmetic.zeros(chain.n)
+        self.begins = True  # nothing has happened yet: it may be unstable as it stands
         self.draws = [int(k) for k in start.draws]
         self.thresholds = arithmetic.zeros(chain.n)
         for n, coefficient in enumerate(start.coefficients.tolist()):
@@ -74,8 +75,9 @@ class Course:
             self.thresholds[n] = arithmetic.number(acting) * self.cosine
 
     def unstable(self) -> bool:
-        """Return whether a slider exceeds its threshold as the chain stands."""
-        return bool(any(abs(self.forces) > self.thresholds))
+        """Return whether a slider exceeds its threshold, by more than rounding, at the start."""
+        rounding = 1 + self.arithmetic.number(self.arithmetic.roundoff) * 2**16
+        return self.begins and bool(any(abs(self.forces) > self.thresholds * rounding))
 
     def load_of(self, theta: Fraction) -> Any:
         """Return ``l0 theta``."""
@@ -102,10 +104,12 @@ class Course:
         first = events[0]
         if not self.unstable():
             self.ramp(self.starting_load(first.sliders[0] - 1, first.signs[0]))
+        self.begins = False
         flow = Flow(self.arithmetic, self.forces, self.friction)
         before: Event | None = None
         for event in events:
-            if before is not None and not _follows_at_once(before, event):
+            # at the same instant: a reversal, or a slider that already stood at its threshold
+            if before is not None and event.time != before.time:
                 self.advance(flow, event, event.time - before.time)
             sliders = [n - 1 for n in event.sliders]
             if event.kind is EventKind.START:
@@ -202,13 +206,3 @@ def slider_motion(runs: Sequence[Run], slider: int, t: Any) -> tuple[Any, Any, A
             moved: tuple[Any, Any, Any] = run.motion.slider(slider - run.first, t)
             return moved
     raise KeyError(slider)
-
-
-def _follows_at_once(before: Event, event: Event) -> bool:
-    """Return whether `event` is the reversal of sliders that have just stopped."""
-    return (
-        before.kind is EventKind.STOP
-        and event.kind is EventKind.START
-        and event.time == before.time
-        and set(event.sliders) & set(before.sliders) != set()
-    )

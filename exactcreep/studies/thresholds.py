@@ -55,6 +55,10 @@ _SPARE = 2  # digits of the bracket beyond those asked for
 _SEED_SIZE = Fraction(1, 10**6)
 
 
+class GivenUp(RuntimeError):
+    """A run on which the search depends came to a limit of its solver."""
+
+
 @dataclass(frozen=True)
 class Edge:
     """An amplitude at which creep begins or ends.
@@ -211,7 +215,8 @@ def threshold(
         Significant digits of the bracket.
     low, high : number, optional
         Ends of the scan; default 1/2 and 2 times Eq. (seuil). If nothing creeps up to there (or
-        the law is not positive), the default scan goes on to N (mu_s c - s)/l0.
+        the law is not positive), the default scan goes on to N (mu_s c - s)/l0; if the chain
+        creeps at its lower end, as it may from a start with tensions, it begins at 0.
     points : int
         Equal steps of the scan.
     bracket : pair of numbers, optional
@@ -236,6 +241,8 @@ def threshold(
     InputError
         If an argument is out of range, a bracket is empty or does not straddle an edge, or
         nothing creeps in the scan.
+    GivenUp
+        If a run comes to a limit of its solver.
 
     Notes
     -----
@@ -259,6 +266,8 @@ def threshold(
         return _sliding(asked)
     start = State.prepared(chain, [size] * (chain.n - 1))
     question = _Question(chain, asked.cycles, start)
+    if low is None and span is None and question.creeps(scans[0][0]):
+        scans = [(Fraction(0), scans[0][0])]
     search = _Search(asked, question, scans, span)
     found = search.threshold()
     if not seeds:
@@ -334,7 +343,13 @@ class _Asked:
 
     def options(self) -> dict[str, Any]:
         """Return the options of the solver that decides."""
-        return {} if self.solver == "exact" else {"digits": self.digits + _SPARE}
+        if self.solver == "exact":
+            return {}
+        digits = self.digits + _SPARE
+        if self.solver == "mpmath":
+            return {"digits": digits}
+        # an exact tie outside Q(c) is undecided at any precision: do not try very many
+        return {"digits": digits, "most_digits": 4 * digits + 1000}
 
 
 def _bracket(given: Any) -> tuple[Fraction, Fraction]:
@@ -429,7 +444,7 @@ class _Question:
             if stretch.outcome is Outcome.RUNAWAY:
                 return True, values, parts
             if stretch.outcome is not None:
-                raise ArithmeticError(f"a run was given up: {stretch.reason}")
+                raise GivenUp(f"a run at A = {nearest_float(amplitude):.17g}: {stretch.reason}")
         return False, values, parts
 
     def _advance(self, values: list[Any]) -> Fraction:

@@ -47,6 +47,12 @@ class TestTwoSliders:
         )
         assert encloses(found, (Fraction(11, 65) - abs(Fraction(r0))) / 1000)
 
+    def test_the_default_scan_finds_the_threshold_from_any_start_tension(self) -> None:
+        for r0 in ("0.05", "0.16"):
+            chain = Chain(2, 1000, "0.3", "0.6", tan_alpha="5/12")
+            found = threshold(chain, start_tension=r0, **FLOAT)
+            assert encloses(found, (Fraction(11, 65) - Fraction(r0)) / 1000)
+
     def test_a_start_tension_counts_modulo_two_slips(self) -> None:
         # 0.1 exceeds D = 6/65, and stands for 0.1 - 2 D
         found = threshold(
