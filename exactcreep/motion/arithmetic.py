@@ -360,6 +360,15 @@ class Balls(Arithmetic):
         if isinstance(value, float):
             return value
         middle, exponent, radius, of_radius = value
+        if radius == 0:
+            return flint.arb((middle, exponent))
+        # python-flint raises a given radius by one unit of its 30 bits: give it one unit less
+        spare = 30 - radius.bit_length()
+        top, low = radius << spare, of_radius - spare
+        for given in ((top - 1, low), (2 * top - 1, low - 1)):
+            ball = flint.arb((middle, exponent), given)
+            if ball.rad() == flint.arb((radius, of_radius)):
+                return ball
         return flint.arb((middle, exponent), (radius, of_radius))
 
     def vector(self, values: Iterable[Any]) -> NDArray[Any]:

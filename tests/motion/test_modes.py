@@ -146,3 +146,16 @@ def test_a_wrong_event_time_shows_in_its_residual():
         chain, state, [(0.0, "start", (2,), (1,)), (late, "stop", (2,), (1,))]
     )
     assert replay.residuals[1] == pytest.approx(chain.excess * 1e-9, rel=1e-6)
+
+
+def test_balls_are_written_and_read_back_bit_for_bit():
+    balls = balls_of(200)
+    rng = np.random.default_rng(23)
+    with balls.active():
+        for _ in range(300):
+            ball = balls.number(rng.normal()) / 3 + balls.between(-(2.0**-70), float(rng.random()))
+            again = balls.from_plain(balls.plain(ball))
+            assert again.mid() == ball.mid()
+            assert again.rad() == ball.rad()
+        power = balls.between(-0.25, 0.25)
+        assert balls.from_plain(balls.plain(power)).rad() == power.rad()

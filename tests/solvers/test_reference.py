@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, Path, State, iterate, rearrange
+from exactcreep.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.registry import solver_named
 
 ARITHMETICS = [
@@ -221,16 +222,12 @@ def test_a_run_stopped_anywhere_goes_on_bit_for_bit(solver):
         stretch = simulation.follow(drive, done + 1, 2 - done, max_events=41)
         times += floats(stretch.recorded["event_time"]).tolist()
         done += stretch.completed
-        captured = simulation.capture()
+        captured = from_bytes(to_bytes(simulation.capture()))
         simulation = fresh()
         simulation.restore(captured)
     assert times == floats(expected.recorded["event_time"]).tolist()
     assert simulation.tally == whole.tally
-    end, other = simulation.state(), whole.state()
-    assert all(
-        bool(a - b == 0 or a == b or repr(a) == repr(b))
-        for a, b in zip(end.displacements, other.displacements, strict=True)
-    )
+    assert to_bytes(simulation.capture()) == to_bytes(whole.capture())
 
 
 @every_arithmetic
