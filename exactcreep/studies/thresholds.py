@@ -52,6 +52,7 @@ _FLOAT_DIGITS = MOST_DIGITS["exact"]
 _NARROW = Fraction(1, 10**11)  # relative width at which bisection in float64 ends
 _STRAY = 10**5  # widths of a float64 bracket that rounding may have put it off
 _SPARE = 2  # digits of the bracket beyond those asked for
+_LATER = (4, 16, 64)  # times the cycles, after which a transient may be over
 _SEED_SIZE = Fraction(1, 10**6)
 
 
@@ -124,9 +125,11 @@ class Threshold:
         Decimals: the chain does not creep at `lower`, and creeps at `upper`. None for one slider.
     outcome_at_lower : Outcome or None
         `AT_REST` (no event in a whole cycle, hence for ever), `CYCLING` (slips that return
-        the chain to the same state), or None: neither within `cycles`.
+        the chain to the same state); if neither within `cycles`, what it has come to after up to
+        64 times as many in float64; None if it still does neither.
     outcome_evidence : Evidence
-        Of `outcome_at_lower`: `PROVED` if the run is and the cycle has lone slips alone.
+        Of `outcome_at_lower`: `PROVED` if the run is and the cycle has lone slips alone, which
+        return the chain exactly; otherwise it has been seen to return, to within rounding.
     evidence : Evidence
         Of what happens at `lower` and at `upper`.
     stable_digits : int or None
@@ -320,7 +323,7 @@ class _Asked:
             raise InputError("tan_alpha", chain.tan_alpha, allowed)
         if chain.tan_alpha == 0 and chain.n > 1:
             raise InputError("tan_alpha", 0, "must not be 0: a level chain creeps nowhere")
-        if solver not in MOST_DIGITS or solver not in SOLVERS:
+        if not isinstance(solver, str) or solver not in MOST_DIGITS or solver not in SOLVERS:
             raise InputError("solver", solver, "must be certified, mpmath or exact")
         refined = whole_number(refine, "refine", least=0)
         if refined and not windows:
@@ -489,6 +492,11 @@ class _Search:
         refined = self.refined(low, high, begins=True)
         at_lower, at_upper = refined.at_lower, refined.at_upper
         outcome, outcome_evidence = _outcome(at_lower, self.question.half_cycles)
+        lasting = outcome is Outcome.AT_REST or (
+            outcome is Outcome.CYCLING and outcome_evidence is Evidence.PROVED
+        )
+        if outcome is None:
+            outcome, outcome_evidence = self.settled(Fraction(refined.edge.lower))
         differs = first_difference(numbered(at_lower.log), numbered(at_upper.log))
         windows = None
         if edges is not None:
@@ -508,7 +516,7 @@ class _Search:
             outcome_at_lower=outcome,
             outcome_evidence=outcome_evidence,
             evidence=refined.edge.evidence,
-            stable_digits=self.stable_digits(refined, outcome),
+            stable_digits=self.stable_digits(refined, lasting),
             deciding_event=None if differs is None else Difference(*differs[1:]),
             solver=asked.solver,
             windows=windows,
@@ -633,9 +641,7 @@ class _Search:
     def _tried(self, amplitude: Fraction, question: _Question | None = None) -> _Trial:
         self.trials += 1
         self.asked.say("deciding runs", self.trials, self.trials)
-        return (question or self.question).tried(
-            amplitude, self.asked.solver, self.asked.options()
-        )
+        return (question or self.question).tried(amplitude, self.asked.solver, self.asked.options())
 
     def _root(self, low: Fraction, high: Fraction) -> Fraction:
         """Return the root of the condition that decides between `low` and `high`.
@@ -654,15 +660,28 @@ class _Search:
                 return root
         return (low + high) / 2
 
-    def stable_digits(self, refined: _Refined, outcome: Outcome | None) -> int:
-        """Return how many digits of an edge survive when `cycles` is doubled."""
+    def settled(self, amplitude: Fraction) -> tuple[Outcome | None, Evidence]:
+        """Return what float64 has the chain do after many more cycles at `amplitude`."""
+        for times in _LATER:
+            later = replace(self.question, cycles=times * self.question.cycles)
+            trial = later.tried(amplitude, "exact", {})
+            outcome, evidence = _outcome(trial, later.half_cycles)
+            if outcome is not None and not trial.creeps:
+                return outcome, _weaker(evidence, Evidence.COMPUTED)
+        return None, _weaker(trial.evidence, Evidence.COMPUTED)
+
+    def stable_digits(self, refined: _Refined, lasting: bool) -> int:
+        """Return how many digits of an edge survive when `cycles` is doubled.
+
+        `lasting`: what the chain does at its lower end, it does for ever.
+        """
         asked, edge = self.asked, refined.edge
         width = Fraction(edge.upper) - Fraction(edge.lower)
         shown = min(asked.digits, math.floor(_log2(edge.middle / width) / BITS_PER_DIGIT))
         doubled = replace(self.question, cycles=2 * self.question.cycles)
         lower, upper = Fraction(edge.lower), Fraction(edge.upper)
         if self._tried(upper, doubled).creeps and (
-            outcome is not None or not self._tried(lower, doubled).creeps
+            lasting or not self._tried(lower, doubled).creeps
         ):
             return shown
         again = _Search(replace(asked, windows=False), doubled, self.scans, self.bracket)

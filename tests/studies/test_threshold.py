@@ -96,6 +96,13 @@ class TestMoreSliders:
     def test_below_the_threshold_of_four_sliders_the_ends_slip_for_ever(self) -> None:
         assert threshold(captions(4), **FLOAT).outcome_at_lower is Outcome.CYCLING
 
+    def test_a_transient_that_dies_later_is_followed_to_its_end(self) -> None:
+        """Eleven cycles do not return this chain; they come closer by a fifth each time."""
+        chain = Chain(4, "1/7", "0.9", "1.05", tan_alpha="0.045")
+        found = threshold(chain, cycles=11, points=200, **FLOAT)
+        assert found.outcome_at_lower is Outcome.CYCLING
+        assert found.outcome_evidence is Evidence.COMPUTED
+
     def test_a_bracket_skips_the_scan_and_finds_the_same_edge(self) -> None:
         scanned = threshold(captions(3), **FLOAT)
         bracketed = threshold(captions(3), bracket=("0.0004570", "0.0004584"), **FLOAT)
