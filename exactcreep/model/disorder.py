@@ -34,8 +34,40 @@ _MULTIPLIER_1 = np.uint64(0xCA5A826395121157)
 _WEYL_0 = np.uint64(0x9E3779B97F4A7C15)
 _WEYL_1 = np.uint64(0xBB67AE8584CAA73B)
 _HALF_ULP = 2.0**-54
+_FRACTION = np.int64(0x000FFFFFFFFFFFFF)  # the fraction's bits of a float64
+_HALF = np.int64(0x3FE0000000000000)  # the bits of 0.5
+_ODD = np.array([1.0 / k for k in range(23, 1, -2)])
 _LN2_HIGH = 6.93147180369123816490e-01  # ln 2 with its last 20 bits zero, so that e * it is exact
 _LN2_LOW = 1.90821492927058770002e-10
+
+
+# AS 241 for abs(probability - 1/2) <= CENTRAL, highest power first
+CENTRAL = 0.425
+CENTRAL_SQUARE = 0.180625
+NUMERATOR = np.array(
+    [
+        2.5090809287301226727e3,
+        3.3430575583588128105e4,
+        6.7265770927008700853e4,
+        4.5921953931549871457e4,
+        1.3731693765509461125e4,
+        1.9715909503065514427e3,
+        1.3314166789178437745e2,
+        3.3871328727963666080e0,
+    ]
+)
+DENOMINATOR = np.array(
+    [
+        5.2264952788528545610e3,
+        2.8729085735721942674e4,
+        3.9307895800092710610e4,
+        2.1213794301586595867e4,
+        5.3941960214247511077e3,
+        6.8718700749205790830e2,
+        4.2313330701600911252e1,
+        1.0,
+    ]
+)
 
 
 @intrinsic
@@ -81,20 +113,23 @@ def philox(seed, stream, n, block):  # type: ignore[no-untyped-def]
 @njit(cache=True, nogil=True)
 def _logarithm(x):  # type: ignore[no-untyped-def]
     """Return ln x for a positive normal x, within 1 ulp, from +, -, * and / alone."""
-    mantissa, exponent = math.frexp(x)
+    bits = np.float64(x).view(np.int64)
+    exponent = (bits >> 52) - 1022
+    mantissa = np.int64((bits & _FRACTION) | _HALF).view(np.float64)  # in [1/2, 1)
     if mantissa < 0.7071067811865476:
         mantissa *= 2.0
         exponent -= 1
     z = (mantissa - 1.0) / (mantissa + 1.0)
     w = z * z
     series = 0.0
-    for k in range(23, 1, -2):
-        series = series * w + 1.0 / k
+    for k in range(_ODD.size):
+        series = series * w + _ODD[k]
     return exponent * _LN2_HIGH + (exponent * _LN2_LOW + 2.0 * z * w * series + 2.0 * z)
 
 
 @njit(cache=True, nogil=True)
-def _normal_tail(q):  # type: ignore[no-untyped-def]
+def normal_tail(q):  # type: ignore[no-untyped-def]
+    """Return the normal deviate of the probability 1/2 + q for abs(q) > `CENTRAL`."""
     r = 0.5 - abs(q)
     r = math.sqrt(-_logarithm(r))
     if r <= 5.0:
@@ -136,32 +171,28 @@ def _normal_tail(q):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, forceinline=True)
+def centred(word):  # type: ignore[no-untyped-def]
+    """Return the probability of a word, the centre of one of 2**53 cells, minus 1/2."""
+    return np.float64(np.int64(word >> np.uint64(11))) * 2.0**-53 + (_HALF_ULP - 0.5)
+
+
+@njit(cache=True, nogil=True, forceinline=True)
 def normal_deviate(word):  # type: ignore[no-untyped-def]
     """Return the normal deviate of a 64-bit word, within 4 ulp.
 
     The upper 53 bits, centred in their cell, are the probability; the inverse distribution
     function is Wichura's rational approximation AS 241 (PPND16).
     """
-    q = np.float64(np.int64(word >> np.uint64(11))) * 2.0**-53 + (_HALF_ULP - 0.5)
-    if abs(q) > 0.425:
-        return _normal_tail(q)
-    r = 0.180625 - q * q
-    top = 2.5090809287301226727e3
-    top = top * r + 3.3430575583588128105e4
-    top = top * r + 6.7265770927008700853e4
-    top = top * r + 4.5921953931549871457e4
-    top = top * r + 1.3731693765509461125e4
-    top = top * r + 1.9715909503065514427e3
-    top = top * r + 1.3314166789178437745e2
-    top = top * r + 3.3871328727963666080e0
-    low = 5.2264952788528545610e3
-    low = low * r + 2.8729085735721942674e4
-    low = low * r + 3.9307895800092710610e4
-    low = low * r + 2.1213794301586595867e4
-    low = low * r + 5.3941960214247511077e3
-    low = low * r + 6.8718700749205790830e2
-    low = low * r + 4.2313330701600911252e1
-    return q * top / (low * r + 1.0)
+    q = centred(word)
+    if abs(q) > CENTRAL:
+        return normal_tail(q)
+    r = CENTRAL_SQUARE - q * q
+    top = NUMERATOR[0]
+    low = DENOMINATOR[0]
+    for k in range(1, 8):
+        top = top * r + NUMERATOR[k]
+        low = low * r + DENOMINATOR[k]
+    return q * top / low
 
 
 @njit(cache=True, nogil=True)

@@ -160,8 +160,12 @@ def _differentiate(cell, series, first, strips):  # type: ignore[no-untyped-def]
 
 @inlined
 def _expand(cell, series, friction, first, strips):  # type: ignore[no-untyped-def]
-    """Fill the series of the window that begins in column `first` of `cell`."""
+    """Fill the series of the window that begins in column `first` of `cell`.
+
+    Returns whether a slider has started without any force beyond friction.
+    """
     zero = spread(0.0)
+    forceless = 0
     for s in range(strips):
         i = first + EIGHT * s
         j = EIGHT + EIGHT * s
@@ -170,7 +174,9 @@ def _expand(cell, series, friction, first, strips):  # type: ignore[no-untyped-d
         held = load(cell, STIFFNESS, i) * load(cell, X, i)
         pull = load(cell, REST, i) + (around - held)
         push = side * pull - spread(friction)
-        push = choose(below(zero, load(cell, FRESH, i)), load(cell, DRIVE, i), push)
+        fresh = below(zero, load(cell, FRESH, i))
+        push = choose(fresh, load(cell, DRIVE, i), push)
+        forceless |= fresh & not_above(push, zero)
         store(series, PULL, j, pull)
         store(series, PUSH, j, push)
         store(series, 0, j, side * load(cell, SPEED, i))
@@ -179,6 +185,7 @@ def _expand(cell, series, friction, first, strips):  # type: ignore[no-untyped-d
         _differentiate_one(cell, series, first)
     else:
         _differentiate(cell, series, first, strips)
+    return forceless != 0
 
 
 @inlined
@@ -554,6 +561,27 @@ def _suspects(cell, series, friction, first, s, strips, t):  # type: ignore[no-u
     return lower, upper
 
 
+@compiled
+def _tangential(cell, count, series, first, last):  # type: ignore[no-untyped-def]
+    """Find the sliders that have started but do not get away, return how many.
+
+    Velocity and acceleration are zero: the first derivative that is not decides, and if it points
+    back, or there is none, the slip has length zero.
+    """
+    events = 0
+    for i in range(first, last + 1):
+        if cell[SIDE, i] == 0.0 or cell[FRESH, i] == 0.0 or cell[DRIVE, i] > 0.0:
+            continue
+        lead = 0.0
+        for k in range(2, ORDERS):
+            if lead == 0.0:
+                lead = series[k, EIGHT + i - first]
+        if lead * cell[SIDE, i] <= 0.0:
+            count[EVENT, events] = i
+            events += 1
+    return events
+
+
 @inlined
 def _together(cell, count, series, real, whole, first, contenders, t):  # type: ignore[no-untyped-def]
     """Keep the sliders whose event is at t, within its rounding bound; return how many.
@@ -605,7 +633,10 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
     friction = real[FRICTION]
     strips = (last - first + EIGHT) // EIGHT
     whole[STEPS] += 1
-    _expand(cell, series, friction, first, strips)
+    if _expand(cell, series, friction, first, strips):
+        events = _tangential(cell, count, series, first, last)
+        if events > 0:
+            return 0.0, events, 0.0
     lane, t = _candidate(cell, series, friction, first, strips)
     events = 0
     found = False

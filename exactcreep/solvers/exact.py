@@ -18,6 +18,7 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
 from exactcreep.motion.modes import solution_from_events
 from exactcreep.solvers import kernel, layout
+from exactcreep.solvers.draws import BATCH
 from exactcreep.solvers.layout import PAD
 from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Stretch, Tally
 
@@ -27,6 +28,7 @@ class Work(NamedTuple):
 
     cell: NDArray[np.float64]
     count: NDArray[np.int64]
+    deviate: NDArray[np.float64]
     series: NDArray[np.float64]
     real: NDArray[np.float64]
     whole: NDArray[np.int64]
@@ -153,6 +155,7 @@ def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
     work = Work(
         cell=_table(layout.CELLS, m),
         count=np.zeros((layout.COUNTS, m), dtype=np.int64),
+        deviate=_table(m, BATCH),
         series=_table(layout.SERIES, m + 16),
         real=real,
         whole=whole,
@@ -170,7 +173,7 @@ def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
     work.count[layout.DRAWS, PAD : PAD + n] = state.draws
     cell[layout.TRAVEL], cell[layout.TRAVEL_LOW] = _halves(state.displacements)
     real[layout.TOTAL] = cell[layout.TRAVEL].sum()
-    kernel.prepare(work.cell, work.count, work.whole)
+    kernel.prepare(work.cell, work.count, work.deviate, work.whole)
     return work
 
 
@@ -337,7 +340,7 @@ class ExactSimulation(Simulation):
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
         captured: dict[str, Any] = {
-            name: getattr(self.work, name).copy() for name in ("cell", "count", "real", "whole")
+            name: getattr(self.work, name).copy() for name in ("cell", "count", "deviate", "real", "whole")
         }
         tension, tension_low = _halves(self.start.tensions)
         displacement, displacement_low = _halves(self.start.displacements)
@@ -354,7 +357,7 @@ class ExactSimulation(Simulation):
 
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned."""
-        for name in ("cell", "count", "real", "whole"):
+        for name in ("cell", "count", "deviate", "real", "whole"):
             getattr(self.work, name)[...] = captured[name]
 
         def whole(name: str) -> NDArray[Any]:

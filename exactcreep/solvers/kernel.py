@@ -22,8 +22,8 @@ import math
 
 import numpy as np
 
-from exactcreep.model.disorder import STREAM_COEFFICIENT, normal_deviate, philox
 from exactcreep.solvers.cluster import step
+from exactcreep.solvers.draws import BATCH, fill
 from exactcreep.solvers.layout import (
     AT_REST,
     BELOW,
@@ -33,7 +33,6 @@ from exactcreep.solvers.layout import (
     COEFFICIENT,
     CONSTANT,
     COSINE,
-    DEVIATE,
     DONE,
     DOWNHILL,
     DRAWS,
@@ -144,23 +143,16 @@ def _log(real, whole, log, kind, i, sign, residual):  # type: ignore[no-untyped-
 
 
 @inlined
-def _fill_deviates(cell, whole, i, block):  # type: ignore[no-untyped-def]
-    words = philox(np.uint64(whole[SEED]), STREAM_COEFFICIENT, i + 1 - PAD, block)
-    for j in range(4):
-        cell[DEVIATE + j, i] = normal_deviate(words[j])
-
-
-@inlined
-def _draw(cell, count, real, whole, i):  # type: ignore[no-untyped-def]
+def _draw(cell, count, deviate, real, whole, i):  # type: ignore[no-untyped-def]
     """Give slider i its next static coefficient."""
     k = count[DRAWS, i]
     count[DRAWS, i] = k + 1
     if whole[CONSTANT] == 1:
         cell[EXCESS, i] = real[MEAN_EXCESS]
         return
-    if k & 3 == 0:
-        _fill_deviates(cell, whole, i, k >> 2)
-    mu = real[MEAN] + real[WIDTH] * cell[DEVIATE + (k & 3), i]
+    if k % BATCH == 0:
+        fill(deviate, i, np.uint64(whole[SEED]), i + 1 - PAD, k // BATCH)
+    mu = real[MEAN] + real[WIDTH] * deviate[i, k % BATCH]
     cell[COEFFICIENT, i] = mu
     above = (mu - real[MU_D]) - real[MU_D_LOW]
     if above < 0.0:
@@ -214,7 +206,7 @@ def _start(cell, real, whole, log, i, sign, drive, residual):  # type: ignore[no
 
 
 @inlined
-def _stop(cell, count, real, whole, log, i, residual):  # type: ignore[no-untyped-def]
+def _stop(cell, count, deviate, real, whole, log, i, residual):  # type: ignore[no-untyped-def]
     _log(real, whole, log, STOP, i, cell[SIDE, i], residual)
     cell[SIDE, i] = 0.0
     cell[SPEED, i] = 0.0
@@ -222,7 +214,7 @@ def _stop(cell, count, real, whole, log, i, residual):  # type: ignore[no-untype
     whole[MOVING] -= 1
     whole[SLIP_TOTAL] += 1
     count[SLIPS, i] += 1
-    _draw(cell, count, real, whole, i)
+    _draw(cell, count, deviate, real, whole, i)
 
 
 @inlined
@@ -355,7 +347,7 @@ def _ramp(cell, real, whole, log, target, target_low):  # type: ignore[no-untype
 
 
 @compiled
-def _end_slips(cell, count, real, whole, target, target_low, stop_at):  # type: ignore[no-untyped-def]
+def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):  # type: ignore[no-untyped-def]
     """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
 
     Does what `_ramp`, `_lone` and `_settle` do, without the steps that such a slip can skip;
@@ -396,7 +388,7 @@ def _end_slips(cell, count, real, whole, target, target_low, stop_at):  # type: 
         cell[TRAVEL, i] = high
         cell[TRAVEL_LOW, i] = low
         real[TOTAL], real[TOTAL_LOW] = _plus(real[TOTAL], real[TOTAL_LOW], moved)
-        _draw(cell, count, real, whole, i)
+        _draw(cell, count, deviate, real, whole, i)
         count[SLIPS, i] += 1
         whole[SLIP_TOTAL] += 1
         whole[REARRANGEMENTS] += 1
@@ -432,7 +424,7 @@ def _unstable(cell, real, whole, log):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _lone(cell, count, real, whole, log):  # type: ignore[no-untyped-def]
+def _lone(cell, count, deviate, real, whole, log):  # type: ignore[no-untyped-def]
     """Advance a lone mover to its stop or to the start of a neighbour, by energy."""
     i = whole[FIRST]
     side = cell[SIDE, i]
@@ -481,7 +473,7 @@ def _lone(cell, count, real, whole, log):  # type: ignore[no-untyped-def]
         pull = side * (friction - (drive if speed == 0.0 else swing))
         if stiff == 0.0:
             pull = cell[REST, i]
-        _stop(cell, count, real, whole, log, i, 0.0)
+        _stop(cell, count, deviate, real, whole, log, i, 0.0)
         whole[NUMBER] += 1
         turn = _stopped_exceeds(cell, real, whole, i, pull)
         if turn != 0.0:
@@ -576,7 +568,7 @@ def _no_mode_stops(cell, real, whole):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _cluster(cell, count, series, real, whole, log):  # type: ignore[no-untyped-def]
+def _cluster(cell, count, deviate, series, real, whole, log):  # type: ignore[no-untyped-def]
     """Advance several movers to their first event and resolve it; return True for a runaway."""
     if whole[MOVING] == whole[N] and whole[DOWNHILL] != 0:
         if _never_stops(cell, real, whole):
@@ -603,7 +595,7 @@ def _cluster(cell, count, series, real, whole, log):  # type: ignore[no-untyped-
     for k in range(events):
         i = count[EVENT, k]
         if cell[SIDE, i] != 0.0:
-            _stop(cell, count, real, whole, log, i, residual)
+            _stop(cell, count, deviate, real, whole, log, i, residual)
             count[EVENT, k] = -i
             stops += 1
     if stops > 0:
@@ -631,16 +623,17 @@ def _cluster(cell, count, series, real, whole, log):  # type: ignore[no-untyped-
 
 
 @compiled
-def prepare(cell, count, whole):  # type: ignore[no-untyped-def]
-    """Fill the blocks of deviates that hold the next draws."""
+def prepare(cell, count, deviate, whole):  # type: ignore[no-untyped-def]
+    """Fill the batches of deviates that hold the next draws."""
     if whole[CONSTANT] == 0:
         for i in range(PAD, PAD + whole[N]):
-            if count[DRAWS, i] & 3 != 0:
-                _fill_deviates(cell, whole, i, count[DRAWS, i] >> 2)
+            k = count[DRAWS, i]
+            if k % BATCH != 0:
+                fill(deviate, i, np.uint64(whole[SEED]), i + 1 - PAD, k // BATCH)
 
 
 @compiled
-def follow(cell, count, series, real, whole, log, theta, theta_low, travel, max_events, single):  # type: ignore[no-untyped-def]
+def follow(cell, count, deviate, series, real, whole, log, theta, theta_low, travel, max_events, single):  # type: ignore[no-untyped-def]
     """Take the chain along the targets; return why it came back, and how many it reached.
 
     Parameters
@@ -671,21 +664,21 @@ def follow(cell, count, series, real, whole, log, theta, theta_low, travel, max_
         if stage == AT_REST:
             if whole[LOGGING] == 0 and whole[N] > 1 and not single:
                 _end_slips(
-                    cell, count, real, whole, theta[reached], theta_low[reached], stop_at
+                    cell, count, deviate, real, whole, theta[reached], theta_low[reached], stop_at
                 )
             if not _ramp(cell, real, whole, log, theta[reached], theta_low[reached]):
                 travel[reached] = real[TOTAL] + real[TOTAL_LOW]
                 reached += 1
                 whole[TARGET] += 1
         elif stage == LONE:
-            if _lone(cell, count, real, whole, log):
+            if _lone(cell, count, deviate, real, whole, log):
                 return RUNAWAY, reached
         elif stage == CLUSTER:
-            if _cluster(cell, count, series, real, whole, log):
+            if _cluster(cell, count, deviate, series, real, whole, log):
                 return RUNAWAY, reached
         else:
             _unstable(cell, real, whole, log)
-        if whole[NUMBER] > longest and whole[STAGE] != AT_REST:
+        if max(whole[NUMBER], whole[CALM]) > longest and whole[STAGE] != AT_REST:
             return ENDLESS, reached
         if single and whole[STAGE] == AT_REST:
             return ONE_DONE, reached

@@ -1,7 +1,8 @@
 """Where the compiled exact solver keeps what: the rows of its arrays and the cells of its scalars.
 
-The loop works on six arrays that Python owns: `cell` and `count` (one column for each slider),
-`series` (one column for each slider of the window that moves), `real`, `whole` and `log`.
+The loop works on seven arrays that Python owns: `cell` and `count` (one column for each slider),
+`deviate` (one row for each slider: the batch that holds its next draw), `series` (one column for
+each slider of the window that moves), `real`, `whole` and `log`.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ NEVER = 1e300
 """The excess of a column outside the chain: a threshold that no force reaches."""
 ULP = 2.0**-52
 LONGEST_AVALANCHE = 10**6
-"""Events of one rearrangement, plus 1000 for each slider, after which it is given up.
+"""Events of one rearrangement, or steps without one, after which it is given up (+ 1000 n).
 
 Only on slopes from mu_d on: below, every avalanche ends. On the slope mu_d itself friction takes
 exactly what gravity gives, and an avalanche may go round for ever without all sliders ever moving.
@@ -46,9 +47,8 @@ exactly what gravity gives, and an avalanche may go round for ever without all s
     FRESH,  # 1 while a slider that has started has not moved yet
     DRIVE,  # force minus friction along the motion with which it started
     COEFFICIENT,
-    DEVIATE,  # four rows: the block of deviates that holds the next draw
-) = range(14)
-CELLS = DEVIATE + 4
+) = range(13)
+CELLS = 13
 
 # rows of `count`, int64
 DRAWS, SLIPS, EVENT = range(3)

@@ -20,6 +20,7 @@ from exactcreep import (
     Path,
     State,
     creep,
+    disorder,
     iterate,
     laws,
     rearrange,
@@ -424,3 +425,35 @@ def test_a_long_chain_slips_only_where_the_temperature_reaches():
     moved = np.nonzero(simulation.state().displacements)[0]
     assert simulation.tally.slips > 10
     assert np.all((moved < 100) | (moved > 99_900))
+
+
+def test_batches_of_draws_have_the_bits_of_the_keyed_coefficients():
+    for seed, n in ((0, 3), (2**64 - 1, 2), (20110603, 5)):
+        chain = paper_chain(n)
+        simulation, _ = followed(chain, Cycles("0.01", 40), seed=seed)
+        state = simulation.state()
+        for slider in range(1, n + 1):
+            k = int(state.draws[slider - 1]) - 1
+            assert k > 100
+            drawn = disorder.static_coefficient(chain, seed, slider, k)
+            assert state.coefficients[slider - 1] == drawn
+
+
+def test_slips_of_length_zero_end_at_once_even_when_two_begin_together():
+    # most draws lie below mu_d; at alpha = 0 both ends start together
+    chain = Chain(4, 1000, "0.3", "0.300001", "0.01", tan_alpha=0)
+    simulation = ExactSimulation(chain, State.relaxed(chain, 213), 213)
+    stretch = simulation.follow(Cycles("0.005", 5), 1, 10, max_events=20_000)
+    assert simulation.tally.events >= 20_000 or stretch.completed == 10
+    assert simulation.report()["cluster_steps"] < 2 * simulation.tally.events
+
+
+def test_a_whole_chain_that_slides_on_unproved_is_given_up():
+    gap = Fraction(1, 10**12)
+    chain = Chain(10, 1000, "1/1000", Fraction(1, 1000) + gap, "1e-9", tan_alpha="1/1000")
+    simulation = ExactSimulation(chain, State.relaxed(chain, 1), 1)
+    stretch = simulation.follow(Cycles("0.005", 5), 1, 10, max_events=10**6)
+    while stretch.outcome is None and stretch.completed == 0:
+        stretch = simulation.follow(Cycles("0.005", 5), 1, 10, max_events=10**6)
+    assert stretch.outcome is Outcome.LIMIT
+    assert "neither ended" in stretch.reason
