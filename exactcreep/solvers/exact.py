@@ -24,10 +24,10 @@ from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Stretch
 
 
 class Work(NamedTuple):
-    """The arrays of the compiled loop; their rows and cells are named in `kernel`."""
+    """The arrays of the compiled loop; their rows and cells are named in `layout`."""
 
     cell: NDArray[np.float64]
-    count: NDArray[np.int64]
+    tally: NDArray[np.int64]
     deviate: NDArray[np.float64]
     series: NDArray[np.float64]
     real: NDArray[np.float64]
@@ -38,6 +38,7 @@ class Work(NamedTuple):
 MOST_EVENTS = 20_000
 """`Exact.rearrange` gives up after so many events of one rearrangement."""
 
+_CAPTURED = ("cell", "tally", "deviate", "real", "whole")
 _COLUMNS = {
     "event_half_cycle": layout.LOG_TARGET,
     "event_rearrangement": layout.LOG_REARRANGEMENT,
@@ -154,7 +155,7 @@ def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
 
     work = Work(
         cell=_table(layout.CELLS, m),
-        count=np.zeros((layout.COUNTS, m), dtype=np.int64),
+        tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
         deviate=_table(m, BATCH),
         series=_table(layout.SERIES, m + 16),
         real=real,
@@ -170,10 +171,10 @@ def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
     work.cell[layout.STIFFNESS] = 2.0
     cell[layout.STIFFNESS, [0, n - 1]] = 1.0 if n > 1 else 0.0
     cell[layout.COEFFICIENT] = coefficient
-    work.count[layout.DRAWS, PAD : PAD + n] = state.draws
+    work.tally[layout.DRAWS, PAD : PAD + n] = state.draws
     cell[layout.TRAVEL], cell[layout.TRAVEL_LOW] = _halves(state.displacements)
     real[layout.TOTAL] = cell[layout.TRAVEL].sum()
-    kernel.prepare(work.cell, work.count, work.deviate, work.whole)
+    kernel.prepare(work.cell, work.tally, work.deviate, work.whole)
     return work
 
 
@@ -223,7 +224,7 @@ class ExactSimulation(Simulation):
             return way * high, way * low
         theta = drive.targets(first, count, seed)
         l0, l0_low = _split(self.chain.l0)
-        high = l0 * theta
+        product = l0 * theta
         # Dekker's product: the rounding error of l0 * theta from halves of 26 bits
         a = l0 * 134217729.0
         a_high = a - (a - l0)
@@ -231,8 +232,8 @@ class ExactSimulation(Simulation):
         b_high = b - (b - theta)
         a_low = l0 - a_high
         b_low = theta - b_high
-        error = ((a_high * b_high - high) + a_high * b_low + a_low * b_high) + a_low * b_low
-        return high, error + l0_low * theta
+        error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+        return product, error + l0_low * theta
 
     def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
@@ -261,8 +262,8 @@ class ExactSimulation(Simulation):
                 if "tension" in self.record:
                     rows["tension"].append(self._tensions())
                 if "slips" in self.record:
-                    rows["slips"].append(self.work.count[layout.SLIPS, self._inner].copy())
-                self.work.count[layout.SLIPS] = 0
+                    rows["slips"].append(self.work.tally[layout.SLIPS, self._inner].copy())
+                self.work.tally[layout.SLIPS] = 0
             if reason in (layout.BUDGET, layout.RUNAWAY, layout.ENDLESS):
                 break
         recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
@@ -290,7 +291,8 @@ class ExactSimulation(Simulation):
         for name in ("event_kind", "event_sign"):
             columns[name] = columns[name].astype(np.int8)
         columns["event_time"] = log[:, layout.LOG_TIME].copy()
-        columns["event_theta"] = (log[:, layout.LOG_THETA] + log[:, layout.LOG_THETA_LOW]) / nearest_float(self.chain.l0)
+        theta = log[:, layout.LOG_THETA] + log[:, layout.LOG_THETA_LOW]
+        columns["event_theta"] = theta / nearest_float(self.chain.l0)
         return columns
 
     def _displacements(self) -> NDArray[np.float64]:
@@ -333,14 +335,14 @@ class ExactSimulation(Simulation):
             tensions=self._tensions(),
             displacements=self._displacements(),
             coefficients=self._cell(layout.COEFFICIENT),
-            draws=self.work.count[layout.DRAWS, self._inner],
+            draws=self.work.tally[layout.DRAWS, self._inner],
             theta=self._theta(),
         )
 
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
         captured: dict[str, Any] = {
-            name: getattr(self.work, name).copy() for name in ("cell", "count", "deviate", "real", "whole")
+            name: getattr(self.work, name).copy() for name in _CAPTURED
         }
         tension, tension_low = _halves(self.start.tensions)
         displacement, displacement_low = _halves(self.start.displacements)
@@ -357,7 +359,7 @@ class ExactSimulation(Simulation):
 
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned."""
-        for name in ("cell", "count", "deviate", "real", "whole"):
+        for name in _CAPTURED:
             getattr(self.work, name)[...] = captured[name]
 
         def whole(name: str) -> NDArray[Any]:

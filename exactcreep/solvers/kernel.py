@@ -1,8 +1,8 @@
 """The compiled event loop of the exact solver: from target to target, float64, event by event.
 
-**Decompose** the movers into a lone mover or a cluster; find the **first event** (a lone mover's by
-energy, a cluster's from its series, see `cluster`); **advance** to it; **resolve** it by the contact
-law; repeat until rest. Around it: ramp to theta_c, rearrange, repeat until the target.
+**Decompose** the movers into a lone mover or a cluster; find the **first event** (a lone
+mover's by energy, a cluster's from its series, see `cluster`); **advance** to it; **resolve** it by
+the contact law; repeat until rest. Around it: ramp to theta_c, rearrange, repeat until the target.
 
 Forces at rest and displacements are sums of two floats, so that nothing is lost however far the
 chain travels. Sliders 1 and N alone feel theta: their stored force leaves it out, and
@@ -81,8 +81,8 @@ from exactcreep.solvers.layout import (
     SPEED,
     STAGE,
     START,
-    STIFFNESS,
     STEPS,
+    STIFFNESS,
     STOP,
     TARGET,
     THETA,
@@ -102,7 +102,6 @@ from exactcreep.solvers.layout import (
     compiled,
     inlined,
 )
-
 
 _CALM = 64
 """Steps without an event after which the whole chain's modes are looked at."""
@@ -431,9 +430,8 @@ def _lone(cell, count, deviate, real, whole, log):  # type: ignore[no-untyped-de
     stiff = cell[STIFFNESS, i]
     speed = cell[SPEED, i]
     friction = real[FRICTION]
-    if cell[FRESH, i] != 0.0:
-        drive = cell[DRIVE, i]  # exactly what made it start
-    else:
+    drive = cell[DRIVE, i]  # exactly what made it start
+    if cell[FRESH, i] == 0.0:
         drive = side * _present_force(cell, i) - friction
     swing = 0.0
     if stiff == 0.0:
@@ -444,10 +442,7 @@ def _lone(cell, count, deviate, real, whole, log):  # type: ignore[no-untyped-de
         length = 2.0 * drive / stiff
     else:
         swing = math.sqrt(drive * drive + stiff * speed * speed)
-        if drive >= 0.0:
-            length = (drive + swing) / stiff
-        else:
-            length = speed * speed / (swing - drive)
+        length = (drive + swing) / stiff if drive >= 0.0 else speed * speed / (swing - drive)
     room_left = np.inf
     room_right = np.inf
     if stiff > 0.0:
@@ -564,7 +559,8 @@ def _no_mode_stops(cell, real, whole):  # type: ignore[no-untyped-def]
             reach += 2.0 / n * abs(math.cos((m + 0.5) * angle)) * amplitude
         largest = max(largest, reach)
     # each sum of n terms is good to n ulp of the sum of their sizes
-    return mean * (1.0 - 4.0 * n * ULP) > largest * (1.0 + 16.0 * n * ULP) + 64.0 * n * n * ULP * ULP
+    slack = 64.0 * n * n * ULP * ULP
+    return mean * (1.0 - 4.0 * n * ULP) > largest * (1.0 + 16.0 * n * ULP) + slack
 
 
 @inlined
@@ -633,12 +629,15 @@ def prepare(cell, count, deviate, whole):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def follow(cell, count, deviate, series, real, whole, log, theta, theta_low, travel, max_events, single):  # type: ignore[no-untyped-def]
+def follow(  # type: ignore[no-untyped-def]
+    cell, count, deviate, series, real, whole, log, theta, theta_low, travel, max_events, single
+):
     """Take the chain along the targets; return why it came back, and how many it reached.
 
     Parameters
     ----------
-    w : Work
+    cell, count, deviate, series, real, whole, log : ndarray
+        See `layout`.
     theta, theta_low : ndarray, shape (m,)
         The targets, ``l0 theta`` as two floats.
     travel : ndarray, shape (m,)

@@ -230,7 +230,7 @@ def _operator(symbol: Any, instruction: Any) -> None:
     @overload(symbol)
     def resolve(a, b):  # type: ignore[no-untyped-def]  # numba compares the two signatures
         if isinstance(a, Lanes) and isinstance(b, Lanes):
-            return lambda a, b: instruction(a, b)
+            return lambda a, b: instruction(a, b)  # noqa: PLW0108 - numba wants a function
         return None
 
 

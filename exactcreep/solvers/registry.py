@@ -43,7 +43,9 @@ def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     if not isinstance(name, str) or name not in SOLVERS:
         raise InputError("solver", name, "must be one of " + ", ".join(SOLVERS))
     algorithm = SOLVERS[name]
-    known = [field.name for field in fields(algorithm)] if is_dataclass(algorithm) else []
+    known: list[str] = []
+    if is_dataclass(algorithm):
+        known = [field.name for field in fields(algorithm)]
     for option in options:
         if option not in known:
             near = difflib.get_close_matches(option, known, 1)

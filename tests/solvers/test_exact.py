@@ -13,8 +13,8 @@ import pytest
 from exactcreep import (
     Chain,
     Cycles,
-    Evidence,
     EventKind,
+    Evidence,
     InputError,
     Outcome,
     Path,
