@@ -106,10 +106,9 @@ def _print(found: Comparison, name: str, title: str) -> None:
 
 def _rows(contestant: Contestant) -> dict[str, str]:
     """Return what a contestant's column says, by the name of the row."""
-    out = {"events that agree": str(contestant.agreed), "first that differs": "none"}
-    if contestant.differs:
-        out["first that differs"] = _told(contestant.own)
-        out["  certified instead"] = _told(contestant.certified)
+    out = {"events that agree": str(contestant.agreed)}
+    out["first that differs"] = _told(contestant.own) if contestant.differs else "none"
+    out["  certified instead"] = _told(contestant.certified) if contestant.differs else ""
     tie = contestant.tie
     out["how close the tie"] = "" if tie is None else f"{tie.condition} off by {tie.margin:.2g}"
     out["position error before"] = f"{contestant.error_before:.2g}"

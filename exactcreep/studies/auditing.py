@@ -35,6 +35,7 @@ from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
 
 ACCURACY = 1e-12
 """What float64 claims: errors of forces and velocities in units of the largest threshold."""
+_ROUNDING = 2.0**-46  # of the replay in float64 itself
 _SHORTEST = 2.0**-40  # piece of a motion, relative, that is not divided further
 _EXTRA_BITS = 64
 
@@ -141,9 +142,10 @@ def audit(
     Notes
     -----
     Guarantee: an event that differs from the closed form by more than four times the radius that
-    its solver claims (float64: `ACCURACY` of the largest threshold in force or velocity), an
-    event that is missing, and a contact that is not as the law has it, are found. Between events
-    no excursion of a slider beyond its threshold is larger than `ACCURACY`, at any time.
+    its solver claims (float64: four times its residual; in a run, which records none, `ACCURACY`
+    of the largest threshold), an event that is missing, and a contact that is not as the law
+    has it, are found. In a log of decimals the rounding of every number so far counts with the
+    radii. Between events no excursion beyond a threshold is larger than `ACCURACY`, at any time.
     """
     if isinstance(result, Rearrangement):
         return _of_rearrangement(result, seed, most_findings)
@@ -235,21 +237,29 @@ class _Auditor:
         return self.accuracy * (self.scale + self.load) * (1 + len(self.radii))
 
     def rearrangement(
-        self, one: LoggedRearrangement, radii: Sequence[float], load_error: float, ended: bool
+        self,
+        one: LoggedRearrangement,
+        radii: Sequence[float],
+        load_error: float,
+        ended: bool,
+        claims: Sequence[float] = (),
     ) -> None:
-        """Check one rearrangement, from the present tensions."""
+        """Check one rearrangement, from the present tensions; `claims` are its residuals."""
         arithmetic = self.arithmetic
         flow = Flow(arithmetic, forces_of(arithmetic, self.tensions, self.weight), self.friction)
         path = arithmetic.number(0)
         lost = arithmetic.number(0)  # kinetic energy that a stop at a finite velocity takes away
         before = self.tensions.copy()
-        slack = self.floor() + load_error
+        widest = self.floor() + load_error
         now = arithmetic.number(0)
         just_stopped: set[int] = set()
         place = self.place[0]
         first = True  # nothing has moved yet
         for number, (event, radius) in enumerate(zip(one.events, radii, strict=True)):
             self.place = (place, number)
+            slack = widest
+            if claims and number:
+                slack = min(widest, 4 * claims[number] + _ROUNDING * self.scale)
             time = arithmetic.number(self.exact(event.time))
             span = time - now
             if span < 0:
@@ -555,7 +565,9 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
         auditor.place = (0, None)
         auditor.ramped = _at_threshold(auditor)
         if log.events:
-            auditor.rearrangement(log, radii, error, ended)
+            claims = [float(event.residual) for event in result.events]
+            exact = arithmetic is not FLOAT64
+            auditor.rearrangement(log, radii, error, ended, () if exact else claims)
         auditor.place = (None, None)
         _final(auditor, result.state)
     return _audited(auditor, 1, len(log.events))

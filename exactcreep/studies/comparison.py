@@ -249,6 +249,8 @@ def compare(
     those of the equations, as far as its evidence says ``PROVED``. Statistics come from runs of the
     whole drive, or of its first 200 000 events.
     """
+    if not isinstance(experiment, Experiment):
+        raise InputError("experiment", experiment, "must be an Experiment, e.g. of a scene")
     most = whole_number(events, "events", least=1, most=MOST_EVENTS)
     options = {
         "exact": {},

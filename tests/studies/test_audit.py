@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from decimal import Context, Decimal
+from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
@@ -17,7 +19,7 @@ from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.quasistatic import creep
 from exactcreep.result import Creep
-from exactcreep.solvers.registry import SOLVERS, rearrange
+from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.auditing import Audit, audit
 
@@ -50,6 +52,10 @@ def run(n: int = 6, solver: str = "exact", digits: int | None = None) -> Creep:
     )  # fmt: skip
 
 
+def _ratio(value: Fraction) -> tuple[Decimal, Decimal]:
+    return Decimal(value.numerator), Decimal(value.denominator)
+
+
 def checks(found: Audit) -> set[str]:
     return {finding.check for finding in found.findings}
 
@@ -69,10 +75,12 @@ def shifted(result: Rearrangement, i: int, by: Any) -> Rearrangement:
 
 
 class TestHonest:
-    def test_an_avalanche_passes(self) -> None:
-        found = audit(avalanche(), seed=SEED)
+    @pytest.mark.parametrize("solver", ["exact", "reference"])
+    def test_an_avalanche_passes(self, solver: str) -> None:
+        found = audit(avalanche(solver), seed=SEED)
         assert found.passed, found.findings
-        assert found.events == len(avalanche().events)
+        assert found.events == len(avalanche(solver).events)
+        assert np.nanmax(found.radii) < 1e-12
         assert found.balance < 1e-13
 
     @pytest.mark.parametrize("n", [2, 3, 6])
@@ -126,13 +134,27 @@ class TestSabotage:
             moved = shifted(result, i, context.mpf(10) ** -20)
             assert not audit(moved, seed=SEED).passed, i
 
-    @pytest.mark.skipif("certified" not in SOLVERS, reason="no certified solver")
     def test_a_certified_event_moved_by_ten_times_its_radius_is_caught(self) -> None:
         result = avalanche("certified", digits=50)
         assert audit(result, seed=SEED).passed
         for i in range(1, len(result.events)):
             moved = shifted(result, i, 10 * result.events[i].time.rad())
             assert not audit(moved, seed=SEED).passed, i
+
+    def test_a_certified_run_moved_by_ten_times_its_radius_is_caught(self) -> None:
+        result = run(3, "certified", 50)
+        honest = audit(result)
+        assert honest.passed, honest.findings
+        texts = result.recorded["event_time_decimal"]
+        later = [i for i in range(texts.size) if np.isfinite(honest.radii[i])]
+        assert len(later) > 20
+        assert honest.radii[later].max() < 1e-45
+        for i in later[:: len(later) // 6]:
+            by = 10 * Fraction(float(honest.radii[i]))
+            moved = texts.astype("U90")
+            moved[i] = str(Context(prec=80).divide(*_ratio(Fraction(str(texts[i])) + by)))
+            changed = {**result.recorded, "event_time_decimal": moved}
+            assert not audit(replace(result, recorded=changed)).passed, i
 
     def test_a_dropped_event_is_caught(self) -> None:
         for i in range(len(avalanche().events)):

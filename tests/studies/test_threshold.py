@@ -42,9 +42,7 @@ class TestTwoSliders:
 
     @pytest.mark.parametrize("r0", ["0.01", "-0.03", "0.09", "-0.09"])
     def test_a_start_tension_lowers_the_threshold_by_its_size(self, r0: str) -> None:
-        found = threshold(
-            pythagorean(), start_tension=r0, low="1e-6", high="1e-3", **FLOAT
-        )
+        found = threshold(pythagorean(), start_tension=r0, low="1e-6", high="1e-3", **FLOAT)
         assert encloses(found, (Fraction(11, 65) - abs(Fraction(r0))) / 1000)
 
     def test_the_default_scan_finds_the_threshold_from_any_start_tension(self) -> None:
@@ -55,9 +53,7 @@ class TestTwoSliders:
 
     def test_a_start_tension_counts_modulo_two_slips(self) -> None:
         # 0.1 exceeds D = 6/65, and stands for 0.1 - 2 D
-        found = threshold(
-            pythagorean(), start_tension="0.1", low="1e-6", high="1e-3", **FLOAT
-        )
+        found = threshold(pythagorean(), start_tension="0.1", low="1e-6", high="1e-3", **FLOAT)
         reduced = Fraction(12, 65) - Fraction(1, 10)
         assert encloses(found, (Fraction(11, 65) - reduced) / 1000)
 
