@@ -1,0 +1,524 @@
+"""What is timed, and how: processor time, in pairs, on the same rearrangements.
+
+Clocks read the processor time of the measuring thread, so that other programs on the machine do not
+count; contestants take turns, and ratios are formed within a turn. The exception is the speed-up
+of two threads, which needs the clock on the wall: it is held against that of a loop that only
+counts, in the same turns.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+import threading
+import time
+import tracemalloc
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles, Path
+from exactcreep.model.state import State
+from exactcreep.quasistatic import creep
+from exactcreep.solvers.registry import rearrange, solver_named
+from exactcreep.solvers.solver import Rearrangement, Simulation
+from tests.benchmarks.rivals import Failed, Heyoka, Task, with_scipy
+
+SIZES = ((2, "0.01"), (6, "0.01"), (30, "0.005"), (60, "0.01"), (300, "0.05"))
+"""Sliders and amplitudes of the paper's chains."""
+TIME_STEPS = ("0.01", "0.1", "0.3")
+C_VERLET = {
+    2: (390e-6, 440e-6),
+    6: (2700e-6, 2900e-6),
+    30: (4600e-6, 5000e-6),
+    60: (24500e-6, 26900e-6),
+    300: (2.0, 2.0),
+}
+"""Seconds per half-cycle of a windowed velocity Verlet in C at dt = 0.01, lowest and highest, on
+another machine with AVX-512: not measured here."""
+LADDER = ("0.1", "0.03", "0.01", "0.003", "0.001", "0.0001", "0.00001")
+"""Verlet's time steps for single rearrangements; the last one without locating events only."""
+TOLERANCES = (1e-6, 1e-9, 1e-12)
+TAYLOR_TOLERANCES = (1e-6, 1e-9, 2.0**-52)
+SAMPLES = {2: 200, 6: 150, 30: 80}
+_STRETCH = {2: 50}  # a slip of two sliders takes less than a call from Python: follow more of them
+_LONGEST = 10**12
+
+
+def paper_chain(n: int) -> Chain:
+    """Return the paper's chain with random static coefficients, sigma_mu = 0.01."""
+    return Chain(n, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+
+
+def burned_in(n: int, amplitude: str, half_cycles: int, seed: int = 0) -> State:
+    """Return the state at -A after an even number of half-cycles from the relaxed chain."""
+    chain = paper_chain(n)
+    simulation = solver_named("exact", {}).simulation(chain, State.relaxed(chain, seed), seed, ())
+    simulation.follow(Cycles(amplitude, half_cycles), 1, half_cycles, max_events=_LONGEST)
+    return simulation.state()
+
+
+# time per half-cycle
+
+
+@dataclass
+class Contestant:
+    """A compiled solver on its way along temperature cycles."""
+
+    label: str
+    simulation: Simulation
+    drive: Cycles
+    done: int = 0
+    block: int = 2
+    seconds: list[float] = field(default_factory=list)
+    """Per half-cycle, one for each turn."""
+    steps: int = 0
+    stepping: float = 0.0
+
+    def run(self, half_cycles: int) -> float:
+        """Go on for so many half-cycles and return the processor time."""
+        begin = time.thread_time()
+        self.simulation.follow(self.drive, self.done + 1, half_cycles, max_events=_LONGEST)
+        self.done += half_cycles
+        return time.thread_time() - begin
+
+    def calibrate(self, seconds: float) -> None:
+        """Choose the number of half-cycles of a turn, an even one."""
+        while (took := self.run(self.block)) < seconds / 4:
+            self.block *= 2
+        self.block = max(2, 2 * round(self.block * seconds / took / 2))
+
+    def take_turn(self) -> None:
+        """Run one turn and keep what it took."""
+        before = self.simulation.report().get("steps", 0)
+        took = self.run(self.block)
+        self.steps += self.simulation.report().get("steps", 0) - before
+        self.stepping += took
+        self.seconds.append(took / self.block)
+
+    @property
+    def per_step(self) -> float:
+        """Seconds per Verlet step."""
+        return self.stepping / self.steps if self.steps else math.nan
+
+
+@dataclass
+class HalfCycles:
+    """Times per half-cycle at one size: medians over the turns."""
+
+    n: int
+    amplitude: str
+    contestants: list[Contestant]
+
+    def seconds(self, place: int) -> float:
+        """Return the median time per half-cycle of a contestant; the first is exact."""
+        return statistics.median(self.contestants[place].seconds)
+
+    def ratios(self, place: int) -> list[float]:
+        """Return the time of a contestant over that of exact, turn by turn."""
+        exact, other = self.contestants[0].seconds, self.contestants[place].seconds
+        return [b / a for a, b in zip(exact, other, strict=True)]
+
+    def ratio(self, place: int) -> float:
+        """Return the median of `ratios`."""
+        return statistics.median(self.ratios(place))
+
+    @property
+    def c_ratio(self) -> float:
+        """Time of the C Verlet, as stated, over that of exact, as measured."""
+        return statistics.mean(C_VERLET[self.n]) / self.seconds(0)
+
+
+def half_cycle_times(n: int, amplitude: str, *, turns: int, seconds: float) -> HalfCycles:
+    """Return the times per half-cycle of exact and Verlet, each on its own run from one state."""
+    chain = paper_chain(n)
+    state = burned_in(n, amplitude, 2 if n > 100 else 10)
+    drive = Cycles(amplitude, 10**9)
+    contestants = []
+    for dt in (None, *TIME_STEPS):
+        solver = solver_named("verlet", {"dt": dt}) if dt else solver_named("exact", {})
+        simulation = solver.simulation(chain, state, 0, ())
+        simulation.follow(drive, 1, 1, max_events=20)  # compiles
+        simulation = solver.simulation(chain, state, 0, ())
+        label = f"Verlet, dt = {dt}" if dt else "exact"
+        contestants.append(Contestant(label, simulation, drive))
+    for one in contestants:
+        if n <= 100:
+            one.calibrate(seconds)
+    for _ in range(turns):
+        for one in contestants:
+            one.take_turn()
+    return HalfCycles(n, amplitude, contestants)
+
+
+# single rearrangements
+
+
+@dataclass
+class Method:
+    """A way to compute a rearrangement, what it costs, and how far off it is.
+
+    Attributes
+    ----------
+    family, setting : str
+    seconds : float
+        Processor time per rearrangement.
+    errors : ndarray
+        Largest position error at the end of each rearrangement, against the certified solver;
+        inf where other sliders moved, or in another order.
+    """
+
+    family: str
+    setting: str
+    seconds: float
+    errors: NDArray[np.float64]
+
+    @property
+    def label(self) -> str:
+        return f"{self.family}, {self.setting}" if self.setting else self.family
+
+    @property
+    def wrong(self) -> float:
+        """The fraction of rearrangements with wrong events."""
+        return float(np.isinf(self.errors).mean())
+
+    def quantile(self, share: float) -> float:
+        """Return the error that so large a share of the rearrangements does not exceed."""
+        return float(np.sort(self.errors)[math.ceil(share * self.errors.size) - 1])
+
+
+@dataclass
+class Rearrangements:
+    """The same rearrangements by every method."""
+
+    n: int
+    amplitude: str
+    events: int
+    methods: list[Method]
+
+    def family(self, name: str) -> list[Method]:
+        """Return the methods of a family, cheapest first."""
+        return sorted((m for m in self.methods if m.family == name), key=lambda m: m.seconds)
+
+    def seconds_at(self, name: str, error: float, share: float = 0.9) -> tuple[float, str]:
+        """Return the time at which a family keeps `share` of the errors below `error`.
+
+        Between two settings the logarithms are interpolated; beyond the finest that was run the
+        slope of the last two is followed, and the word says so.
+        """
+        points = [(m.quantile(share), m.seconds) for m in self.family(name)]
+        known = [(e, s) for e, s in points if 0 < e < math.inf]
+        enough = [s for e, s in points if e <= error]
+        if not known:
+            return math.nan, "never"
+        # among the settings: the cheapest that is good enough, then what lies before it
+        coarse = [(e, s) for e, s in known if e > error]
+        if not enough:
+            (e1, s1), (e2, s2) = known[-2:]
+            slope = math.log(s2 / s1) / math.log(e1 / e2)
+            return s2 * (e2 / error) ** slope, "extrapolated"
+        best = min(enough)
+        if not coarse:
+            return best, "coarsest setting"
+        e1, s1 = coarse[-1]
+        e2, s2 = next((e, s) for e, s in points if s == best)
+        if e2 <= 0 or s2 <= s1:
+            return best, "measured"
+        slope = math.log(s2 / s1) / math.log(e1 / e2)
+        return s1 * (e1 / error) ** slope, "interpolated"
+
+
+def _chain_of_rearrangements(
+    chain: Chain, state: State, count: int
+) -> tuple[list[State], list[Rearrangement], Fraction]:
+    """Return rest states, the certified rearrangements from them, and a dilation after the last.
+
+    The displacements of every rest state are set to zero: errors are not to be hidden below the
+    spacing of floats at a chain that has travelled far.
+    """
+    states, known = [], []
+    while len(known) <= count:
+        state = replace(state, displacements=np.zeros(chain.n))
+        states.append(state)
+        known.append(rearrange(chain, state, direction=1, solver="certified", digits=25))
+        state = rearrange(chain, state, direction=1).state
+    thetas = [Fraction(float(one.theta)) for one in known[-2:]]
+    return states[:-1], known[:-1], sum(thetas) / 2
+
+
+def _moved(result: Rearrangement) -> NDArray[np.float64]:
+    return np.array([float(x) for x in result.state.displacements.tolist()])
+
+
+def _wandering(
+    family: str,
+    setting: str,
+    chain: Chain,
+    states: Sequence[State],
+    known: Sequence[Rearrangement],
+    end: Fraction,
+    least: float,
+) -> Method:
+    """Measure a compiled solver: time along the whole stretch, errors from every rest state."""
+    options: dict[str, Any] = {}
+    if setting:
+        options = {"dt": setting.removeprefix("dt = "), "locate": family.endswith("located")}
+    solver = solver_named("verlet" if options else "exact", options)
+    simulation = solver.simulation(chain, states[0], 0, ())
+    path = Path([end])
+    fresh = simulation.capture()
+    simulation.follow(path, 1, 1, max_events=50)  # compiles
+    times = []
+    while sum(times) < least or len(times) < 3:
+        simulation.restore(fresh)
+        begin = time.thread_time()
+        simulation.follow(path, 1, 1, max_events=_LONGEST)
+        times.append(time.thread_time() - begin)
+        if sum(times) > 20 * least:
+            break
+    seconds = statistics.median(times) / simulation.tally.rearrangements
+    errors = []
+    for state, truth in zip(states, known, strict=True):
+        found = solver.rearrange(chain, state, 1, 0)
+        right = found.itinerary == truth.itinerary
+        errors.append(float(np.abs(_moved(found) - _moved(truth)).max()) if right else math.inf)
+    return Method(family, setting, seconds, np.array(errors))
+
+
+def _rival(
+    family: str,
+    setting: str,
+    rearranged: Callable[[Task], Any],
+    tasks: Sequence[Task],
+    known: Sequence[Rearrangement],
+) -> Method:
+    """Measure a general-purpose integrator, one rearrangement at a time."""
+    rearranged(tasks[0])
+    errors, spent = [], 0.0
+    for task, truth in zip(tasks, known, strict=True):
+        begin = time.thread_time()
+        try:
+            course = rearranged(task)
+        except Failed:
+            course = None
+        spent += time.thread_time() - begin
+        if course is not None and tuple(course.itinerary) == truth.itinerary:
+            errors.append(float(np.abs(course.moved - _moved(truth)).max()))
+        else:
+            errors.append(math.inf)
+    return Method(family, setting, spent / len(tasks), np.array(errors))
+
+
+def rearrangement_costs(
+    n: int, amplitude: str, *, count: int, ladder: Sequence[str] = LADDER, least: float = 0.2
+) -> Rearrangements:
+    """Return time and error per rearrangement of every method, from the same rest states.
+
+    The rest states are successive ones from theta = 0 on the way up, after ten half-cycles. A
+    compiled solver is timed along the whole stretch, without Python in between, and compared from
+    each rest state; the rivals are timed and compared from each rest state.
+    """
+    chain = paper_chain(n)
+    middle = solver_named("exact", {}).simulation(chain, burned_in(n, amplitude, 10), 0, ())
+    middle.follow(Path([0]), 1, 1, max_events=_LONGEST)
+    states, known, end = _chain_of_rearrangements(chain, middle.state(), count)
+    begin = Fraction(float(states[0].theta))
+    stretch = begin + (end - begin) * _STRETCH.get(n, 1)
+    methods = [_wandering("exact", "", chain, states, known, stretch, least)]
+    for family in ("Verlet", "Verlet, located"):
+        for dt in ladder if family == "Verlet" else [x for x in ladder if Fraction(x) >= 1e-4]:
+            setting = f"dt = {dt}"
+            last = end if Fraction(dt) < Fraction(1, 1000) else stretch
+            methods.append(_wandering(family, setting, chain, states, known, last, least))
+    tasks = [
+        Task.of(chain, truth.initial, truth.itinerary, 0, ahead=16) for truth in known
+    ]
+    for rtol in TOLERANCES:
+        methods.append(
+            _rival("SciPy", f"rtol = {rtol:.0e}", partial(with_scipy, rtol=rtol), tasks, known)
+        )
+    for tol in TAYLOR_TOLERANCES:
+        heyoka = Heyoka(n, tol)
+        methods.append(_rival("heyoka", f"tol = {tol:.0e}", heyoka.rearrange, tasks, known))
+    events = sum(len(one.events) for one in known)
+    return Rearrangements(n, amplitude, events, methods)
+
+
+# the rest
+
+
+def long_chain_ratio(*, turns: int, half_cycles: int) -> tuple[float, float, float]:
+    """Return seconds per event at N = 100 and at N = 10^5, and the median of their ratios.
+
+    At A = 0.005 only the outer twenty sliders at either end ever move, in both chains.
+    """
+    runs = []
+    for n in (100, 100_000):
+        chain = paper_chain(n)
+        simulation = solver_named("exact", {}).simulation(chain, State.relaxed(chain), 0, ())
+        one = Contestant(str(n), simulation, Cycles("0.005", 10**9))
+        one.run(10)
+        runs.append(one)
+    table: list[list[float]] = [[], []]
+    for _ in range(turns):
+        for one, row in zip(runs, table, strict=True):
+            before = one.simulation.tally.events
+            took = one.run(half_cycles)
+            row.append(took / (one.simulation.tally.events - before))
+    ratios = [b / a for a, b in zip(*table, strict=True)]
+    return (*(statistics.median(row) for row in table), statistics.median(ratios))
+
+
+@njit(nogil=True)
+def _spin(turns):  # type: ignore[no-untyped-def]
+    x = 1
+    for _ in range(turns):
+        x = (x * 1664525 + 1013904223) & 0xFFFFFFFF
+    return x
+
+
+def _wall(jobs: Sequence[Callable[[], Any]]) -> float:
+    """Return how long it takes to run all jobs, each in a thread of its own."""
+    threads = [threading.Thread(target=job) for job in jobs]
+    begin = time.perf_counter()
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+    return time.perf_counter() - begin
+
+
+def thread_speed_ups(*, turns: int, seconds: float) -> tuple[float, float, float]:
+    """Return the speed-up of two threads: exact, a spinning loop, and the median of their ratios.
+
+    Speed-up: the time of two jobs one after the other over that of both at once.
+    """
+    chain = paper_chain(30)
+    drive = Cycles("0.005", 10**9)
+    ensembles = []
+    for seed in (1, 2):
+        start = State.relaxed(chain, seed)
+        simulation = solver_named("exact", {}).simulation(chain, start, seed, ())
+        one = Contestant(str(seed), simulation, drive)
+        one.calibrate(seconds)
+        ensembles.append(one)
+    block = min(one.block for one in ensembles)
+    spins = 10**6
+    _spin(10)
+    while _wall([partial(_spin, spins)]) < seconds:
+        spins *= 2
+    exact_jobs = [partial(one.run, block) for one in ensembles]
+    spin_jobs = [partial(_spin, spins)] * 2
+    speed_ups: tuple[list[float], list[float]] = ([], [])
+    for _ in range(turns):
+        for jobs, found in zip((exact_jobs, spin_jobs), speed_ups, strict=True):
+            alone = sum(_wall([job]) for job in jobs)
+            found.append(alone / _wall(jobs))
+    ratio = statistics.median(a / b for a, b in zip(*speed_ups, strict=True))
+    return statistics.median(speed_ups[0]), statistics.median(speed_ups[1]), ratio
+
+
+def long_run_memory(half_cycles: int) -> tuple[float, int, int]:
+    """Return seconds for so many half-cycles of N = 2, and the peak bytes of that and of 1000."""
+    chain = paper_chain(2)
+    creep(chain, Cycles("0.01", 4), record=())
+    peaks = []
+    took = 0.0
+    for count in (1000, half_cycles):
+        tracemalloc.start()
+        begin = time.thread_time()
+        creep(chain, Cycles("0.01", count // 2), record=())
+        took = time.thread_time() - begin
+        peaks.append(tracemalloc.get_traced_memory()[1])
+        tracemalloc.stop()
+    return took, peaks[1], peaks[0]
+
+
+@dataclass
+class Velocity:
+    """What a mean velocity costs at one size: exact, and Verlet at dt = 0.3.
+
+    Attributes
+    ----------
+    mean, error : tuple of two floats
+        Velocity and its standard error, exact and Verlet, from blocks of half-cycles of all chains.
+    blocks : int
+        How many; the relative uncertainty of a standard error is 1 / sqrt(2 blocks).
+    seconds : tuple of two floats
+        Processor time spent.
+    time_ratio : float
+        Time of Verlet over that of exact for the same half-cycles, median over the pairs.
+    """
+
+    n: int
+    amplitude: str
+    mean: tuple[float, float]
+    error: tuple[float, float]
+    blocks: int
+    seconds: tuple[float, float]
+    time_ratio: float
+
+    @property
+    def bias(self) -> float:
+        """Verlet's velocity minus the exact one, in combined standard errors."""
+        return (self.mean[1] - self.mean[0]) / math.hypot(*self.error)
+
+    @property
+    def cost_ratio(self) -> float:
+        """Time of Verlet over that of exact for the same standard error."""
+        costs = [t * e**2 for t, e in zip(self.seconds, self.error, strict=True)]
+        return costs[1] / costs[0]
+
+    @property
+    def cost_ratio_error(self) -> float:
+        """Standard error of `cost_ratio`."""
+        return self.cost_ratio * 2.0 / math.sqrt(self.blocks)
+
+
+_BLOCK = 10
+
+
+def velocity_costs(n: int, amplitude: str, *, members: int, seconds: float) -> Velocity:
+    """Return what the mean velocity costs with an ensemble of independent chains, by pairs."""
+    chain = paper_chain(n)
+    drive = Cycles(amplitude, 10**9)
+    solvers = (solver_named("exact", {}), solver_named("verlet", {"dt": "0.3"}))
+    half_cycles = 0
+    advances: tuple[list[float], list[float]] = ([], [])
+    times: tuple[list[float], list[float]] = ([], [])
+    for seed in range(1, members + 1):
+        start = burned_in(n, amplitude, 20, seed)
+        for solver, found, took in zip(solvers, advances, times, strict=True):
+            simulation = solver.simulation(chain, start, seed, ())
+            if half_cycles == 0:
+                pilot = Contestant("", simulation, drive)
+                pilot.calibrate(seconds / members)
+                half_cycles = _BLOCK * max(1, round(pilot.block / _BLOCK))
+                simulation = solver.simulation(chain, start, seed, ())
+            simulation.follow(drive, 1, 2, max_events=_LONGEST)
+            begin = time.thread_time()
+            stretch = simulation.follow(drive, 3, half_cycles + 1, max_events=_LONGEST)
+            took.append((time.thread_time() - begin) / (half_cycles + 1))
+            found.extend(np.diff(stretch.recorded["x_G"][::_BLOCK]) / _BLOCK)
+    blocks = len(advances[0])
+    exact, verlet = (np.array(row) for row in advances)
+    return Velocity(
+        n,
+        amplitude,
+        (float(exact.mean()), float(verlet.mean())),
+        (_standard_error(exact), _standard_error(verlet)),
+        blocks,
+        (sum(times[0]) * half_cycles, sum(times[1]) * half_cycles),
+        statistics.median(b / a for a, b in zip(*times, strict=True)),
+    )
+
+
+def _standard_error(values: NDArray[np.float64]) -> float:
+    return float(values.std(ddof=1)) / math.sqrt(values.size)

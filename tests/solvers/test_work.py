@@ -1,0 +1,55 @@
+"""How much the exact solver computes for an event: counted, not timed."""
+
+from __future__ import annotations
+
+import pytest
+
+from exactcreep import Chain, Cycles, State
+from exactcreep.solvers.exact import ExactSimulation
+from exactcreep.solvers.solver import Tally
+
+
+def work(n: int, amplitude: str, half_cycles: int, sigma_mu: str) -> tuple[Tally, dict[str, int]]:
+    chain = Chain(n, 1000, "0.5", "0.6", sigma_mu, tan_alpha="0.25")
+    simulation = ExactSimulation(chain, State.relaxed(chain), 0)
+    drive = Cycles(amplitude, half_cycles)
+    stretch = simulation.follow(drive, 1, half_cycles, max_events=10**9)
+    assert stretch.completed == half_cycles
+    return simulation.tally, simulation.report()
+
+
+def test_two_sliders_slip_one_by_one_without_a_single_root():
+    tally, report = work(2, "0.01", 40, "0.01")
+    assert tally.events > 7000
+    assert set(report.values()) == {0}
+
+
+# steps of a cluster, windows of eight sliders certified, evaluations of one slider's margin
+BOUNDS = {
+    (6, "0.01"): (1.0, 1.0, 2.5),
+    (30, "0.005"): (1.25, 2.2, 4.0),
+    (60, "0.01"): (1.25, 3.5, 4.5),
+}
+
+
+@pytest.mark.parametrize(("n", "amplitude"), BOUNDS)
+def test_an_event_takes_about_one_step_and_a_few_evaluations(n, amplitude):
+    tally, report = work(n, amplitude, 8, "0.01")
+    assert tally.events > 7000
+    counted = ("cluster_steps", "windows_certified", "root_evaluations")
+    for name, most in zip(counted, BOUNDS[n, amplitude], strict=True):
+        assert report[name] <= most * tally.events, name
+
+
+def test_a_window_is_certified_at_least_once_for_every_step_of_a_cluster():
+    for n, amplitude in BOUNDS:
+        tally, report = work(n, amplitude, 2, "0.01")
+        assert report["windows_certified"] >= report["cluster_steps"] > 0
+        assert tally.events >= 2 * tally.rearrangements
+
+
+def test_a_chain_a_thousand_times_longer_does_the_same_work():
+    # the same events at the two ends: only they feel so small an amplitude
+    short, long = (work(n, "0.003", 4, "0") for n in (100, 100_000))
+    assert short == long
+    assert short[0].events > 1000
