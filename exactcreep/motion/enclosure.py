@@ -34,6 +34,8 @@ class Passage:
         Duration of the motion.
     slider, side : int
         Whose speed (side 0), or whose distance to the threshold on that side, reaches zero.
+    image : int or None
+        The mirror image of `slider` in a chain that mirrors itself; it does the same.
     velocities, accelerations : ndarray of balls, shape (n,)
         At the event, before it is resolved.
     """
@@ -41,6 +43,7 @@ class Passage:
     runs: tuple[tuple[int, int, Ends], ...]
     time: Any
     slider: int
+    image: int | None
     side: int
     velocities: NDArray[Any]
     accelerations: NDArray[Any]
@@ -84,10 +87,12 @@ class Spread:
             ]
         self._add_displacements(late)
         zero = [flint.arb(0)] * self.k
-        if passage.side == 0:
-            self.velocities[passage.slider] = zero
-        else:
-            self.forces[passage.slider] = zero  # it is the threshold, whatever the state was
+        # what is constant at the event, whatever the state was; for an image this holds for the
+        # states that mirror themselves, and only they need to be enclosed
+        constant = self.velocities if passage.side == 0 else self.forces
+        for m in (passage.slider, passage.image):
+            if m is not None:
+                constant[m] = zero
 
     def stop(self, n: int) -> None:
         """Bring slider `n` to rest."""

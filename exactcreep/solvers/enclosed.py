@@ -55,6 +55,7 @@ class Enclosed(Mechanics):
         self.passages: list[Passage] | None = []
         self.signatures: list[Any] = []
         self.crossing_ends: list[int] = []
+        self.young = False  # whether the set was begun in this rearrangement
         self.followed: list[Any] = []
         self.following: Iterator[Event | None] = iter(())
 
@@ -64,10 +65,15 @@ class Enclosed(Mechanics):
         """Ramp theta, the set and its middle along with the balls; see `Mechanics.ramp`."""
         self.aim = (way, target)
         self.departure = self._at_rest()
-        self.passages, self.signatures = [], []
+        self.passages, self.signatures, self.young = [], [], False
         moves = super().ramp(way, target)
         if self.centre is not None:
-            self._ramp_set(self.centre, moves)
+            try:
+                self._ramp_set(self.centre, moves)
+            except Undecided:
+                if not self.assume:
+                    raise
+                self.box = self.centre = None  # the balls go on alone, and a set begins anew
         return moves
 
     def _ramp_set(self, centre: Mechanics, moves: bool) -> None:
@@ -93,7 +99,9 @@ class Enclosed(Mechanics):
                 rows[0], rows[-2] = both, zero
                 rows[-1] = [a - b for a, b in zip(theta, last, strict=True)]
             if len(self.crossing_ends) > 1:
-                self.passages = None  # a tie that was assumed
+                rows[0] = rows[-2] = zero
+                if not self.mirrored:
+                    self.passages = None  # a tie that was assumed
         self.box = Box(rows, box.widths, box.exponent)
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
@@ -111,14 +119,18 @@ class Enclosed(Mechanics):
         arrived = super().advance(flow, runs, found)
         if self.passages is None or bool(found.time == 0):
             return arrived
-        if len(found.stops) + len(found.starts) > 1:
+        acting = [*found.stops, *(n for n, _ in found.starts)]
+        image = self.chain.n - 1 - acting[0] if self.mirrored else None
+        if acting[1:] != [n for n in (image,) if n is not None]:
             self.passages = None  # a tie that was assumed
             return arrived
         slider, side = (found.stops[0], 0) if found.stops else found.starts[0]
         shapes = tuple((run.first, run.motion.p, run.motion.ends) for run in runs)
         accelerations = flow.forces - self.friction * signs
         velocities = flow.velocities.copy()
-        self.passages.append(Passage(shapes, found.time, slider, side, velocities, accelerations))
+        self.passages.append(
+            Passage(shapes, found.time, slider, image, side, velocities, accelerations)
+        )
         return arrived
 
     def rearrangement(self) -> Iterator[Event | None]:
@@ -131,13 +143,22 @@ class Enclosed(Mechanics):
     def rest(self, flow: Flow) -> None:
         """End the rearrangement, and put the set together again."""
         super().rest(flow)
-        if self.exact is not None or self.mirrored:
+        if self.exact is not None:
             return
-        if self.centre is None and self.passages is not None:
-            self._enclose_departure()
-        if self.box is None or self.centre is None or self.passages is None:
-            self._enclose(self.snapshot())
-            return
+        if self.passages is not None:
+            try:
+                if self.centre is None:
+                    self._enclose_departure()
+                self._renew_at_rest()
+                return
+            except Undecided:
+                if not (self.young or self.assume):
+                    raise
+        # a tie was assumed, or decided in Q(c), which the middle of the set does not know
+        self._enclose(self.snapshot())
+
+    def _renew_at_rest(self) -> None:
+        assert self.box is not None
         centre = self._caught_up()
         noise = [x.rad() for x in (*centre.forces, self.l0 * centre.theta)]
         with balls_of(DERIVATIVE_BITS).active():
@@ -151,11 +172,17 @@ class Enclosed(Mechanics):
 
     def _renew_in_motion(self, flow: Flow) -> None:
         """Put the set together again between two events."""
-        if self.exact is not None or self.mirrored:
+        if self.exact is not None:
             return
-        if self.centre is None:
-            self._enclose_departure()
-        centre = self._caught_up()
+        try:
+            if self.centre is None:
+                self._enclose_departure()
+            centre = self._caught_up()
+        except Undecided:
+            if not (self.young or self.assume):
+                raise
+            self.passages = None
+            return
         assert self.box is not None
         assert centre.flow is not None
         middle = centre.flow
@@ -205,6 +232,7 @@ class Enclosed(Mechanics):
     def _enclose_departure(self) -> None:
         """Begin a set at the state from which the rearrangement under way departed."""
         assert self.departure is not None
+        self.young = True
         now = self.forces.copy(), self.displacements.copy(), self.tensions, self.theta
         self._enclose(self.departure["mechanics"])
         self.forces, self.displacements, self.tensions, self.theta = now
@@ -213,9 +241,9 @@ class Enclosed(Mechanics):
 
     def _enclose(self, snapshot: Mapping[str, Any]) -> None:
         """Begin a set at the balls of a state at rest."""
-        centre = Mechanics(self.chain, self.seed, self.arithmetic, self.origin, assume=self.assume)
+        centre = Mechanics(self.chain, self.seed, self.arithmetic, self.origin)
         centre.resume(snapshot)
-        centre.exact, centre.mirrored = None, False
+        centre.exact = None
         self.centre = centre
         self.fast = []
         self.box = Box.of([x.rad() for x in (*centre.forces, self.l0 * centre.theta)])
@@ -277,9 +305,7 @@ class Enclosed(Mechanics):
             axes = [list(number(row)) for row in kept["axes"]]
             self.box = Box(axes, kept["widths"].copy(), int(kept["exponent"]))
             self.reach = list(number(kept["reach"]))
-            self.centre = Mechanics(
-                self.chain, self.seed, self.arithmetic, self.origin, assume=self.assume
-            )
+            self.centre = Mechanics(self.chain, self.seed, self.arithmetic, self.origin)
             self.centre.take_over(kept["centre"])
         if captured["events"] >= 0:
             self.ramp(captured["way"], captured["target"])
