@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep.model.numbers import InputError
+from exactcreep.model.numbers import InputError, file_name
 
 VERSION = 1
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
@@ -190,7 +190,7 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     InputError
         If it cannot be read, is no checkpoint, or is a damaged, truncated or newer one.
     """
-    name = os.fspath(path)
+    name = file_name(path, "checkpoint")
     if not Path(path).is_file():
         raise InputError("checkpoint", name, "must be a file")
     try:

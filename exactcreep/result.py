@@ -23,7 +23,7 @@ from exactcreep.decimals import Enclosure, digits_and_radii, enclosure, floats
 from exactcreep.experiment import DRIVES, Experiment
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.numbers import InputError, file_name, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 
@@ -428,8 +428,8 @@ def check_output(path: str | os.PathLike[str], field_name: str, *, force: bool) 
     InputError
         If it is a directory, exists and `force` is not given, or its directory cannot be written.
     """
-    target = Path(path)
-    name = os.fspath(path)
+    name = file_name(path, field_name)
+    target = Path(name)
     if target.is_dir():
         raise InputError(field_name, name, "must be a file, not a directory")
     if target.exists() and not force:
@@ -486,7 +486,7 @@ def load_members(path: str | os.PathLike[str]) -> list[Creep]:
     InputError
         If the file is none of theirs.
     """
-    name = os.fspath(path)
+    name = file_name(path, "result")
     if not Path(path).is_file():
         raise InputError("result", name, "must be a file")
     try:
@@ -502,5 +502,6 @@ def load_members(path: str | os.PathLike[str]) -> list[Creep]:
         ]
     except InputError:
         raise
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError("result", name, f"cannot be read: {error}") from None
+    except Exception as error:  # what a damaged HDF5 file can raise is not written down
+        reason = " ".join(str(error).split())[:200]
+        raise InputError("result", name, f"cannot be read: {reason}") from None

@@ -21,7 +21,7 @@ from typing import Any
 from exactcreep.experiment import Experiment
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
-from exactcreep.model.numbers import InputError
+from exactcreep.model.numbers import InputError, file_name
 from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import SOLVERS
@@ -252,7 +252,7 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     InputError
         If there is neither, the file cannot be read, it is no TOML, or a name in it is unknown.
     """
-    name = os.fspath(scene)
+    name = file_name(scene, "scene")
     builtin = builtin_scenes()
     if name in builtin:
         return Scene.from_text(builtin[name], name=name)
@@ -353,7 +353,7 @@ def _drive_keys(kind: Any) -> tuple[str, ...]:
 def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:
     """Yield dotted keys and values of nested tables."""
     for key, value in table.items():
-        if isinstance(value, Mapping) and depth < _DEEPEST:
+        if isinstance(value, Mapping) and value and depth < _DEEPEST:
             yield from _flattened(value, f"{prefix}{key}.", depth + 1)
         else:
             yield f"{prefix}{key}", value

@@ -42,11 +42,11 @@ def show(
     from exactcreep.studies.figures import STYLE, save_picture
     from exactcreep.studies.portraits import draw_portrait, portrait
 
+    members = load_members(run)
     target = out if out is not None else run.with_suffix(".png")
     check_picture(target)
     check_output(target, "out", force=force)
     wide = whole_number(window, "window", least=1)
-    members = load_members(run)
     chosen = members[whole_number(member, "member", least=1, most=len(members)) - 1]
     wanted = None
     if half_cycle is not None:

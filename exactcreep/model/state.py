@@ -82,9 +82,15 @@ class State:
             If a tension is not a finite number, or their count is not n - 1.
         """
         seed = disorder.valid_seed(seed)
-        given = [0.0] * (chain.n - 1) if tensions is None else list(tensions)
+        allowed = f"must be {chain.n - 1} numbers (n - 1)"
+        if isinstance(tensions, (str, bytes, set, dict)):
+            raise InputError("tensions", tensions, allowed)
+        try:
+            given = [0.0] * (chain.n - 1) if tensions is None else list(tensions)
+        except TypeError:
+            raise InputError("tensions", tensions, allowed) from None
         if len(given) != chain.n - 1:
-            raise InputError("tensions", len(given), f"must be {chain.n - 1} numbers (n - 1)")
+            raise InputError("tensions", len(given), allowed)
         values = [exact_number(value, f"tensions[{i}]") for i, value in enumerate(given)]
         floats = np.array([nearest_float(value) for value in values], dtype=np.float64)
         kept: NDArray[Any] = floats

@@ -318,6 +318,8 @@ def tradeoff(
     Guarantee: times are medians of paired rounds, on a machine that may be doing other things too;
     errors are against the middles of certified enclosures of 50 digits.
     """
+    if not isinstance(experiment, Experiment):
+        raise InputError("experiment", experiment, "must be an Experiment, e.g. of a scene")
     seconds = nearest_float(exact_number(budget, "budget"))
     if not 1 <= seconds < math.inf:
         raise InputError("budget", budget, "must be at least 1 second")
