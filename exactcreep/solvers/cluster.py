@@ -74,6 +74,8 @@ from exactcreep.solvers.layout import (
 _INVERSE = np.array([1.0 / (k + 1.0) for k in range(ORDERS)])
 _FACTORIAL = np.array([1.0 / math.factorial(k) for k in range(ORDERS)])  # reciprocal
 
+_THIRD = np.array([k * (k - 1.0) * (k - 2.0) for k in range(ORDERS)])
+
 # Derivatives 12 and 13 bound all later ones: two more orders multiply by at most 4, the norm of K.
 # Each sum below is its first term times less than 1 / (1 - 4 / (12 * 13)).
 _REST = 1.03
@@ -288,11 +290,21 @@ def _margin(cell, series, i, j, t):  # type: ignore[no-untyped-def]
     return value, fused_scalar(t, odd, even)
 
 
-@inlined
-def _bend_of(series, j, t):  # type: ignore[no-untyped-def]
-    """Return a bound of the fourth derivative of the displacement in column j on [0, t]."""
-    tail = 60.0 * abs(series[5, j]) + t * series[BEND, j]
-    return 6.0 * abs(series[3, j]) + t * (24.0 * abs(series[4, j]) + t * tail)
+@compiled
+def _bend_between(cell, series, i, j, t):  # type: ignore[no-untyped-def]
+    """Return a bound of the fourth derivative on [0, t] of the force on a resting slider.
+
+    Its neighbours are added before the bound is taken: opposite motions cancel.
+    """
+    left = j - 1 if cell[SIDE, i - 1] != 0.0 else j
+    right = j + 1 if cell[SIDE, i + 1] != 0.0 else j
+    # orders beyond the series: less than 0.01 of its last two terms, each slider for itself
+    bend = 0.0
+    for k in range(ORDERS - 2, ORDERS):
+        bend += 0.02 * _THIRD[k] * (abs(series[k, left]) + abs(series[k, right]))
+    for k in range(ORDERS - 1, 2, -1):
+        bend = bend * t + _THIRD[k] * abs(series[k, left] + series[k, right])
+    return bend
 
 
 @inlined
@@ -361,14 +373,7 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
     moving = cell[SIDE, i] != 0.0
     side = -1.0 if upper else 1.0
     threshold = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
-    if moving:
-        bend = _swing_of(series, j, t)
-    else:
-        bend = 0.0
-        if cell[SIDE, i - 1] != 0.0:
-            bend += _bend_of(series, j - 1, t)
-        if cell[SIDE, i + 1] != 0.0:
-            bend += _bend_of(series, j + 1, t)
+    bend = _swing_of(series, j, t) if moving else _bend_between(cell, series, i, j, t)
     at_a, slope_a, at_b, slope_b = _at_both_ends(cell, series, i, j)
     if not evaluated:
         at_b, slope_b = _margin(cell, series, i, j, t)
