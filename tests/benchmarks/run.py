@@ -62,6 +62,7 @@ class Results:
     memory: tuple[float, int, int]
     long_run: int
     velocities: list[Velocity]
+    start_up: tuple[float, float]
 
 
 def measure(*, quick: bool, tell: Callable[[str], None]) -> Results:
@@ -93,6 +94,8 @@ def measure(*, quick: bool, tell: Callable[[str], None]) -> Results:
     long_run = 10**5 if quick else 10**6
     tell(f"{long_run:.0e} half-cycles")
     memory = measurements.long_run_memory(long_run)
+    tell("the first start and the second")
+    start_up = measurements.start_up_seconds()
     velocities = []
     for n, amplitude in SIZES[:4]:
         tell(f"mean velocity, N = {n}")
@@ -100,7 +103,9 @@ def measure(*, quick: bool, tell: Callable[[str], None]) -> Results:
         velocities.append(
             measurements.velocity_costs(n, amplitude, members=members, seconds=seconds)
         )
-    return Results(halves, singles, per_event, speed_ups, memory, long_run, velocities)
+    return Results(
+        halves, singles, per_event, speed_ups, memory, long_run, velocities, start_up
+    )
 
 
 def _us(seconds: float) -> str:
@@ -214,6 +219,7 @@ def markdown(results: Results) -> str:
 
     short, long, ratio = results.per_event
     exact, spin, share = results.speed_ups
+    compiling, ready = results.start_up
     took, peak, little = results.memory
     lines += [
         f"- Time per event at A = 0.005: {short * 1e9:.0f} ns with 100 sliders,"
@@ -222,6 +228,8 @@ def markdown(results: Results) -> str:
         f" that only counts: {spin:.2f}; median ratio in the same turns {share:.2f}.",
         f"- {results.long_run:,} half-cycles of two sliders: {took:.2f} s, at most"
         f" {peak / 1024:.0f} KiB (1000 half-cycles: {little / 1024:.0f} KiB).",
+        f"- A short `exactcreep run`: {compiling:.1f} s of processor time the first time, with"
+        f" compilation, {ready:.1f} s afterwards.",
         "",
     ]
     return "\n".join(lines)
@@ -278,6 +286,7 @@ def plain(results: Results) -> dict[str, Any]:
         "two_threads": dict(zip(("exact", "spin", "ratio"), results.speed_ups, strict=True)),
         "long_run": dict(zip(("seconds", "peak_bytes", "peak_bytes_of_1000"), results.memory,
                              strict=True)),
+        "start_up_seconds": list(results.start_up),
         "velocities": [
             {
                 "n": one.n,
