@@ -621,7 +621,7 @@ def _together(cell, count, series, real, whole, first, contenders, t):  # type: 
     return events
 
 
-@compiled
+@inlined
 def step(cell, count, series, real, whole, first, last):  # type: ignore[no-untyped-def]
     """Advance the movers of columns first + 1 .. last - 1 to their first event.
 
