@@ -260,34 +260,48 @@ def _margin(cell, series, i, j, t):  # type: ignore[no-untyped-def]
     """Return value and slope at t of the margin of one slider: column i of cell, j of series."""
     side = cell[SIDE, i]
     u = t * t
+    v = u * u
     if side != 0.0:
-        even = series[ORDERS - 2, j]
-        odd = series[ORDERS - 1, j]
-        even_slope = 0.0
-        odd_slope = 0.0
-        for k in range(ORDERS - 4, -1, -2):
-            even_slope = fused_scalar(even_slope, u, even)
-            odd_slope = fused_scalar(odd_slope, u, odd)
-            even = fused_scalar(even, u, series[k, j])
-            odd = fused_scalar(odd, u, series[k + 1, j])
-        slope = fused_scalar(2.0 * t, fused_scalar(t, odd_slope, even_slope), odd)
-        return side * fused_scalar(t, odd, even), side * slope
+        # the orders 4 m + 0, 1, 2, 3 apart: four short chains of operations instead of a long one
+        p0 = p1 = p2 = p3 = 0.0
+        d0 = d1 = d2 = d3 = 0.0
+        for k in range(ORDERS - 4, -1, -4):
+            d0 = fused_scalar(d0, v, p0)
+            d1 = fused_scalar(d1, v, p1)
+            d2 = fused_scalar(d2, v, p2)
+            d3 = fused_scalar(d3, v, p3)
+            p0 = fused_scalar(p0, v, series[k, j])
+            p1 = fused_scalar(p1, v, series[k + 1, j])
+            p2 = fused_scalar(p2, v, series[k + 2, j])
+            p3 = fused_scalar(p3, v, series[k + 3, j])
+        even = fused_scalar(u, p2, p0)
+        odd = fused_scalar(u, p3, p1)
+        value = fused_scalar(t, odd, even)
+        within = fused_scalar(t, fused_scalar(u, d3, d1), fused_scalar(u, d2, d0))
+        slope = fused_scalar(4.0 * u * t, within, fused_scalar(2.0 * t, p2, p1))
+        slope = fused_scalar(3.0 * u, p3, slope)
+        return side * value, side * slope
     # its own column is zero: it stands in for a neighbour that does not move
     left = j - 1 if cell[SIDE, i - 1] != 0.0 else j
     right = j + 1 if cell[SIDE, i + 1] != 0.0 else j
-    even = series[ORDERS - 2, left] + series[ORDERS - 2, right]
-    odd = series[ORDERS - 1, left] + series[ORDERS - 1, right]
-    even_sum = even * _INVERSE[ORDERS - 2]
-    odd_sum = odd * _INVERSE[ORDERS - 1]
-    for k in range(ORDERS - 4, -1, -2):
+    p0 = p1 = p2 = p3 = 0.0
+    s0 = s1 = s2 = s3 = 0.0
+    for k in range(ORDERS - 4, -1, -4):
         term = series[k, left] + series[k, right]
-        even = fused_scalar(even, u, term)
-        even_sum = fused_scalar(even_sum, u, term * _INVERSE[k])
+        p0 = fused_scalar(p0, v, term)
+        s0 = fused_scalar(s0, v, term * _INVERSE[k])
         term = series[k + 1, left] + series[k + 1, right]
-        odd = fused_scalar(odd, u, term)
-        odd_sum = fused_scalar(odd_sum, u, term * _INVERSE[k + 1])
-    value = series[PULL, j] + t * fused_scalar(t, odd_sum, even_sum)
-    return value, fused_scalar(t, odd, even)
+        p1 = fused_scalar(p1, v, term)
+        s1 = fused_scalar(s1, v, term * _INVERSE[k + 1])
+        term = series[k + 2, left] + series[k + 2, right]
+        p2 = fused_scalar(p2, v, term)
+        s2 = fused_scalar(s2, v, term * _INVERSE[k + 2])
+        term = series[k + 3, left] + series[k + 3, right]
+        p3 = fused_scalar(p3, v, term)
+        s3 = fused_scalar(s3, v, term * _INVERSE[k + 3])
+    slope = fused_scalar(t, fused_scalar(u, p3, p1), fused_scalar(u, p2, p0))
+    moved = t * fused_scalar(t, fused_scalar(u, s3, s1), fused_scalar(u, s2, s0))
+    return series[PULL, j] + moved, slope
 
 
 @compiled
@@ -622,6 +636,46 @@ def _together(cell, count, series, real, whole, first, contenders, t):  # type: 
 
 
 @inlined
+def _own_root(cell, series, real, i, lane, strips, t):  # type: ignore[no-untyped-def]
+    """Polish the root of the candidate, and certify its own margin before it.
+
+    Returns
+    -------
+    t, residual : float
+    outward : float
+        +1 if the margin leaves its range upwards, -1 downwards.
+    proved : bool
+        Whether the margin stays in its range until t, and leaves it there.
+    """
+    j = EIGHT + lane
+    moving = cell[SIDE, i] != 0.0
+    limit = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
+    for turn in range(_POLISH + 1):
+        at_0, slope_0, at_1, slope_1 = _at_both_ends(cell, series, i, j)
+        bound = _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
+        outward = -1.0 if moving or slope_1 < 0.0 else 1.0
+        off = at_1 - outward * limit
+        # the root must hold within its rounding bound, or a tie with it would go unseen
+        if abs(off) <= 0.5 * bound or slope_1 == 0.0 or turn == _POLISH:
+            break
+        t = min(max(t - off / slope_1, 0.0), HORIZON)
+        _evaluate(series, strips, t)
+    if moving:
+        bend = _swing_of(series, j, t)
+    else:
+        bend = series[BENT, j - 1] * abs(cell[SIDE, i - 1])
+        bend += series[BENT, j + 1] * abs(cell[SIDE, i + 1])
+    fresh = cell[FRESH, i] != 0.0
+    room = limit - outward * at_0
+    proved = (
+        outward * slope_1 > 0.0
+        and (fresh or room > 0.0)
+        and _clear(room, -outward * slope_0, 0.0, -outward * slope_1, bend, t, 0.0, fresh, True)
+    )
+    return t, abs(off), outward, proved
+
+
+@inlined
 def step(cell, count, series, real, whole, first, last):  # type: ignore[no-untyped-def]
     """Advance the movers of columns first + 1 .. last - 1 to their first event.
 
@@ -643,65 +697,43 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
         if events > 0:
             return 0.0, events, 0.0
     lane, t = _candidate(cell, series, friction, first, strips)
-    events = 0
-    found = False
     if lane >= 0:
         t = _refine(cell, series, real, whole, first + lane, EIGHT + lane, t)
         if t > HORIZON:
             lane = -1
             t = HORIZON
-        else:
-            events = 1
-            found = True
-            count[EVENT, 0] = first + lane
-            series[CROSSING, EIGHT + lane] = t
     _evaluate(series, strips, t)
-    for _ in range(_POLISH if lane >= 0 else 0):
-        # the root must hold within its rounding bound, or a tie with it would go unseen
-        i = first + lane
-        j = EIGHT + lane
-        at_0, slope_0, at_1, slope_1 = _at_both_ends(cell, series, i, j)
-        bound = _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
-        if cell[SIDE, i] == 0.0:
-            at_1 -= math.copysign(friction + cell[EXCESS, i], slope_1)
-        if abs(at_1) <= 0.5 * bound or slope_1 == 0.0:
-            break
-        t = min(max(t - at_1 / slope_1, 0.0), HORIZON)
-        series[CROSSING, j] = t
-        _evaluate(series, strips, t)
+    events = 0
+    residual = 0.0
+    proved = False
+    outward = 1.0
+    if lane >= 0:
+        t, residual, outward, proved = _own_root(cell, series, real, first + lane, lane, strips, t)
+        events = 1
+        count[EVENT, 0] = first + lane
+        series[CROSSING, EIGHT + lane] = t
     evaluated = t
+    found = events > 0
+    rivals = 0
     for s in range(strips):
         whole[TESTS] += 1
         lower, upper = _suspects(cell, series, friction, first, s, strips, evaluated)
+        if proved and lane // EIGHT == s:
+            own = np.int64(1) << (lane % EIGHT)
+            if outward > 0.0:
+                upper &= ~own
+            else:
+                lower &= ~own
         suspects = lower | upper
         while suspects != 0:
             bit = lowest_bit(suspects)
             suspects &= suspects - 1
             i = first + EIGHT * s + bit
             j = EIGHT + EIGHT * s + bit
+            rivals += 1
             for side in range(2):
                 if ((upper if side == 1 else lower) >> bit) & 1 == 0:
                     continue
-                if lane >= 0 and t == evaluated and i == first + lane:
-                    # the candidate itself: only what lies before its root is in question
-                    at_0, slope_0, _, slope_1 = _at_both_ends(cell, series, i, j)
-                    way = -1.0 if side == 1 else 1.0
-                    if cell[SIDE, i] != 0.0:
-                        threshold = 0.0
-                        bend = _swing_of(series, j, t)
-                    else:
-                        threshold = friction + cell[EXCESS, i]
-                        bend = series[BENT, j - 1] * abs(cell[SIDE, i - 1])
-                        bend += series[BENT, j + 1] * abs(cell[SIDE, i + 1])
-                    fresh = cell[FRESH, i] != 0.0
-                    at_0 = threshold + way * at_0
-                    slope_1 *= way
-                    if (
-                        slope_1 < 0.0
-                        and (fresh or at_0 > 0.0)
-                        and _clear(at_0, way * slope_0, 0.0, slope_1, bend, t, 0.0, fresh, True)
-                    ):
-                        continue
                 crossing = _first_crossing(
                     cell, series, real, whole, i, j, side == 1, t, t == evaluated
                 )
@@ -715,14 +747,15 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
                     t = crossing
     if t != evaluated:
         _evaluate(series, strips, t)
-    events = _together(cell, count, series, real, whole, first, events, t) if found else 0
-    residual = 0.0
-    for k in range(events):
-        i = count[EVENT, k]
-        _, _, value, _ = _at_both_ends(cell, series, i, EIGHT + i - first)
-        if cell[SIDE, i] == 0.0:
-            value = abs(value) - (friction + cell[EXCESS, i])
-        residual = max(residual, abs(value))
+    if rivals > 0:
+        events = _together(cell, count, series, real, whole, first, events, t) if found else 0
+        residual = 0.0
+        for k in range(events):
+            i = count[EVENT, k]
+            _, _, value, _ = _at_both_ends(cell, series, i, EIGHT + i - first)
+            if cell[SIDE, i] == 0.0:
+                value = abs(value) - (friction + cell[EXCESS, i])
+            residual = max(residual, abs(value))
     for s in range(strips):
         i = first + EIGHT * s
         j = EIGHT + EIGHT * s
