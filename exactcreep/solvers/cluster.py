@@ -39,6 +39,8 @@ from exactcreep.solvers.lanes import (
     spread,
     square_root,
     store,
+    turned_left,
+    turned_right,
 )
 from exactcreep.solvers.layout import (
     BEND,
@@ -92,28 +94,41 @@ _POLISH = 4
 
 
 @inlined
+def _next_order(moving, minus_held, y):  # type: ignore[no-untyped-def]
+    """Return -K y on the movers of one strip, whose first and last lanes are at rest."""
+    return fused(moving, turned_right(y) + turned_left(y), minus_held * y)
+
+
+@inlined
 def _differentiate_one(cell, series, first):  # type: ignore[no-untyped-def]
     """Fill the coefficients from order 2 on of a window of eight sliders."""
     zero = spread(0.0)
     side = load(cell, SIDE, first)
     moving = side * side
-    held = moving * load(cell, STIFFNESS, first)
+    minus_held = zero - moving * load(cell, STIFFNESS, first)
     y = load(series, 0, EIGHT)
     after = load(series, 1, EIGHT)
-    bend = zero
-    swing = zero
-    for k in range(2, ORDERS):
-        around = from_left(zero, y) + from_right(y, zero)
-        new = fused(moving, around, zero - held * y)
+    for k in range(2, 7):
+        new = _next_order(moving, minus_held, y)
         store(series, k, EIGHT, new * spread(_FACTORIAL[k]))
-        if k >= 6 and k <= 13:
-            bend = fused(magnitude(new), spread(_FACTORIAL[k - 3]), bend)
-        if k >= 7 and k <= 14:
-            swing = fused(magnitude(new), spread(_FACTORIAL[k - 4]), swing)
-        if k == 12:
-            even = largest(magnitude(new))
-        if k == 13:
-            odd = largest(magnitude(new))
+        y = after
+        after = new
+    bend = magnitude(after) * spread(_FACTORIAL[3])
+    swing = zero
+    for k in range(7, 14):
+        new = _next_order(moving, minus_held, y)
+        store(series, k, EIGHT, new * spread(_FACTORIAL[k]))
+        size = magnitude(new)
+        bend = fused(size, spread(_FACTORIAL[k - 3]), bend)
+        swing = fused(size, spread(_FACTORIAL[k - 4]), swing)
+        y = after
+        after = new
+    even = largest(magnitude(y))
+    odd = largest(magnitude(after))
+    swing = fused(magnitude(_next_order(moving, minus_held, y)), spread(_FACTORIAL[10]), swing)
+    for k in range(14, ORDERS):
+        new = _next_order(moving, minus_held, y)
+        store(series, k, EIGHT, new * spread(_FACTORIAL[k]))
         y = after
         after = new
     store(series, BEND, EIGHT, bend + spread(_BEND_EVEN * even + _BEND_ODD * odd))
@@ -136,8 +151,8 @@ def _differentiate(cell, series, first, strips):  # type: ignore[no-untyped-def]
                 following = load(series, k - 2, j + EIGHT)
             around = from_left(before, w) + from_right(w, following)
             side = load(cell, SIDE, i)
-            new = side * side * (around - load(cell, STIFFNESS, i) * w)
-            store(series, k, j, new * ratio)
+            held = load(cell, STIFFNESS, i) * w
+            store(series, k, j, (around - held) * (side * side * ratio))
             before = w
             w = following
     even = 0.0

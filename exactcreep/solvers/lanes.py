@@ -36,6 +36,7 @@ _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _BITS = ir.VectorType(ir.IntType(1), WIDTH)
 _BYTE = ir.IntType(WIDTH)
 _WORD = ir.IntType(64)
+_INDICES = ir.VectorType(ir.IntType(32), WIDTH)
 
 
 @register_model(Lanes)
@@ -48,7 +49,7 @@ def _spread(builder: Any, value: Any) -> Any:
     first = builder.insert_element(
         ir.Constant(_VECTOR, ir.Undefined), value, ir.Constant(ir.IntType(32), 0)
     )
-    zeros = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), [0] * WIDTH)
+    zeros = ir.Constant(_INDICES, [0] * WIDTH)
     return builder.shuffle_vector(first, ir.Constant(_VECTOR, ir.Undefined), zeros)
 
 
@@ -147,7 +148,7 @@ def _vector_call(name: str) -> Callable[[Any, list[Any]], Any]:
 
 
 def _shuffled(order: list[int]) -> Callable[[Any, list[Any]], Any]:
-    indices = ir.Constant(ir.VectorType(ir.IntType(32), WIDTH), order)
+    indices = ir.Constant(_INDICES, order)
     return lambda builder, arguments: builder.shuffle_vector(*arguments, indices)
 
 
@@ -186,6 +187,22 @@ from_left = _operation(_shuffled([WIDTH - 1, *range(WIDTH, 2 * WIDTH - 1)]), 2, 
 """from_left(previous, a): lane j holds lane j - 1 of a, lane 0 the last lane of `previous`."""
 from_right = _operation(_shuffled([*range(1, WIDTH), WIDTH]), 2, lanes)
 """from_right(a, following): lane j holds lane j + 1 of a, the last the first of `following`."""
+turned_right = _operation(
+    lambda builder, v: builder.shuffle_vector(
+        v[0], v[0], ir.Constant(_INDICES, [WIDTH - 1, *range(WIDTH - 1)])
+    ),
+    1,
+    lanes,
+)
+"""turned_right(a): lane j holds lane j - 1 of a, lane 0 the last lane."""
+turned_left = _operation(
+    lambda builder, v: builder.shuffle_vector(
+        v[0], v[0], ir.Constant(_INDICES, [*range(1, WIDTH), 0])
+    ),
+    1,
+    lanes,
+)
+"""turned_left(a): lane j holds lane j + 1 of a, the last lane the first."""
 below = _operation(
     lambda builder, v: _to_mask(builder, builder.fcmp_ordered("<", *v)), 2, types.int64
 )
