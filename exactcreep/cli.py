@@ -12,6 +12,7 @@ from exactcreep.commands import (
     animate,
     audit,
     compare,
+    envelope,
     plan,
     reproduce,
     resume,
@@ -42,6 +43,7 @@ app.command("tradeoff")(tradeoff.tradeoff)
 app.command("threshold")(threshold.threshold)
 app.command("compare")(compare.compare)
 app.command("audit")(audit.audit)
+app.command("envelope")(envelope.envelope)
 
 
 def _show_version(wanted: bool) -> None:

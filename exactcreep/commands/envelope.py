@@ -1,0 +1,74 @@
+"""``exactcreep envelope``: every extreme of the model, and how well each solver stands it."""
+
+from __future__ import annotations
+
+import sys
+from collections import Counter
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from exactcreep.commands.run import Force, Json
+
+BROKEN_STATUS = 1
+
+
+def envelope(
+    quick: Annotated[bool, typer.Option("--quick", help="About half a minute.")] = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write envelope.csv to this directory.")
+    ] = None,
+    json: Json = False,
+    force: Force = False,
+) -> None:
+    """Take the model to its extremes, one at a time, and hold every solver against the truth.
+
+    Example:
+
+        exactcreep envelope --quick --out study
+
+    Exit status: 0 every promise was kept or flagged, 1 one was not, 2 bad input.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from exactcreep.commands.answer import as_json
+    from exactcreep.result import check_output
+    from exactcreep.studies.envelope import defects, to_csv
+    from exactcreep.studies.envelope import envelope as measured
+
+    target = None if out is None else out / "envelope.csv"
+    if target is not None:
+        check_output(target, "out", force=force)
+    on_terminal = sys.stderr.isatty()
+
+    def tell(name: str, number: int, count: int) -> None:
+        if on_terminal or number % 10 == 1:
+            sys.stderr.write(f"{number} of {count}: {name}\n")
+
+    cells = measured(quick=quick, progress=tell)
+    if target is not None:
+        target.write_text(to_csv(cells), encoding="utf-8")
+    broken = defects(cells)
+    if json:
+        summaries = [cell.summary() for cell in cells]
+        typer.echo(as_json({"cells": summaries, "broken": len(broken)}))
+    else:
+        table = Table(box=None, padding=(0, 1), header_style="bold")
+        for name in ("extreme", "solver", "error", "events", "seconds", "outcome", "verdict"):
+            table.add_column(name, no_wrap=name != "extreme")
+        for cell in cells:
+            table.add_row(
+                f"{cell.quantity} = {cell.value}", cell.solver, f"{cell.error:.1e}",
+                str(cell.events), f"{cell.seconds:.2g}", cell.outcome, cell.verdict,
+            )  # fmt: skip
+        console = Console(highlight=False)
+        console.print(table)
+        counts = Counter(cell.verdict for cell in cells)
+        told = ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
+        console.print(f"{len(cells)} cells: {told}")
+        if target is not None:
+            typer.echo(f"written: {target}")
+    if broken:
+        raise typer.Exit(BROKEN_STATUS)

@@ -1,0 +1,385 @@
+"""The envelope: every extreme of the model, one at a time, and how well each solver stands it.
+
+For each extreme every solver follows the same few half-cycles with the same disorder. Its
+displacements at the end are held against those of the certified solver (in the sliding limit:
+against the closed solution in rational arithmetic). A solver either keeps what it promises, or
+says by itself that it does not: an undecided comparison, a limit, or a refusal.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from exactcreep.decimals import floats
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles, Drive, Path
+from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.quasistatic import PhysicsWarning, creep
+from exactcreep.result import Creep
+
+PROMISE = 1e-12
+"""Of the event-driven solvers in float64: error of one rearrangement over the largest force."""
+
+CONTESTANTS: dict[str, dict[str, Any]] = {
+    "exact": {},
+    "reference": {},
+    "mpmath": {"digits": 30},
+    "verlet": {"dt": "0.01"},
+}
+"""Solvers that are held against the certified one, and their options."""
+
+WITHIN, FLAGGED, REFUSED, STEPPED, BROKEN = "within", "flagged", "refused", "stepped", "broken"
+"""Verdicts of a cell.
+
+``within`` its promise; ``flagged`` by the program itself (undecided comparisons or a limit);
+``refused`` with a sentence; ``stepped``: Verlet promises no more than its order in dt;
+``broken``: a promise that was neither kept nor flagged, which is a defect.
+"""
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """One extreme: a chain and a drive that take one quantity to its end.
+
+    Attributes
+    ----------
+    quantity, value : str
+        What is extreme, and how much.
+    chain : Chain
+    drive : Drive
+    tension : Fraction
+        Of every spring at the start.
+    truth : str
+        ``certified``; ``sliding`` where there are no slips; ``law`` where the result is known in
+        closed form (a chain too long, or a run too long, for balls).
+    known : callable or None
+        For ``law``: takes a result and returns the error of its displacements.
+    """
+
+    quantity: str
+    value: str
+    chain: Chain
+    drive: Drive
+    tension: Fraction = Fraction(0)
+    truth: str = "certified"
+    known: Callable[[Creep], float] | None = None
+
+    def start(self, seed: int) -> State:
+        """Return the state it starts from."""
+        return State.prepared(self.chain, [self.tension] * (self.chain.n - 1), seed=seed)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """How one solver stands one extreme.
+
+    Attributes
+    ----------
+    quantity, value, solver : str
+    error : float
+        Largest error of a displacement at the end, unit ``g tau_dyn**2``; nan if the itinerary
+        is another one or nothing was computed.
+    allowed : float
+        What the solver promises; inf for Verlet.
+    events, half_cycles : int
+    seconds : float
+    outcome, evidence : str
+    verdict : str
+        One of `WITHIN`, `FLAGGED`, `REFUSED`, `STEPPED` and `BROKEN`.
+    remark : str
+        Why, if there is more to say.
+    """
+
+    quantity: str
+    value: str
+    solver: str
+    error: float
+    allowed: float
+    events: int
+    half_cycles: int
+    seconds: float
+    outcome: str
+    evidence: str
+    verdict: str
+    remark: str = ""
+
+    def summary(self) -> dict[str, Any]:
+        """Return the cell, ready for JSON: a number that is not finite is None."""
+        return {
+            name: None if isinstance(value, float) and not math.isfinite(value) else value
+            for name, value in vars(self).items()
+        }
+
+
+def extremes(*, quick: bool = False) -> list[Extreme]:
+    """Return the extremes of the model, one quantity at a time.
+
+    Parameters
+    ----------
+    quick : bool
+        Leave out what takes longer than a few seconds, and shorten the long runs.
+    """
+    return list(_extremes(quick))
+
+
+def _chain(n: int = 3, l0: Any = 1000, mu_d: Any = "0.5", mu_s: Any = "0.6", sigma_mu: Any = "0.01",
+           tan_alpha: Any = "0.25") -> Chain:  # fmt: skip
+    return Chain(n, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
+
+
+def _cycles(chain: Chain, reach: Any, cycles: int = 2) -> Cycles:
+    """Return cycles of the amplitude at which ``l0 A = reach``."""
+    return Cycles(Fraction(reach) / chain.l0, cycles)
+
+
+def _extremes(quick: bool) -> Iterator[Extreme]:
+    for n in (1, 2, 3, 30):
+        chain = _chain(n)
+        yield Extreme("N", str(n), chain, _cycles(chain, "1.5" if n < 30 else "2"))
+    for n in (1000,) if quick else (1000, 100_000):
+        chain = _chain(n, sigma_mu=0)
+        yield Extreme("N", str(n), chain, _cycles(chain, "0.4", 1), truth="law",
+                      known=_whole_slips)  # fmt: skip
+    for l0 in ("1e-6", "1", "1e6", "1e15"):
+        chain = _chain(3, l0)
+        yield Extreme("l0", l0, chain, _cycles(chain, 2))
+    for l0 in ("1e-6", "1e15"):
+        chain = _chain(2, l0)
+        yield Extreme("l0 A", f"100 (l0 = {l0})", chain, _cycles(chain, 100, 1))
+    for l0, amplitude in (("1000", "1e-15"), ("1e15", "1e-15"), ("1e15", "2e-15")):
+        chain = _chain(3, l0)
+        yield Extreme("A", f"{amplitude} (l0 = {l0})", chain, Cycles(amplitude, 2))
+    for gap in ("1e-12", "1e-9", "1e-6", "1e-3", "1", "10"):
+        for n in (2, 3):
+            chain = _chain(n, mu_s=Fraction(1, 2) + Fraction(gap), sigma_mu=0)
+            onset = Fraction(chain.times_cosine(chain.mu_s - chain.tan_alpha))
+            theta = (onset + (6 * n + Fraction(1, 3)) * Fraction(chain.excess)) / chain.l0
+            yield Extreme("mu_s - mu_d", f"{gap} (N = {n})", chain, Path([theta, -theta]))
+    chain = _chain(3, mu_s="0.5", sigma_mu=0)
+    yield Extreme("mu_s - mu_d", "0", chain, _cycles(chain, 2), truth="sliding")
+    chain = _chain(3, mu_s="0.5")
+    yield Extreme("mu_s - mu_d", "0, sigma_mu = 0.01", chain, Path([Fraction(1, 1000)]))
+    for steep, sigma in (("0", "0.01"), ("0", "0"), ("0.05", "0.01")):
+        chain = _chain(2, mu_d=0, mu_s="0.1", sigma_mu=sigma, tan_alpha=steep)
+        yield Extreme("mu_d", f"0 (tan_alpha = {steep}, sigma_mu = {sigma})", chain,
+                      _cycles(chain, "0.2", 1))  # fmt: skip
+    for sigma in ("0", "1e-12", "0.1", "0.3", "1", "10"):
+        chain = _chain(3, sigma_mu=sigma)
+        yield Extreme("sigma_mu", sigma, chain, _cycles(chain, 2))
+    for name, slope in (
+        ("0", Fraction(0)),
+        ("1e-15", Fraction("1e-15")),
+        ("mu_d - 1e-12", Fraction(1, 2) - Fraction("1e-12")),
+        ("mu_d", Fraction(1, 2)),
+        ("mu_d + 1e-12", Fraction(1, 2) + Fraction("1e-12")),
+        ("mu_d + 0.05", Fraction(11, 20)),
+    ):
+        for sigma in ("0", "0.01"):
+            chain = _chain(2, sigma_mu=sigma, tan_alpha=slope)
+            drive: Drive = _cycles(chain, 1)
+            if slope > Fraction(2, 5):  # short: near mu_d one avalanche is long enough
+                drive = Path([Fraction("0.3") / chain.l0])
+            yield Extreme("tan_alpha", f"{name} (sigma_mu = {sigma})", chain, drive)
+    chain = _chain(3)
+    repeated = ["0.001", "0.001", "0.002", "0.002", "0.002", "-0.001", "-0.001", 0, 0]
+    yield Extreme("repeated targets", str(len(repeated)), chain, Path(repeated))
+    for n in (3, 4, 6):
+        chain = _chain(n, sigma_mu=0, tan_alpha=0)
+        yield Extreme("tie by symmetry", f"N = {n}", chain, _cycles(chain, 1))
+    chain = _chain(3, sigma_mu=0, tan_alpha="0.2")
+    yield Extreme("tie by numbers", "tan_alpha = 1/5", chain, _cycles(chain, 1))
+    chain = _chain(4, 5, 1, "1.2", 0, "3/4")
+    yield Extreme("tie by numbers", "tan_alpha = 3/4", chain, _cycles(chain, 2))
+    slips = 10**5 if quick else 10**6
+    chain = _chain(2, "1e15", sigma_mu=0)
+    jump = Path([Fraction(slips) * Fraction(chain.excess) * 2 / chain.l0])
+    yield Extreme("slips in one half-cycle", f"{slips:.0e}", chain, jump, Fraction(1, 32), "law",
+                  remainder_error)  # fmt: skip
+    slips = 10**7 if quick else 10**9
+    chain = _chain(2, sigma_mu=0)
+    per_half_cycle = 100
+    cycles = slips // (2 * per_half_cycle)
+    yield Extreme("slips at N = 2", f"{slips:.0e}", chain,
+                  _cycles(chain, Fraction(chain.excess) * per_half_cycle, cycles), Fraction(1, 32),
+                  "law", remainder_error)  # fmt: skip
+
+
+def remainder_error(result: Creep) -> float:
+    """Return how far ``r0 = (x_2 - x_1 - l0) mod 2D`` of two sliders is from where it began.
+
+    Notes
+    -----
+    Guarantee: in rational arithmetic, of the final tension and dilation.
+    """
+    chain, state, begin = result.chain, result.state, result.experiment.initial
+    stretched = Fraction(float(state.tensions[0])) + chain.l0 * Fraction(state.theta)
+    before = Fraction(begin.tensions[0]) + chain.l0 * Fraction(begin.theta)
+    period = 2 * Fraction(chain.excess)
+    left = (stretched - before) / period
+    return nearest_float(abs(left - round(left)) * period)
+
+
+def _whole_slips(result: Creep) -> float:
+    """Return the error of a long chain at an amplitude at which only end sliders make lone slips.
+
+    Every displacement is then a whole number of slips of 2 D.
+    """
+    period = 2 * result.chain.excess
+    left = floats(result.state.displacements) / period
+    return float(np.abs(left - np.round(left)).max()) * period
+
+
+def envelope(
+    *,
+    quick: bool = False,
+    seed: int = 1,
+    most_seconds: float | None = None,
+    progress: Callable[[str, int, int], None] | None = None,
+    chosen: Sequence[Extreme] | None = None,
+) -> list[Cell]:
+    """Return how every solver stands every extreme.
+
+    Parameters
+    ----------
+    quick : bool
+        See `extremes`.
+    seed : int
+        Of the disorder.
+    most_seconds : float, optional
+        For each run; what takes longer ends in a limit. Default 1 if quick, else 300.
+    progress : callable, optional
+        Called with the extreme's name, its number and how many there are.
+    chosen : sequence of Extreme, optional
+        Default: `extremes`.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range.
+    """
+    limit = (1.0 if quick else 300.0) if most_seconds is None else most_seconds
+    if not limit > 0:
+        raise InputError("most_seconds", most_seconds, "must be positive")
+    cells: list[Cell] = []
+    every = list(extremes(quick=quick) if chosen is None else chosen)
+    for number, extreme in enumerate(every, 1):
+        if progress is not None:
+            progress(f"{extreme.quantity} = {extreme.value}", number, len(every))
+        cells.extend(_cells(extreme, seed, limit))
+    return cells
+
+
+def _cells(extreme: Extreme, seed: int, most_seconds: float) -> Iterator[Cell]:
+    truth: Creep | None = None
+    if extreme.truth != "law":
+        options = {"digits": 30} if extreme.truth == "certified" else {}
+        truth, cell = _ran(extreme, extreme.truth, options, seed, most_seconds, None)
+        yield cell
+    for solver, options in CONTESTANTS.items():
+        if extreme.truth == "law" and solver != "exact":
+            continue  # the others need hours for what the law knows
+        yield _ran(extreme, solver, options, seed, most_seconds, truth)[1]
+
+
+def _ran(
+    extreme: Extreme,
+    solver: str,
+    options: dict[str, Any],
+    seed: int,
+    most_seconds: float,
+    truth: Creep | None,
+) -> tuple[Creep | None, Cell]:
+    begin = time.perf_counter()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PhysicsWarning)  # they are counted in the result
+            result = creep(
+                extreme.chain, extreme.drive, seed=seed, solver=solver, start=extreme.start(seed),
+                record=(), max_seconds=most_seconds, **options,
+            )  # fmt: skip
+    except InputError as refusal:
+        cell = Cell(extreme.quantity, extreme.value, solver, math.nan, math.nan, 0, 0,
+                    time.perf_counter() - begin, "", "", REFUSED, str(refusal))  # fmt: skip
+        return None, cell
+    allowed = _allowed(extreme, solver, result)
+    error, remark = _error(extreme, result, truth)
+    told = ", ".join(f"{name}: {count}" for name, count in result.warnings.items())
+    cell = Cell(
+        extreme.quantity, extreme.value, solver, error, allowed, result.events,
+        result.half_cycles, result.seconds, result.outcome.value, result.evidence.value,
+        _verdict(solver, result, error, allowed, truth), "; ".join(filter(None, (remark, told))),
+    )  # fmt: skip
+    return result, cell
+
+
+def _allowed(extreme: Extreme, solver: str, result: Creep) -> float:
+    """Return what a solver promises of the displacements at the end of a run."""
+    if solver == "verlet":
+        return math.inf
+    chain = extreme.chain
+    force = nearest_float((chain.mu_s + abs(chain.tan_alpha)) * Fraction(chain.cos_alpha))
+    force += 9 * nearest_float(chain.sigma_mu)  # no deviate of 53 bits is larger
+    if extreme.quantity == "slips at N = 2":
+        return 1e-9
+    one = 1e-25 if solver in ("mpmath", "certified") else PROMISE
+    # a sum of displacements is good to its last place, however small each one's error
+    travelled = float(np.abs(floats(result.state.displacements)).max(initial=0.0)) * 2**-52
+    return max(1, result.rearrangements) * one * force + travelled
+
+
+def _error(extreme: Extreme, result: Creep, truth: Creep | None) -> tuple[float, str]:
+    if extreme.known is not None:
+        return extreme.known(result), ""
+    if truth is None or result.solver == truth.solver:
+        radius = result.report.get("largest_radius", 0.0)
+        return (float(radius) if result.outcome is not Outcome.RUNAWAY else math.nan), ""
+    if result.outcome is Outcome.RUNAWAY and truth.outcome is Outcome.RUNAWAY:
+        return math.nan, "proved to run away"
+    if (result.events, result.half_cycles) != (truth.events, truth.half_cycles):
+        return math.nan, f"{result.events} events, certified {truth.events}"
+    apart = [
+        abs(Fraction(float(ours)) - Fraction(float(theirs)))
+        for ours, theirs in zip(
+            floats(result.state.displacements), floats(truth.state.displacements), strict=True
+        )
+    ]
+    return nearest_float(max(apart)), ""
+
+
+def _verdict(solver: str, result: Creep, error: float, allowed: float, truth: Creep | None) -> str:
+    if solver == "verlet":
+        return STEPPED
+    if error <= allowed:
+        return WITHIN
+    if result.outcome is Outcome.LIMIT or result.evidence is Evidence.UNDECIDED:
+        return FLAGGED
+    if truth is not None and truth.outcome is Outcome.LIMIT:
+        return FLAGGED
+    if result.outcome is Outcome.RUNAWAY and (truth is None or truth.outcome is Outcome.RUNAWAY):
+        return WITHIN  # the moment of the proof is the solver's own
+    return BROKEN
+
+
+def defects(cells: Sequence[Cell]) -> list[Cell]:
+    """Return the cells in which a promise was neither kept nor flagged."""
+    return [cell for cell in cells if cell.verdict == BROKEN]
+
+
+def to_csv(cells: Sequence[Cell]) -> str:
+    """Return the table as CSV, one row for each extreme and solver."""
+    names = list(Cell.__dataclass_fields__)
+    lines = [",".join(names)]
+    for cell in cells:
+        values = [getattr(cell, name) for name in names]
+        lines.append(",".join(f'"{v}"' if isinstance(v, str) else f"{v:.6g}" for v in values))
+    return "\n".join(lines) + "\n"

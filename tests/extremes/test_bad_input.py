@@ -1,0 +1,394 @@
+"""Bad input: whatever is handed in, the answer is a value or one clear sentence."""
+
+from __future__ import annotations
+
+import gc
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from exactcreep import (
+    Chain,
+    Creep,
+    Cycles,
+    GaussianSteps,
+    InputError,
+    State,
+    TemperatureRecord,
+    audit,
+    compare,
+    creep,
+    disorder,
+    iterate,
+    load_scene,
+    physical,
+    plan,
+    rearrange,
+    resume,
+    sweep,
+    threshold,
+)
+from exactcreep import Path as ThetaPath
+from exactcreep.cli import status
+from exactcreep.scene import Scene
+
+GOOD = {"n": 3, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
+CHAIN = Chain(**GOOD)
+RUN = Cycles("0.0005", 1)
+SCENE = """
+[chain]
+n = 3
+l0 = 1000
+mu_d = 0.5
+mu_s = 0.6
+tan_alpha = 0.25
+
+[drive]
+kind = "cycles"
+amplitude = 5e-4
+cycles = 1
+"""
+
+# numbers that no chain of three sliders can have, and things that are no numbers
+WILD = st.one_of(
+    st.none(),
+    st.booleans(),
+    st.integers(-(10**400), 10**400),
+    st.integers(-5, 5),
+    st.floats(),
+    st.sampled_from(
+        [math.nan, math.inf, -math.inf, -0.0, 5e-324, 1.8e308, 1e-320, 10**400, 10**4999]
+    ),
+    st.text(max_size=12),
+    st.sampled_from(["nan", "inf", "1/0", "1e9999999", "1e-5000", "0x10", "1_0", "٣",
+                     "½", "1e5000"]),
+    st.sampled_from([[], {}, (), b"", b"3", 1j, object, np.array([]), np.array([1.0, 2.0])]),
+    st.sampled_from([Decimal("NaN"), Decimal("sNaN"), Decimal("-Infinity"), Decimal("1e-99999")]),
+    st.fractions(),
+    st.lists(st.floats() | st.text(max_size=3) | st.none(), max_size=4),
+    st.dictionaries(st.text(max_size=3), st.integers(), max_size=2),
+)
+FUZZ = settings(max_examples=60, deadline=None, derandomize=True,
+                suppress_health_check=[HealthCheck.function_scoped_fixture])  # fmt: skip
+
+
+def refusal(call: Callable[[], Any]) -> InputError | None:
+    """Return the refusal of `call` if it is one clear sentence, None if it was accepted."""
+    refused = None
+    try:
+        call()
+    except InputError as error:
+        refused = error
+    if refused is not None:
+        told = str(refused)
+        assert told.startswith(f"{refused.field} = ")
+        assert refused.allowed
+        assert "\n" not in told
+        assert len(told) < 1000
+    return refused
+
+
+@FUZZ
+@given(st.sampled_from(sorted(GOOD)), WILD)
+def test_a_wild_parameter_makes_a_chain_or_a_sentence_that_names_it(name: str, value: Any) -> None:
+    refused = refusal(lambda: Chain(**GOOD | {name: value}))
+    # mu_d may be the culprit when mu_s is the one that is too small
+    assert refused is None or refused.field in {name, "mu_s"}
+
+
+@FUZZ
+@given(WILD, WILD)
+def test_a_wild_drive_is_a_drive_or_a_sentence(first: Any, second: Any) -> None:
+    for make in (
+        lambda: Cycles(first, second),
+        lambda: GaussianSteps(first, second),
+        lambda: ThetaPath(first),
+        lambda: ThetaPath([0, first, second]),
+    ):
+        refusal(make)
+
+
+@FUZZ
+@given(WILD, WILD)
+def test_a_wild_start_is_a_state_or_a_sentence(first: Any, second: Any) -> None:
+    for make in (
+        lambda: State.prepared(CHAIN, first),
+        lambda: State.prepared(CHAIN, [first, second]),
+        lambda: State.prepared(CHAIN, [0, 0], theta=first, seed=second),
+        lambda: State.perturbed(CHAIN, first, start_seed=second),
+        lambda: State.relaxed(CHAIN, first),
+        lambda: disorder.static_coefficient(CHAIN, first, 1, 0),
+        lambda: disorder.static_coefficient(CHAIN, 0, first, second),
+        lambda: disorder.dilation(GaussianSteps(1, 2), first, second),
+    ):
+        refusal(make)
+
+
+ARGUMENTS = ["seed", "solver", "start", "record", "burn_in", "max_events", "max_seconds",
+             "max_bytes", "dt", "digits", "locate", "accuracy", "checkpoint", "every",
+             "nonsense"]  # fmt: skip
+
+
+@FUZZ
+@given(st.sampled_from(ARGUMENTS), WILD, st.sampled_from(["exact", "verlet", "certified", "auto"]))
+def test_a_wild_argument_of_a_run_is_used_or_refused(
+    tmp_path_factory: pytest.TempPathFactory, name: str, value: Any, solver: str
+) -> None:
+    if name == "digits" and isinstance(value, (int, float)) and value > 100:
+        value = -value  # many digits are slow, not wrong
+    if name == "checkpoint" and isinstance(value, str):
+        value = None  # it would be written
+    call = {"solver": solver, name: value} if name != "solver" else {name: value}
+    if name == "every":
+        call["checkpoint"] = tmp_path_factory.mktemp("kept") / "a.ckpt"
+    if solver == "auto":
+        call.setdefault("max_seconds", 1)
+    refusal(lambda: creep(CHAIN, RUN, **call))
+
+
+@FUZZ
+@given(WILD)
+def test_wild_objects_are_no_chain_drive_state_scene_or_result(value: Any) -> None:
+    whole = State.relaxed(CHAIN)
+    for call in (
+        lambda: creep(value, RUN),
+        lambda: creep(CHAIN, value),
+        lambda: rearrange(value, whole, direction=1),
+        lambda: rearrange(CHAIN, value, direction=1),
+        lambda: rearrange(CHAIN, whole, direction=value),
+        lambda: rearrange(CHAIN, whole, direction=1, seed=value),
+        lambda: next(iter(iterate(CHAIN, whole, direction=value)), None),
+        lambda: Creep.load(value),
+        lambda: resume(value),
+        lambda: load_scene(value),
+        lambda: audit(value),
+    ):
+        refusal(call)
+
+
+# --- studies, records, results -------------------------------------------------------------------
+
+
+@FUZZ
+@given(st.sampled_from(["length", "youngs_modulus", "density", "section", "kappa", "contacts",
+                        "mu_d", "mu_s", "tan_alpha", "sigma_mu", "gravity"]), WILD)  # fmt: skip
+def test_a_wild_solid_is_a_solid_or_a_sentence(name: str, value: Any) -> None:
+    lead = {"length": 10, "youngs_modulus": 1.6e10, "density": 11340, "section": 0.01,
+            "kappa": 2.9e-5, "contacts": 5, "mu_d": 0.5, "mu_s": 0.6, "tan_alpha": 0.3}  # fmt: skip
+    refusal(lambda: physical(**lead | {name: value}))
+
+
+@FUZZ
+@given(st.sampled_from(["cycles", "digits", "points", "refine", "seeds", "solver"]), WILD)
+def test_a_wild_argument_of_a_threshold_is_used_or_refused(name: str, value: Any) -> None:
+    few = {"cycles": 2, "digits": 3, "points": 4, "solver": "exact"}
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        value = -abs(value)  # large numbers are slow, not wrong
+    pair = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    refusal(lambda: threshold(pair, **few | {name: value}))
+
+
+@FUZZ
+@given(WILD, WILD)
+def test_wild_arguments_of_the_other_studies_are_used_or_refused(first: Any, second: Any) -> None:
+    experiment = Scene.from_text(SCENE).experiment()
+    for call in (
+        lambda: plan(first, RUN),
+        lambda: plan(CHAIN, first),
+        lambda: plan(Chain(3, 1, 1, 1, tan_alpha=0), RUN, accuracy=first, seed=second),
+        lambda: compare(first),
+        lambda: compare(experiment, dt=first, events=1),
+        lambda: compare(experiment, digits=None if isinstance(first, (int, float)) else first),
+        lambda: sweep(first if not isinstance(first, (bool, int)) else None),
+        lambda: TemperatureRecord(first, second, 20),
+        lambda: TemperatureRecord("none.csv", first, second),
+        lambda: TemperatureRecord("none.csv", 1, 20, unit=first, delimiter=second),
+    ):
+        refusal(call)
+
+
+# h5netcdf closes a file that it could not open once more when it is collected
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_a_result_damaged_anywhere_is_read_or_refused_in_one_sentence(tmp_path: Path) -> None:
+    good = tmp_path / "good.nc"
+    creep(CHAIN, Cycles("0.002", 2), record=("x_G", "events")).save(good)
+    content = good.read_bytes()
+    generator = np.random.default_rng(7)
+    refused = 0
+    for number in range(30):
+        bad = tmp_path / f"bad{number}.nc"
+        damaged = bytearray(content)
+        if number % 3 == 0:
+            damaged = damaged[: int(generator.integers(len(content)))]
+        elif number % 3 == 1:
+            place = int(generator.integers(2000))  # the superblock and the first headers
+            damaged[place : place + 8] = generator.bytes(8)
+        else:
+            for place in generator.integers(0, len(content), 50).tolist():
+                damaged[place] ^= 1 << int(generator.integers(8))
+        bad.write_bytes(damaged)
+        refused += refusal(lambda bad=bad: Creep.load(bad)) is not None
+    gc.collect()
+    assert refused >= 10
+
+
+# --- scenes and the command line -----------------------------------------------------------------
+
+
+@FUZZ
+@given(st.lists(st.tuples(st.integers(0, len(SCENE)), st.integers(0, 6),
+                          st.text(max_size=6) | st.sampled_from(
+                              ["[", "]]", '"""', "nan", "inf", "-", "1e999999", "= ", "\n", "{}",
+                               "true", "[vary]\n", "chain.n = [1, 2]\n", "\0", "9" * 50])),
+                min_size=1, max_size=4))  # fmt: skip
+def test_a_scene_spoiled_anywhere_makes_members_or_one_sentence(changes: list[Any]) -> None:
+    text = SCENE
+    for place, drop, put in changes:
+        text = text[:place] + put + text[place + drop :]
+
+    def read() -> None:
+        scene = Scene.from_text(text)
+        for chosen in scene.settings()[:3]:
+            scene.experiment(chosen)
+
+    refusal(read)
+
+
+@pytest.fixture
+def told(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., str]:
+    """Return a function that runs a command which must be refused, and returns the sentence."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+
+    def call(*words: str) -> str:
+        before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+        code = status(words)
+        out, err = capsys.readouterr()
+        assert code == 2, (code, err)
+        assert out == ""
+        lines = err.strip().splitlines()
+        assert len(lines) == 1
+        assert lines[0].startswith("exactcreep: ")
+        assert "Traceback" not in err
+        assert "defect" not in err
+        after = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+        assert after == before
+        return lines[0]
+
+    return call
+
+
+ONE_FILE = {
+    "run": [], "plan": [], "tradeoff": [], "compare": [], "sweep": [], "threshold": [],
+    "animate": ["--rearrangement", "0", "--out", "new.gif"], "show": [], "audit": [], "resume": [],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("command", ONE_FILE)
+def test_no_command_reads_what_is_not_for_it(
+    command: str, told: Callable[..., str], tmp_path: Path
+) -> None:
+    files = {
+        "latin": b'title = "G\xe9minard"',
+        "empty": b"",
+        "zeros": bytes(5000),
+        "half": b"\x89HDF\r\n\x1a\n" + bytes(100),
+        "checkpoint": b"exactcreep checkpoint 1\n",
+        "scene.toml": b"[chain]\nn = 2\n",
+    }
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "loop").symlink_to("loop")
+    for name in [*files, "folder", "loop", "none", "a" * 300, "/dev/zero", ""]:
+        told(command, name, *ONE_FILE[command])
+
+
+def test_a_number_of_a_million_digits_is_refused_without_being_read(
+    told: Callable[..., str], tmp_path: Path
+) -> None:
+    digits = "1" * 10**6
+    for number in (digits, "0." + digits, digits + "e5", f'"{digits}/7"', f'"{digits}"'):
+        (tmp_path / "long.toml").write_text(SCENE.replace("1000", number))
+        sentence = told("run", "long.toml")
+        assert "too long" in sentence or "characters" in sentence
+        assert len(sentence) < 400
+    for option in ("chain.l0", "chain.n", "drive.amplitude", "run.seed", "run.burn_in"):
+        assert len(told("run", "two-sliders-cycles", "--set", f"{option}={digits}")) < 400
+    assert len(told("run", "two-sliders-cycles", "--max-events", digits)) < 400
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["threshold", "-n", "0"],
+        ["run", "two-sliders-cycles", "--set", "chain.tan_alpha=nan"],
+        ["run", "two-sliders-cycles", "--set", "chain.l0=1e5001"],
+        ["run", "two-sliders-cycles", "--set", "chain.n=100000000", "--set", "drive.cycles=0"],
+        ["run", "two-sliders-cycles", "--set", "run.record=[[]]"],
+        ["run", "two-sliders-cycles", "--set", "run.start={tensions=[nan]}"],
+        ["run", "two-sliders-cycles", "--set", "drive.kind=[]"],
+        ["run", "two-sliders-cycles", "--set", "vary.chain.n={}"],
+        ["run", "two-sliders-cycles", "--set", "vary.chain.n=[[2]]"],
+        ["run", "two-sliders-cycles", "--set", "=3"],
+        ["run", "two-sliders-cycles", "--set", "chain=3"],
+        ["run", "two-sliders-cycles", "--set", "chain.=3"],
+        ["run", "two-sliders-cycles", "--set", "..=3"],
+        ["run", "two-sliders-cycles", "--digits", "30"],
+        ["run", "two-sliders-cycles", "--solver", "certified", "--digits", "1e9"],
+        ["run", "two-sliders-cycles", "--solver", "sliding", "--dt", "1"],
+        ["run", "two-sliders-cycles", "--out", "a\0b"],
+        ["run", "two-sliders-cycles", "--every", "x", "--checkpoint", "new.ckpt"],
+        ["sweep", "chain-size", "--workers", "0"],
+        ["sweep", "chain-size", "--workers", "-3"],
+        ["tradeoff", "two-sliders-cycles", "--budget", "-1"],
+        ["tradeoff", "two-sliders-cycles", "--budget", "nan"],
+        ["compare", "two-sliders-cycles", "--dt", "-1"],
+        ["compare", "two-sliders-cycles", "--digits", "zero"],
+        ["reproduce", "nothing"],
+        ["scenes", "--show", "../../etc/passwd"],
+    ],
+)
+def test_impossible_words_are_one_sentence(told: Callable[..., str], words: list[str]) -> None:
+    told(*words)
+
+
+def test_the_chain_that_no_memory_holds_is_refused_before_it_is_made() -> None:
+    """In a process that may have 6 GB, so that a mistake cannot take the machine down."""
+    script = (
+        "import resource, sys\n"
+        "resource.setrlimit(resource.RLIMIT_AS, (6 * 2**30,) * 2)\n"
+        "from exactcreep.cli import status\n"
+        "sys.exit(status(['run', 'two-sliders-cycles', '--set', 'chain.n=100000000']))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=120, check=False,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )  # fmt: skip
+    assert done.returncode in (2, 3)
+    assert len(done.stderr.strip().splitlines()) <= 2
+    assert "Traceback" not in done.stderr
+    assert "exactcreep: " in done.stderr
+
+
+def test_nothing_in_a_scene_or_a_result_is_ever_executed(tmp_path: Path) -> None:
+    trap = tmp_path / "sprung"
+    code = f"__import__('pathlib').Path({str(trap)!r}).touch()"
+    for key in ("chain.n", "chain.l0", "run.solver", "run.start", "drive.kind", "run.record"):
+        refused = refusal(
+            lambda key=key: load_scene("two-sliders-cycles").with_settings({key: code}).experiment()
+        )
+        assert refused is not None
+    assert not trap.exists()

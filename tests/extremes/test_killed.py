@@ -1,0 +1,114 @@
+"""Long runs survive: commands killed at random moments, and files that are not the run's."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from exactcreep import Creep
+from exactcreep.cli import status
+from exactcreep.result import load_members
+
+# One process compiles; each attempt is a fork of it, so that a kill costs milliseconds.
+_KILLED = """
+import os, random, signal, sys, time
+from exactcreep.cli import status
+
+folder, words = sys.argv[1], sys.argv[2:]
+os.chdir(folder)
+quiet = os.open(os.devnull, os.O_WRONLY)
+status([*words, "--set", "drive.cycles=1", "--json", "--out", "x.nc"])
+assert status([*words, "--out", "whole.nc", "--json"]) == 0
+moments = random.Random(20110603)
+kills = resumed = 0
+finished = False
+while not finished:
+    there = os.path.exists("run.ckpt")
+    child = os.fork()
+    if child == 0:
+        os.dup2(quiet, 1)
+        os.dup2(quiet, 2)
+        if there:
+            code = status(["resume", "run.ckpt", "--every", "0", "--out", "run.nc", "--force"])
+        else:
+            code = status([*words, "--checkpoint", "run.ckpt", "--every", "0", "--out", "run.nc"])
+        os._exit(code)
+    time.sleep(moments.uniform(0, 0.25))
+    if kills < 24:
+        os.kill(child, signal.SIGKILL)
+    told = os.waitpid(child, 0)[1]
+    finished = told == 0
+    kills += not finished
+    resumed += there
+    assert finished or os.WTERMSIG(told) == signal.SIGKILL
+print(kills, resumed, file=sys.stderr)
+"""
+
+
+def bits(result: Creep) -> dict[str, object]:
+    about = {k: repr(v) for k, v in result.dataset.attrs.items() if k != "seconds"}
+    values = {str(k): v.to_numpy().tobytes() for k, v in result.dataset.variables.items()}
+    return about | values
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_command_killed_24_times_at_random_writes_the_file_of_an_uninterrupted_one(
+    tmp_path: Path,
+) -> None:
+    words = ["run", "six-sliders-cycles", "--set", "drive.cycles=1500", "--set",
+             "vary.run.seed=[3, 4]", "--record", "x_G,slips"]  # fmt: skip
+    told = subprocess.run(
+        [sys.executable, "-c", _KILLED, str(tmp_path), *words],
+        capture_output=True, text=True, timeout=240, check=False,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+    )  # fmt: skip
+    assert told.returncode == 0, told.stderr
+    kills, resumed = map(int, told.stderr.split()[-2:])
+    assert kills >= 20
+    assert resumed >= 10
+    whole, survived = (load_members(tmp_path / name) for name in ("whole.nc", "run.nc"))
+    assert len(whole) == len(survived) == 2
+    for one, other in zip(whole, survived, strict=True):
+        assert bits(one) == bits(other)
+        assert one.half_cycles == 3000
+    left = {path.name for path in tmp_path.iterdir()} - {"whole.nc", "run.nc", "run.ckpt", "x.nc"}
+    # what a kill in the middle of writing leaves behind is hidden and never read
+    assert all(name.startswith(".") for name in left)
+
+
+def test_a_file_that_is_not_the_run_s_is_refused_and_left_as_it_is(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    scene = ["run", "two-sliders-cycles", "--set", "drive.cycles=3"]
+    assert status([*scene, "--checkpoint", "a.ckpt", "--out", "a.nc"]) == 0
+    capsys.readouterr()
+    good = (tmp_path / "a.ckpt").read_bytes()
+    header, body = good.split(b"\n", 1)
+    spoiled = {
+        "newer": good.replace(b"checkpoint 1", b"checkpoint 7", 1),
+        "cut": good[: len(good) * 2 // 3],
+        "longer": good + b"\0",
+        "headless": body,
+        "nothing": b"",
+        "result": (tmp_path / "a.nc").read_bytes(),
+        "text": b"[chain]\nn = 2\n",
+        "zeros": header + b"\n" + bytes(len(body)),
+    }
+    for name, content in spoiled.items():
+        (tmp_path / name).write_bytes(content)
+        assert status(["resume", name, "--json"]) == 2, name
+        out, err = capsys.readouterr()
+        assert out == ""
+        assert err.startswith(f"exactcreep: checkpoint = '{name}'")
+        assert len(err.strip().splitlines()) == 1
+        assert (tmp_path / name).read_bytes() == content
+    assert status(["resume", "a.ckpt", "--json"]) == 0
+    assert status([*scene, "--checkpoint", "a.ckpt"]) == 2
+    assert "exists" in capsys.readouterr().err
+    assert status(["resume", "a.ckpt", "--out", "a.nc"]) == 2
+    assert "exists" in capsys.readouterr().err
