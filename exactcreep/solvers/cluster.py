@@ -499,17 +499,21 @@ def _refine(cell, series, real, whole, i, j, t):  # type: ignore[no-untyped-def]
                 value = threshold + value
         if slope >= 0.0:
             return np.inf
-        # what this step will miss by: step**2 times half the curvature over the slope
-        curvature = abs((slope - before) / step) if turn > 0 else abs(slope) / t
+        # this step misses by step**2 times half the curvature, which the last two slopes give, over
+        # the slope; all divisions are multiplied out
+        turned = abs(slope - before)
         before = slope
+        last = abs(step)
         step = value / slope
         t -= step
         if not (t > 0.0 and t <= HORIZON):
             return np.inf
-        if turn > 0 or step * step <= ULP * ULP * t * t:
-            miss = step * step * max(curvature / abs(slope), 1.0 / t)
-            if miss <= 0.25 * ULP * t:
-                return t
+        small = 0.25 * ULP * t
+        square = step * step
+        if square <= small * t and (
+            (turn > 0 and square * turned <= small * last * abs(slope)) or square <= 4.0 * small**2
+        ):
+            return t
     return np.inf
 
 
