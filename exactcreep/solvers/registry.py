@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
 from typing import Any
 
 from exactcreep.model.chain import Chain
@@ -43,9 +42,7 @@ def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     if not isinstance(name, str) or name not in SOLVERS:
         raise InputError("solver", name, "must be one of " + ", ".join(SOLVERS))
     algorithm = SOLVERS[name]
-    known: list[str] = []
-    if is_dataclass(algorithm):
-        known = [field.name for field in fields(algorithm)]
+    known = list(getattr(algorithm, "__dataclass_fields__", {}))
     for option in options:
         if option not in known:
             near = difflib.get_close_matches(option, known, 1)
