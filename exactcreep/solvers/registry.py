@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterator
+from dataclasses import fields
 from typing import Any
 
 from exactcreep.model.chain import Chain
@@ -42,7 +43,8 @@ def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     if not isinstance(name, str) or name not in SOLVERS:
         raise InputError("solver", name, "must be one of " + ", ".join(SOLVERS))
     algorithm = SOLVERS[name]
-    known = list(getattr(algorithm, "__dataclass_fields__", {}))
+    options_of: Any = algorithm  # every solver is a dataclass, which its base class cannot say
+    known = [field.name for field in fields(options_of)]
     for option in options:
         if option not in known:
             near = difflib.get_close_matches(option, known, 1)
