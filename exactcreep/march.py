@@ -26,6 +26,16 @@ _MOST_SAMPLES = 4096
 _BLOCKS = 32  # of the block averages behind the standard error
 _FEWEST_BLOCKS = 8
 _LEAST_BYTES = 500  # of memory for a slider
+_EVENT_COLUMNS = {
+    "event_half_cycle": np.int64,
+    "event_rearrangement": np.int64,
+    "event_number": np.int64,
+    "event_theta": np.float64,
+    "event_time": np.float64,
+    "event_kind": np.int8,
+    "event_slider": np.int64,
+    "event_sign": np.int8,
+}
 
 
 class March:
@@ -167,6 +177,9 @@ class March:
         recorded = self.recorded()
         if "x_G" in experiment.record:
             recorded.setdefault("x_G", np.empty(0))
+        if "events" in experiment.record:  # there may have been none
+            for name, kind in _EVENT_COLUMNS.items():
+                recorded.setdefault(name, np.empty(0, dtype=kind))
         burn_in, velocity = self._measured()
         value = math.nan if velocity is None else nearest_float(velocity.middle)
         error = self.samples.error(burn_in)

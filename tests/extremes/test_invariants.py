@@ -1,0 +1,230 @@
+"""Invariants under load: what must hold for every chain, drive and seed."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from exactcreep import Chain, Creep, Evidence, Outcome, State, audit, creep, rearrange
+from exactcreep import Path as ThetaPath
+from exactcreep.quasistatic import PhysicsWarning
+
+pytestmark = pytest.mark.filterwarnings(f"ignore::{PhysicsWarning.__module__}.PhysicsWarning")
+MOST_EVENTS = 1500
+
+
+@dataclass(frozen=True)
+class Case:
+    """A chain below mu_d, where it is taken to, and the key of its disorder."""
+
+    chain: Chain
+    theta: tuple[Fraction, ...]
+    seed: int
+
+    def run(self, **more: object) -> Creep:
+        run = {"seed": self.seed, "max_events": MOST_EVENTS} | more
+        return creep(self.chain, ThetaPath(self.theta), **run)
+
+
+def rationals(low: int, high: int, over: int) -> st.SearchStrategy[Fraction]:
+    return st.integers(low, high).map(lambda k: Fraction(k, over))
+
+
+@st.composite
+def cases(draw: st.DrawFn, *, largest: int = 12, sigma: bool = True) -> Case:
+    n = draw(st.integers(2, largest))
+    l0 = draw(st.sampled_from([Fraction(1, 10**6), Fraction(1), Fraction(1000), Fraction(10**15)]))
+    mu_d = draw(rationals(1, 999, 1000))
+    excess = draw(st.sampled_from(["1e-3", "0.02", "0.1", "1"])) if sigma else "0.1"
+    noise = draw(st.sampled_from(["0", "1e-9", "0.01", "0.1"])) if sigma else "0"
+    slope = mu_d * draw(rationals(-9, 9, 10))
+    chain = Chain(n, l0, mu_d, mu_d + Fraction(excess), noise, tan_alpha=slope)
+    unit = Fraction(chain.times_cosine(mu_d + Fraction(excess)))
+    reach = draw(st.lists(rationals(-300, 300, 100), min_size=1, max_size=4))
+    return Case(chain, tuple(r * unit / l0 for r in reach), draw(st.integers(0, 2**64 - 1)))
+
+
+LOAD = settings(max_examples=20, deadline=None, derandomize=True, database=None,
+                suppress_health_check=[HealthCheck.too_slow])  # fmt: skip
+
+
+def test_a_slip_of_no_length_is_counted_alike_whether_it_is_recorded_or_not() -> None:
+    chain = Chain(3, "1e-6", "0.001", "0.002", "0.01", tan_alpha=0)
+    plain = creep(chain, ThetaPath([1020]), seed=1)
+    told = creep(chain, ThetaPath([1020]), seed=1, record=("events",))
+    assert plain.slips == told.slips == 2
+    assert plain.undecided == told.undecided == 0
+
+
+def test_a_run_without_events_has_an_empty_log_and_passes_its_audit() -> None:
+    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    result = creep(chain, ThetaPath(["1e-9"]), record=("events",))
+    assert result.recorded["event_time"].size == 0
+    assert audit(result).passed
+
+
+def same_motion(one: Creep, other: Creep) -> bool:
+    return (
+        np.array_equal(one.state.displacements, other.state.displacements)
+        and np.array_equal(one.state.tensions, other.state.tensions)
+        and (one.events, one.slips, one.undecided) == (other.events, other.slips, other.undecided)
+    )
+
+
+@LOAD
+@given(cases())
+def test_every_run_passes_its_audit(case: Case) -> None:
+    """Equation of motion, static condition at rest, increasing times, energy ledger."""
+    result = case.run(record=("x_G", "events"))
+    found = audit(result)
+    assert found.passed, found.findings
+    assert found.balance < 1e-10
+    for q in range(1, result.half_cycles + 1):
+        rows = result.recorded["event_half_cycle"] == q
+        number = result.recorded["event_rearrangement"][rows]
+        times = result.recorded["event_time"][rows]
+        for rearrangement in np.unique(number):
+            assert (np.diff(times[number == rearrangement]) >= 0).all()
+
+
+@LOAD
+@given(cases(sigma=False), st.lists(rationals(-20, 20, 100), min_size=11, max_size=11))
+def test_the_mirror_image_moves_as_the_mirror_image(case: Case, start: list[Fraction]) -> None:
+    tensions = start[: case.chain.n - 1]
+    here = case.run(start=State.prepared(case.chain, tensions))
+    mirrored = case.chain.mirrored()
+    there = creep(mirrored, ThetaPath(case.theta), max_events=MOST_EVENTS,
+                  start=State.prepared(mirrored, tensions[::-1]))  # fmt: skip
+    if here.undecided or there.undecided or Outcome.LIMIT in (here.outcome, there.outcome):
+        return
+    assert here.events == there.events
+    # sums over the chain are rounded in another order
+    force = float(case.chain.mu_s) + abs(float(case.chain.tan_alpha)) + 0.2
+    apart = np.abs(here.state.displacements + there.state.displacements[::-1]).max()
+    assert apart <= 1e-12 * force * max(1, here.events)
+
+
+@LOAD
+@given(cases(), st.integers(-40, 40))
+def test_only_the_product_of_length_and_dilation_matters(case: Case, power: int) -> None:
+    factor = Fraction(2) ** power
+    p = case.chain.parameters() | {"l0": case.chain.l0 * factor}
+    other = Case(Chain(**p), tuple(theta / factor for theta in case.theta), case.seed)
+    assert same_motion(case.run(), other.run())
+
+
+@LOAD
+@given(cases(), st.lists(rationals(1, 99, 100), max_size=5))
+def test_breakpoints_and_output_change_no_bit(case: Case, cuts: list[Fraction]) -> None:
+    plain = case.run()
+    if plain.outcome is Outcome.LIMIT:
+        return
+    broken: list[Fraction] = []
+    before = Fraction(0)
+    for theta in case.theta:
+        broken += [before + cut * (theta - before) for cut in sorted(cuts)] + [theta] * 2
+        before = theta
+    others = (
+        creep(case.chain, ThetaPath(broken), seed=case.seed, max_events=MOST_EVENTS),
+        case.run(record=("x", "tension", "slips", "events")),
+        case.run(record=()),
+    )
+    for other in others:
+        assert same_motion(plain, other)
+
+
+@settings(LOAD, max_examples=15)
+@given(cases(largest=6))
+def test_solvers_agree_on_the_itinerary_until_one_reports_that_it_cannot_decide(
+    case: Case,
+) -> None:
+    state = State.relaxed(case.chain, case.seed)
+    for way in (1, 1, -1, -1, 1):
+        if (state.coefficients <= float(case.chain.mu_d)).any():
+            return  # at its threshold, where the rounding of the state itself decides
+        exact, reference, certified = (
+            rearrange(case.chain, state, direction=way, seed=case.seed, solver=solver)
+            for solver in ("exact", "reference", "certified")
+        )
+        if Outcome.LIMIT in (exact.outcome, reference.outcome):
+            return
+        assert certified.evidence is Evidence.PROVED
+        for float64 in (exact, reference):
+            if not float64.undecided:
+                assert float64.itinerary == certified.itinerary
+        if exact.undecided:
+            return
+        force = case.chain.times_cosine(case.chain.mu_s) + 1
+        ours, true = (np.array([float(x) for x in r.state.tensions]) for r in (exact, certified))
+        assert np.abs(ours - true).max(initial=0) < 1e-12 * force * max(1, len(exact.events))
+        state = exact.state
+
+
+# --- the same bits everywhere --------------------------------------------------------------------
+
+_DIGEST = """
+import hashlib, sys
+sys.path[:0] = sys.argv[1].split(":")
+from exactcreep import Chain, Cycles, creep
+chain = Chain(9, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+r = creep(chain, Cycles("0.005", 20), seed=11, record=("x", "events"))
+digest = hashlib.sha256(r.recorded["x"].tobytes() + r.recorded["event_time"].tobytes())
+print(digest.hexdigest())
+"""
+
+
+def digest_here() -> str:
+    chain = Chain(9, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    drive = [Fraction(5, 1000) * (-1) ** q for q in range(40)]
+    result = creep(chain, ThetaPath(drive), seed=11, record=("x", "events"))
+    return hashlib.sha256(
+        result.recorded["x"].tobytes() + result.recorded["event_time"].tobytes()
+    ).hexdigest()
+
+
+def digest_elsewhere(**environment: str) -> str:
+    done = subprocess.run(
+        [sys.executable, "-c", _DIGEST, ":".join(sys.path)], capture_output=True, text=True,
+        timeout=500, check=True, env=os.environ | environment,
+    )  # fmt: skip
+    return done.stdout.strip()
+
+
+def test_threads_and_processes_give_the_same_bits() -> None:
+    here = digest_here()
+    with ThreadPoolExecutor(4) as pool:
+        assert set(pool.map(lambda _: digest_here(), range(8))) == {here}
+    assert digest_elsewhere() == here
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("level", ["1", "3"])
+def test_how_hard_the_compiler_tries_changes_no_bit(tmp_path: Path, level: str) -> None:
+    assert digest_elsewhere(NUMBA_OPT=level, NUMBA_CACHE_DIR=str(tmp_path)) == digest_here()
+
+
+# --- limits are outcomes -------------------------------------------------------------------------
+
+
+@LOAD
+@given(cases(), st.integers(0, 200))
+def test_a_run_that_is_given_up_is_the_beginning_of_the_whole_one(case: Case, most: int) -> None:
+    part = case.run(max_events=most, record=("x_G", "events"))
+    whole = case.run(record=("x_G", "events"))
+    if part.outcome is Outcome.LIMIT:
+        assert part.reason == f"max_events = {most} was reached"
+        assert part.events >= most
+    for name in ("x_G", "event_time", "event_slider"):
+        begun = part.recorded[name]
+        assert np.array_equal(begun, whole.recorded[name][: begun.size])
