@@ -470,7 +470,10 @@ def _lone(cell, count, deviate, real, whole, log):  # type: ignore[no-untyped-de
             pull = cell[REST, i]
         _stop(cell, count, deviate, real, whole, log, i, 0.0)
         whole[NUMBER] += 1
-        turn = _stopped_exceeds(cell, real, whole, i, pull)
+        turn = 0.0
+        # pulled on as before it stays, however close to mu_d c: the excess is never negative
+        if stiff == 0.0 or side * pull < 0.0:
+            turn = _stopped_exceeds(cell, real, whole, i, pull)
         if turn != 0.0:
             _start(cell, real, whole, log, i, turn, abs(pull) - friction, 0.0)
             whole[EVENTS] += 1
