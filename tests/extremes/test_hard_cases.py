@@ -1,0 +1,35 @@
+"""The corpus of hard cases: near-grazes, near-ties and long avalanches, against what was proved."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exactcreep import Chain, State, rearrange
+
+CASES = json.loads((Path(__file__).parents[1] / "data" / "hard_cases.json").read_text("utf-8"))
+
+
+@pytest.mark.parametrize("solver", ["exact", "reference"])
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case["label"])
+def test_float64_finds_what_was_proved_or_says_that_it_cannot_decide(
+    case: dict[str, Any], solver: str
+) -> None:
+    chain = Chain(**case["chain"])
+    state = State.prepared(chain, case["start"], seed=case["seed"])
+    found = rearrange(
+        chain, state, direction=case["direction"], seed=case["seed"], solver=solver
+    )
+    proved = tuple((kind, tuple(who), tuple(how)) for kind, who, how in case["itinerary"])
+    if found.undecided and found.itinerary != proved:
+        return
+    assert found.itinerary == proved
+    assert found.outcome.value == case["outcome"]
+    force = float(chain.mu_s) + abs(float(chain.tan_alpha))
+    ends = zip(found.state.displacements, case["displacements"], strict=bool(case["displacements"]))
+    for x, true in ends:
+        assert abs(Fraction(float(x)) - Fraction(true)) < 1e-12 * force * max(1, len(proved))
