@@ -44,6 +44,8 @@ from exactcreep.studies.eventlog import (
     rearrangements,
 )
 
+MOST_EVENTS = 10**6
+"""Events for each slider (at least 20) after which a run is given up: no edge is so far up."""
 ADVANCE = Fraction(1, 10**6)
 """A chain creeps if x_G advances by more than this during the last cycle."""
 MOST_DIGITS = {"certified": 5_000, "mpmath": 300, "exact": 12}
@@ -438,9 +440,10 @@ class _Question:
     ) -> tuple[bool, list[Any], list[Mapping[str, NDArray[Any]]]]:
         drive = Cycles(amplitude, self.cycles)
         done, values, parts = 0, [], []
+        most = MOST_EVENTS * max(self.chain.n, 20)
         while done < self.half_cycles:
             left = self.half_cycles - done
-            stretch = simulation.follow(drive, done + 1, left, max_events=10**9)
+            stretch = simulation.follow(drive, done + 1, left, max_events=most)
             done += stretch.completed
             values += stretch.recorded["x_G"].tolist()
             parts.append(stretch.recorded)
@@ -448,6 +451,11 @@ class _Question:
                 return True, values, parts
             if stretch.outcome is not None:
                 raise GivenUp(f"a run at A = {nearest_float(amplitude):.17g}: {stretch.reason}")
+            if simulation.tally.events >= most:
+                raise GivenUp(
+                    f"a run at A = {nearest_float(amplitude):.17g} takes more than {most:.0e}"
+                    " events: look for the edge at smaller amplitudes"
+                )
         return False, values, parts
 
     def _advance(self, values: list[Any]) -> Fraction:

@@ -122,7 +122,7 @@ def test_repeated_targets_change_no_bit() -> None:
 
 
 @pytest.mark.slow
-def test_a_billion_slips_keep_the_remainder_and_the_energy() -> None:
+def test_a_billion_slips_keep_the_remainder() -> None:
     chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     start = State.prepared(chain, [Fraction(1, 32)])
     result = creep(
