@@ -391,6 +391,16 @@ def _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t):  # type: ignore[n
     return 16.0 * ULP * (scale + 2.0 * real[FRICTION] + cell[EXCESS, i])
 
 
+@inlined
+def _falls(slope, bound):  # type: ignore[no-untyped-def]
+    """Return whether a margin at the end of its range is sure to leave it there.
+
+    Its slope must take it through its rounding bound within 1/64 tau_dyn. If value and slope both
+    vanish it is a graze.
+    """
+    return -slope >= 64.0 * bound
+
+
 @compiled
 def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # type: ignore[no-untyped-def]
     """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
@@ -446,10 +456,10 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
                 b -= at_b / slope_b
             if not (b > a and b < far):
                 b = middle
-        elif at_b <= bound and slope_b < 0.0 and _clear(
-            at_a, slope_a, 0.0, slope_b, bend, b - a, bound, begins, True
-        ):
-            return min(max(b - at_b / slope_b, a), far)
+        elif at_b <= bound and (
+            (crossed and slope_b < 0.0) or _falls(slope_b, bound)
+        ) and _clear(at_a, slope_a, 0.0, slope_b, bend, b - a, bound, begins, True):  # fmt: skip
+            return min(max(b - at_b / slope_b, a), far) if _falls(slope_b, bound) else b
         else:
             clear = at_b > bound and _clear(
                 at_a, slope_a, at_b, slope_b, bend, b - a, bound, begins, False
@@ -643,7 +653,9 @@ def _together(cell, count, series, real, whole, first, contenders, t):  # type: 
                 if series[CROSSING, j] == t:
                     missed = max(missed, off)
                 continue
-            near = off <= max(missed, _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t))
+            bound = _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
+            near = off <= max(missed, bound)
+            leaves = leaves and _falls(-abs(slope_1), bound)
             known = not (leaves or series[CROSSING, j] == t)
             for earlier in range(events):
                 known = known or count[EVENT, earlier] == i
@@ -663,6 +675,9 @@ def _own_root(cell, series, real, i, lane, strips, t):  # type: ignore[no-untype
     t, residual : float
     outward : float
         +1 if the margin leaves its range upwards, -1 downwards.
+    holds : bool
+        Whether the margin is at the end of its range at t, within its rounding bound. If not, the
+        root lies beyond the horizon or the estimate went astray: there is no candidate.
     proved : bool
         Whether the margin stays in its range until t, and leaves it there.
     """
@@ -686,12 +701,13 @@ def _own_root(cell, series, real, i, lane, strips, t):  # type: ignore[no-untype
         bend += series[BENT, j + 1] * abs(cell[SIDE, i + 1])
     fresh = cell[FRESH, i] != 0.0
     room = limit - outward * at_0
+    holds = abs(off) <= bound and _falls(-outward * slope_1, bound)
     proved = (
-        outward * slope_1 > 0.0
-        and (fresh or room > 0.0)
+        holds
+        and (fresh or room > bound)
         and _clear(room, -outward * slope_0, 0.0, -outward * slope_1, bend, t, 0.0, fresh, True)
     )
-    return t, abs(off), outward, proved
+    return t, abs(off), outward, holds, proved
 
 
 @inlined
@@ -727,10 +743,13 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
     proved = False
     outward = 1.0
     if lane >= 0:
-        t, residual, outward, proved = _own_root(cell, series, real, first + lane, lane, strips, t)
-        events = 1
-        count[EVENT, 0] = first + lane
-        series[CROSSING, EIGHT + lane] = t
+        t, residual, outward, holds, proved = _own_root(
+            cell, series, real, first + lane, lane, strips, t
+        )
+        if holds:
+            events = 1
+            count[EVENT, 0] = first + lane
+            series[CROSSING, EIGHT + lane] = t
     evaluated = t
     found = events > 0
     rivals = 0

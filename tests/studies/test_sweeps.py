@@ -190,13 +190,15 @@ def test_a_full_disk_loses_no_finished_cell(
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path, number: int) -> None:
-    path = written(tmp_path, cycles=150)
+    path = written(tmp_path, cycles=600)
     out = tmp_path / "out"
     words = ["sweep", str(path), "--workers", "1", "--out", str(out)]
     process = subprocess.Popen(
         [sys.executable, "-c", f"from exactcreep.cli import main; import sys;"
          f" sys.argv[1:] = {words!r}; main()"],
         env=environment(), stderr=subprocess.PIPE, text=True,
+        # a shell that starts the tests in the background has it ignored
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )  # fmt: skip
     cells = out / "cells"
     deadline = time.monotonic() + 120  # a first compilation included
