@@ -248,7 +248,7 @@ def test_ctrl_c_saves_and_summarises_what_was_computed(tmp_path: Path) -> None:
          "--checkpoint", "a.ckpt", "--every", "0.2", "--out", "a.nc"],
         cwd=tmp_path, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         # a shell that starts the tests in the background has it ignored
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509
     )  # fmt: skip
     started = time.monotonic()
     # from the second checkpoint on, the loop is running

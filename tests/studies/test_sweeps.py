@@ -198,7 +198,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path, number: int
          f" sys.argv[1:] = {words!r}; main()"],
         env=environment(), stderr=subprocess.PIPE, text=True,
         # a shell that starts the tests in the background has it ignored
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509
     )  # fmt: skip
     cells = out / "cells"
     deadline = time.monotonic() + 120  # a first compilation included
