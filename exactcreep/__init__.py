@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from exactcreep.model.state import State as State
     from exactcreep.model.verdict import Evidence as Evidence
     from exactcreep.model.verdict import Outcome as Outcome
-    from exactcreep.quasistatic import Interrupted as Interrupted
-    from exactcreep.quasistatic import creep as creep
-    from exactcreep.quasistatic import resume as resume
-    from exactcreep.result import Creep as Creep
+    from exactcreep.quasistatic.loop import Interrupted as Interrupted
+    from exactcreep.quasistatic.loop import creep as creep
+    from exactcreep.quasistatic.loop import resume as resume
+    from exactcreep.quasistatic.result import Creep as Creep
     from exactcreep.scene import load_scene as load_scene
     from exactcreep.solvers.registry import iterate as iterate
     from exactcreep.solvers.registry import rearrange as rearrange
@@ -39,21 +39,21 @@ if TYPE_CHECKING:
 # that only prints its help does not wait for a compiler. "module:" alone is the module itself.
 _HOMES = {
     "Chain": "model.chain:Chain",
-    "Creep": "result:Creep",
+    "Creep": "quasistatic.result:Creep",
     "Cycles": "model.drive:Cycles",
     "Event": "model.contact:Event",
     "EventKind": "model.contact:EventKind",
     "Evidence": "model.verdict:Evidence",
     "GaussianSteps": "model.drive:GaussianSteps",
     "InputError": "model.numbers:InputError",
-    "Interrupted": "quasistatic:Interrupted",
+    "Interrupted": "quasistatic.loop:Interrupted",
     "Outcome": "model.verdict:Outcome",
     "Path": "model.drive:Path",
     "State": "model.state:State",
     "TemperatureRecord": "model.record:TemperatureRecord",
     "audit": "studies.auditing:audit",
     "compare": "studies.comparison:compare",
-    "creep": "quasistatic:creep",
+    "creep": "quasistatic.loop:creep",
     "disorder": "model.disorder:",
     "iterate": "solvers.registry:iterate",
     "laws": "laws:",
@@ -61,7 +61,7 @@ _HOMES = {
     "physical": "studies.physical:physical",
     "plan": "studies.planning:plan",
     "rearrange": "solvers.registry:rearrange",
-    "resume": "quasistatic:resume",
+    "resume": "quasistatic.loop:resume",
     "sweep": "studies.sweeps:sweep",
     "threshold": "studies.thresholds:threshold",
 }

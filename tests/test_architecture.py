@@ -15,7 +15,7 @@ ROOMS = (
     ("laws",),
     ("motion",),
     ("solvers",),
-    ("decimals", "experiment", "checkpoint", "result", "march", "quasistatic"),
+    ("quasistatic",),
     ("scene",),
     ("studies",),
     ("commands",),

@@ -14,7 +14,7 @@ import pytest
 
 from exactcreep import Creep
 from exactcreep.cli import status
-from exactcreep.result import load_members
+from exactcreep.quasistatic.result import load_members
 
 QUICK = ["run", "six-sliders-cycles", "--set", "drive.cycles=10"]
 ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "COLUMNS": "100"}

@@ -12,9 +12,9 @@ import pytest
 
 from exactcreep import Chain, Creep, Cycles, GaussianSteps, InputError, Outcome, State, creep
 from exactcreep import Path as ThetaPath
-from exactcreep import checkpoint as checkpoints
-from exactcreep.quasistatic import PhysicsWarning, Progress, resume
-from exactcreep.result import load_members, save_members
+from exactcreep.quasistatic import checkpoint as checkpoints
+from exactcreep.quasistatic.loop import PhysicsWarning, Progress, resume
+from exactcreep.quasistatic.result import load_members, save_members
 
 TWO = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 TWO_SURE = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
@@ -391,7 +391,7 @@ def test_a_checkpoint_that_cannot_be_written_leaves_the_last_one(
 _KILLED_AGAIN_AND_AGAIN = """
 import os, random, signal, sys, time
 from exactcreep import Chain, Cycles, creep
-from exactcreep.quasistatic import resume
+from exactcreep.quasistatic.loop import resume
 
 file, whole_file = sys.argv[1:]
 chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")

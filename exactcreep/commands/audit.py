@@ -27,7 +27,7 @@ def audit(
     Exit status: 0 nothing was found, 1 the log contradicts the model, 2 bad input.
     """
     from exactcreep.commands.answer import as_json
-    from exactcreep.result import load_members
+    from exactcreep.quasistatic.result import load_members
     from exactcreep.studies.auditing import audit as judged
 
     audits = [judged(result) for result in load_members(file)]

@@ -44,7 +44,7 @@ def compare(
     from exactcreep.commands.answer import as_json
     from exactcreep.commands.run import parsed_settings
     from exactcreep.model.numbers import whole_number
-    from exactcreep.result import check_output, check_picture
+    from exactcreep.quasistatic.result import check_output, check_picture
     from exactcreep.scene import load_scene
     from exactcreep.studies import comparison
 

@@ -34,7 +34,7 @@ def envelope(
     from rich.table import Table
 
     from exactcreep.commands.answer import as_json
-    from exactcreep.result import check_output
+    from exactcreep.quasistatic.result import check_output
     from exactcreep.studies.envelope import defects, to_csv
     from exactcreep.studies.envelope import envelope as measured
 

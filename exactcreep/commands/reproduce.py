@@ -73,7 +73,7 @@ def reproduce(
 def check_files(pictures: list[Picture], out: Path, *, force: bool) -> None:
     """Make the directory, and raise `InputError` if a file may not be written."""
     from exactcreep.model.numbers import InputError
-    from exactcreep.result import check_output
+    from exactcreep.quasistatic.result import check_output
 
     if out.exists() and not out.is_dir():
         raise InputError("out", str(out), "must be a directory")

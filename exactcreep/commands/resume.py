@@ -30,7 +30,7 @@ def resume(
         exactcreep resume jumps.ckpt --out jumps.nc
     """
     from exactcreep.commands.session import run_session
-    from exactcreep.quasistatic import Keeper, Limits, Saved
+    from exactcreep.quasistatic.loop import Keeper, Limits, Saved
     from exactcreep.scene import parsed_settings_text
 
     saved = Saved.read(checkpoint)

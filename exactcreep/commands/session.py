@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 if TYPE_CHECKING:
-    from exactcreep.experiment import Experiment
-    from exactcreep.quasistatic import Keeper, Limits, Progress
-    from exactcreep.result import Creep
+    from exactcreep.quasistatic.experiment import Experiment
+    from exactcreep.quasistatic.loop import Keeper, Limits, Progress
+    from exactcreep.quasistatic.result import Creep
 
 LIMIT_STATUS = 3
 INTERRUPTED_STATUS = 130
@@ -105,8 +105,8 @@ def run_session(
     from exactcreep.commands import answer
     from exactcreep.model.numbers import InputError
     from exactcreep.model.verdict import Outcome
-    from exactcreep.quasistatic import Interrupted, PhysicsWarning, run_members
-    from exactcreep.result import check_output, check_picture, save_members
+    from exactcreep.quasistatic.loop import Interrupted, PhysicsWarning, run_members
+    from exactcreep.quasistatic.result import check_output, check_picture, save_members
 
     for path, option in ((out, "out"), (plot, "plot")):
         if path is not None:

@@ -41,7 +41,7 @@ def tradeoff(
 
     from exactcreep.commands.answer import as_json
     from exactcreep.commands.run import parsed_settings
-    from exactcreep.result import check_output, check_picture
+    from exactcreep.quasistatic.result import check_output, check_picture
     from exactcreep.scene import load_scene
     from exactcreep.studies.tradeoff import draw_tradeoff
     from exactcreep.studies.tradeoff import tradeoff as measure

@@ -16,12 +16,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from exactcreep.decimals import floats
-from exactcreep.experiment import Experiment
 from exactcreep.model import disorder
 from exactcreep.model.contact import EventKind, Itinerary
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.motion.solution import Motion
+from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.figures import INKS, STYLE
 

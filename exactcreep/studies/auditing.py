@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.decimals import enclosure
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import EventKind
@@ -29,7 +28,8 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.modes import Flow, Run, RunMotion, forces_of, incline
-from exactcreep.result import Creep
+from exactcreep.quasistatic.decimals import enclosure
+from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
 

@@ -21,16 +21,16 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from exactcreep.decimals import enclosure
-from exactcreep.experiment import Experiment
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Path
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.verdict import Evidence
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.itinerary import Course, slider_motion
-from exactcreep.quasistatic import creep
-from exactcreep.result import Creep
+from exactcreep.quasistatic.decimals import enclosure
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.loop import creep
+from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import solver_named
 from exactcreep.studies.eventlog import (
     LoggedEvent,

@@ -18,14 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep.decimals import floats
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, Path
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.quasistatic import PhysicsWarning, creep
-from exactcreep.result import Creep
+from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.loop import PhysicsWarning, creep
+from exactcreep.quasistatic.result import Creep
 
 PROMISE = 1e-12
 """Of the event-driven solvers in float64: error of one rearrangement over the largest force."""

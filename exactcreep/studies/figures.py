@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
-from exactcreep.result import Creep, check_picture
+from exactcreep.quasistatic.result import Creep, check_picture
 
 INKS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#999999")
 """Okabe and Ito's colours, which everybody can tell apart."""

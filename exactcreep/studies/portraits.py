@@ -14,11 +14,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from exactcreep.decimals import floats
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.state import State
-from exactcreep.result import Creep
+from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.figures import INKS, picture
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from exactcreep.experiment import Experiment
 from exactcreep.laws import LAWS, pivots
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps
+from exactcreep.quasistatic.experiment import Experiment
 
 
 @dataclass(frozen=True)

@@ -27,10 +27,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from exactcreep import __version__, checkpoint
-from exactcreep.experiment import Experiment
+from exactcreep import __version__
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
-from exactcreep.quasistatic import PhysicsWarning, Progress, run_members
+from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.loop import PhysicsWarning, Progress, run_members
 from exactcreep.scene import Scene, load_scene
 
 FORMAT = "exactcreep sweep 1"

@@ -25,7 +25,6 @@ from typing import Any, NamedTuple, TypedDict
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.decimals import Enclosure, enclosure
 from exactcreep.laws import LAWS
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import EventKind
@@ -35,6 +34,7 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
 from exactcreep.motion.itinerary import Course, StrayRoot
+from exactcreep.quasistatic.decimals import Enclosure, enclosure
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.studies.eventlog import (
     LoggedEvent,

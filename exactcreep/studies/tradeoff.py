@@ -30,14 +30,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from exactcreep.decimals import enclosure, floats
-from exactcreep.experiment import Experiment
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, Path
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
-from exactcreep.result import check_picture
+from exactcreep.quasistatic.decimals import enclosure, floats
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.result import check_picture
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Rearrangement, Simulation, Solver
 from exactcreep.studies.figures import INKS, STYLE, picture, save_picture

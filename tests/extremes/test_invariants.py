@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from exactcreep import Chain, Creep, Evidence, Outcome, State, audit, creep, rearrange
 from exactcreep import Path as ThetaPath
-from exactcreep.quasistatic import PhysicsWarning
+from exactcreep.quasistatic.loop import PhysicsWarning
 
 pytestmark = pytest.mark.filterwarnings(f"ignore::{PhysicsWarning.__module__}.PhysicsWarning")
 MOST_EVENTS = 1500

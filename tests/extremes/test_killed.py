@@ -11,7 +11,7 @@ import pytest
 
 from exactcreep import Creep
 from exactcreep.cli import status
-from exactcreep.result import load_members
+from exactcreep.quasistatic.result import load_members
 
 # One process compiles; each attempt is a fork of it, so that a kill costs milliseconds.
 _KILLED = """

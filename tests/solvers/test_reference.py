@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, Path, State, iterate, rearrange
-from exactcreep.checkpoint import from_bytes, to_bytes
+from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.registry import solver_named
 
 ARITHMETICS = [

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from exactcreep import cli
-from exactcreep.experiment import Experiment
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.verdict import Evidence
+from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.comparison import Comparison, compare, draw_comparison
 
 

@@ -16,7 +16,7 @@ from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
-from exactcreep.quasistatic import creep
+from exactcreep.quasistatic.loop import creep
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import choose, pilot_run
 from exactcreep.solvers.exact import Exact

@@ -11,8 +11,8 @@ from PIL import Image
 
 from exactcreep import Chain, Cycles, GaussianSteps, creep
 from exactcreep.cli import status
-from exactcreep.experiment import Experiment
 from exactcreep.model.numbers import InputError
+from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.animation import (
     _contacts,
     draw_avalanche,

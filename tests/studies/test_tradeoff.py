@@ -11,7 +11,7 @@ from exactcreep.cli import status
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic import Experiment, creep
+from exactcreep.quasistatic.loop import Experiment, creep
 from exactcreep.solvers.sliding import cycle_velocity
 from exactcreep.studies.tradeoff import Contestant, draw_tradeoff, ladder, tradeoff
 

@@ -22,15 +22,16 @@ from typing import Any
 
 from numba.core import event as compiler_event
 
-from exactcreep import __version__, checkpoint
-from exactcreep.experiment import Experiment
-from exactcreep.march import March
+from exactcreep import __version__
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
-from exactcreep.result import Creep, check_output
+from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.march import March
+from exactcreep.quasistatic.result import Creep, check_output
 
 _BLOCK_SECONDS = 0.1
 _LONGEST_BLOCK = 1 << 20  # targets; bounds the memory of a block

@@ -19,13 +19,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from exactcreep import __version__
-from exactcreep.decimals import Enclosure, digits_and_radii, enclosure, floats
-from exactcreep.experiment import DRIVES, Experiment
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, file_name, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.quasistatic.decimals import Enclosure, digits_and_radii, enclosure, floats
+from exactcreep.quasistatic.experiment import DRIVES, Experiment
 
 FORMAT = "exactcreep result 1"
 PICTURES = (".png", ".pdf", ".svg")

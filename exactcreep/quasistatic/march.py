@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.decimals import Enclosure, digits_and_radii, enclosure, floats
-from exactcreep.experiment import Experiment
 from exactcreep.model.drive import Cycles, GaussianSteps
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
-from exactcreep.result import Creep
+from exactcreep.quasistatic.decimals import Enclosure, digits_and_radii, enclosure, floats
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.solver import Simulation, Stretch, Tally
 
 _MOST_SAMPLES = 4096
