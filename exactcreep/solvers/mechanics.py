@@ -28,8 +28,8 @@ from exactcreep.motion.arithmetic import (
     Undecided,
     balls_of,
 )
+from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic
 from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of, incline, tensions_at
-from exactcreep.motion.quadratic import MOST_BITS, CosineField, Quadratic
 from exactcreep.motion.roots import (
     FirstEvent,
     Search,

@@ -39,7 +39,7 @@ from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.motion.surd import Surd
+from exactcreep.motion.cosine_field import CosineField, Quadratic
 from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Stretch, Tally
 
 RECORDED = ("x_G", "x", "tension", "slips")
@@ -126,7 +126,7 @@ def cycle_velocity(chain: Chain, amplitude: Any, cosine: Any = None) -> SlidingV
         A_theta, not negative.
     cosine : number, optional
         cos(alpha) in the arithmetic wanted (a float, an mpmath number); default: exactly, and then
-        the result is a rational for Pythagorean slopes and a `Surd` for all others.
+        the result is a rational for Pythagorean slopes and a `Quadratic` for all others.
 
     Raises
     ------
@@ -151,21 +151,18 @@ def cycle_velocity(chain: Chain, amplitude: Any, cosine: Any = None) -> SlidingV
 
 def _in_field(value: Fraction, cosine: Any) -> Any:
     """Return the rational in the arithmetic of `cosine`."""
-    if isinstance(cosine, (Fraction, Surd)):
+    if isinstance(cosine, (Fraction, Quadratic)):
         return value
     if isinstance(cosine, float):
         return nearest_float(value)
     return type(cosine)(value.numerator) / value.denominator
 
 
-def exact_cosine(chain: Chain) -> Fraction | Surd:
-    """Return cos(alpha) exactly: a rational for a Pythagorean slope (3/4, 5/12), else a `Surd`."""
-    p, q = chain.tan_alpha.numerator, chain.tan_alpha.denominator
-    square = p * p + q * q
-    root = math.isqrt(square)
-    if root * root == square:
-        return Fraction(q, root)
-    return Surd(Fraction(0), Fraction(1), Fraction(q * q, square))
+def exact_cosine(chain: Chain) -> Fraction | Quadratic:
+    """Return cos(alpha) exactly, a rational for Pythagorean slopes (3/4, 5/12)."""
+    cosine = CosineField(chain.tan_alpha).times_cosine(Fraction(1))
+    rational, multiple = cosine.rationals()
+    return cosine if multiple else rational
 
 
 def truncated_variation(values: Sequence[Any] | NDArray[Any], level: Any) -> Any:
@@ -537,7 +534,7 @@ class SlidingSimulation(Simulation):
     def _number(self, value: Any) -> Any:
         if not self.exact:
             return float(value)
-        return value if isinstance(value, Surd) else exact_number(value, "state")
+        return value if isinstance(value, Quadratic) else exact_number(value, "state")
 
     def _array(self, values: list[Any]) -> NDArray[Any]:
         array = np.empty(len(values), dtype=object if self.exact else np.float64)
@@ -688,7 +685,7 @@ class SlidingSimulation(Simulation):
         parts = text.split(" ")
         if len(parts) == 1:
             return Fraction(text)
-        return Surd(Fraction(parts[0]), Fraction(parts[1]), Fraction(parts[2]))
+        return CosineField(self.chain.tan_alpha).number(Fraction(parts[0]), Fraction(parts[1]))
 
     @property
     def evidence(self) -> Evidence:
@@ -729,8 +726,8 @@ class SlidingSimulation(Simulation):
 
 def _written(value: Any) -> Any:
     """Return an exact number as a string that `SlidingSimulation` can read, floats as they are."""
-    if isinstance(value, Surd):
-        return f"{value.a} {value.b} {value.square}"
+    if isinstance(value, Quadratic):
+        return f"{value.a} {value.b}"
     return str(value) if isinstance(value, (Fraction, int)) else value
 
 

@@ -17,7 +17,7 @@ from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.motion.surd import Surd
+from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.solvers.registry import SOLVERS, rearrange
 from exactcreep.solvers.sliding import (
     Sliding,
@@ -96,7 +96,7 @@ def test_an_irrational_cosine_is_kept_exactly(n):
     amplitude = Fraction(n, 500)
     _, recorded = simulate(chain, Cycles(amplitude, 4))
     advance = recorded["x_G"][7] - recorded["x_G"][3]
-    assert isinstance(advance, Surd)
+    assert isinstance(advance, Quadratic)
     assert advance == 4 * printed_law(chain, amplitude)
     c = 1 / math.sqrt(1 + 0.04)
     (i,) = resting_sliders(chain)
@@ -453,20 +453,3 @@ def test_bad_requests_are_refused_by_name():
     with pytest.raises(InputError, match="exact"):
         Sliding(exact="yes")  # type: ignore[arg-type]
     assert SOLVERS["sliding"] is Sliding
-
-
-def test_surds_compare_and_round_exactly():
-    c = Surd(Fraction(0), Fraction(1), Fraction(16, 17))
-    assert 0 < c < 1
-    assert Fraction(97, 100) < c < Fraction(971, 1000)
-    assert float(c) == math.sqrt(16 / 17)
-    assert (c - c).sign() == 0
-    assert c - c == 0
-    close = Fraction(math.isqrt(16 * 10**80 // 17), 10**40)
-    tiny = c - close
-    assert 0 < tiny < Fraction(1, 10**40)
-    bits = 400
-    root = Fraction(math.isqrt((16 << (2 * bits)) // 17), 1 << bits)
-    assert float(tiny) == pytest.approx(float(root - close), rel=1e-15, abs=0)
-    assert abs(-c) == c
-    assert -c < -1 + c

@@ -1,0 +1,211 @@
+"""Numbers a + b c with rational a, b and c = cos(alpha): all that is not oscillation stays there.
+
+Ramps, lone slips and the sliding limit add, compare and take rational multiples of such numbers.
+As ``c^2 = 1 / (1 + tan^2(alpha))`` is rational, the sign of such a number is decided by squaring.
+"""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from functools import total_ordering
+from typing import Any
+
+import flint
+
+from exactcreep.model.numbers import nearest_float
+
+MOST_BITS = 20_000
+"""Size of a numerator or denominator at which the event solver gives up exact values."""
+
+
+@total_ordering
+class Quadratic:
+    """The number ``a + b cos(alpha)`` of a `CosineField`, exactly.
+
+    Sums, comparisons and multiples by rationals (int, `Fraction`, ``fmpq``) are exact, with
+    other numbers of the field and with rationals; arrays of dtype object can be computed with.
+
+    Parameters
+    ----------
+    field : CosineField
+    a, b : fmpq
+        b = 0 wherever cos(alpha) is rational.
+    """
+
+    __slots__ = ("a", "b", "field")
+
+    def __init__(self, field: CosineField, a: Any, b: Any) -> None:
+        self.field, self.a, self.b = field, a, b
+
+    def _parts(self, other: Any) -> tuple[Any, Any] | None:
+        """Return `other` in this field, None if it is no number of it."""
+        if isinstance(other, Quadratic):
+            return (other.a, other.b) if other.field.square == self.field.square else None
+        factor = _rational(other)
+        return None if factor is None else (factor, _ZERO)
+
+    def __add__(self, other: Any) -> Quadratic:
+        parts = self._parts(other)
+        if parts is None:
+            return NotImplemented
+        return Quadratic(self.field, self.a + parts[0], self.b + parts[1])
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Quadratic:
+        parts = self._parts(other)
+        if parts is None:
+            return NotImplemented
+        return Quadratic(self.field, self.a - parts[0], self.b - parts[1])
+
+    def __rsub__(self, other: Any) -> Quadratic:
+        parts = self._parts(other)
+        if parts is None:
+            return NotImplemented
+        return Quadratic(self.field, parts[0] - self.a, parts[1] - self.b)
+
+    def __neg__(self) -> Quadratic:
+        return Quadratic(self.field, -self.a, -self.b)
+
+    def __abs__(self) -> Quadratic:
+        return -self if self.sign() < 0 else self
+
+    def __mul__(self, other: Any) -> Quadratic:
+        factor = _rational(other)
+        if factor is None:
+            return NotImplemented
+        return Quadratic(self.field, self.a * factor, self.b * factor)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Quadratic:
+        factor = _rational(other)
+        if factor is None:
+            return NotImplemented
+        return Quadratic(self.field, self.a / factor, self.b / factor)
+
+    def times(self, factor: Any) -> Quadratic:
+        """Return the number times a rational."""
+        return self * factor
+
+    def __eq__(self, other: object) -> bool:
+        parts = self._parts(other)
+        return parts is not None and self.a == parts[0] and self.b == parts[1]
+
+    def __lt__(self, other: Any) -> bool:
+        parts = self._parts(other)
+        if parts is None:
+            return NotImplemented
+        return Quadratic(self.field, self.a - parts[0], self.b - parts[1]).sign() < 0
+
+    def __hash__(self) -> int:
+        a, b = self.rationals()
+        return hash((a, b)) if b else hash(a)
+
+    def sign(self) -> int:
+        """Return -1, 0 or +1, exactly."""
+        a, b = _sign(self.a), _sign(self.b)
+        if a == b or b == 0:
+            return a
+        if a == 0:
+            return b
+        # opposite signs: the larger of a^2 and b^2 c^2; equal they cannot be, c is irrational
+        return a if self.a * self.a > self.b * self.b * self.field.square else b
+
+    def ball(self) -> Any:
+        """Return the number as a ball, at python-flint's present precision."""
+        if self.b == 0:
+            return flint.arb(self.a)
+        return flint.arb(self.a) + flint.arb(self.b) * flint.arb(self.field.square).sqrt()
+
+    def bracket(self, bits: int = 128) -> tuple[Fraction, Fraction]:
+        """Return a rational and its largest error, at most ``2**-bits`` of the value."""
+        a, b = self.rationals()
+        if b == 0:
+            return a, b
+        square = _fraction(self.field.square)
+        used = bits + 8
+        while True:  # what cancels between a and b c is made up for by more digits of c
+            scaled = (square.numerator << (2 * used)) // square.denominator
+            value = a + b * Fraction(math.isqrt(scaled), 1 << used)
+            error = abs(b) / (1 << used)
+            if error * 2 ** (bits + 1) <= abs(value):
+                return value, error
+            used *= 2
+
+    def __float__(self) -> float:
+        return nearest_float(self.bracket()[0])
+
+    def rationals(self) -> tuple[Fraction, Fraction]:
+        """Return a and b."""
+        return _fraction(self.a), _fraction(self.b)
+
+    @property
+    def bits(self) -> int:
+        """Size of the largest numerator or denominator."""
+        parts = (self.a.p, self.a.q, self.b.p, self.b.q)
+        return max(int(part).bit_length() for part in parts)
+
+    def __repr__(self) -> str:
+        return f"{self.a} + {self.b} sqrt({self.field.square})"
+
+
+class CosineField:
+    """The field of numbers a + b cos(alpha) for a rational ``tan(alpha)``.
+
+    Parameters
+    ----------
+    tan_alpha : Fraction
+
+    Attributes
+    ----------
+    square : fmpq
+        ``cos(alpha)**2``.
+    cosine : fmpq or None
+        cos(alpha) where it is rational: for Pythagorean slopes such as 3/4 and 5/12.
+    """
+
+    def __init__(self, tan_alpha: Fraction) -> None:
+        square = 1 / (1 + tan_alpha * tan_alpha)
+        self.square = flint.fmpq(square.numerator, square.denominator)
+        top, low = math.isqrt(square.numerator), math.isqrt(square.denominator)
+        exact = top * top == square.numerator and low * low == square.denominator
+        self.cosine = flint.fmpq(top, low) if exact else None
+
+    def number(self, a: Fraction, b: Fraction) -> Quadratic:
+        """Return ``a + b cos(alpha)``."""
+        return self.rational(a) + self.times_cosine(b)
+
+    def rational(self, value: Fraction) -> Quadratic:
+        """Return a rational as a number of the field."""
+        return Quadratic(self, _rational(value), _ZERO)
+
+    def times_cosine(self, value: Fraction) -> Quadratic:
+        """Return ``value cos(alpha)``."""
+        factor = _rational(value)
+        if self.cosine is not None:
+            return Quadratic(self, factor * self.cosine, _ZERO)
+        return Quadratic(self, _ZERO, factor)
+
+
+_ZERO = flint.fmpq(0)
+
+
+def _rational(value: Any) -> Any:
+    """Return a rational as python-flint's, None if it is none."""
+    if isinstance(value, flint.fmpq):
+        return value
+    if isinstance(value, int):
+        return flint.fmpq(value)
+    if isinstance(value, Fraction):
+        return flint.fmpq(value.numerator, value.denominator)
+    return None
+
+
+def _fraction(x: Any) -> Fraction:
+    return Fraction(int(x.p), int(x.q))
+
+
+def _sign(x: Any) -> int:
+    return int(x > 0) - int(x < 0)
