@@ -21,7 +21,8 @@ import numpy as np
 
 from exactcreep.model.numbers import InputError, file_name
 
-VERSION = 1
+VERSION = 2
+"""Of the solvers' arrays, too: it steps when a row or a cell of theirs is added."""
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 _LINE = b"exactcreep checkpoint %d\n"
 _HEADER = 8 + 32  # length and SHA-256 of the body
@@ -118,16 +119,14 @@ def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:
     Raises
     ------
     InputError
-        If it is no checkpoint, or a damaged, truncated or newer one.
+        If it is no checkpoint, or a damaged or truncated one, or of another version.
     """
     line = _FIRST_LINE.match(data)
     if line is None:
         raise InputError("checkpoint", name, "is not a checkpoint of exactcreep")
-    if int(line[1]) > VERSION:
+    if int(line[1]) != VERSION:
         raise InputError(
-            "checkpoint",
-            name,
-            f"is of version {int(line[1])}; this program reads versions up to {VERSION}",
+            "checkpoint", name, f"is of version {int(line[1])}; this program reads version {VERSION}"
         )
     start = line.end() + _HEADER
     length = int.from_bytes(data[line.end() : line.end() + 8], "little")
@@ -188,7 +187,7 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     Raises
     ------
     InputError
-        If it cannot be read, is no checkpoint, or is a damaged, truncated or newer one.
+        If it cannot be read, is no checkpoint, a damaged or truncated one, or of another version.
     """
     name = file_name(path, "checkpoint")
     if not Path(path).is_file():

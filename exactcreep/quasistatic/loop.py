@@ -243,7 +243,8 @@ def resume(
     Raises
     ------
     InputError
-        If the file is no checkpoint, a damaged, truncated or newer one, or one of several runs.
+        If the file is no checkpoint, a damaged or truncated one, of another version, or of several
+        runs.
     """
     saved = Saved.read(path)
     if len(saved.experiments) != 1:

@@ -46,6 +46,7 @@ from exactcreep.solvers.layout import (
     BEND,
     BENT,
     CROSSING,
+    DOUBTED,
     DRIVE,
     EVENT,
     EXCESS,
@@ -57,6 +58,7 @@ from exactcreep.solvers.layout import (
     ORDERS,
     PULL,
     PUSH,
+    REARRANGEMENTS,
     REST,
     ROOTS,
     RUNNING,
@@ -402,6 +404,14 @@ def _falls(slope, bound):  # type: ignore[no-untyped-def]
 
 
 @compiled
+def _doubt(cell, whole, i):  # type: ignore[no-untyped-def]
+    """Count a slider as undecided, once in a rearrangement however many steps look at it."""
+    if cell[DOUBTED, i] != whole[REARRANGEMENTS]:
+        cell[DOUBTED, i] = whole[REARRANGEMENTS]
+        whole[UNDECIDED] += 1
+
+
+@compiled
 def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # type: ignore[no-untyped-def]
     """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
 
@@ -425,7 +435,7 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
     begins = cell[FRESH, i] != 0.0
     if not begins and abs(at_a) <= bound:
         # exactly at its threshold: it starts at once if it is pushed outwards
-        whole[UNDECIDED] += 1
+        _doubt(cell, whole, i)
         lead = slope_a
         for k in range(1, 3):
             if lead == 0.0 and not moving:
@@ -470,7 +480,7 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
             )  # fmt: skip
             if graze:
                 # within rounding of its threshold all along: there it stays
-                whole[UNDECIDED] += 1
+                _doubt(cell, whole, i)
             if clear or graze:
                 if b >= far:
                     return far if crossed else np.inf
@@ -487,7 +497,7 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
             if crossed and far - a <= 64.0 * ULP * t:
                 return far
             b = 0.5 * (a + far)
-    whole[UNDECIDED] += 1
+    _doubt(cell, whole, i)
     return far if crossed else np.inf
 
 

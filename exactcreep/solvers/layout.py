@@ -47,8 +47,9 @@ exactly what gravity gives, and an avalanche may go round for ever without all s
     FRESH,  # 1 while a slider that has started has not moved yet
     DRIVE,  # force minus friction along the motion with which it started
     COEFFICIENT,
-) = range(13)
-CELLS = 13
+    DOUBTED,  # number of the rearrangement in which it was last counted as undecided
+) = range(14)
+CELLS = 14
 
 # rows of `count`, int64
 DRAWS, SLIPS, EVENT = range(3)

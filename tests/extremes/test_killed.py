@@ -90,7 +90,8 @@ def test_a_file_that_is_not_the_run_s_is_refused_and_left_as_it_is(
     good = (tmp_path / "a.ckpt").read_bytes()
     header, body = good.split(b"\n", 1)
     spoiled = {
-        "newer": good.replace(b"checkpoint 1", b"checkpoint 7", 1),
+        "newer": good.replace(b"checkpoint 2", b"checkpoint 7", 1),
+        "older": good.replace(b"checkpoint 2", b"checkpoint 1", 1),
         "cut": good[: len(good) * 2 // 3],
         "longer": good + b"\0",
         "headless": body,

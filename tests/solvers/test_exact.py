@@ -203,6 +203,21 @@ def test_at_an_equality_a_slider_stays_and_ties_are_one_counted_event():
     assert stretch.completed == 1
 
 
+def test_a_slider_is_counted_as_undecided_once_in_a_rearrangement_not_at_every_step():
+    chain = Chain(3, 1, "1/2", "3/5", tan_alpha="1/5")
+    state = State.relaxed(chain)
+    counts = []
+    for _ in range(8):
+        result = rearrange(chain, state, direction=1)
+        assert len(result.events) == 2
+        counts.append(result.undecided)
+        state = result.state
+    # two lone slips, the second beside a slider that reaches its threshold exactly; then slider 2
+    # stands at its threshold while 1 and 3 start together and stop together
+    assert counts == [0, 1] + 6 * [3]
+    assert result.report["cluster_steps"] > 3
+
+
 @pytest.mark.parametrize(
     ("n", "tan_alpha"), [(1, "0.7"), (2, "0.55"), (3, "0.52"), (6, "0.52"), (2, "-0.55")]
 )
