@@ -85,10 +85,6 @@ class Quadratic:
             return NotImplemented
         return Quadratic(self.field, self.a / factor, self.b / factor)
 
-    def times(self, factor: Any) -> Quadratic:
-        """Return the number times a rational."""
-        return self * factor
-
     def __eq__(self, other: object) -> bool:
         parts = self._parts(other)
         return parts is not None and self.a == parts[0] and self.b == parts[1]

@@ -13,7 +13,6 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
-import flint
 import numpy as np
 from numpy.typing import NDArray
 
@@ -254,7 +253,7 @@ class Mechanics:
         for end, sign in ends:
             if self.exact is not None:
                 threshold = self.field.times_cosine(self.acting(end))
-                rooms.append(threshold - self.exact.forces[end].times(sign))
+                rooms.append(threshold - sign * self.exact.forces[end])
             elif end in self.pinned:
                 left = self.acting(end) - sign * self.pinned[end]
                 rooms.append(self.arithmetic.number(left) * self.cosine)
@@ -276,7 +275,7 @@ class Mechanics:
         """Return how far ``l0 theta`` goes to `target`."""
         if self.exact is not None:
             span = self.field.rational(target) - self.exact.theta
-            return span.times(way).times(_rational(self.chain.l0))
+            return way * self.chain.l0 * span
         return way * self.l0 * (self.arithmetic.number(target) - self.theta)
 
     def _comes_first(self, way: int, room: Any, target: Fraction) -> bool:
@@ -295,8 +294,8 @@ class Mechanics:
     def _move_theta(self, way: int, room: Any, target: Fraction | None) -> None:
         """Let ``l0 theta`` go by `room` in direction `way`, to `target` if that is given."""
         if self.exact is not None and isinstance(room, Quadratic):
-            exact, by = self.exact, room.times(way)
-            exact.theta = exact.theta + by.times(1 / _rational(self.chain.l0))
+            exact, by = self.exact, way * room
+            exact.theta = exact.theta + by / self.chain.l0
             if self.chain.n > 1:
                 exact.forces[0] = exact.forces[0] - by
                 exact.forces[-1] = exact.forces[-1] + by
@@ -402,7 +401,7 @@ class Mechanics:
             if flow.signs[n] == 0:
                 threshold = self.field.times_cosine(self.acting(n))
                 for side in (1, -1):
-                    if (threshold - self.exact.forces[n].times(side)).sign() == 0:
+                    if (threshold - side * self.exact.forces[n]).sign() == 0:
                         out.add((n, side))
         return out
 
@@ -418,7 +417,7 @@ class Mechanics:
         assert self.flow is not None
         signs = self.flow.signs
         friction = self.field.times_cosine(self.chain.mu_d)
-        pulls = {n: exact.forces[n].times(int(signs[n])) - friction for n in moving}
+        pulls = {n: int(signs[n]) * exact.forces[n] - friction for n in moving}
         beside = {n: [m for m in (n - 1, n + 1) if 0 <= m < n_sliders] for n in moving}
         stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
         middle = (n_sliders // 2 - 1, n_sliders // 2)
@@ -435,9 +434,7 @@ class Mechanics:
         w2 = stiffnesses[moving[0]]
         if any(stiffnesses[n] != w2 for n in moving):
             return None
-        ways = {
-            n: pulls[n].times(2 * int(signs[n])).times(1 / _rational(Fraction(w2))) for n in moving
-        }
+        ways = {n: Fraction(2 * int(signs[n]), w2) * pulls[n] for n in moving}
         changes: dict[int, Quadratic] = {}
         for n in moving:
             for m in beside[n]:
@@ -448,7 +445,7 @@ class Mechanics:
                 return None
         for n in moving:
             exact.displacements[n] = exact.displacements[n] + ways[n]
-            exact.forces[n] = exact.forces[n] - ways[n].times(w2)
+            exact.forces[n] = exact.forces[n] - w2 * ways[n]
         for m, change in changes.items():
             exact.forces[m] = exact.forces[m] + change
         time = self.arithmetic.pi() / self.arithmetic.sqrt(self.arithmetic.number(w2))
@@ -751,7 +748,3 @@ def _copied(value: Any) -> Any:
 
 def _sign_of_rational(x: Any) -> int:
     return int(x > 0) - int(x < 0)
-
-
-def _rational(value: Fraction) -> Any:
-    return flint.fmpq(value.numerator, value.denominator)
