@@ -20,6 +20,7 @@ ROOMS = (
     ("studies",),
     ("commands",),
     ("cli",),
+    ("__main__",),
 )
 """From the foundations up; rooms of one entry share a floor."""
 FLOOR = {room: floor for floor, rooms in enumerate(ROOMS) for room in rooms}

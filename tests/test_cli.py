@@ -141,7 +141,7 @@ def test_nothing_is_overwritten_without_force(run: Any, tmp_path: Path, option: 
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["run"], "Missing argument 'scene'"),
+        (["run"], "Missing argument 'SCENE'"),
         (["walk"], "No such command 'walk'"),
         (["run", "six-slider-cycles"], "did you mean six-sliders-cycles?"),
         (["run", "."], "scene = '.': is a directory"),

@@ -7,11 +7,19 @@ from typing import Annotated
 
 import typer
 
-from exactcreep.commands.run import Settings, Solver, parsed_settings
+from exactcreep.commands.options import (
+    Force,
+    Member,
+    SceneName,
+    Seed,
+    Settings,
+    SolverName,
+    parsed_settings,
+)
 
 
 def animate(
-    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    scene: SceneName,
     rearrangement: Annotated[
         str | None,
         typer.Option(
@@ -20,18 +28,18 @@ def animate(
         ),
     ] = None,
     settings: Settings = None,
-    solver: Solver = None,
-    seed: Annotated[str | None, typer.Option(help="Of the disorder and random dilations.")] = None,
-    member: Annotated[
-        str, typer.Option(metavar="M", help="Which member of a scene that varies something.")
-    ] = "1",
+    solver: SolverName = None,
+    seed: Seed = None,
+    member: Member = "1",
     frames: Annotated[str, typer.Option(metavar="F", help="Pictures of the animation.")] = "120",
     out: Annotated[
-        Path | None, typer.Option(help="GIF file; default SCENE-K.gif.")
+        Path | None, typer.Option(metavar="FILE", help="GIF file; default SCENE-K.gif.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    force: Force = False,
 ) -> None:
     """Draw one avalanche exactly as it moves, from its closed form.
+
+    Rearrangements are numbered from 0 along the drive, as in a run that records its events.
 
     Examples:
 
@@ -44,7 +52,7 @@ def animate(
     from exactcreep.scene import load_scene
     from exactcreep.studies.animation import draw_avalanche, find_avalanche, largest_avalanche
 
-    given = parsed_settings(settings or [])
+    given = parsed_settings(settings)
     for key, value in (("solver", solver), ("seed", seed)):
         if value is not None:
             given[f"run.{key}"] = value

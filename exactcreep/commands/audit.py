@@ -7,13 +7,15 @@ from typing import Annotated
 
 import typer
 
-from exactcreep.commands.run import Json
+from exactcreep.commands.options import Json
 
 FAILED_STATUS = 1
 
 
 def audit(
-    file: Annotated[Path, typer.Argument(help="A result that recorded its events.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="RUN.nc", help="A result that recorded its events.")
+    ],
     json: Json = False,
 ) -> None:
     """Re-check a finished run from its events: motion, contacts, static conditions, energy.

@@ -7,24 +7,29 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from exactcreep.commands.run import Force, Json, Settings
+from exactcreep.commands.options import Force, Json, SceneName, Settings, parsed_settings
+from exactcreep.commands.progress import phase_bar
 
 if TYPE_CHECKING:
     from exactcreep.studies.comparison import Comparison, Contestant
 
 
 def compare(
-    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    scene: SceneName,
     settings: Settings = None,
-    dt: Annotated[str, typer.Option(help="Time step of verlet, unit tau_dyn.")] = "0.01",
+    dt: Annotated[
+        str, typer.Option(metavar="DT", help="Time step of verlet, unit tau_dyn.")
+    ] = "0.01",
     locate: Annotated[
         bool, typer.Option("--locate", help="Let verlet find events inside a step.")
     ] = False,
-    digits: Annotated[str, typer.Option(metavar="K", help="Of the certified solver.")] = "30",
+    digits: Annotated[
+        str, typer.Option(metavar="K", help="Decimal digits of the certified solver.")
+    ] = "30",
     events: Annotated[str, typer.Option(metavar="K", help="Certified events to compare.")] = "1000",
     json: Json = False,
     plot: Annotated[
-        Path | None, typer.Option(help="Draw the errors to this PNG or PDF file.")
+        Path | None, typer.Option(metavar="FILE", help="Draw the errors to this PNG or PDF file.")
     ] = None,
     force: Force = False,
 ) -> None:
@@ -38,31 +43,25 @@ def compare(
 
         exactcreep compare thirty-sliders-cycles --events 300 --json
     """
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
     from exactcreep.commands.answer import as_json
-    from exactcreep.commands.run import parsed_settings
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.result import check_output, check_picture
     from exactcreep.scene import load_scene
     from exactcreep.studies import comparison
 
-    wanted = load_scene(scene).with_settings(parsed_settings(settings or []))
+    wanted = load_scene(scene).with_settings(parsed_settings(settings))
     if plot is not None:
         check_output(plot, "plot", force=force)
         check_picture(plot)
     chosen = wanted.settings()[0]
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("starting", total=1.0)
+    with phase_bar() as progress:
         found = comparison.compare(
             wanted.experiment(chosen),
             dt=dt,
             locate=locate,
             digits=whole_number(digits, "digits", least=1),
             events=whole_number(events, "events", least=1),
-            progress=lambda what, done: bar.update(task, description=what, completed=done),
+            progress=progress,
         )
     if plot is not None:
         comparison.draw_comparison(found, plot, title=wanted.title or wanted.name)

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from exactcreep.commands.run import Force, Json
+from exactcreep.commands.options import Force, Json
 
 BROKEN_STATUS = 1
 

@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from exactcreep.commands.run import Json, Settings
+from exactcreep.commands.options import Json, SceneName, Settings, parsed_settings
 
 if TYPE_CHECKING:
     from exactcreep.studies.planning import Plan
 
 
 def plan(
-    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    scene: SceneName,
     accuracy: Annotated[
         str | None,
-        typer.Option(help="Largest relative error of the mean velocity; default 0.01."),
+        typer.Option(
+            metavar="X", help="Largest relative error of the mean velocity; default 0.01."
+        ),
     ] = None,
     settings: Settings = None,
     json: Json = False,
@@ -35,11 +37,10 @@ def plan(
     from rich.console import Console
 
     from exactcreep.commands.answer import as_json
-    from exactcreep.commands.run import parsed_settings
     from exactcreep.scene import load_scene
     from exactcreep.studies.planning import plan_scene
 
-    wanted = load_scene(scene).with_settings(parsed_settings(settings or []))
+    wanted = load_scene(scene).with_settings(parsed_settings(settings))
     with Console(stderr=True).status("pilot runs"):
         plans = plan_scene(wanted, accuracy=accuracy)
     if json:

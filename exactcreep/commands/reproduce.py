@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from exactcreep.commands.sweep import SweepBar
+from exactcreep.commands.options import Force, Workers
+from exactcreep.commands.progress import SweepBar
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -29,11 +30,11 @@ def reproduce(
     quick: Annotated[
         bool, typer.Option("--quick", help="Fewer points and shorter runs: minutes in all.")
     ] = False,
-    out: Annotated[Path, typer.Option(help="Directory of the files.")] = Path("figures"),
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
-    workers: Annotated[
-        str | None, typer.Option(metavar="K", help="Threads; default one per processor.")
-    ] = None,
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Directory of the files.")] = Path(
+        "figures"
+    ),
+    force: Force = False,
+    workers: Workers = None,
 ) -> None:
     """Compute and draw the paper's figures, and pictures beyond the paper.
 

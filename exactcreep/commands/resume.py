@@ -7,13 +7,24 @@ from typing import Annotated
 
 import typer
 
-from exactcreep.commands.run import Every, Force, Json, MaxBytes, MaxEvents, MaxSeconds, Out, Plot
+from exactcreep.commands.options import (
+    DataFile,
+    Every,
+    Force,
+    Json,
+    MaxBytes,
+    MaxEvents,
+    MaxSeconds,
+    RunPlot,
+)
 
 
 def resume(
-    checkpoint: Annotated[Path, typer.Argument(help="The file that `run --checkpoint` kept.")],
-    out: Out = None,
-    plot: Plot = None,
+    checkpoint: Annotated[
+        Path, typer.Argument(metavar="FILE", help="What `exactcreep run --checkpoint` kept.")
+    ],
+    out: DataFile = None,
+    plot: RunPlot = None,
     json: Json = False,
     force: Force = False,
     every: Every = "60",

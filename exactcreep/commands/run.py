@@ -3,38 +3,34 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-Out = Annotated[Path | None, typer.Option(help="Write the data to this NetCDF file.")]
-Plot = Annotated[Path | None, typer.Option(help="Draw x_G and theta to this PNG or PDF file.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
-Every = Annotated[str, typer.Option(metavar="SECONDS", help="How often to write the checkpoint.")]
-MaxEvents = Annotated[
-    str | None, typer.Option(metavar="K", help="Give up a member after K events.")
-]
-MaxSeconds = Annotated[
-    str | None, typer.Option(metavar="SECONDS", help="Give up after so much time.")
-]
-MaxBytes = Annotated[
-    str | None, typer.Option(metavar="BYTES", help="Give up a member that records more.")
-]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set", metavar="KEY=VALUE", help="Set a key of the scene, e.g. chain.n=6; repeatable."
-    ),
-]
-Solver = Annotated[str | None, typer.Option(help="exact, verlet, sliding, ...")]
+from exactcreep.commands.options import (
+    DataFile,
+    Every,
+    Force,
+    Json,
+    MaxBytes,
+    MaxEvents,
+    MaxSeconds,
+    RunPlot,
+    SceneName,
+    Seed,
+    Settings,
+    SolverName,
+    parsed_settings,
+)
 
 
 def run(
-    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    scene: SceneName,
     settings: Settings = None,
-    solver: Solver = None,
-    dt: Annotated[str | None, typer.Option(help="Time step of verlet, unit tau_dyn.")] = None,
+    solver: SolverName = None,
+    dt: Annotated[
+        str | None, typer.Option(metavar="DT", help="Time step of verlet, unit tau_dyn.")
+    ] = None,
     locate: Annotated[
         bool | None,
         typer.Option("--locate/--no-locate", help="Let verlet find events inside a step."),
@@ -42,17 +38,21 @@ def run(
     digits: Annotated[
         str | None, typer.Option(metavar="K", help="Decimal digits of mpmath and certified.")
     ] = None,
-    seed: Annotated[str | None, typer.Option(help="Of the disorder and random dilations.")] = None,
+    seed: Seed = None,
     record: Annotated[
         list[str] | None,
-        typer.Option(help="x_G, x, tension, slips, events; repeatable or with commas; or none."),
+        typer.Option(
+            metavar="NAMES",
+            help="x_G, x, tension, slips, events; repeatable or with commas; or none.",
+        ),
     ] = None,
-    out: Out = None,
-    plot: Plot = None,
+    out: DataFile = None,
+    plot: RunPlot = None,
     json: Json = False,
     force: Force = False,
     checkpoint: Annotated[
-        Path | None, typer.Option(help="Keep a file from which `exactcreep resume` goes on.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Keep a file from which `exactcreep resume` goes on."),
     ] = None,
     every: Every = "60",
     max_events: MaxEvents = None,
@@ -76,7 +76,7 @@ def run(
     from exactcreep.quasistatic.loop import Keeper, Limits
     from exactcreep.scene import load_scene
 
-    given = parsed_settings(settings or [])
+    given = parsed_settings(settings)
     for key, value in (("solver", solver), ("dt", dt), ("digits", digits), ("seed", seed)):
         if value is not None:
             given[f"run.{key}"] = value
@@ -103,17 +103,3 @@ def run(
         as_json=json,
         force=force,
     )
-
-
-def parsed_settings(entries: list[str]) -> dict[str, Any]:
-    """Return the dotted keys and values of ``--set KEY=VALUE`` entries."""
-    from exactcreep.model.numbers import InputError
-    from exactcreep.scene import parsed_value
-
-    settings: dict[str, Any] = {}
-    for entry in entries:
-        key, equals, text = entry.partition("=")
-        if not equals:
-            raise InputError("set", entry, "must be KEY=VALUE, e.g. chain.n=6")
-        settings[key.strip()] = parsed_value(text.strip())
-    return settings

@@ -6,14 +6,18 @@ from typing import Annotated
 
 import typer
 
+from exactcreep.commands.options import Json
+
 
 def scenes(
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Json = False,
     show: Annotated[
         str | None, typer.Option(metavar="NAME", help="Print the TOML text of this scene.")
     ] = None,
 ) -> None:
     """List the built-in scenes, or print one as a start for your own.
+
+    A scene is a TOML file: a chain, its drive, what is recorded, and what varies.
 
     Example:
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 import sys
-import time
 import warnings
 from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
+
+from exactcreep.commands.progress import COMPILING, RunBar
 
 if TYPE_CHECKING:
     from exactcreep.quasistatic.experiment import Experiment
@@ -20,65 +19,6 @@ if TYPE_CHECKING:
 
 LIMIT_STATUS = 3
 INTERRUPTED_STATUS = 130
-
-
-COMPILING = "compiling the kernel, once; the next start finds it ready"
-_SECONDS_BETWEEN_LINES = 5.0
-
-
-class ProgressBar(AbstractContextManager["ProgressBar"]):
-    """Progress on standard error: members, half-cycles, time left.
-
-    On a terminal it is a bar; in a file or a pipe, a line every few seconds.
-    """
-
-    def __init__(self) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-        from rich.progress import TimeRemainingColumn as TimeLeft
-
-        self.console = Console(stderr=True)
-        columns: list[Any] = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
-        columns += [TextColumn("half-cycles,"), TimeLeft(), TextColumn("left")]
-        on_terminal = self.console.is_terminal
-        self.bar = Progress(*columns, console=self.console, transient=True, disable=not on_terminal)
-        self.task = self.bar.add_task("starting", total=None)
-        self.begin: float | None = None  # of the run, after compilation
-        self.next_line = math.inf if on_terminal else -math.inf
-
-    def __enter__(self) -> ProgressBar:
-        self.bar.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.bar.stop()
-
-    def show(self, progress: Progress) -> None:
-        """Show how far the run has come."""
-        if progress.phase == "compiling":
-            self.console.print(COMPILING)
-            return
-        several = progress.members > 1
-        who = f"member {progress.member}/{progress.members}" if several else "running"
-        # members are taken as equally long, so that the time left is that of all of them
-        total = progress.total * progress.members
-        done = progress.half_cycles + progress.total * (progress.member - 1)
-        self.bar.update(self.task, description=who, total=total, completed=done)
-        now = time.monotonic()
-        if self.begin is None:
-            self.begin = now
-        if now >= self.next_line:
-            self.next_line = now + _SECONDS_BETWEEN_LINES
-            # the first half-cycles say little about the last
-            known = done > total // 1000
-            left = (
-                f", about {(now - self.begin) * (total - done) / done:.0f} s left" if known else ""
-            )
-            sys.stderr.write(
-                f"{who}: {progress.half_cycles} of {progress.total} half-cycles,"
-                f" {progress.events} events{left}\n"
-            )
-            sys.stderr.flush()
 
 
 def run_session(
@@ -117,7 +57,7 @@ def run_session(
             raise InputError("plot", str(plot), "needs x_G among what is recorded")
     status = 0
     results: list[Creep]
-    with ProgressBar() as bar, warnings.catch_warnings():
+    with RunBar() as bar, warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # the summary and the JSON say it
         try:
             results = run_members(

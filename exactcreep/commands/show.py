@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from exactcreep.commands.options import Force, Member
+
 
 def show(
     run: Annotated[Path, typer.Argument(metavar="RUN.nc", help="What exactcreep run --out wrote.")],
@@ -17,13 +19,11 @@ def show(
     window: Annotated[
         str, typer.Option(metavar="W", help="Half-cycles in the space-time diagram, at most.")
     ] = "200",
-    member: Annotated[
-        str, typer.Option(metavar="M", help="Which member of a scene that varies something.")
-    ] = "1",
+    member: Member = "1",
     out: Annotated[
-        Path | None, typer.Option(help="PNG, PDF or SVG file; default RUN.png.")
+        Path | None, typer.Option(metavar="FILE", help="PNG, PDF or SVG file; default RUN.png.")
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")] = False,
+    force: Force = False,
 ) -> None:
     """Draw x_G(t), the slips in space and time, and the tensions and forces at one moment.
 

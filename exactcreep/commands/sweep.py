@@ -2,96 +2,41 @@
 
 from __future__ import annotations
 
-import math
-import sys
-import time
 from collections import Counter
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from exactcreep.commands.run import Settings, Solver, parsed_settings
-from exactcreep.commands.session import COMPILING
+from exactcreep.commands.options import (
+    SceneName,
+    Settings,
+    SolverName,
+    Workers,
+    parsed_settings,
+)
+from exactcreep.commands.progress import SweepBar
 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from exactcreep.studies.sweeps import SweepProgress
-
-
-SECONDS_BETWEEN_LINES = 5.0
-
-
-class SweepBar(AbstractContextManager["SweepBar"]):
-    """Progress on standard error: cells, events per second, time left.
-
-    On a terminal it is a bar; in a file or a pipe, a line every few seconds.
-    """
-
-    def __init__(self, name: str) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-        self.name = name
-        self.console = Console(stderr=True)
-        on_terminal = self.console.is_terminal
-        columns: list[Any] = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
-        columns += [TextColumn("cells{task.fields[told]}")]
-        self.bar = Progress(*columns, console=self.console, transient=True, disable=not on_terminal)
-        self.task = self.bar.add_task(name, total=None, told="")
-        self.next_line = math.inf if on_terminal else time.monotonic()
-        self.compiling = False
-
-    def __enter__(self) -> SweepBar:
-        self.bar.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.bar.stop()
-
-    def show(self, progress: SweepProgress) -> None:
-        """Show how far the sweep has come."""
-        if progress.phase == "compiling" and not self.compiling:
-            self.compiling = True
-            self.console.print(COMPILING)
-        told = f", {progress.events_per_second:.3g} events/s" if progress.events else ""
-        if progress.seconds_left > 0:
-            told += f", about {_duration(progress.seconds_left)} left"
-        self.bar.update(self.task, total=progress.total, completed=progress.cells, told=told)
-        now = time.monotonic()
-        if now >= self.next_line:
-            self.next_line = now + SECONDS_BETWEEN_LINES
-            sys.stderr.write(
-                f"{self.name}: {progress.cells} of {progress.total} cells ({progress.found} found"
-                f" saved){told}\n"
-            )
-            sys.stderr.flush()
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}"
-
 
 def sweep(
-    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    scene: SceneName,
     settings: Settings = None,
-    solver: Solver = None,
+    solver: SolverName = None,
     seeds: Annotated[
         str | None, typer.Option(metavar="K", help="Run every point with the seeds 0 .. K-1.")
     ] = None,
-    workers: Annotated[
-        str | None, typer.Option(metavar="K", help="Threads; default one per processor.")
-    ] = None,
+    workers: Workers = None,
     scheduler: Annotated[
         str | None,
         typer.Option(metavar="ADDRESS", help="A dask scheduler, e.g. tcp://10.0.0.1:8786."),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Directory of the results; default SCENE-sweep.")
+        Path | None,
+        typer.Option(metavar="DIR", help="Directory of the results; default SCENE-sweep."),
     ] = None,
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the cells that the directory holds.")
@@ -114,7 +59,7 @@ def sweep(
     from exactcreep.scene import load_scene
     from exactcreep.studies.sweeps import sweep as run_sweep
 
-    given = parsed_settings(settings or [])
+    given = parsed_settings(settings)
     if solver is not None:
         given["run.solver"] = solver
     if seeds is not None:

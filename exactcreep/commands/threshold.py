@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from exactcreep.commands.run import Json
+from exactcreep.commands.options import Json
 from exactcreep.commands.session import LIMIT_STATUS
 
 if TYPE_CHECKING:
@@ -14,18 +14,30 @@ if TYPE_CHECKING:
 
 
 def threshold(
-    n: Annotated[str, typer.Option(help="Number of sliders.")],
-    l0: Annotated[str, typer.Option(help="Natural length of a spring.")] = "1000",
-    mu_d: Annotated[str, typer.Option(help="Dynamical friction coefficient.")] = "0.5",
-    mu_s: Annotated[str, typer.Option(help="Static friction coefficient.")] = "0.6",
-    tan_alpha: Annotated[str, typer.Option(help="Slope of the incline.")] = "0.25",
-    cycles: Annotated[str, typer.Option(help="Full cycles before the verdict.")] = "20",
+    n: Annotated[str, typer.Option(metavar="N", help="Number of sliders.")],
+    l0: Annotated[
+        str, typer.Option(metavar="L0", help="Natural length of a spring, unit g tau_dyn^2.")
+    ] = "1000",
+    mu_d: Annotated[
+        str, typer.Option(metavar="MU", help="Dynamical friction coefficient.")
+    ] = "0.5",
+    mu_s: Annotated[
+        str, typer.Option(metavar="MU", help="Static friction coefficient.")
+    ] = "0.6",
+    tan_alpha: Annotated[
+        str, typer.Option(metavar="T", help="Slope of the incline.")
+    ] = "0.25",
+    cycles: Annotated[
+        str, typer.Option(metavar="K", help="Full cycles before the verdict.")
+    ] = "20",
     digits: Annotated[str, typer.Option(metavar="K", help="Significant digits.")] = "15",
     low: Annotated[
-        str | None, typer.Option("--from", metavar="A", help="Begin of the scan [1/2 of seuil].")
+        str | None,
+        typer.Option("--from", metavar="A", help="Start of the scan; default half of Eq. (seuil)."),
     ] = None,
     high: Annotated[
-        str | None, typer.Option("--to", metavar="A", help="End of the scan [2 times seuil].")
+        str | None,
+        typer.Option("--to", metavar="A", help="End of the scan; default twice Eq. (seuil)."),
     ] = None,
     points: Annotated[str, typer.Option(metavar="M", help="Equal steps of the scan.")] = "1000",
     bracket: Annotated[
@@ -46,7 +58,8 @@ def threshold(
         ),
     ] = "0",
     solver: Annotated[
-        str, typer.Option(help="Which decides: certified, mpmath or exact (float64).")
+        str,
+        typer.Option(metavar="NAME", help="Which decides: certified, mpmath or exact (float64)."),
     ] = "certified",
     json: Json = False,
 ) -> None:

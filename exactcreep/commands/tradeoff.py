@@ -8,21 +8,23 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from exactcreep.commands.run import Force, Json, Settings
+from exactcreep.commands.options import Force, Json, SceneName, Settings, parsed_settings
+from exactcreep.commands.progress import phase_bar
 
 if TYPE_CHECKING:
     from exactcreep.studies.tradeoff import Score, Tradeoff
 
 
 def tradeoff(
-    scene: Annotated[str, typer.Argument(help="A built-in scene, or a TOML file.")],
+    scene: SceneName,
     budget: Annotated[
         str, typer.Option(metavar="SECONDS", help="About how long to measure.")
     ] = "60",
     settings: Settings = None,
     json: Json = False,
     plot: Annotated[
-        Path | None, typer.Option(help="Draw error against time to this PNG or PDF file.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw error against time to this PNG or PDF file."),
     ] = None,
     force: Force = False,
 ) -> None:
@@ -37,31 +39,21 @@ def tradeoff(
         exactcreep tradeoff thirty-sliders-cycles --budget 300 --json
     """
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from exactcreep.commands.answer import as_json
-    from exactcreep.commands.run import parsed_settings
     from exactcreep.quasistatic.result import check_output, check_picture
     from exactcreep.scene import load_scene
     from exactcreep.studies.tradeoff import draw_tradeoff
     from exactcreep.studies.tradeoff import tradeoff as measure
 
-    wanted = load_scene(scene).with_settings(parsed_settings(settings or []))
+    wanted = load_scene(scene).with_settings(parsed_settings(settings))
     if plot is not None:
         check_output(plot, "plot", force=force)
         check_picture(plot)
     chosen = wanted.settings()[0]
     experiment = wanted.experiment(chosen)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("starting", total=1.0)
-        measured = measure(
-            experiment,
-            budget=budget,
-            progress=lambda phase, fraction: bar.update(
-                task, description=phase, completed=fraction
-            ),
-        )
+    with phase_bar() as progress:
+        measured = measure(experiment, budget=budget, progress=progress)
     if plot is not None:
         draw_tradeoff(measured, plot, title=wanted.title or wanted.name)
     if json:
