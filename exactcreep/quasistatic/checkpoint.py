@@ -126,7 +126,9 @@ def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:
         raise InputError("checkpoint", name, "is not a checkpoint of exactcreep")
     if int(line[1]) != VERSION:
         raise InputError(
-            "checkpoint", name, f"is of version {int(line[1])}; this program reads version {VERSION}"
+            "checkpoint",
+            name,
+            f"is of version {int(line[1])}; this program reads version {VERSION}",
         )
     start = line.end() + _HEADER
     length = int.from_bytes(data[line.end() : line.end() + 8], "little")
