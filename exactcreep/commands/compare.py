@@ -105,6 +105,8 @@ def _print(found: Comparison, name: str, title: str) -> None:
 
 def _rows(contestant: Contestant) -> dict[str, str]:
     """Return what a contestant's column says, by the name of the row."""
+    from exactcreep.commands.answer import measured
+
     out = {"events that agree": str(contestant.agreed)}
     out["first that differs"] = _told(contestant.own) if contestant.differs else "none"
     out["  certified instead"] = _told(contestant.certified) if contestant.differs else ""
@@ -113,7 +115,7 @@ def _rows(contestant: Contestant) -> dict[str, str]:
     out["position error before"] = f"{contestant.error_before:.2g}"
     out["position error, largest"] = f"{contestant.error_after:.2g}"
     run = contestant.creep
-    out["velocity"] = f"{run.velocity:.6g} ± {run.velocity_error:.2g}"
+    out["velocity"] = measured(run)
     out["slips per half-cycle"] = f"{run.slips / max(run.half_cycles, 1):.4g}"
     out["half-cycles"] = str(run.half_cycles)
     return out

@@ -115,7 +115,7 @@ def _row(score: Score, measured: Tradeoff) -> tuple[str, ...]:
         "-" if math.isnan(spread) else f"{100 * spread:.0f}",
         "-" if math.isnan(score.ratio) else f"{score.ratio:.3g}",
         "-" if math.isnan(score.error) else f"{score.error:.1e}",
-        "-" if not score.compared else f"{100 * score.wrong:.2g}",
+        "-" if not score.compared else f"{100 * score.wrong:.3g}",
         agreed,
         bias,
         f"{score.memory / 1000:.0f}",

@@ -30,6 +30,7 @@ LOOKED_AT = 100
 _BLOCK = 16  # half-cycles followed at once
 _PERIOD = 50  # milliseconds of one picture
 _LINGER = 1500  # milliseconds of the last one
+_FINENESS = 600  # points of a curve: about one per pixel
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,11 +222,15 @@ class _Stage:
         self.times = times
         self.moments: Motion = self.motion.sol(times)
         positions = floats(np.asarray(self.moments.positions))
-        self.displacements = positions - floats(self.motion.initial.displacements)[:, None]
+        start = floats(self.motion.initial.displacements)[:, None]
+        self.displacements = positions - start
+        self.course_times = np.linspace(times[0], times[-1], max(_FINENESS, times.size))
+        course = self.motion.sol(self.course_times)
+        self.courses_moved = floats(np.asarray(course.positions)) - start
         self.velocities = floats(np.asarray(self.moments.velocities))
         self.forces = floats(np.asarray(self.moments.forces))
         self.moving, self.coefficients = _contacts(avalanche, times)
-        widest = max(float(np.abs(self.displacements).max()), 1e-300)
+        widest = max(float(np.abs(self.courses_moved).max()), 1e-300)
         self.scale = 0.42 / widest  # the distance of two sliders is drawn as 1
         self.figure = Figure(figsize=(6.6, 5.6), dpi=100, layout="constrained")
         FigureCanvasAgg(self.figure)
@@ -274,7 +279,7 @@ class _Stage:
         axes.legend(loc="upper center", ncols=3, fontsize=7)
 
     def _build_course(self, axes: Axes) -> None:
-        active = np.flatnonzero(np.abs(self.displacements).max(axis=1) > 0)
+        active = np.flatnonzero(np.abs(self.courses_moved).max(axis=1) > 0)
         self.courses = []
         for order, n in enumerate(active.tolist()):
             ink = _RAMP(order / max(len(active) - 1, 1))
@@ -284,7 +289,7 @@ class _Stage:
         moments = [float(event.time) for event in self.motion.events]
         self.clock = axes.axvline(0, color=INKS[0], linewidth=0.8)
         axes.set_xlim(0, float(self.times[-1]))
-        low, high = float(self.displacements.min()), float(self.displacements.max())
+        low, high = float(self.courses_moved.min()), float(self.courses_moved.max())
         room = 0.06 * (high - low)
         axes.set_ylim(low - room, high + room)
         axes.vlines(moments, low - room, high + room, color="0.9", linewidth=0.5, zorder=0)
@@ -312,9 +317,13 @@ class _Stage:
             bar.set_y(-limit * self.chain.cos_alpha)
             bar.set_height(2 * limit * self.chain.cos_alpha)
         self.force_marks.set_data(self.places, self.forces[:, k])
-        for n, line in self.courses:
-            line.set_data(self.times[: k + 1], self.displacements[n, : k + 1])
         now = float(self.times[k])
+        passed = self.course_times <= now
+        for n, line in self.courses:
+            line.set_data(
+                np.append(self.course_times[passed], now),
+                np.append(self.courses_moved[n, passed], self.displacements[n, k]),
+            )
         self.clock.set_xdata([now, now])
         self.heading.set_text(
             rf"rearrangement {self.avalanche.number} (half-cycle {self.avalanche.half_cycle},"

@@ -182,7 +182,7 @@ def draw_windows(data: Data, tables: list[Table]) -> Figure:
     axes.plot(x, dataset["velocity"], linestyle="none", marker="o", markersize=2.2,
               color=INKS[6], label="computed, from the relaxed chain")  # fmt: skip
     place = _corrected_threshold(parameters) / star
-    axes.axvline(place, **{**EXACT, "linewidth": 1.0})
+    axes.axvline(place, ymax=0.8, **{**EXACT, "linewidth": 1.0})  # below the legend
     axes.annotate(
         r"$\frac{Nm+D}{2\,\tilde{l}_0}$", (place, 0.5), xytext=(-4, 0),
         textcoords="offset points", ha="right", fontsize=11, color=EXACT["color"],
@@ -466,6 +466,7 @@ def draw_closed_form(data: Data, tables: list[Table]) -> Figure:
             )  # fmt: skip
         axes.set_xlabel(r"$h = N m/(2\,\tilde{l}_0\sigma_\theta)$")
     left.set_xlim(0, 1.6)
+    left.set_xticks([0, 0.5, 1, 1.5])
     left.set_ylim(-0.2, 0.6)
     left.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     left.set_ylabel(

@@ -19,6 +19,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from exactcreep.model.contact import Event, EventKind
@@ -504,17 +505,21 @@ def draw_comparison(comparison: Comparison, path: FilePath | str, *, title: str 
             _draw_errors(above, contestant, ink)
         above.set_yscale("log")
         above.set_xlabel("rest states, one after each rearrangement")
-        above.set_ylabel(r"largest error of $\tilde{x}_n$")
+        above.set_ylabel(r"largest error of $\tilde{x}_n$ ($g\,\tau_\mathrm{dyn}^2$)")
         above.legend(loc="best")
         exact, verlet = (c.creep.recorded["x_G"] for c in comparison.contestants)
         size = min(exact.size, verlet.size)
         keep = np.unique(np.linspace(0, size - 1, 4000).astype(int))
         below.axhline(0.0, color=INKS[7], linewidth=0.8)
-        below.plot(keep + 1, (verlet[:size] - exact[:size])[keep], color=INKS[1])
+        below.plot(
+            keep + 1, (verlet[:size] - exact[:size])[keep], color=INKS[1],
+            marker="o" if size <= 50 else None, markersize=3,
+        )  # fmt: skip
+        below.xaxis.set_major_locator(MaxNLocator(integer=True))
         below.set_xlabel("half-cycles")
-        below.set_ylabel(r"$\tilde{x}_G$ of verlet minus exact")
+        below.set_ylabel(r"$\tilde{x}_G$, verlet minus exact ($g\,\tau_\mathrm{dyn}^2$)")
         if title:
-            above.set_title(title)
+            figure.suptitle(title, fontsize=10)
         save_picture(figure, path)
 
 

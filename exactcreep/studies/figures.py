@@ -61,11 +61,6 @@ def save_picture(figure: Figure, path: Path | str) -> None:
         raise InputError("plot", str(path), f"cannot be written: {error.strerror}") from None
 
 
-def label_of(settings: Mapping[str, Any]) -> str:
-    """Return a label for a member from what it sets."""
-    return ", ".join(_setting_text(key, value) for key, value in settings.items())
-
-
 def _setting_text(key: str, value: Any) -> str:
     if isinstance(value, Mapping) and "size" in value:
         return f"{key.rpartition('.')[2]} {value.get('seed', 0)}"
@@ -163,7 +158,10 @@ def _draw_theta(axes: Axes, results: Sequence[Creep], *, band: bool) -> None:
             transform=axes.transAxes, ha="center", va="center", fontsize=8,
         )  # fmt: skip
         return
-    for number, result in enumerate(_distinct_drives(results)):
+    drives = _distinct_drives(results)
+    if len(drives) > len(INKS):
+        axes.set_title(f"the first {len(INKS)} of {len(drives)} drives", fontsize=8)
+    for number, result in enumerate(drives[: len(INKS)]):
         theta = np.concatenate([[0.0], result.drive.targets(1, result.half_cycles, result.seed)])
         width = 0.7 if theta.size <= 2000 else 0.3
         time, values = _thinned(np.arange(theta.size), theta)
@@ -171,12 +169,12 @@ def _draw_theta(axes: Axes, results: Sequence[Creep], *, band: bool) -> None:
 
 
 def _distinct_drives(results: Sequence[Creep]) -> list[Creep]:
-    """Return one run for each drive, at most as many as there are colours."""
+    """Return one run for each drive."""
     found: dict[Any, Creep] = {}
     for result in results:
         key = (str(result.drive), result.seed if result.drive.random else None)
         found.setdefault(key, result)
-    return list(found.values())[: len(INKS)]
+    return list(found.values())
 
 
 def _largest_theta(result: Creep) -> float:
@@ -217,12 +215,16 @@ def _draw_members(
     axes: Axes, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]
 ) -> None:
     families: dict[str, list[tuple[Creep, str]]] = {}
-    for result, setting in zip(results, settings or [{}] * len(results), strict=False):
+    known = settings or [{}] * len(results)
+    # what all members share does not tell them apart
+    telling = [key for key in known[0] if any(one.get(key) != known[0][key] for one in known)]
+    for result, setting in zip(results, known, strict=False):
         if "x_G" in result.recorded and result.recorded["x_G"].size:
-            texts = [_setting_text(key, value) for key, value in setting.items()]
+            texts = [_setting_text(key, setting[key]) for key in telling]
             families.setdefault(texts[0] if texts else "", []).append(
                 (result, ", ".join(texts[1:]))
             )
+    legend = len(families) <= 16
     ends: list[tuple[float, str, str]] = []
     for number, (name, family) in enumerate(families.items()):
         ink = INKS[number % len(INKS)]
@@ -236,10 +238,11 @@ def _draw_members(
                 alpha=1.0 if k == 0 else 0.8,
                 label=shown if k == 0 else None,
             )
-            ends.append((float(result.recorded["x_G"][-1]), own, ink))
+            said = own if legend else ", ".join(filter(None, (name, own)))
+            ends.append((float(result.recorded["x_G"][-1]), said, ink))
     axes.set_ylabel(r"displacement $\Delta\tilde{x}_G$ ($g\,\tau_\mathrm{dyn}^2$)")
     axes.margins(x=0.01)
-    if len(families) <= 16:
+    if legend:
         axes.legend(loc="upper left")
     if any(own for _, own, _ in ends) and len(ends) <= 32:
         _name_ends(axes, ends)

@@ -25,7 +25,7 @@ CONTROL = "velocity_sliding"
 NOTABLE = 3.0
 """Standard errors beyond which a deviation is explained."""
 _FEWEST_SEEDS = 6  # whose scatter is trusted more than the block averages of each
-_ROUNDING = 1e-9  # relative; a measured value without scatter agrees with a law within this
+_ROUNDING = 1e-9  # relative; closer than this a value agrees with a law, or does not scatter
 
 
 class Cell(NamedTuple):
@@ -137,15 +137,16 @@ def deviation(measured: float, error: float, law: Sequence[float]) -> float:
     """Return how many standard errors `measured` lies above the law, or outside of its values.
 
     Zero between the two values of a plateau that is not unique; nan without a law or an error;
-    +-inf where a value without scatter differs.
+    +-inf where a value that scatters by no more than rounding differs.
     """
     if not law or math.isnan(measured) or math.isnan(error):
         return math.nan
     low, high = min(law), max(law)
     gap = measured - high if measured > high else min(measured - low, 0.0)
-    if abs(gap) <= _ROUNDING * max(abs(low), abs(high), 1.0):
+    rounding = _ROUNDING * max(abs(low), abs(high), 1.0)
+    if abs(gap) <= rounding:
         return 0.0
-    return gap / error if error > 0 else math.copysign(math.inf, gap)
+    return gap / error if error > rounding else math.copysign(math.inf, gap)
 
 
 def cells(dataset: xr.Dataset) -> list[Cell]:

@@ -226,7 +226,7 @@ class Tradeoff:
         if paper is not None:
             sentence += (
                 f", {_times(paper.ratio)} Verlet at dt = 0.01, which takes a wrong turn in"
-                f" {100 * paper.wrong:.0f} % of the rearrangements"
+                f" {100 * paper.wrong:.3g} % of the rearrangements"
             )
         fair = [one for one in steps if one.unbiased and not math.isnan(one.seconds)]
         if fair:
@@ -813,9 +813,10 @@ def _draw_errors(axes: Axes, scores: list[Score], label: str, ink: str, mark: st
                 x[place], y[place], marker=mark, markersize=5, markerfacecolor="white",
                 markeredgecolor=ink, zorder=5,
             )
-        words, offset, side = _option_text(one), (-5, -8), "right"
+        # of two lines that fall, the upper one is labelled above, the lower one below
+        words, offset, side = _option_text(one), (6, 3), "left"
         if mark == "s":
-            offset, side = (5, 3), "left"
+            offset, side = (-5, -8), "right"
         if one.error < _PICTURE_FLOOR:
             words, offset, side = f"{words} digits: {one.error:.0e}", (-5, 9 * place), "right"
         axes.annotate(
@@ -845,7 +846,13 @@ def _draw_bias(
     )
     for one in shown:
         top = (one.bias + one.bias_error) * scale
+        beside = mark == "s"  # located steps take about as long as each other
         axes.annotate(
-            _option_text(one), (one.seconds, top), xytext=(0, 3), textcoords="offset points",
-            fontsize=6, color=ink, ha="center", rotation=90 if mark == "s" else 0,
+            _option_text(one),
+            (one.seconds, one.bias * scale if beside else top),
+            xytext=(6, -2) if beside else (0, 3),
+            textcoords="offset points",
+            fontsize=6,
+            color=ink,
+            ha="left" if beside else "center",
         )

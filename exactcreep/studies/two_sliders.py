@@ -231,7 +231,7 @@ def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
     ))  # fmt: skip
     for axes in (top, bottom):
         axes.axvline(star, color="0.55", linewidth=0.7, linestyle=(0, (1, 2)), zorder=0)
-    bottom.annotate(r"$\sigma_\theta^*$", (star, 0.06), xytext=(3, 0), textcoords="offset points")
+    top.annotate(r"$\sigma_\theta^*$", (star, 20.0), xytext=(3, 0), textcoords="offset points")
     bottom.set_xscale("log")
     bottom.set_ylim(-0.1, 1.15)
     bottom.set_xlim(8e-5, 0.13)

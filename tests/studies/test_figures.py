@@ -231,6 +231,7 @@ def test_dilations_taken_out_leave_the_mean_and_shrink_its_error() -> None:
         (0.4, 0.1, (1.2, 0.5), -1.0),
         (1.0, 0.0, (1.0 + 1e-13,), 0.0),
         (1.0, 0.0, (0.9,), math.inf),
+        (1.0, 1e-16, (1.1,), -math.inf),  # rounding is no scatter
         (1.0, math.nan, (0.9,), math.nan),
         (1.0, 0.1, (), math.nan),
     ],
