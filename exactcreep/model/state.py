@@ -82,21 +82,7 @@ class State:
             If a tension is not a finite number, or their count is not n - 1.
         """
         seed = disorder.valid_seed(seed)
-        allowed = f"must be {chain.n - 1} numbers (n - 1)"
-        if isinstance(tensions, (str, bytes, set, dict)):
-            raise InputError("tensions", tensions, allowed)
-        try:
-            given = [0.0] * (chain.n - 1) if tensions is None else list(tensions)
-        except TypeError:
-            raise InputError("tensions", tensions, allowed) from None
-        if len(given) != chain.n - 1:
-            raise InputError("tensions", len(given), allowed)
-        values = [exact_number(value, f"tensions[{i}]") for i, value in enumerate(given)]
-        floats = np.array([nearest_float(value) for value in values], dtype=np.float64)
-        kept: NDArray[Any] = floats
-        if any(Fraction(f) != value for f, value in zip(floats.tolist(), values, strict=True)):
-            kept = np.empty(len(values), dtype=object)
-            kept[:] = values
+        kept = _kept_tensions(tensions, chain.n - 1)
         dilation = exact_number(theta, "theta")
         nearest = nearest_float(dilation)
         return cls(
@@ -123,6 +109,37 @@ class State:
         """Return the non-frictional forces ``F_n = T_n - T_(n-1) + s``, unit m g, shape (n,)."""
         tensions = self.tensions.astype(np.float64)
         return np.diff(tensions, prepend=0.0, append=0.0) + chain.sin_alpha
+
+
+def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
+    """Return `count` tensions as float64, or exactly in an object array if a float rounds one."""
+    if tensions is None:
+        return np.zeros(count)
+    allowed = f"must be {count} numbers (n - 1)"
+    if isinstance(tensions, (str, bytes, set, dict)):
+        raise InputError("tensions", tensions, allowed)
+    try:
+        given = tensions if isinstance(tensions, np.ndarray) else list(tensions)
+        size = len(given)
+    except TypeError:
+        raise InputError("tensions", tensions, allowed) from None
+    if size != count:
+        raise InputError("tensions", size, allowed)
+    if (isinstance(given, np.ndarray) and given.dtype == np.float64 and given.ndim == 1) or (
+        isinstance(given, list) and all(type(value) is float for value in given)
+    ):
+        floats = np.array(given, dtype=np.float64) + 0.0  # what they denote; a zero has no sign
+        stray = np.flatnonzero(~np.isfinite(floats))
+        if stray.size:
+            exact_number(floats[stray[0]], f"tensions[{stray[0]}]")
+        return floats
+    values = [exact_number(value, f"tensions[{i}]") for i, value in enumerate(given)]
+    floats = np.array([nearest_float(value) for value in values], dtype=np.float64)
+    if all(Fraction(f) == value for f, value in zip(floats.tolist(), values, strict=True)):
+        return floats
+    kept = np.empty(count, dtype=object)
+    kept[:] = values
+    return kept
 
 
 def initial_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:

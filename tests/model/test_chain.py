@@ -118,6 +118,16 @@ def test_tensions_that_are_no_floats_are_kept_as_rationals():
     assert floats.theta == 0.5
 
 
+def test_floats_are_kept_with_the_bits_that_their_rationals_have():
+    values = [0.1, -0.0, -5e-324, 1.7e308, -1 / 3]
+    chain = Chain(len(values) + 1, 1000, "0.5", "0.6", tan_alpha="0.25")
+    slowly = State.prepared(chain, [Fraction(value) for value in values]).tensions
+    for given in (values, tuple(values), np.array(values)):
+        kept = State.prepared(chain, given).tensions
+        assert kept.dtype == np.float64
+        assert kept.tobytes() == slowly.tobytes()
+
+
 def test_the_arrays_of_a_state_are_its_own_and_cannot_be_written():
     chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
     tensions = np.array([0.1, 0.2])
@@ -147,6 +157,10 @@ def test_a_seeded_start_is_reproducible_bounded_and_keyed_by_its_own_seed():
         ([1, 2, 3], "tensions"),
         ([0, "x"], "tensions[1]"),
         ([0, np.nan], "tensions[1]"),
+        ([0.0, np.nan], "tensions[1]"),
+        (np.array([0.0, -np.inf]), "tensions[1]"),
+        (np.array([True, False]), "tensions[0]"),
+        (np.zeros((2, 2)), "tensions[0]"),
     ],
 )
 def test_tensions_that_do_not_fit_the_chain_are_refused(tensions, field):
