@@ -122,8 +122,8 @@ def test_floats_are_kept_with_the_bits_that_their_rationals_have():
     values = [0.1, -0.0, -5e-324, 1.7e308, -1 / 3]
     chain = Chain(len(values) + 1, 1000, "0.5", "0.6", tan_alpha="0.25")
     slowly = State.prepared(chain, [Fraction(value) for value in values]).tensions
-    for given in (values, tuple(values), np.array(values)):
-        kept = State.prepared(chain, given).tensions
+    for tensions in (values, tuple(values), np.array(values)):
+        kept = State.prepared(chain, tensions).tensions
         assert kept.dtype == np.float64
         assert kept.tobytes() == slowly.tobytes()
 
