@@ -176,12 +176,6 @@ def cosine(tan_alpha: Number) -> Number:
     return 1 / _square_root(1 + tan_alpha * tan_alpha)
 
 
-def _margins(mu_d: Number, mu_s: Number, tan_alpha: Number) -> tuple[Number, Number, Number]:
-    """Return m = mu_d c - s, a = mu_s c - s and D = (mu_s - mu_d) c."""
-    c = cosine(tan_alpha)
-    return (mu_d - tan_alpha) * c, (mu_s - tan_alpha) * c, (mu_s - mu_d) * c
-
-
 def _floor_surd(surd: Fraction, radicand: Fraction, rational: Fraction) -> int:
     """Return floor(surd * sqrt(radicand) + rational), exactly."""
     # sign * sqrt(surd**2 radicand), brought to one integer root over one denominator
@@ -591,8 +585,6 @@ _TWO_CYCLES = ("l0", "mu_d", "mu_s", "tan_alpha", "amplitude")
 
 
 def _no_disorder(p: Mapping[str, Number]) -> None:
-    if "n" in p and np.any(p["n"] != 2):
-        raise ValueError(f"n must be 2 in a law of two sliders, not {p['n']}")
     if "sigma_mu" in p and np.any(p["sigma_mu"] != 0):
         raise ValueError(f"sigma_mu must be 0 for the exact staircase, not {p['sigma_mu']}")
 
@@ -619,11 +611,18 @@ def _two(
 
 
 def _m(p: Mapping[str, Number]) -> Number:
+    """Return m."""
     return (p["mu_d"] - p["tan_alpha"]) * cosine(p["tan_alpha"])
 
 
 def _a(p: Mapping[str, Number]) -> Number:
+    """Return a."""
     return (p["mu_s"] - p["tan_alpha"]) * cosine(p["tan_alpha"])
+
+
+def _excess(p: Mapping[str, Number]) -> Number:
+    """Return D."""
+    return (p["mu_s"] - p["mu_d"]) * cosine(p["tan_alpha"])
 
 
 def _over_root_two(value: Number) -> Number:
@@ -658,7 +657,7 @@ def _sliding_gaussian(p: Mapping[str, Number], n: Number, steps: Number) -> Numb
 _STAIRCASE = Form(
     "2D max(0, ceil((L - a)/(2D))): sigma_mu = 0, from the relaxed chain",
     _TWO_CYCLES,
-    _exact_staircase,
+    _two(_exact_staircase),
     ("n", "sigma_mu"),
 )
 _PHASE_AVERAGE = Form(
@@ -799,7 +798,7 @@ _ALL = (
         Form(
             "a/l0: sigma_mu = 0, from the relaxed chain; (a - |r0|)/l0 from any other",
             ("l0", "mu_s", "tan_alpha"),
-            _exact_threshold,
+            _two(_exact_threshold),
             ("n", "sigma_mu"),
         ),
     ),
@@ -923,9 +922,7 @@ _ALL = (
         Form(
             "(N m + D)/(2 l0): the whole chain is set in motion",
             ("n", "l0", "mu_d", "mu_s", "tan_alpha"),
-            lambda p: (
-                (p["n"] * _m(p) + _margins(p["mu_d"], p["mu_s"], p["tan_alpha"])[2]) / (2 * p["l0"])
-            ),
+            lambda p: (p["n"] * _m(p) + _excess(p)) / (2 * p["l0"]),
         ),
     ),
     Law(
@@ -1015,10 +1012,7 @@ _ALL = (
         Form(
             "(N m + D)/(2 l0 kappa)",
             ("n", "l0", "mu_d", "mu_s", "tan_alpha", "kappa"),
-            lambda p: (
-                (p["n"] * _m(p) + _margins(p["mu_d"], p["mu_s"], p["tan_alpha"])[2])
-                / (2 * p["l0"] * p["kappa"])
-            ),
+            lambda p: (p["n"] * _m(p) + _excess(p)) / (2 * p["l0"] * p["kappa"]),
         ),
     ),
     Law(
@@ -1037,10 +1031,7 @@ _ALL = (
         Form(
             "(2 l0 A - D)/m: the longest chain that is set in motion as a whole",
             ("l0", "mu_d", "mu_s", "tan_alpha", "amplitude"),
-            lambda p: (
-                (2 * p["l0"] * p["amplitude"] - _margins(p["mu_d"], p["mu_s"], p["tan_alpha"])[2])
-                / _m(p)
-            ),
+            lambda p: (2 * p["l0"] * p["amplitude"] - _excess(p)) / _m(p),
         ),
     ),
 )
