@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -16,9 +17,16 @@ from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from exactcreep.laws import LAWS, cosine, gaussian_integral, pivots, staircase_two_sliders
+from exactcreep.laws import LAWS, gaussian_integral, pivots, staircase_two_sliders
 from exactcreep.model.numbers import exact_number
-from exactcreep.studies.chains import nearest_edge, pivot_remark
+from exactcreep.studies.departures import (
+    BELOW_THRESHOLD,
+    critical_amplitude,
+    margin,
+    nearest_edge,
+    pivot_remark,
+    setting_amplitude,
+)
 from exactcreep.studies.drawing import (
     CYCLES,
     EXACT,
@@ -26,27 +34,13 @@ from exactcreep.studies.drawing import (
     RANDOM,
     SLOPE,
     VELOCITY,
+    Data,
     degrees,
     law_line,
     points,
 )
 from exactcreep.studies.figures import INKS, picture
-from exactcreep.studies.tables import Cell, Row, Table, cells, law_values, table
-
-Data = Mapping[str, xr.Dataset]
-_SEUIL = ("n", "l0", "mu_d", "tan_alpha")
-
-
-def _threshold(parameters: Mapping[str, Any]) -> float:
-    """Return the critical amplitude of Eq. (seuil)."""
-    return float(LAWS["seuil"].printed(**{name: parameters[name] for name in _SEUIL}))
-
-
-def _corrected_threshold(parameters: Mapping[str, Any]) -> float:
-    corrected = LAWS["seuil"].corrected
-    assert corrected is not None
-    return float(corrected(**{name: parameters[name] for name in (*_SEUIL, "mu_s")}))
-
+from exactcreep.studies.tables import Cell, Row, Table, beside, cells, law_values, table, table_of
 
 # --- the staircase of two sliders ----------------------------------------------------------------
 
@@ -138,29 +132,23 @@ def window_tables(data: Data) -> list[Table]:
     dataset = data[_WINDOWS]
     every = cells(dataset)
     creeps = _creeps(dataset)
-    law = LAWS["vitesse_seuil"]
     rows = []
     for k in np.flatnonzero(creeps[1:] != creeps[:-1]).tolist():
         for cell, here in ((every[k], creeps[k]), (every[k + 1], creeps[k + 1])):
-            relative = float(cell.parameters["amplitude"]) / _threshold(cell.parameters)
+            relative = float(cell.parameters["amplitude"]) / critical_amplitude(cell.parameters)
             word = "creeps" if here else "does not creep"
-            rows.append(
-                Row(cell.varied, cell.velocity, cell.error,
-                    law_values(law.printed, cell.parameters),
-                    law_values(law.exact, cell.parameters),
-                    f"A = {relative:.4f} A* of Eq. (seuil): the chain {word}")
-            )  # fmt: skip
+            remark = f"A = {relative:.4f} A* of Eq. (seuil): the chain {word}"
+            rows.append(beside(cell, "vitesse_seuil", remark=remark))
     parameters = every[0].parameters
-    ratio = _corrected_threshold(parameters) / _threshold(parameters)
+    ratio = setting_amplitude(parameters) / critical_amplitude(parameters)
     return [
-        Table(
+        table_of(
             _WINDOWS,
             "Three sliders without disorder: the edges of creep",
-            f"Eq. (vitesse_seuil): {law.printed.text}",
-            "" if law.exact is None else law.exact.text,
-            tuple(rows),
-            f"The amplitude (N m + D)/(2 l0) that sets the whole chain in motion is {ratio:.4f} A*;"
-            " the laws hold for mu_s -> mu_d, and know of no windows.",
+            rows,
+            "vitesse_seuil",
+            note="The amplitude (N m + D)/(2 l0) that sets the whole chain in motion is"
+            f" {ratio:.4f} A*; the laws hold for mu_s -> mu_d, and know of no windows.",
         )
     ]
 
@@ -170,7 +158,7 @@ def draw_windows(data: Data, tables: list[Table]) -> Figure:
     dataset = data[_WINDOWS]
     every = cells(dataset)
     parameters = every[0].parameters
-    star = _threshold(parameters)
+    star = critical_amplitude(parameters)
     figure = picture(5.6, 4.0)
     axes = figure.subplots()
     x = dataset["amplitude"].to_numpy() / star
@@ -181,7 +169,7 @@ def draw_windows(data: Data, tables: list[Table]) -> Figure:
     axes.plot(sizes, exact, **PRINTED, label=r"Eq. (vitesse_seuil)")
     axes.plot(x, dataset["velocity"], linestyle="none", marker="o", markersize=2.2,
               color=INKS[6], label="computed, from the relaxed chain")  # fmt: skip
-    place = _corrected_threshold(parameters) / star
+    place = setting_amplitude(parameters) / star
     axes.axvline(place, ymax=0.8, **{**EXACT, "linewidth": 1.0})  # below the legend
     axes.annotate(
         r"$\frac{Nm+D}{2\,\tilde{l}_0}$", (place, 0.5), xytext=(-4, 0),
@@ -230,17 +218,14 @@ def map_tables(data: Data) -> list[Table]:
         row for k, row in enumerate(whole.rows)
         if (k // columns) % _EVERY == 0 and (k % columns) % _EVERY == 0
     )  # fmt: skip
-    note = "Below the threshold the printed law is negative, where the exact one is zero."
-    return [Table(whole.name, whole.title, whole.printed, whole.exact, rows, note)]
+    return [replace(whole, rows=rows, note=BELOW_THRESHOLD)]
 
 
 def _map_remark(cell: Cell, row: Row) -> str:
-    relative = float(cell.parameters["amplitude"]) / _threshold(cell.parameters)
+    relative = float(cell.parameters["amplitude"]) / critical_amplitude(cell.parameters)
     if 0.5 < relative < 1.5:
         return "near the threshold the excess mu_s - mu_d decides whether the whole chain moves"
-    return pivot_remark(cell) or (
-        "the excess mu_s - mu_d and its scatter, which the sliding limit neglects"
-    )
+    return pivot_remark(cell)
 
 
 def draw_map(data: Data, tables: list[Table]) -> Figure:
@@ -259,9 +244,9 @@ def draw_map(data: Data, tables: list[Table]) -> Figure:
     fine = [Fraction(k, 500) for k in range(250)]
     x = [float(slope) for slope in fine]
     lines = [{**parameters, "tan_alpha": slope} for slope in fine]
-    axes.plot(x, [1e3 * _threshold(each) for each in lines], color="white", linewidth=1.3,
+    axes.plot(x, [1e3 * critical_amplitude(each) for each in lines], color="white", linewidth=1.3,
               label="Eq. (seuil)")  # fmt: skip
-    corrected = [1e3 * _corrected_threshold(each) for each in lines]
+    corrected = [1e3 * setting_amplitude(each) for each in lines]
     axes.plot(x, corrected, color=INKS[5], linewidth=1.3, linestyle=(0, (4, 1.5)),
               label=r"$(Nm + D)/(2\tilde{l}_0)$")  # fmt: skip
     n, friction = int(parameters["n"]), parameters["mu_d"]
@@ -336,7 +321,6 @@ def _statistics(dataset: xr.Dataset, amplitude: int) -> tuple[list[int], list[fl
 def waiting_tables(data: Data) -> list[Table]:
     """Return the mean velocity at both amplitudes, with the statistics of bursts as remarks."""
     dataset = data[_WAITING]
-    law = LAWS["vitesse_seuil"]
     every = cells(dataset)
     count = dataset.sizes["start"]
     rows = []
@@ -351,21 +335,20 @@ def waiting_tables(data: Data) -> list[Table]:
                 f"{len(jumps)} bursts from {count} starts, mean jump {np.mean(jumps):.3g},"
                 f" mean wait {mean:.3g} cycles, longest {max(waits, default=0)}"
             )
-        rows.append(
-            Row({"amplitude": here[0].varied["amplitude"]}, float(velocity.mean()),
-                float(velocity.std(ddof=1)) / math.sqrt(count) if count > 1 else math.nan,
-                law_values(law.printed, here[0].parameters),
-                law_values(law.exact, here[0].parameters), remark)
-        )  # fmt: skip
+        together = here[0]._replace(
+            varied={"amplitude": here[0].varied["amplitude"]},
+            velocity=float(velocity.mean()),
+            error=float(velocity.std(ddof=1)) / math.sqrt(count) if count > 1 else math.nan,
+        )
+        rows.append(beside(together, "vitesse_seuil", remark=remark))
     return [
-        Table(
+        table_of(
             _WAITING,
             "Thirty sliders without disorder near the critical amplitude, mean over starts",
-            f"Eq. (vitesse_seuil): {law.printed.text}",
-            "" if law.exact is None else law.exact.text,
-            tuple(rows),
-            "Both amplitudes lie below (N m + D)/(2 l0), which sets the whole chain in motion: it"
-            " creeps in bursts, which the laws of the sliding limit do not know.",
+            rows,
+            "vitesse_seuil",
+            note="Both amplitudes lie below (N m + D)/(2 l0), which sets the whole chain in motion:"
+            " it creeps in bursts, which the laws of the sliding limit do not know.",
         )
     ]
 
@@ -375,7 +358,7 @@ def draw_waiting(data: Data, tables: list[Table]) -> Figure:
     dataset = data[_WAITING]
     figure = picture(7.0, 3.5)
     left, right = figure.subplots(1, 2)
-    star = _threshold(cells(dataset)[0].parameters)
+    star = critical_amplitude(cells(dataset)[0].parameters)
     for k, ink, marker in ((1, INKS[6], "o"), (0, INKS[1], "^")):
         name = rf"$A_\theta = {float(dataset['amplitude'][k]) / star:.2f}\,A_\theta^*$"
         waits, jumps = _statistics(dataset, k)
@@ -425,16 +408,13 @@ def _closed_remark(cell: Cell, row: Row) -> str:
         return (
             "h > 1: rare large dilations; the excess mu_s - mu_d is not small beside l0 sigma_theta"
         )
-    return pivot_remark(cell) or (
-        "the excess mu_s - mu_d and its scatter, which the sliding limit neglects"
-    )
+    return pivot_remark(cell)
 
 
 def _reduced(cell: Cell) -> float:
     """Return h = N m/(2 l0 sigma_theta)."""
     p = cell.parameters
-    margin = float(p["mu_d"] - p["tan_alpha"]) * float(cosine(p["tan_alpha"]))
-    return float(p["n"]) * margin / (2 * float(p["l0"] * p["sigma_theta"]))
+    return float(p["n"]) * margin(p) / (2 * float(p["l0"] * p["sigma_theta"]))
 
 
 def _unit(cell: Cell) -> float:
@@ -501,9 +481,7 @@ def _onset_remark(cell: Cell, row: Row) -> str:
             f"in the window of two stable pivots around tan(alpha) = {float(edge):.4g}: the chain"
             " keeps the one that its history gave it"
         )
-    return pivot_remark(cell) or (
-        "the excess mu_s - mu_d and its scatter, which the sliding limit neglects"
-    )
+    return pivot_remark(cell)
 
 
 def draw_pivots(data: Data, tables: list[Table]) -> Figure:

@@ -7,12 +7,17 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from exactcreep.laws import LAWS
+from exactcreep.studies.departures import (
+    BELOW_THRESHOLD,
+    critical_amplitude,
+    pivot_remark,
+    setting_amplitude,
+)
 from exactcreep.studies.drawing import (
     CYCLES,
     EXACT,
@@ -20,6 +25,7 @@ from exactcreep.studies.drawing import (
     RANDOM,
     SLOPE,
     VELOCITY,
+    Data,
     degrees,
     law_line,
     plateau_lines,
@@ -28,46 +34,11 @@ from exactcreep.studies.drawing import (
 from exactcreep.studies.figures import INKS, picture
 from exactcreep.studies.tables import Cell, Row, Table, cells, law_values, table
 
-Data = Mapping[str, xr.Dataset]
-
-_BELOW = "Below the threshold the printed law is negative, where the exact one is zero."
 _TWO_TERMS = "The printed law is the first two terms of the exact one in N m/(2 l0 sigma_theta)."
 _FOURS = (
     "N = 4k at tan(alpha) = mu_d/2 stands on the edge between two plateaus: the sliding limit is"
     " not unique, and both values are given."
 )
-_BROAD = Fraction(3)
-"""Half-width of a transition between plateaus under disorder, in units of (mu_s - mu_d)/N."""
-
-
-def nearest_edge(cell: Cell) -> tuple[Fraction, Fraction]:
-    """Return the edge between two plateaus nearest to the slope, and how far it is.
-
-    The distance is in units of (mu_s - mu_d)/N: within one, two pivots are stable.
-    """
-    n, slope, friction = (cell.parameters[name] for name in ("n", "tan_alpha", "mu_d"))
-    edges = [friction * (1 - Fraction(2 * (i - 1), int(n))) for i in range(1, int(n) + 2)]
-    edge = min(edges, key=lambda value: abs(value - slope))
-    return edge, abs(edge - slope) * n / (cell.parameters["mu_s"] - friction)
-
-
-def pivot_remark(cell: Cell) -> str:
-    """Return what makes a velocity lie between two plateaus, nothing if it is far from an edge."""
-    friction = cell.parameters["mu_d"]
-    edge, distance = nearest_edge(cell)
-    if abs(edge) == friction and friction - abs(cell.parameters["tan_alpha"]) < Fraction(1, 20):
-        return "close to mu_d: the chain slips as a whole, and inertia carries it on"
-    if distance == 0:
-        return f"at the edge tan(alpha) = {float(edge):.4g} both pivots are equally possible"
-    if distance <= _BROAD and abs(edge) != friction:
-        return (
-            f"within {int(_BROAD)} (mu_s - mu_d)/N of the edge tan(alpha) = {float(edge):.4g}:"
-            " under disorder both pivots occur"
-        )
-    return ""
-
-
-_NEGLECTED = "the excess mu_s - mu_d and its scatter, which the sliding limit neglects"
 
 
 # --- plateaus over the slope ---------------------------------------------------------------------
@@ -85,7 +56,7 @@ def plateau_tables(data: Data) -> list[Table]:
 
 
 def _plateau_remark(cell: Cell, row: Row) -> str:
-    return pivot_remark(cell) or _NEGLECTED
+    return pivot_remark(cell)
 
 
 def draw_plateaus(data: Data, tables: list[Table]) -> Figure:
@@ -153,18 +124,15 @@ def amplitude_tables(data: Data) -> list[Table]:
     cycles, random = "chain-amplitude", "chain-amplitude-random"
     return [
         table(cycles, "Thirty sliders, cycles, over the amplitude", data[cycles],
-              "vitesse_seuil", _threshold_remark, note=_BELOW),
+              "vitesse_seuil", _threshold_remark, note=BELOW_THRESHOLD),
         table(random, "Thirty sliders, random dilations, over sigma_theta", data[random],
               "vitesse_seuil_random", _threshold_remark, note=_TWO_TERMS),
     ]  # fmt: skip
 
 
 def _threshold_remark(cell: Cell, row: Row) -> str:
-    margin = LAWS["seuil"].printed(
-        **{name: cell.parameters[name] for name in ("n", "l0", "mu_d", "tan_alpha")}
-    )
     size = "amplitude" if "amplitude" in cell.parameters else "sigma_theta"
-    relative = float(cell.parameters[size]) / float(margin)
+    relative = float(cell.parameters[size]) / critical_amplitude(cell.parameters)
     if size == "amplitude" and 0.97 < relative < 1.15:
         return (
             "within 15 % of the threshold the excess mu_s - mu_d decides whether the whole chain"
@@ -172,7 +140,7 @@ def _threshold_remark(cell: Cell, row: Row) -> str:
         )
     if size == "sigma_theta" and relative < 0.6:
         return "far below the threshold: rare large dilations, and slips of size D at both ends"
-    return pivot_remark(cell) or _NEGLECTED
+    return pivot_remark(cell)
 
 
 def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
@@ -193,9 +161,8 @@ def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
     axes.plot(sizes, exact, **EXACT, label=r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$: $I(h)$")
     points(axes, cycles.rows, "amplitude", **CYCLES, label="cycles, computed")
     points(axes, random.rows, "sigma_theta", **RANDOM, label="random dilations, computed")
-    given = {name: chain[name] for name in ("n", "l0", "mu_d", "tan_alpha")}
     for label, text in (("seuil", r"$A_\theta^*$"), ("sigma_theta_star", r"$\sigma_\theta^*$")):
-        place = float(LAWS[label].printed(**given))
+        place = law_values(LAWS[label].printed, chain)[0]
         axes.plot([place, place], [-3, 34], color="0.55", linewidth=0.7, linestyle=(0, (1, 2)))
         side = ("right", -3) if label == "seuil" else ("left", 3)
         axes.annotate(text, (place, 29), xytext=(side[1], 0), textcoords="offset points",
@@ -217,7 +184,7 @@ def size_tables(data: Data) -> list[Table]:
     cycles, random = "chain-size", "chain-size-random"
     return [
         table(cycles, "Cycles, over the number of sliders", data[cycles],
-              "vitesse_seuil", _threshold_remark, note=f"{_BELOW} {_FOURS}"),
+              "vitesse_seuil", _threshold_remark, note=f"{BELOW_THRESHOLD} {_FOURS}"),
         table(random, "Random dilations, over the number of sliders", data[random],
               "vitesse_seuil_random", _threshold_remark, note=f"{_TWO_TERMS} {_FOURS}"),
     ]  # fmt: skip
@@ -272,10 +239,7 @@ def jump_tables(data: Data) -> list[Table]:
 
 
 def _jump_remark(cell: Cell, row: Row) -> str:
-    given = {name: cell.parameters[name] for name in ("n", "l0", "mu_d", "mu_s", "tan_alpha")}
-    corrected = LAWS["seuil"].corrected
-    assert corrected is not None
-    relative = float(cell.parameters["amplitude"]) / float(corrected(**given))
+    relative = float(cell.parameters["amplitude"]) / setting_amplitude(cell.parameters)
     return (
         f"irregular: A = {relative:.4f} of the amplitude [N m + D]/(2 l0) that sets the whole"
         " chain in motion; it moves on in bursts"

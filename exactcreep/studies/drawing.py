@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
@@ -15,6 +16,8 @@ from exactcreep.laws import LAWS, Form
 from exactcreep.studies.figures import INKS
 from exactcreep.studies.tables import Row, law_values
 
+Data = Mapping[str, xr.Dataset]
+"""The sweeps of a picture by the names of their scenes."""
 VELOCITY = r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle$  ($g\,\tau_\mathrm{dyn}^2$)"
 SLOPE = r"$\tan\alpha$"
 PRINTED: dict[str, Any] = {"color": INKS[0], "linestyle": "-", "linewidth": 1.1}

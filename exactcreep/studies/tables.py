@@ -7,8 +7,8 @@ import io
 import itertools
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -262,20 +262,32 @@ def table(
     note : str
         For the table.
     """
-    known = LAWS[law]
-    better = exact or known.exact or known.corrected
     rows = []
     for cell in cells(dataset):
-        row = Row(
-            cell.varied,
-            cell.velocity,
-            cell.error,
-            law_values(known.printed, cell.parameters),
-            law_values(better, cell.parameters),
-        )
-        text = remark(cell, row) if row.departs else ""
-        rows.append(
-            Row(row.varied, row.measured, row.error, row.printed, row.exact, text)
-        )
+        row = beside(cell, law, exact=exact)
+        rows.append(replace(row, remark=remark(cell, row)) if row.departs else row)
+    return table_of(name, title, rows, law, exact=exact, note=note)
+
+
+def beside(cell: Cell, law: str, *, exact: Form | None = None, remark: str = "") -> Row:
+    """Return the row of a point beside the law of the paper's equation `law`."""
+    known = LAWS[law]
+    printed = law_values(known.printed, cell.parameters)
+    better = law_values(exact or known.exact or known.corrected, cell.parameters)
+    return Row(cell.varied, cell.velocity, cell.error, printed, better, remark)
+
+
+def table_of(
+    name: str,
+    title: str,
+    rows: Iterable[Row],
+    law: str,
+    *,
+    exact: Form | None = None,
+    note: str = "",
+) -> Table:
+    """Return rows as a table headed by the law of the paper's equation `law`."""
+    known = LAWS[law]
+    better = exact or known.exact or known.corrected
     words = "" if better is None else better.text
     return Table(name, title, f"Eq. ({law}): {known.printed.text}", words, tuple(rows), note)

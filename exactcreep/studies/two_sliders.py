@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from fractions import Fraction
-from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.figure import Figure
 
-from exactcreep.laws import LAWS, cosine
+from exactcreep.laws import LAWS
+from exactcreep.studies.departures import margin
 from exactcreep.studies.drawing import (
     EXACT,
     PRINTED,
     RANDOM,
     SLOPE,
     VELOCITY,
+    Data,
     degrees,
     law_line,
     points,
 )
 from exactcreep.studies.figures import INKS, picture
-from exactcreep.studies.tables import Cell, Row, Table, cells, table
-
-Data = Mapping[str, xr.Dataset]
+from exactcreep.studies.tables import Cell, Row, Table, cells, law_values, table
 
 _CORRECTED = "velocity_th_2_gaussienne_corrected"
 _ASYMPTOTE = r"$\tilde{l}_0\sigma_\theta/\sqrt{\pi}$"
@@ -32,12 +29,6 @@ _NOTE = (
     "The printed law has mu_s cos(alpha) - sin(alpha) where mu_d cos(alpha) - sin(alpha) belongs"
     " (it is low by (2/3)(mu_s - mu_d) cos(alpha)), and is the first two terms of the exact one."
 )
-
-
-def _margin(parameters: Mapping[str, Any]) -> float:
-    """Return m = mu_d cos(alpha) - sin(alpha)."""
-    slope = parameters["tan_alpha"]
-    return float(parameters["mu_d"] - slope) * float(cosine(slope))
 
 
 # --- the trace -----------------------------------------------------------------------------------
@@ -147,10 +138,8 @@ def draw_angle(data: Data, tables: list[Table]) -> Figure:
     axes.plot(x, exact, **EXACT, label=r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$:"
               r" $\tilde{l}_0\sigma_\theta\,I(h)$")  # fmt: skip
     points(axes, rows, "tan_alpha", **RANDOM, label="computed")
-    low = float(LAWS["alpha_c_minus"].printed(sigma_mu=parameters["sigma_mu"]))
-    high = float(
-        LAWS["alpha_c_plus"].printed(mu_d=parameters["mu_d"], sigma_mu=parameters["sigma_mu"])
-    )
+    low = law_values(LAWS["alpha_c_minus"].printed, parameters)[0]
+    high = law_values(LAWS["alpha_c_plus"].printed, parameters)[0]
     for place, name in (
         (low, r"$\alpha_\mathrm{c}^-$"),
         (high, r"$\alpha_\mathrm{c}^+$"),
@@ -183,8 +172,7 @@ def amplitude_tables(data: Data) -> list[Table]:
 
 def _amplitude_remark(cell: Cell, row: Row) -> str:
     width = float(cell.parameters["l0"] * cell.parameters["sigma_theta"])
-    margin = _margin(cell.parameters)
-    if width < margin:
+    if width < margin(cell.parameters):
         return (
             "rare events: a slip must overcome the largest of many drawn coefficients, and D is"
             " not small beside l0 sigma_theta"
@@ -226,9 +214,7 @@ def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
         )
 
     points(bottom, rows, "sigma_theta", scale=ratio, **RANDOM)
-    star = float(LAWS["threshold_th_2_gaussienne_corrected"].printed(
-        **{name: parameters[name] for name in ("l0", "mu_s", "tan_alpha")}
-    ))  # fmt: skip
+    star = law_values(LAWS["threshold_th_2_gaussienne_corrected"].printed, parameters)[0]
     for axes in (top, bottom):
         axes.axvline(star, color="0.55", linewidth=0.7, linestyle=(0, (1, 2)), zorder=0)
     top.annotate(r"$\sigma_\theta^*$", (star, 20.0), xytext=(3, 0), textcoords="offset points")
