@@ -473,7 +473,8 @@ class _Signs:
             if not self.assume:
                 raise
             sign = 0
-        self.undecided += sign == 0 and not bool(x == 0)
+        # a zero that was rounded may be none
+        self.undecided += sign == 0 and (bool(slack > 0) or not bool(x == 0))
         return sign
 
 

@@ -189,7 +189,8 @@ class Mechanics:
             if not self.assume:
                 raise
             sign = 0
-        self.tally.undecided += sign == 0 and not bool(x == 0)
+        # a zero that was rounded may be none
+        self.tally.undecided += sign == 0 and (bool(allowance > 0) or not bool(x == 0))
         return sign
 
     # -- from rest to the first start ----------------------------------------------------------
