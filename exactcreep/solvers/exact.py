@@ -408,10 +408,9 @@ class Exact(Solver):
         work = simulation.work
         logs: list[NDArray[Any]] = []
         reason = layout.ONE_DONE
-        if direction == 0 or chain.n > 1:
-            if direction != 0:
-                work.whole[layout.STAGE] = layout.AT_REST
-            target = np.array([np.inf * direction]) if direction else np.zeros(1)
+        for target in _targets(chain, direction):
+            if work.whole[layout.REARRANGEMENTS]:
+                break  # it did not rest at its own theta
             reason = layout.LOG_FULL
             while reason == layout.LOG_FULL:
                 left = MOST_EVENTS - int(work.whole[layout.EVENTS])
@@ -459,23 +458,27 @@ class Exact(Solver):
         """Yield the events of `rearrange` one by one, each as soon as it is known."""
         simulation = ExactSimulation(chain, state, seed, ("events",))
         work = simulation.work
-        if direction != 0:
-            if chain.n == 1:
-                return
-            work.whole[layout.STAGE] = layout.AT_REST
-        target = np.array([np.inf * direction]) if direction else np.zeros(1)
-        reason = layout.BUDGET
-        while reason in (layout.BUDGET, layout.LOG_FULL):
-            reason, _ = kernel.follow(*work, target, np.zeros(1), np.empty(1), 1, True)
-            count = int(work.whole[layout.LOGGED])
-            yield from _events(work.log[:count, _EVENT_COLUMNS])
-            work.whole[layout.LOGGED] = 0
+        for target in _targets(chain, direction):
+            if work.whole[layout.REARRANGEMENTS]:
+                break
+            reason = layout.BUDGET
+            while reason in (layout.BUDGET, layout.LOG_FULL):
+                reason, _ = kernel.follow(*work, target, np.zeros(1), np.empty(1), 1, True)
+                count = int(work.whole[layout.LOGGED])
+                yield from _events(work.log[:count, _EVENT_COLUMNS])
+                work.whole[layout.LOGGED] = 0
 
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
     ) -> ExactSimulation:
         """Return a simulation that starts from `state`."""
         return ExactSimulation(chain, state, seed, record)
+
+
+def _targets(chain: Chain, direction: int) -> list[NDArray[np.float64]]:
+    """Return where theta goes until something moves: nowhere at first, then for ever."""
+    still = np.zeros(1)
+    return [still] if direction == 0 or chain.n == 1 else [still, np.array([np.inf * direction])]
 
 
 def _shifted(chain: Chain, state: State, work: Work) -> NDArray[np.float64]:

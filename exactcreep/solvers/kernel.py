@@ -34,6 +34,7 @@ from exactcreep.solvers.layout import (
     CONSTANT,
     COSINE,
     DONE,
+    DOUBTED,
     DOWNHILL,
     DRAWS,
     DRIVE,
@@ -413,8 +414,9 @@ def _unstable(cell, real, whole, log):  # type: ignore[no-untyped-def]
                 began = True
             sign = 1.0 if pull > 0.0 else -1.0
             _start(cell, real, whole, log, i, sign, abs(pull) - real[FRICTION], 0.0)
-        elif beyond > -bound and beyond != 0.0:
+        elif beyond > -bound:
             whole[UNDECIDED] += 1
+            cell[DOUBTED, i] = whole[REARRANGEMENTS] + (not began)  # not again in what follows
     whole[STAGE] = AT_REST
     if began:
         whole[NUMBER] += 1

@@ -16,7 +16,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from exactcreep import Chain, Creep, Evidence, Outcome, State, audit, creep, rearrange
+from exactcreep import Chain, Creep, Evidence, Outcome, State, audit, creep, iterate, rearrange
 from exactcreep import Path as ThetaPath
 from exactcreep.quasistatic.loop import PhysicsWarning
 
@@ -151,8 +151,6 @@ def test_solvers_agree_on_the_itinerary_until_one_reports_that_it_cannot_decide(
 ) -> None:
     state = State.relaxed(case.chain, case.seed)
     for way in (1, 1, -1, -1, 1):
-        if (state.coefficients <= float(case.chain.mu_d)).any():
-            return  # at its threshold, where the rounding of the state itself decides
         exact, reference, certified = (
             rearrange(case.chain, state, direction=way, seed=case.seed, solver=solver)
             for solver in ("exact", "reference", "certified")
@@ -169,6 +167,50 @@ def test_solvers_agree_on_the_itinerary_until_one_reports_that_it_cannot_decide(
         ours, true = (np.array([float(x) for x in r.state.tensions]) for r in (exact, certified))
         assert np.abs(ours - true).max(initial=0) < 1e-12 * force * max(1, len(exact.events))
         state = exact.state
+
+
+def lone_threshold(chain: Chain, ulps: int) -> State:
+    """Return a state in which slider N alone stands so many ulp beyond its threshold."""
+    threshold = chain.times_cosine(chain.mu_s)
+    tension = chain.sin_alpha - threshold  # F_N = s - T_(N-1)
+    tension -= ulps * 2.0**-53
+    return State.prepared(chain, [0.0] * (chain.n - 2) + [tension])
+
+
+@pytest.mark.parametrize("solver", ["exact", "reference"])
+@pytest.mark.parametrize("ulps", [-1, 0, 1])
+def test_a_state_at_its_threshold_is_undecided_in_float64_whatever_the_rounded_difference_is(
+    ulps: int, solver: str
+) -> None:
+    chain = Chain(3, 1, "0.5", "0.6", tan_alpha="0.25")
+    result = rearrange(chain, lone_threshold(chain, ulps), direction=-1, solver=solver)
+    assert result.undecided > 0
+    assert result.evidence is Evidence.UNDECIDED
+
+
+@pytest.mark.parametrize("solver", ["exact", "reference", "verlet"])
+@pytest.mark.parametrize("direction", [-1, 0, 1])
+def test_a_state_that_is_not_at_rest_is_first_rearranged_at_its_own_theta(
+    direction: int, solver: str
+) -> None:
+    chain = Chain(3, 1, "0.5", "0.6", tan_alpha="0.25")
+    state = State.prepared(chain, ["0.1", "-0.9"])
+    result, certified = (
+        rearrange(chain, state, direction=direction, solver=name) for name in (solver, "certified")
+    )
+    assert result.itinerary == certified.itinerary
+    assert result.theta == 0
+    single = list(iterate(chain, state, direction=direction, solver=solver))
+    assert tuple(event.signature for event in single) == certified.itinerary
+
+
+@pytest.mark.parametrize("solver", ["exact", "reference", "certified", "verlet"])
+def test_one_slider_that_cannot_rest_runs_away_whichever_way_theta_goes(solver: str) -> None:
+    chain = Chain(1, 1, "0.5", "0.6", tan_alpha="0.7")
+    for direction in (-1, 0, 1):
+        result = rearrange(chain, State.relaxed(chain), direction=direction, solver=solver)
+        assert result.outcome is Outcome.RUNAWAY
+        assert len(result.events) == 1
 
 
 # --- the same bits everywhere --------------------------------------------------------------------
