@@ -204,7 +204,6 @@ ENTRIES: tuple[Entry, ...] = (
         corrected=r"k = (N - 1) Y S / L",
         corrected_formula=r"k = (N - 1) Y S / L",
         error="relative 1/N",
-        formula=r"k = N Y S / L",
         holds=lambda formula: (
             formula.left == k
             and vanishes(sp.limit(formula.right / ((N - 1) * Y * section / L), N, sp.oo) - 1)
@@ -251,8 +250,6 @@ ENTRIES: tuple[Entry, ...] = (
         "continuum: Eq. (seuil), theta = kappa Delta T",
         assumptions=("N >> 1",),
         error="relative D/(N m) and 1/N",
-        formula=r"\Delta T^* = \frac{g \rho L}{2 Y \kappa} (\mu_\mathrm{d} \cos \alpha - \sin "
-        r"\alpha)",
         holds=follows(_is("Delta_T_star", _R["threshold"] / kappa)),
     ),
     Entry(
@@ -291,7 +288,6 @@ ENTRIES: tuple[Entry, ...] = (
         corrected=r"L = (N - 1) l_0",
         corrected_formula=r"L = (N - 1) l_0",
         error="relative 1/N; grains of size l_0, rather than points, make it exact",
-        formula=r"L = N l_0",
         holds=lambda formula: (
             formula.left == L
             and vanishes(sp.limit(formula.right / ((N - 1) * l0), N, sp.oo) - 1)
@@ -330,7 +326,6 @@ ENTRIES: tuple[Entry, ...] = (
         "approximation",
         "continuum: derivative of Hertz' force, which goes as Y R**(1/2) delta**(3/2)",
         error="a number of order 1",
-        formula=r"k \sim Y (R\delta)^{1/2}",
         holds=proportional({k: _R["hertz"]}),
     ),
     Entry(
@@ -339,7 +334,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$P \sim \rho g D$",
         "convention",
         "Janssen: the pressure saturates at the weight of a column about one diameter high",
-        formula=r"P \sim \rho g D",
         holds=proportional({P: rho * g * D}),
     ),
     Entry(
@@ -349,7 +343,6 @@ ENTRIES: tuple[Entry, ...] = (
         "approximation",
         "a grain carries the pressure on its section",
         error="a number of order 1",
-        formula=r"k \delta \sim P R^2",
         holds=proportional({depth: _R["pressed"]}),
     ),
     Entry(
@@ -358,7 +351,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$k \sim R [\rho g D Y^2]^{1/3}$",
         "exact",
         "continuum: the three estimates before it",
-        formula=r"k \sim R [\rho g D Y^2]^{1/3}",
         holds=proportional({k: _R["bead"]}),
     ),
     Entry(
@@ -367,7 +359,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$N \sim D/2R$",
         "convention",
         "one grain per diameter, l_0 = 2R",
-        formula=r"N \sim D/2R",
         holds=lambda formula: (
             formula.relations == ("~",)
             and vanishes(formula.bound({N: D / (2 * R)}).left - formula.right)
@@ -380,7 +371,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "continuum: Eq. (seuil) with N = D/2R, l_0 = 2R, m = rho R**3, up to a number",
         assumptions=("mu_d c - s of order 1",),
-        formula=r"A_\theta^* \sim (\rho g D / Y)^{2/3}",
         holds=proportional({symbol("A_theta_star"): _R["column"]}),
     ),
     Entry(
@@ -390,7 +380,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "continuum: (2e3 x 9.81 x 0.01/2e10)**(2/3) = 4.6e-6",
         error="the prefactor left out is of order 0.1 to 1",
-        formula=r"A_\theta^* \sim 5\,10^{-6}",
         holds=_column,
     ),
     Entry(

@@ -289,7 +289,6 @@ def distance_to_asymptote() -> tuple[mpmath.mpf, mpmath.mpf, mpmath.mpf]:
 
 
 _R = derive().results
-_PLATEAU_ASYMPTOTE = (N + 3 - 2 * i) * l0 * sigma_theta * _R["mean_step"]
 
 
 def _chain(value: Expression) -> dict[object, object]:
@@ -473,8 +472,6 @@ ENTRIES: tuple[Entry, ...] = (
         assumptions=(*_GAUSS, "large amplitude"),
         corrected=_EXACT_LAW,
         error="-(N + 3 - 2i) N m/3, small if l0 sigma >> N m",
-        formula=r"\tau_\mathrm{th} v_\mathrm{N,i}^* =  ( N + 3 - 2 i )\,\tilde{l}_0  "
-        r"\sigma_\theta/\sqrt{\pi}",
         holds=leading(_chain(_R["linear"]), sigma_theta),
     ),
     Entry(
@@ -483,7 +480,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$\sigma_\theta^* = \frac{2}{3} \sqrt{\pi} A_\theta^*$",
         "exact",
         "gaussian: zero of the linear law, with A* of Eq. (seuil)",
-        formula=r"\sigma_\theta^* = \frac{2}{3} \sqrt{\pi} A_\theta^*",
         holds=follows(
             {
                 symbol("sigma_theta_star"): _R["threshold"],
@@ -506,10 +502,6 @@ ENTRIES: tuple[Entry, ...] = (
         error="next term (N + 3 - 2i) 0.2211 h N m/2, positive; the printed law turns negative "
         "below sigma*, where the "
         "truth is small and positive",
-        formula=r"\tau_\mathrm{th}v_\mathrm{N,i}^* =  (N+3-2i)\,\tilde{l}_0 "
-        r"\Bigl[\frac{\sigma_\theta}{\sqrt{\pi}} - "
-        "\n"
-        r"\frac{N}{3\tilde{l}_0} (\mu_\mathrm{d}\cos\alpha-\sin\alpha)\Bigr]",
         holds=_law(_chain(_R["linear"])),
     ),
     Entry(
@@ -526,7 +518,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$\sigma_\theta = 0.005 \sqrt{\pi}$",
         "exact",
         "gaussian: the width whose plateau is that of cycles of amplitude 0.005",
-        formula=r"\sigma_\theta = 0.005 \sqrt{\pi}",
         holds=lambda formula: (
             formula.left == sigma_theta
             and vanishes(formula.right * _R["mean_step"] - sp.Rational(5, 1000))

@@ -521,7 +521,6 @@ ENTRIES: tuple[Entry, ...] = (
         error="second order in Delta t inside a phase, first order where starts and stops are "
         "found only at "
         "the end of a step",
-        formula=r"\Delta t\ll\tau_\mathrm{dyn}",
         holds=_stable_step,
     ),
 )

@@ -255,7 +255,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$\Delta\mu \equiv \mu_\mathrm{s} - \mu_\mathrm{d}$",
         "convention",
         "definition",
-        formula=r"\Delta\mu \equiv \mu_\mathrm{s} - \mu_\mathrm{d}",
         holds=lambda formula: (
             formula.relations == ("=",)
             and formula.left == symbol("Delta_mu")
@@ -277,7 +276,6 @@ ENTRIES: tuple[Entry, ...] = (
         "separation of time scales "
         "(theta frozen in a rearrangement), under which the balance holds on average over slips "
         "instead",
-        formula=r"\dot \theta \gg \Delta\mu / \tilde{l}_0 \tau_\mathrm{dyn}",
         holds=lambda formula: _rate(formula, False),
         holds_exactly=lambda formula: _rate(formula, True),
     ),
@@ -288,7 +286,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "pivots: sum of the balances of sliders 1..i-1, all sliding uphill",
         assumptions=("continuous sliding", "no inertia"),
-        formula=r"&f_{i\to i-1} + (i-1) &(m g \sin \alpha + \mu_\mathrm{d} m g \cos \alpha) = 0",
         holds=follows(_balance(i, True)),
     ),
     Entry(
@@ -298,7 +295,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "pivots: sum of the balances of sliders i+1..N, all sliding downhill",
         assumptions=("continuous sliding", "no inertia"),
-        formula=r"&f_{i\to i+1} + (N-i) &(m g \sin \alpha - \mu_\mathrm{d} m g \cos \alpha) = 0",
         holds=follows(_balance(i, True)),
     ),
     Entry(
@@ -314,8 +310,6 @@ ENTRIES: tuple[Entry, ...] = (
         corrected_formula=r"| f_{i-1\to i} + f_{i+1\to i} + m g \sin \alpha | < \mu_\mathrm{s} m "
         r"g \cos \alpha",
         error="friction coefficient of the wrong kind",
-        formula=r"| f_{i-1\to i} + f_{i+1\to i} + m g \sin \alpha | < \mu_\mathrm{d} m g \cos "
-        r"\alpha",
         holds=_stability(),
         repair=(r"\mu_\mathrm{d}", r"\mu_\mathrm{s}"),
     ),
@@ -359,7 +353,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"&f_{j\to j-1} + (j-1) &(m g \sin \alpha - \mu_\mathrm{d} m g \cos \alpha) = 0",
         "exact",
         "pivots: sliders 1..j-1 slide downhill in a contraction",
-        formula=r"&f_{j\to j-1} + (j-1) &(m g \sin \alpha - \mu_\mathrm{d} m g \cos \alpha) = 0",
         holds=follows(_balance(j, False)),
     ),
     Entry(
@@ -368,7 +361,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"&f_{j\to j+1} + (N-j) &(m g \sin \alpha + \mu_\mathrm{d} m g \cos \alpha) = 0",
         "exact",
         "pivots: sliders j+1..N slide uphill in a contraction",
-        formula=r"&f_{j\to j+1} + (N-j) &(m g \sin \alpha + \mu_\mathrm{d} m g \cos \alpha) = 0",
         holds=follows(_balance(j, False)),
     ),
     Entry(

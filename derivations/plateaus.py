@@ -109,7 +109,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "plateaus: constant tensions of sliding sliders",
         assumptions=("all sliders but the pivot move all the time",),
-        formula=r"\Delta\tilde{x}_\mathrm{n} = [ n - ( i - 1 ) ]\,\tilde{l}_0  \Delta\theta^+",
         holds=follows(_moving(_R["dilation"])),
     ),
     Entry(
@@ -119,7 +118,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "plateaus: constant tensions of sliding sliders",
         assumptions=("all sliders but the pivot move all the time",),
-        formula=r"\Delta\tilde{x}_\mathrm{n} = [ n - ( j + 1 ) ]\,\tilde{l}_0  \Delta\theta^-",
         holds=follows(_moving(_R["contraction"])),
     ),
     Entry(
@@ -128,7 +126,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$\Delta \theta^+ = - \Delta \theta^- = 2 A_\theta$",
         "exact",
         "a cycle runs from -A to +A and back",
-        formula=r"\Delta \theta^+ = - \Delta \theta^- = 2 A_\theta",
         holds=follows({rise: amplitude - (-amplitude), fall: -amplitude - amplitude}),
     ),
     Entry(
@@ -138,7 +135,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "plateaus: sum of a dilation and a contraction with j = N + 1 - i",
         assumptions=("large amplitude",),
-        formula=r"\Delta\tilde{x}_\mathrm{n} = 2 (N + 3 - 2 i) \tilde{l}_0 A_\theta",
         holds=follows(_moving(_R["cycle"])),
     ),
     Entry(
@@ -168,7 +164,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$1 < i < (N+3)/2$",
         "exact",
         "plateaus: the pivot i - 1 of the dilation is a slider, and the velocity is positive",
-        formula=r"1 < i < (N+3)/2",
         holds=_sign_range,
     ),
 )

@@ -207,7 +207,7 @@ class Entry:
         Leading error of an approximation and the condition under which it is small; what a misprint
         gets wrong.
     formula : str or None
-        The part of `printed` that is a formula.
+        The part of `printed` that is a formula; where there is a judge, by default all of it.
     corrected_formula : str or None
         The part of `corrected` that is one.
     holds : Judge or None
@@ -238,6 +238,10 @@ class Entry:
     holds_exactly: Judge | None = None
     repair: tuple[str, ...] | None = None
     evidence: Callable[[], bool] | None = None
+
+    def __post_init__(self) -> None:
+        if self.formula is None and self.holds is not None:
+            object.__setattr__(self, "formula", self.printed.strip("$"))
 
     def accepts_printed(self, text: str) -> bool:
         """Return whether `text` in the place of the printed formula would earn the same verdict."""

@@ -125,7 +125,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "runaway: the mean acceleration of a chain sliding downhill is s - mu_d c",
         assumptions=("the chain moves as a whole; at rest it holds on up to the mean of mu_s",),
-        formula=r"\tan(\alpha_\mathrm{c}) \equiv \mu_\mathrm{d}",
         holds=_critical,
     ),
     Entry(
@@ -136,7 +135,6 @@ ENTRIES: tuple[Entry, ...] = (
         "runaway: s - mu_d c > 0 exactly for tan(alpha) > mu_d; at equality the mean velocity is "
         "constant",
         assumptions=("the system slides as a whole",),
-        formula=r"\alpha>\alpha_\mathrm{c}=\arctan(\mu_d)",
         holds=_accelerates(),
     ),
 )

@@ -241,7 +241,6 @@ ENTRIES: tuple[Entry, ...] = (
         "the "
         "model uses",
         assumptions=("|theta| << 1", "the stiffness does not depend on T"),
-        formula=r"l(T) = l_0 \bigl[ 1 + \kappa (T - T_0) \bigr]",
         holds=follows({"l": lambda at: l0 * (1 + theta).subs(theta, kappa * (at - T_0))}),
     ),
     Entry(
@@ -250,7 +249,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$L = (N-1)\,l_0$",
         "exact",
         "scaling: N sliders of zero length are joined by N - 1 springs of length l_0",
-        formula=r"L = (N-1)\,l_0",
         holds=follows({L: sp.summation(l0, (n, 1, N - 1))}),
     ),
     Entry(
@@ -260,7 +258,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "scaling: minus the derivative of k (x_{n+1} - x_n - l)**2/2",
         label="spring_force",
-        formula=r"f_{n+1 \to n} = - k\,\left[ x_{n} - x_{n+1} + l(T) \right]",
         holds=follows({"f": spring, "l": lambda at: length if at == T else sp.Symbol("no_length")}),
     ),
     Entry(
@@ -274,8 +271,6 @@ ENTRIES: tuple[Entry, ...] = (
         "slider n (scaling)",
         label="static_friction",
         assumptions=("normal force m g cos(alpha)",),
-        formula=r"\left| f_{n+1 \to n} + f_{n-1 \to n} + m g\,\sin\alpha \right| > "
-        r"\mu_{\mathrm{s},n}\,m g\,\cos\alpha",
         holds=_total_force_starts(),
     ),
     Entry(
@@ -303,7 +298,6 @@ ENTRIES: tuple[Entry, ...] = (
         "convention",
         "Coulomb's law of sliding friction: constant, opposed to the velocity",
         label="dynamical_friction",
-        formula=r"f_{\mathrm{d},n} \equiv - \mu_{\mathrm{d}}\,m g\,\cos\alpha\,S(\dot x_n)",
         holds=follows(
             {
                 "f_d": lambda index: (
@@ -331,7 +325,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$\tau_\mathrm{dyn} = \sqrt{m/k}$",
         "exact",
         "scaling: with this unit of time the stiffness drops out of every equation of motion",
-        formula=r"\tau_\mathrm{dyn} = \sqrt{m/k}",
         holds=follows({tau_dyn: sp.solve(k - m / tau_dyn**2, tau_dyn)[0]}),
     ),
     Entry(
@@ -345,7 +338,6 @@ ENTRIES: tuple[Entry, ...] = (
         corrected_formula=r"\tau_\mathrm{dyn} = L/(N c_\mathrm{s})",
         error="L/c_s is the transit time of the whole chain, N times tau_dyn; the conclusion "
         "(tau_dyn << tau_th) only gains by it",
-        formula=r"\tau_\mathrm{dyn} \sim L/c_\mathrm{s}",
         holds=_transit,
         holds_exactly=follows(
             {
@@ -372,7 +364,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$\theta \equiv \kappa\,(T - T_0)$",
         "convention",
         "definition: l = l_0 (1 + theta)",
-        formula=r"\theta \equiv \kappa\,(T - T_0)",
         holds=follows({theta: sp.solve(l0 * (1 + theta) - l0 * (1 + kappa * (T - T_0)), theta)[0]}),
     ),
     Entry(
@@ -408,8 +399,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "scaling: force on slider 1",
         label="dynamic_eq1",
-        formula=r"\ddot{\tilde{x}}_1 &=& - [\tilde{x}_1 - \tilde{x}_2 + (1 + \theta)\,\tilde{l}_0]"
-        r"\nonumber\\&&- \mu_\mathrm{d}\,S(\dot{\tilde{x}}_1)\,\cos{\alpha}  + \sin\alpha",
         holds=_at(sp.Integer(1), "force_first"),
     ),
     Entry(
@@ -421,8 +410,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "scaling: force on an inner slider",
         label="dynamic_eq",
-        formula=r"\ddot{\tilde{x}}_n &=& - [2\,\tilde{x}_n - ( \tilde{x}_{n+1} + \tilde{x}_{n-1})]"
-        r"\nonumber\\&&- \mu_\mathrm{d}\,S(\dot{\tilde{x}}_n)\,\cos{\alpha}+ \sin\alpha",
         holds=_at(n, "force_inner"),
     ),
     Entry(
@@ -434,9 +421,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "scaling: force on slider N",
         label="dynamic_eqN",
-        formula=r"\ddot{\tilde{x}}_N &=& - [\tilde{x}_N - \tilde{x}_{N-1} - (1 + "
-        r"\theta)\,\tilde{l}_0]"
-        r"\nonumber\\&&- \mu_\mathrm{d}\,S(\dot{\tilde{x}}_N)\,\cos{\alpha} + \sin\alpha",
         holds=_at(N, "force_last"),
     ),
     Entry(
@@ -447,8 +431,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "scaling: Eq. (static_friction) in dimensionless variables, slider 1",
         label="static_eq1",
-        formula=r"| \tilde{x}_{2} -\tilde{x}_1 - (1 + \theta)\,\tilde{l}_0 + \sin\alpha | &>& "
-        r"\mu_{\mathrm{s},1}\,\cos\alpha",
         holds=_starts(sp.Integer(1), "force_first"),
     ),
     Entry(
@@ -459,8 +441,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "scaling: Eq. (static_friction) in dimensionless variables, inner slider",
         label="static_eq",
-        formula=r"| \tilde{x}_{n+1} + \tilde{x}_{n-1} -2\,\tilde{x}_n + \sin\alpha | &>& "
-        r"\mu_{\mathrm{s},n}\,\cos\alpha",
         holds=_starts(n, "force_inner"),
     ),
     Entry(
@@ -471,8 +451,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "scaling: Eq. (static_friction) in dimensionless variables, slider N",
         label="static_eqN",
-        formula=r"| \tilde{x}_{N-1} -\tilde{x}_N + (1 + \theta)\,\tilde{l}_0 + \sin\alpha | &>& "
-        r"\mu_{\mathrm{s},N}\,\cos\alpha",
         holds=_starts(N, "force_last"),
     ),
     Entry(
@@ -484,9 +462,6 @@ ENTRIES: tuple[Entry, ...] = (
         "convention",
         "a choice; it is a normalised density of mean mu_s and width sigma_mu",
         label="dist_mud",
-        formula=r"p(\mu_\mathrm{s}) = \frac{1}{\sqrt{2\pi\sigma_\mu^2}} \exp\left[-\frac{( "
-        r"\mu_\mathrm{s} "
-        r"- \overline{\mu}_\mathrm{s})^2}{2 \sigma_\mu^2}\right]",
         holds=_gaussian("p", sigma_mu, sp.Symbol("centre", real=True), mu_s),
     ),
     Entry(
@@ -498,7 +473,6 @@ ENTRIES: tuple[Entry, ...] = (
         "captions' "
         "numbers",
         error="Phi(-(mu_s - mu_d)/sigma_mu): below 1e-3 if sigma_mu < (mu_s - mu_d)/3.1",
-        formula=r"\sigma_\mu \ll (\overline{\mu}_\mathrm{s}-\mu_\mathrm{d})",
         holds=lambda formula: (
             formula.relations == ("<<",) and formula.bound({}).sides == (sigma_mu, mu_s - mu_d)
         ),
@@ -511,8 +485,6 @@ ENTRIES: tuple[Entry, ...] = (
         "convention",
         "a choice; it is a normalised density of mean 0 and width sigma_theta",
         label="dist_theta",
-        formula=r"\psi(\theta) = \frac{1}{\sqrt{2\pi\sigma_\theta^2}} \exp\left[-\frac{\theta^2}"
-        r"{2 \sigma_\theta^2}\right]",
         holds=_gaussian("psi", sigma_theta, sp.Integer(0), theta),
     ),
     Entry(
@@ -521,7 +493,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$\sigma_{\theta} \sim \kappa\,\Delta T$",
         "convention",
         "theta = kappa (T - T_0) is linear, so widths are proportional",
-        formula=r"\sigma_{\theta} \sim \kappa\,\Delta T",
         holds=follows({sigma_theta: kappa * symbol("Delta_T")}),
     ),
     Entry(
@@ -530,7 +501,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$t_q \equiv q\,\tau_\mathrm{th}$",
         "convention",
         "definition of the targets' times; a cycle takes two of them",
-        formula=r"t_q \equiv q\,\tau_\mathrm{th}",
         holds=follows({symbol("t_q"): symbol("q") * symbol("tau_th")}),
     ),
     Entry(

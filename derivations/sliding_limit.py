@@ -243,30 +243,33 @@ def _cycles() -> tuple[int, int]:
     return cases, zero
 
 
+def path_agrees(random: Random, size: int, targets: int) -> bool:
+    """Return whether a random chain on a random path moves as the play operator says."""
+    tan, low, index = _random_chain(random, size)
+    margin, partner = size * (low - tan), size + 1 - index
+    chain = SlidingChain(size, tan, low)
+    large = 4 * size * low
+    chain.ramp(large)
+    chain.ramp(-large)  # beyond the transient: y = 0, output of the play at +width/2
+    before, at, path = list(chain.x), Fraction(0), []
+    for _ in range(targets):
+        target = margin * Fraction(random.randint(-90, 90), 60)
+        chain.ramp(target - at)
+        at = target
+        path.append(target)
+    _, rise, fall = play_variation(path, margin, margin / 2)
+    return all(
+        chain.x[slider - 1] - before[slider - 1]
+        == (slider - index + 1) * rise + (partner + 1 - slider) * fall
+        for slider in range(max(1, index - 1), min(size, partner + 1) + 1)
+    )
+
+
 def _paths() -> int:
     """Return how many random paths agree with the play operator (0 if one does not)."""
-    random, cases = Random(22), 0
-    for size in range(2, 13):
-        for _ in range(12):
-            tan, low, index = _random_chain(random, size)
-            margin, partner = size * (low - tan), size + 1 - index
-            chain = SlidingChain(size, tan, low)
-            large = 4 * size * low
-            chain.ramp(large)
-            chain.ramp(-large)  # beyond the transient: y = 0, output of the play at +width/2
-            before, at, path = list(chain.x), Fraction(0), []
-            for _ in range(24):
-                target = margin * Fraction(random.randint(-90, 90), 60)
-                chain.ramp(target - at)
-                at = target
-                path.append(target)
-            _, rise, fall = play_variation(path, margin, margin / 2)
-            for slider in range(max(1, index - 1), min(size, partner + 1) + 1):
-                expected = (slider - index + 1) * rise + (partner + 1 - slider) * fall
-                if chain.x[slider - 1] - before[slider - 1] != expected:
-                    return 0
-            cases += 1
-    return cases
+    random = Random(22)
+    agree = [path_agrees(random, size, 24) for size in range(2, 13) for _ in range(12)]
+    return len(agree) if all(agree) else 0
 
 
 def _ties() -> bool:

@@ -135,7 +135,6 @@ ENTRIES: tuple[Entry, ...] = (
         "slip: an end slider moves by 2 (mu_s - mu_d) cos(alpha), which is the change of the "
         "spring's force",
         assumptions=("slider 1 rests", "slider 2 starts at its threshold"),
-        formula=r"\Delta f_{1\to2} = 2\,m g\,\cos\alpha\,(\mu_{\mathrm{s},2}-\mu_\mathrm{d})",
         holds=follows(
             {
                 "Delta_f": lambda a, b: (

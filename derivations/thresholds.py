@@ -151,7 +151,6 @@ ENTRIES: tuple[Entry, ...] = (
         "thresholds: sum of the balances of sliders i..N, sliding downhill",
         label="forcestatique",
         assumptions=("continuous sliding", "no inertia"),
-        formula=r"f_{i-1 \to i} + [N - (i-1)] (\sin \alpha - \mu_\mathrm{d} \cos \alpha) = 0",
         holds=follows(_forces()),
     ),
     Entry(
@@ -161,7 +160,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "thresholds: sliders 1..i-2 slide downhill in the contraction",
         assumptions=("the front has reached slider i - 2",),
-        formula=r"f_{i-1 \to i-2} + (i-2) (\sin \alpha - \mu_\mathrm{d} \cos \alpha) = 0",
         holds=follows(_forces()),
     ),
     Entry(
@@ -172,9 +170,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "thresholds: minus Eq. (forcestatique), changed by the natural length",
         assumptions=("sliders i - 1 and i rest during the change",),
-        formula=r"f_{i \to i-1} = [N - (i-1)] (\sin \alpha - \mu_\mathrm{d} \cos \alpha) - "
-        r"\tilde{l}_0 "
-        r"\Delta\theta^*",
         holds=follows(_forces()),
     ),
     Entry(
@@ -183,7 +178,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"f_{i \to i-1} + f_{i-2 \to i-1} + \sin \alpha - \mu_\mathrm{s} \cos \alpha > 0",
         "exact",
         "thresholds: Eq. (static_eq) of slider i - 1, downhill",
-        formula=r"f_{i \to i-1} + f_{i-2 \to i-1} + \sin \alpha - \mu_\mathrm{s} \cos \alpha > 0",
         holds=_starts(),
     ),
     Entry(
@@ -202,8 +196,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"\alpha) + \Delta\mu "
         r"\cos \alpha",
         error="wrong sign of one side of an inequality",
-        formula=r"- \tilde{l}_0 \Delta\theta^* > N (\sin \alpha - \mu_\mathrm{d} \cos \alpha) - "
-        r"\Delta\mu \cos \alpha",
         holds=inequality({symbol("Delta_mu"): mu_s - mu_d}, _R["margin"]),
         repair=(">", "> - [", "]"),
     ),
@@ -213,7 +205,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$\Delta\theta = -2 A_\theta$",
         "exact",
         "a contraction runs from +A to -A",
-        formula=r"\Delta\theta = -2 A_\theta",
         holds=follows({symbol("Delta_theta"): -amplitude - amplitude}),
     ),
     Entry(
@@ -237,7 +228,6 @@ ENTRIES: tuple[Entry, ...] = (
         error="relative D/(N m), 1.33 % at N = 30, tan(alpha) = 1/4; small if N (mu_d - "
         "tan(alpha)) >> mu_s - mu_d. "
         "The mean velocity of Eq. (vitesse_seuil) nevertheless vanishes at the printed amplitude",
-        formula=r"A_\theta^* = \frac{N}{2\tilde{l}_0} (\mu_\mathrm{d} \cos \alpha - \sin \alpha)",
         holds=follows(_seuil(_R["threshold"].subs(mu_s, mu_d))),
         holds_exactly=follows(_seuil(_R["threshold"])),
     ),
@@ -283,7 +273,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"\cos \alpha - \sin "
         r"\alpha)",
         error="D/m sliders, 0.4 at the captions' values",
-        formula=r"N > {2\tilde{l}_0} A_\theta / (\mu_\mathrm{d} \cos \alpha - \sin \alpha)",
         holds=inequality({}, N - sp.solve(_R["sliding_threshold"] - amplitude, N)[0]),
         holds_exactly=inequality(
             {symbol("Delta_mu"): mu_s - mu_d}, N - sp.solve(_R["threshold"] - amplitude, N)[0]
@@ -297,7 +286,6 @@ ENTRIES: tuple[Entry, ...] = (
         "thresholds: Eq. (seuil) at N = 30, l0 = 1000, mu_d = .5, tan(alpha) = .25 is 3.638e-3; "
         "with D 3.687e-3",
         error="two digits are given; 1 % below and above it lie on the same side of 3.687e-3",
-        formula=r"A_\theta^* \simeq 3.6~10^{-3}",
         holds=lambda formula: (
             formula.left == symbol("A_theta_star")
             and equals(_rounded())(Formula((formula.right,), ()))

@@ -353,8 +353,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"2(\mu_\mathrm{d} "
         r"\cos\alpha - \sin\alpha)\Bigr]",
         error="-m after a reversal, 0 (to a slip) otherwise; small if l0 |d theta| >> 2m",
-        formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_2 \simeq "
-        r"\frac{1}{2}\tilde{l}_0\Delta\theta",
         holds=_moved(1),
         holds_exactly=follows(
             {symbol("Delta_x_G"): _R["half_cycle"] / 2, symbol("Delta_theta"): jump}
@@ -369,8 +367,6 @@ ENTRIES: tuple[Entry, ...] = (
         "two_sliders: half_cycle, mirrored",
         assumptions=_CHAIN,
         error="-m after a reversal; small if l0 |d theta| >> 2m",
-        formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_1 \simeq "
-        r"-\frac{1}{2}\tilde{l}_0\Delta\theta",
         holds=_moved(-1),
     ),
     Entry(
@@ -381,7 +377,6 @@ ENTRIES: tuple[Entry, ...] = (
         "two_sliders: half_cycle, both directions",
         assumptions=_CHAIN,
         error="-m after a reversal; small if l0 |d theta| >> 2m",
-        formula=r"\Delta\tilde{x}_G \simeq \frac{1}{2}\tilde{l}_0 |\Delta\theta|",
         holds=lambda formula: _moved(1)(formula) and _moved(-1)(formula),
     ),
     Entry(
@@ -392,7 +387,6 @@ ENTRIES: tuple[Entry, ...] = (
         "two_sliders: half_cycle with |d theta| = 2A",
         assumptions=_CHAIN,
         error="-m; small if l0 A >> m",
-        formula=r"\Delta\tilde{x}_G \simeq \frac{1}{2} \tilde{l}_0 (2 A_\theta)",
         holds=leading(
             {symbol("Delta_x_G"): _R["half_cycle"].subs(jump, 2 * amplitude) / 2}, amplitude
         ),
@@ -445,7 +439,6 @@ ENTRIES: tuple[Entry, ...] = (
         "exact",
         "two_sliders: the tension at which slider 2 starts lies above the one at which slider 1 "
         "does",
-        formula=r"\tan\alpha > \frac{1}{2} (\mu_{\mathrm{s},2}-\mu_{\mathrm{s},1})",
         holds=inequality({}, s / c - _R["ordering"]),
     ),
     Entry(
@@ -476,7 +469,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$-f_{1\to2}+m g\,\sin\alpha < \mu_{\mathrm{s},1}\,m g\,\cos\alpha$",
         "exact",
         "two_sliders: slider 1 does not start downhill",
-        formula=r"-f_{1\to2}+m g\,\sin\alpha < \mu_{\mathrm{s},1}\,m g\,\cos\alpha",
         holds=inequality({"f": _forces}, mu_1 * c - tension - s),
     ),
     Entry(
@@ -485,7 +477,6 @@ ENTRIES: tuple[Entry, ...] = (
         r"$\tan\alpha < \mu_\mathrm{d} + {(\mu_{\mathrm{s},1}-\mu_{\mathrm{s},2})}/{2}$",
         "exact",
         "two_sliders: margin of slider 1 at the end of the slip, which is its worst moment (slip)",
-        formula=r"\tan\alpha < \mu_\mathrm{d} + {(\mu_{\mathrm{s},1}-\mu_{\mathrm{s},2})}/{2}",
         holds=inequality({}, _R["stability"] - s / c),
     ),
     Entry(
@@ -517,9 +508,6 @@ ENTRIES: tuple[Entry, ...] = (
         error="too small by D: the last slip overshoots its threshold by 2D, D on average, at "
         "both ends of a "
         "half-cycle",
-        formula=r"\Delta\tilde{x}_G \simeq \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta|"
-        "\n"
-        r"- 2 (\overline{\mu}_\mathrm{s} \cos{\alpha} - \sin{\alpha}) \Bigr]",
         holds=follows({symbol("Delta_x_G"): _R["half_cycle"] / 2, symbol("Delta_theta"): jump}),
         repair=(r"\overline{\mu}_\mathrm{s}", r"\mu_\mathrm{d}"),
     ),
