@@ -137,8 +137,31 @@ class GaussianSteps(Drive):
         return {"kind": self.kind, "sigma_theta": self.sigma_theta, "steps": self.steps}
 
 
+class Listed(Drive):
+    """A drive whose targets are listed one by one, exactly."""
+
+    theta: tuple[Fraction, ...]
+
+    @property
+    def half_cycles(self) -> int:
+        """Number of targets, the length of `theta`."""
+        return len(self.theta)
+
+    @cached_property
+    def _floats(self) -> NDArray[np.float64]:
+        return np.array([nearest_float(value) for value in self.theta])
+
+    def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
+        """Return theta_first .. theta_(first + count - 1) as float64, shape (count,)."""
+        return self._floats[first - 1 : first - 1 + count].copy()
+
+    def exact_target(self, q: int, seed: int = 0) -> Fraction:
+        """Return theta_q exactly."""
+        return self.theta[q - 1]
+
+
 @dataclass(frozen=True)
-class Path(Drive):
+class Path(Listed):
     """A given sequence of dilations.
 
     Parameters
@@ -157,23 +180,6 @@ class Path(Drive):
         if not values:
             raise InputError("theta", [], "must hold at least one number")
         object.__setattr__(self, "theta", values)
-
-    @property
-    def half_cycles(self) -> int:
-        """Number of targets."""
-        return len(self.theta)
-
-    @cached_property
-    def _floats(self) -> NDArray[np.float64]:
-        return np.array([nearest_float(value) for value in self.theta])
-
-    def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
-        """Return theta_first .. theta_(first + count - 1) as float64, shape (count,)."""
-        return self._floats[first - 1 : first - 1 + count].copy()
-
-    def exact_target(self, q: int, seed: int = 0) -> Fraction:
-        """Return theta_q exactly."""
-        return self.theta[q - 1]
 
     def parameters(self) -> dict[str, Any]:
         """Return kind and theta."""

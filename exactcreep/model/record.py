@@ -11,14 +11,10 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
-from exactcreep.model.drive import Drive
+from exactcreep.model.drive import Listed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 
 MOST_BYTES = 64 * 2**20
@@ -29,7 +25,7 @@ _MISSING = frozenset({"", "-", "--", "na", "n/a", "nan", "null", "none", "missin
 
 
 @dataclass(frozen=True)
-class TemperatureRecord(Drive):
+class TemperatureRecord(Listed):
     """The dilations ``theta_q = kappa (T_q - T0)`` of a recorded series of temperatures.
 
     Parameters
@@ -149,23 +145,6 @@ class TemperatureRecord(Drive):
             ("times", tuple(moments)),
         ):
             object.__setattr__(self, name, value)
-
-    @property
-    def half_cycles(self) -> int:
-        """Number of targets: rows of the record."""
-        return len(self.theta)
-
-    @cached_property
-    def _floats(self) -> NDArray[np.float64]:
-        return np.array([nearest_float(value) for value in self.theta])
-
-    def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
-        """Return theta_first .. theta_(first + count - 1) as float64, shape (count,)."""
-        return self._floats[first - 1 : first - 1 + count].copy()
-
-    def exact_target(self, q: int, seed: int = 0) -> Fraction:
-        """Return theta_q exactly."""
-        return self.theta[q - 1]
 
     def parameters(self) -> dict[str, Any]:
         """Return what a scene names, and theta, times and the digest of the file.

@@ -94,7 +94,6 @@ class Arithmetic(ABC):
     def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
         """Return ``sin(pi * numerators / denominator)``, each as accurate as a single operation."""
 
-    @abstractmethod
     def sign(self, x: Any, slack: Any = 0) -> int:
         """Return the sign of `x`, known up to an error of at most `slack`.
 
@@ -105,14 +104,15 @@ class Arithmetic(ABC):
         Undecided
             In balls, if the sign is not decided and `x` is not exactly zero.
         """
+        return int(x > slack) - int(x < -slack)
 
-    @abstractmethod
     def lower(self, x: Any) -> Any:
         """Return an exact number not above `x` (for floats and mpmath: `x`)."""
+        return x
 
-    @abstractmethod
     def upper(self, x: Any) -> Any:
         """Return an exact number not below `x` (for floats and mpmath: `x`)."""
+        return x
 
     def midpoint(self, x: Any) -> Any:
         """Return `x` without its radius."""
@@ -207,18 +207,6 @@ class Float64(Arithmetic):
         from_right = np.cos((denominator - 2 * quarter) * (np.pi / (2 * denominator)))
         return np.asarray(sign * np.where(near, from_zero, from_right))
 
-    def sign(self, x: Any, slack: Any = 0) -> int:
-        """Return the sign, or 0 within `slack`."""
-        return int(x > slack) - int(x < -slack)
-
-    def lower(self, x: Any) -> Any:
-        """Return `x`."""
-        return x
-
-    def upper(self, x: Any) -> Any:
-        """Return `x`."""
-        return x
-
 
 FLOAT64 = Float64()
 
@@ -296,18 +284,6 @@ class Digits(Arithmetic):
 
     def _sin_pi_ratio(self, k: int, denominator: int) -> Any:
         return self.context.sinpi(self.context.mpf(k) / denominator)
-
-    def sign(self, x: Any, slack: Any = 0) -> int:
-        """Return the sign, or 0 within `slack`."""
-        return int(x > slack) - int(x < -slack)
-
-    def lower(self, x: Any) -> Any:
-        """Return `x`."""
-        return x
-
-    def upper(self, x: Any) -> Any:
-        """Return `x`."""
-        return x
 
 
 class Balls(Arithmetic):
