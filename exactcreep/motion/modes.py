@@ -159,6 +159,23 @@ class RunMotion:
         ratio = a / self.modes.frequencies[first:]
         return self.arithmetic.dot(v, v) + self.arithmetic.dot(ratio, ratio)
 
+    def largest_swing(self) -> Any:
+        """Return the most that any slider's velocity ever differs from the mean (both ends free).
+
+        The sum over the modes of their amplitudes at the slider where it is largest; approached
+        at some time unless frequencies are commensurate.
+        """
+        arithmetic, table = self.arithmetic, self.modes
+        if self.p == 1:
+            return arithmetic.number(0)
+        v, a = self.modal_velocities[1:], self.modal_accelerations[1:]
+        ratios = a / table.frequencies[1:]
+        squares = (v * v + ratios * ratios).tolist()
+        amplitudes = arithmetic.vector([arithmetic.sqrt(x) for x in squares])
+        shapes = arithmetic.matrix(abs(table.vectors[:, 1:]))
+        sums = arithmetic.product(shapes, amplitudes).tolist()
+        return max(arithmetic.upper(x) for x in sums)
+
     def _half_angles(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         return self.arithmetic.sin_cos(self.modes.frequencies * (t / 2))
 

@@ -28,6 +28,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
+from exactcreep.motion.deadline import Deadline
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.march import March
@@ -169,7 +170,8 @@ def creep(
         Called with a `Progress` about ten times a second.
     max_events, max_seconds, max_bytes : number, optional
         Give up, with the partial result and the outcome `LIMIT`, after so many events, so much
-        wall time, or so much memory of recorded data.
+        wall time (heard within one event, by compiled solvers within about a tenth of a second),
+        or so much memory of recorded data.
     checkpoint : path, optional
         A file from which `resume` goes on, bit for bit; written at the start, every `every`
         seconds, and at the end.
@@ -183,7 +185,8 @@ def creep(
     Creep
         Its `outcome` is
 
-        - ``RUNAWAY``: it was proved that no slider ever stops again;
+        - ``RUNAWAY``: it was proved that no slider ever stops again, or that the chain never comes
+          to rest; `reason` says which;
         - ``LIMIT``: a limit was reached, here or in the solver; `reason` says which (without
           `max_events`, a million events within one half-cycle where tan_alpha >= mu_d is one);
         - ``AT_REST``: for Cycles, no event in the last whole cycle, so that there will never be
@@ -362,6 +365,7 @@ def run_members(
     spent = 0.0
     with _deferred_interrupt() as interrupted:
         for index, experiment in enumerate(experiments):
+            begin = time.perf_counter()
             march = March(experiment, kept[index])
             show = partial(_show, progress, march, index + 1, len(experiments))
 
@@ -371,11 +375,12 @@ def run_members(
                     keeper.keep(list(zip(experiments, kept, strict=True)))
 
             if not march.ended:
-                _warm_up(experiment, partial(show, "compiling"))
+                begin += _warm_up(experiment, partial(show, "compiling"))
                 _advance(
                     march,
                     limits,
                     spent,
+                    begin=begin,
                     interrupted=interrupted,
                     show=partial(show, "running"),
                     due=keeper.due if keeper is not None else lambda: False,
@@ -412,6 +417,7 @@ def _advance(
     limits: Limits,
     spent: float,
     *,
+    begin: float,
     interrupted: Callable[[], bool],
     show: Callable[[], None],
     due: Callable[[], bool],
@@ -420,7 +426,9 @@ def _advance(
     """Go on until the drive ends, the solver gives up, or a limit is reached."""
     march.outcome, march.reason = None, ""
     simulation, before = march.simulation, march.seconds
-    begin = time.perf_counter()
+    march.seconds_here = time.perf_counter() - begin
+    limit = Deadline.after(limits.max_seconds, since=begin - spent)
+    deadline = Deadline(limit.at, limit.reason, interrupted)
     count, events = 2, 64
     reached_with = simulation.tally.events  # when the last target was reached
     while not march.ended and march.outcome is None:
@@ -437,7 +445,11 @@ def _advance(
             allowance = min(events, limits.max_events - simulation.tally.events)
         earlier, past = time.perf_counter(), simulation.tally.events
         stretch = simulation.follow(
-            march.experiment.drive, march.done + 1, min(count, march.room), max_events=allowance
+            march.experiment.drive,
+            march.done + 1,
+            min(count, march.room),
+            max_events=allowance,
+            deadline=deadline,
         )
         march.take(stretch)
         if stretch.completed:
@@ -474,11 +486,15 @@ def _adapted(achieved: int, faster: float, now: int) -> int:
 _WARM: set[tuple[str, tuple[str, ...]]] = set()
 
 
-def _warm_up(experiment: Experiment, compiling: Callable[[], None]) -> None:
-    """Have the solver's code compiled, or loaded, on two half-cycles of two sliders."""
+def _warm_up(experiment: Experiment, compiling: Callable[[], None]) -> float:
+    """Have the solver's code compiled, or loaded, on two half-cycles of two sliders.
+
+    Returns how many seconds that took.
+    """
     key = (experiment.solver, experiment.record)
     if key in _WARM:
-        return
+        return 0.0
+    begin = time.perf_counter()
     listener = _CompilerListener(compiling)
     compiler_event.register("numba:compile", listener)
     try:
@@ -490,6 +506,7 @@ def _warm_up(experiment: Experiment, compiling: Callable[[], None]) -> None:
     finally:
         compiler_event.unregister("numba:compile", listener)
     _WARM.add(key)
+    return time.perf_counter() - begin
 
 
 class _CompilerListener(compiler_event.Listener):  # type: ignore[misc]

@@ -31,10 +31,18 @@ from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
+from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.exact import Exact
 from exactcreep.solvers.sliding import Sliding, resting_sliders
-from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Stretch, Tally
+from exactcreep.solvers.solver import (
+    MOST_EVENTS,
+    Rearrangement,
+    Simulation,
+    Solver,
+    Stretch,
+    Tally,
+)
 
 LADDER = ("law", "sliding", "exact", "certified")
 """What there is to choose from, the cheapest first."""
@@ -501,7 +509,15 @@ class AutoSimulation(Simulation):
             and np.array_equal(start.coefficients, relaxed.coefficients)
         )
 
-    def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
+    def follow(
+        self,
+        drive: Drive,
+        first: int,
+        count: int,
+        *,
+        max_events: int,
+        deadline: Deadline = NEVER,
+    ) -> Stretch:
         """Choose a solver if that has not been done, then let it take the chain on."""
         if self._inner is None:
             choice = choose(
@@ -521,7 +537,8 @@ class AutoSimulation(Simulation):
                 "reason": choice.reason,
             }
         assert self._inner is not None
-        return self._inner.follow(drive, first, count, max_events=max_events)
+        limits: dict[str, Any] = {"max_events": max_events, "deadline": deadline}
+        return self._inner.follow(drive, first, count, **limits)
 
     def _take(self, solver: Solver, name: str) -> None:
         self._inner = solver.simulation(self.chain, self.start, self.seed, self.record)
@@ -578,9 +595,19 @@ class Auto(Solver):
     def __post_init__(self) -> None:
         object.__setattr__(self, "accuracy", valid_accuracy(self.accuracy))
 
-    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
+    def rearrange(
+        self,
+        chain: Chain,
+        state: State,
+        direction: int,
+        seed: int,
+        *,
+        max_events: int = MOST_EVENTS,
+        deadline: Deadline = NEVER,
+    ) -> Rearrangement:
         """Rearrange with the exact solver: a rearrangement is inertia."""
-        return Exact().rearrange(chain, state, direction, seed)
+        limits: dict[str, Any] = {"max_events": max_events, "deadline": deadline}
+        return Exact().rearrange(chain, state, direction, seed, **limits)
 
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import count
 from typing import Any, ClassVar
 
@@ -21,6 +21,7 @@ from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
+from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.solvers.enclosed import Enclosed
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.reference import (
@@ -30,8 +31,9 @@ from exactcreep.solvers.reference import (
     mechanics_report,
     refuse_no_slips,
 )
-from exactcreep.solvers.solver import Rearrangement, Simulation
+from exactcreep.solvers.solver import MOST_EVENTS, Rearrangement, Simulation, Stretch, Tally
 
+_BALLS = ("tensions", "displacements", "theta")  # the numbers of a state that are balls
 GUARD_BITS = 64
 """Carried beyond the digits that were asked for, to begin with."""
 
@@ -82,16 +84,26 @@ class Certified(FieldSolver):
         yield self.most_bits, False
         yield self.most_bits, True
 
-    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
+    def rearrange(
+        self,
+        chain: Chain,
+        state: State,
+        direction: int,
+        seed: int,
+        *,
+        max_events: int = MOST_EVENTS,
+        deadline: Deadline = NEVER,
+    ) -> Rearrangement:
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         refuse_no_slips(chain)
         for bits, assume in self.precisions():
             arithmetic = balls_of(bits)
             with arithmetic.active():
                 mechanics = Enclosed(chain, seed, arithmetic, state, assume=assume, keep=True)
+                mechanics.deadline = deadline
                 try:
-                    result = completed(mechanics, direction, self.name)
-                    if not assume:
+                    result = completed(mechanics, direction, self.name, max_events)
+                    if not (assume or deadline.passed()):
                         require_digits(mechanics, self.digits)
                 except Undecided:
                     continue
@@ -169,8 +181,12 @@ class CertifiedSimulation(FieldSimulation):
         self.restarts = 0
         self.origin = state
         self.settles = False  # at the precision limit
-        self.replayed = False  # since the beginning of this call
         self.handed_out = 0  # event rows of the half-cycle under way, in earlier calls
+        self.repeated = 0  # of these, how many are still to come once more
+        # on the way back to where a comparison was undecided: the next target, and what is known
+        # of the last one that was reached, which the present state has not come to
+        self.behind: int | None = None
+        self.known: tuple[State, Tally] | None = None
         self._drop_anchor(-1)  # before the first target, whichever that is
 
     def _drop_anchor(self, q: int) -> None:
@@ -187,23 +203,27 @@ class CertifiedSimulation(FieldSimulation):
         kept = {name: len(values) for name, values in rows.items()}
         while True:
             try:
-                outcome = super()._to_target(drive, q, rows, last)
+                outcome = self._catch_up(drive, q)
+                if outcome is None:
+                    outcome = super()._to_target(drive, q, rows, last)
                 break
             except Undecided:
                 for name, values in rows.items():
                     del values[kept[name] :]
-                self._go_back(drive, q)
+                self._go_back()
         new = len(rows["event_time"]) - kept["event_time"] if "event_time" in rows else 0
-        if self.replayed:  # rows that were handed out before are not handed out again
-            for name in rows:
-                if name.startswith("event_"):
-                    start = kept[name]
-                    del rows[name][start : start + self.handed_out]
-            self.replayed = False
-            new -= self.handed_out
-        self.handed_out = self.handed_out + new if outcome is not None else 0
-        if outcome is None and self.mechanics.exact is not None:
-            self._drop_anchor(q)
+        again = min(new, self.repeated)  # handed out before, and not once more
+        for name in rows:
+            if again and name.startswith("event_"):
+                del rows[name][kept[name] : kept[name] + again]
+        self.repeated -= again
+        self.handed_out += new - again
+        if outcome is None:
+            self.handed_out = 0
+            with self.mechanics.arithmetic.active():
+                self.known = self.mechanics.state(), replace(self.tally)
+            if self.mechanics.exact is not None:
+                self._drop_anchor(q)
         return outcome
 
     def _arrive(self, target: Any, rows: dict[str, list[Any]]) -> None:
@@ -211,30 +231,56 @@ class CertifiedSimulation(FieldSimulation):
             require_digits(self.mechanics, self.solver.digits)
         super()._arrive(target, rows)
 
-    def _go_back(self, drive: Drive, q: int) -> None:
-        """Start again from the anchor with more bits, and come to the half-cycle towards q."""
-        while True:
-            self.restarts += 1
-            bits = self.mechanics.arithmetic.bits
-            self.settles = bits >= self.solver.most_bits
-            more = balls_of(min(2 * bits, self.solver.most_bits))
-            with more.active():
-                self.mechanics = self.kind(
-                    self.chain, self.seed, more, self.origin, assume=self.settles
-                )
-                self.mechanics.take_over(self.anchor)
-                if self.mechanics.exact is not None:
-                    self.mechanics.renew()
-            self.tally = self.mechanics.tally
-            reached, self.theta_target = self.anchor_target
-            self.replayed = True
+    def _go_back(self) -> None:
+        """Start again from the anchor with more bits."""
+        self.restarts += 1
+        bits = self.mechanics.arithmetic.bits
+        self.settles = bits >= self.solver.most_bits
+        more = balls_of(min(2 * bits, self.solver.most_bits))
+        with more.active():
+            self.mechanics = self.kind(
+                self.chain, self.seed, more, self.origin, assume=self.settles
+            )
+            self.mechanics.take_over(self.anchor)
+            if self.mechanics.exact is not None:
+                self.mechanics.renew()
+        self.tally = self.mechanics.tally
+        reached, self.theta_target = self.anchor_target
+        self.behind = reached + 1
+        self.repeated = self.handed_out
+
+    def follow(
+        self,
+        drive: Drive,
+        first: int,
+        count: int,
+        *,
+        max_events: int,
+        deadline: Deadline = NEVER,
+    ) -> Stretch:
+        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
+        self.tally = self.mechanics.tally
+        stretch = super().follow(drive, first, count, max_events=max_events, deadline=deadline)
+        if self.behind is not None:
+            self.tally = Tally() if self.known is None else self.known[1]
+        return stretch
+
+    def _catch_up(self, drive: Drive, q: int) -> Outcome | None:
+        """Come again to the half-cycle towards q; None if that is done."""
+        while self.behind is not None and self.behind < q:
             unseen: dict[str, list[Any]] = {name: [] for name in self._columns()}
-            try:
-                for earlier in range(reached + 1, q):
-                    super()._to_target(drive, earlier, unseen, 2**62)
-                return
-            except Undecided:
-                continue
+            outcome = super()._to_target(drive, self.behind, unseen, 2**62)
+            if outcome is not None:
+                return outcome
+            self.behind += 1
+        self.behind = None
+        return None
+
+    def state(self) -> State:
+        """Return the present state, or that at the last target if it has to be reached again."""
+        if self.behind is not None:
+            return self.origin if self.known is None else self.known[0]
+        return super().state()
 
     @property
     def evidence(self) -> Evidence:
@@ -249,7 +295,19 @@ class CertifiedSimulation(FieldSimulation):
             "settles": self.settles,
             "restarts": self.restarts,
             "handed_out": self.handed_out,
+            "repeated": self.repeated,
+            "behind": self.behind,
+            "known": self._known_as_plain() if self.behind is not None else None,
         }
+
+    def _known_as_plain(self) -> dict[str, Any] | None:
+        if self.known is None:
+            return None
+        state, tally = self.known
+        plain = self.mechanics.arithmetic.plain
+        fields = {name: plain(getattr(state, name)) for name in _BALLS}
+        fields |= {"coefficients": state.coefficients, "draws": state.draws}
+        return {"state": fields, "tally": asdict(tally)}
 
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned."""
@@ -265,6 +323,14 @@ class CertifiedSimulation(FieldSimulation):
         self.anchor_target = (q, target)
         self.restarts = int(captured["restarts"])
         self.handed_out = int(captured["handed_out"])
+        self.repeated = int(captured["repeated"])
+        self.behind = captured["behind"]
+        self.known = None
+        if captured["known"] is not None:
+            number = arithmetic.from_plain
+            fields = dict(captured["known"]["state"])
+            fields |= {name: number(fields[name]) for name in _BALLS}
+            self.known = State(**fields), Tally(**captured["known"]["tally"])
 
     def report(self) -> dict[str, Any]:
         """Return precision, enclosure radius, bits lost, ties assumed and work counts."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -16,11 +17,21 @@ from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
+from exactcreep.motion.arithmetic import FLOAT64
+from exactcreep.motion.deadline import NEVER, Deadline
+from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import solution_from_events
 from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.draws import BATCH
 from exactcreep.solvers.layout import PAD
-from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Stretch, Tally
+from exactcreep.solvers.solver import (
+    MOST_EVENTS,
+    Rearrangement,
+    Simulation,
+    Solver,
+    Stretch,
+    Tally,
+)
 
 
 class Work(NamedTuple):
@@ -34,9 +45,6 @@ class Work(NamedTuple):
     whole: NDArray[np.int64]
     log: NDArray[np.float64]
 
-
-MOST_EVENTS = 20_000
-"""`Exact.rearrange` gives up after so many events of one rearrangement."""
 
 _CAPTURED = ("cell", "tally", "deviate", "real", "whole")
 _COLUMNS = {
@@ -188,6 +196,7 @@ class ExactSimulation(Simulation):
         self.chain = chain
         self.record = record
         self.start = state
+        self._pace = 64  # events of one call of the compiled loop
         logging = "events" in record
         self.work = _work(chain, state, seed, 4 * chain.n + 4096 if logging else 0)
 
@@ -232,7 +241,15 @@ class ExactSimulation(Simulation):
         error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
         return product, error + l0_low * theta
 
-    def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
+    def follow(
+        self,
+        drive: Drive,
+        first: int,
+        count: int,
+        *,
+        max_events: int,
+        deadline: Deadline = NEVER,
+    ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         seed = int(self.work.whole[layout.SEED : layout.SEED + 1].view(np.uint64)[0])
         high, low = self._targets(drive, first, count, seed)
@@ -242,13 +259,14 @@ class ExactSimulation(Simulation):
         rows: dict[str, list[Any]] = {name: [] for name in ("x", "tension", "slips")}
         logs: list[dict[str, NDArray[Any]]] = []
         last = int(self.work.whole[layout.EVENTS]) + max_events
+        last_step = int(self.work.whole[layout.STEPS]) + 4 * max_events + 1000
         done = 0
         reason = layout.DONE
         while done < count:
             upto = done + 1 if each else count
             left = last - int(self.work.whole[layout.EVENTS])
-            reason, reached = kernel.follow(
-                *self.work, high[done:upto], low[done:upto], travel[done:upto], left, False
+            reason, reached = self._advance(
+                high[done:upto], low[done:upto], travel[done:upto], left, single=False
             )
             done += reached
             if self.work.whole[layout.LOGGED]:
@@ -261,7 +279,12 @@ class ExactSimulation(Simulation):
                 if "slips" in self.record:
                     rows["slips"].append(self.work.tally[layout.SLIPS, self._inner].copy())
                 self.work.tally[layout.SLIPS] = 0
-            if reason in (layout.BUDGET, layout.RUNAWAY, layout.ENDLESS):
+            if reason in (layout.RUNAWAY, layout.ENDLESS):
+                break
+            now = int(self.work.whole[layout.EVENTS]), int(self.work.whole[layout.STEPS])
+            if reason == layout.BUDGET and (now[0] >= last or now[1] >= last_step):
+                break
+            if deadline.passed():
                 break
         recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
         widths = {"x": self.chain.n, "tension": self.chain.n - 1, "slips": self.chain.n}
@@ -272,10 +295,50 @@ class ExactSimulation(Simulation):
             empty = self._drain()
             for name in empty:
                 recorded[name] = np.concatenate([log[name] for log in logs] + [empty[name]])
+        if reason == layout.RUNAWAY:
+            return Stretch(done, recorded, Outcome.RUNAWAY, NEVER_STOPS)
         if reason == layout.ENDLESS:
+            if self.never_rests():
+                return Stretch(done, recorded, Outcome.RUNAWAY, NEVER_RESTS)
             return Stretch(done, recorded, Outcome.LIMIT, _ENDLESS)
-        outcome = Outcome.RUNAWAY if reason == layout.RUNAWAY else None
-        return Stretch(done, recorded, outcome)
+        return Stretch(done, recorded)
+
+    def _advance(
+        self,
+        high: NDArray[np.float64],
+        low: NDArray[np.float64],
+        travel: NDArray[np.float64],
+        most: int,
+        *,
+        single: bool,
+    ) -> tuple[int, int]:
+        """Run the compiled loop for a moment; see `kernel.follow`.
+
+        `layout.BUDGET` comes back after `most` events, or what takes about a tenth of a second.
+        """
+        begin = time.perf_counter()
+        reason, reached = kernel.follow(
+            *self.work, high, low, travel, min(most, self._pace), single
+        )
+        seconds = time.perf_counter() - begin
+        if seconds > 0.1:
+            self._pace = max(self._pace // 2, 1)
+        elif seconds < 0.02 and self._pace < 2**24:
+            self._pace *= 2
+        return int(reason), int(reached)
+
+    def never_rests(self) -> bool:
+        """Return whether it is proved that the chain in motion never comes to rest."""
+        chain, signs = self.chain, self._cell(layout.SIDE)
+        velocities = self._cell(layout.SPEED) * signs
+        tensions = self._tensions()
+        largest = chain.mu_s
+        if chain.sigma_mu != 0:
+            largest = max(Fraction(float(self._cell(layout.COEFFICIENT).max())), chain.mu_d)
+        # every event adds a few roundings of the largest force
+        size = chain.friction + float(abs(tensions).max(initial=0.0) + abs(velocities).max())
+        slack = 16 * 2.0**-53 * int(self.work.whole[layout.NUMBER]) * size
+        return never_rests(FLOAT64, chain, tensions, velocities, signs, largest, slack)
 
     def _drain(self) -> dict[str, NDArray[Any]]:
         """Return the event log by column, and empty it."""
@@ -402,19 +465,34 @@ class Exact(Solver):
     name: ClassVar[str] = "exact"
     summary: ClassVar[str] = "event by event in closed form, float64, compiled"
 
-    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
+    def rearrange(
+        self,
+        chain: Chain,
+        state: State,
+        direction: int,
+        seed: int,
+        *,
+        max_events: int = MOST_EVENTS,
+        deadline: Deadline = NEVER,
+    ) -> Rearrangement:
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         simulation = ExactSimulation(chain, state, seed, ("events",))
         work = simulation.work
         logs: list[NDArray[Any]] = []
-        reason = layout.ONE_DONE
+        reason, limit = layout.ONE_DONE, ""
         for target in _targets(chain, direction):
             if work.whole[layout.REARRANGEMENTS]:
                 break  # it did not rest at its own theta
             reason = layout.LOG_FULL
-            while reason == layout.LOG_FULL:
-                left = MOST_EVENTS - int(work.whole[layout.EVENTS])
-                reason, _ = kernel.follow(*work, target, np.zeros(1), np.empty(1), left, True)
+            while reason in (layout.LOG_FULL, layout.BUDGET) and not limit:
+                left = max_events - int(work.whole[layout.EVENTS])
+                reason, _ = simulation._advance(
+                    target, np.zeros(1), np.empty(1), left, single=True
+                )
+                if int(work.whole[layout.EVENTS]) >= max_events:
+                    limit = f"max_events = {max_events} was reached"
+                elif deadline.passed():
+                    limit = deadline.reason
                 count = int(work.whole[layout.LOGGED])
                 logs.append(work.log[:count, _EVENT_COLUMNS])
                 work.whole[layout.LOGGED] = 0
@@ -433,12 +511,13 @@ class Exact(Solver):
             for e, residual in zip(events, replay.residuals, strict=True)
         )
         tally = simulation.tally
-        outcome = {
-            layout.ONE_DONE: Outcome.AT_REST,
-            layout.RUNAWAY: Outcome.RUNAWAY,
-            layout.BUDGET: Outcome.LIMIT,
-            layout.ENDLESS: Outcome.LIMIT,
-        }[reason]
+        outcome, told = Outcome.AT_REST, ""
+        if reason == layout.RUNAWAY:
+            outcome, told = Outcome.RUNAWAY, NEVER_STOPS
+        elif reason != layout.ONE_DONE and simulation.never_rests():
+            outcome, told = Outcome.RUNAWAY, NEVER_RESTS
+        elif reason != layout.ONE_DONE:
+            outcome, told = Outcome.LIMIT, limit or _ENDLESS
         return Rearrangement(
             chain=chain,
             initial=initial,
@@ -452,6 +531,7 @@ class Exact(Solver):
             draws_below_mu_d=tally.draws_below_mu_d,
             solver=self.name,
             report=simulation.report() | {"time": float(work.real[layout.TIME])},
+            reason=told,
         )
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:

@@ -28,6 +28,8 @@ from exactcreep.motion.arithmetic import (
     balls_of,
 )
 from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic
+from exactcreep.motion.deadline import NEVER
+from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of, incline, tensions_at
 from exactcreep.motion.roots import (
     FirstEvent,
@@ -42,6 +44,12 @@ from exactcreep.solvers.solver import (
     Tally,
 )
 
+LOOK = 2500
+"""Events of an avalanche after which, and after each further so many, it is asked whether it can
+end at all; in each of the next `LOOKS` events until it can be told."""
+LOOKS = 8
+LONG = 100
+"""A sharper look is worth it if a whole chain in motion will be known to run away only so late."""
 COARSE_BITS = 64
 """Balls look for the first event at this precision, and raise it where it does not decide."""
 
@@ -146,6 +154,8 @@ class Mechanics:
         self.announced = True
         self.event_number = 0
         self.runaway = False
+        self.proof = ""  # of the runaway
+        self.deadline = NEVER
 
     # -- what is known exactly -----------------------------------------------------------------
 
@@ -349,13 +359,28 @@ class Mechanics:
             runs = self.flow.runs()
             found = self.first_event(self.flow, runs)
             if found is None:
-                self.runaway = True
+                self.runaway, self.proof = True, NEVER_STOPS
                 return
             speeds = self.advance(self.flow, runs, found)
             yield from self.resolve(self.flow, found, speeds)
             if not self.flow.signs.any():
                 self.rest(self.flow)
+            elif self.event_number >= LOOK and self.event_number % LOOK < LOOKS:
+                self.look_for_an_end()
             yield None
+
+    def look_for_an_end(self) -> None:
+        """Tell an avalanche that is proved never to end to have run away."""
+        flow = self.flow
+        if flow is None or not flow.signs.any():
+            return
+        largest = max(self.acting(n) for n in range(self.chain.n))
+        slack = flow.velocity_slack + self.chain.n * flow.force_slack
+        tensions, _ = self._shape(flow)
+        if never_rests(
+            self.arithmetic, self.chain, tensions, flow.velocities, flow.signs, largest, slack
+        ):
+            self.runaway, self.proof = True, NEVER_RESTS
 
     def _departing(self) -> tuple[list[int], list[int], Any]:
         flow = self.flow
@@ -456,7 +481,9 @@ class Mechanics:
     def _escape(self, flow: Flow, run: Run) -> Any:
         """Return the time from which no slider of the whole moving chain can ever stop, or None.
 
-        With mean velocity vbar and internal energy J, ``vbar > sqrt((1 - 1/N) 2 J)`` proves it.
+        With mean velocity vbar and internal energy J, ``vbar > sqrt((1 - 1/N) 2 J)`` proves it;
+        so does a vbar beyond what the amplitudes of all modes add up to at any slider, which is
+        sharper, and dearer.
         """
         sign = int(flow.signs[0])
         gain = sign * self.chain.tan_alpha - self.chain.mu_d
@@ -470,10 +497,16 @@ class Mechanics:
         zero = arithmetic.number(0)
         if mean - needed > slack or (gain > 0 and bool(mean == 0) and bool(needed == 0)):
             return zero
-        if gain == 0:
-            return None
         rate = arithmetic.number(gain) * self.cosine
-        return arithmetic.upper((needed - mean + 2 * slack) / rate)
+        lacking = needed - mean + 2 * slack
+        if gain > 0 and arithmetic.upper(lacking) < LONG * rate:
+            return arithmetic.upper(lacking / rate)
+        swing = run.motion.largest_swing()
+        slack = slack + arithmetic.roundoff * (n + 16) * (swing + abs(mean))
+        lacking = swing - mean + 2 * slack
+        if lacking < 0:
+            return zero
+        return None if gain == 0 else arithmetic.upper(lacking / rate)
 
     def _search(
         self,
@@ -485,7 +518,14 @@ class Mechanics:
     ) -> FirstEvent | None:
         half = self.mirrored
         search = Search(
-            flow, runs, self.thresholds, excess, touching, assume=self.assume, half=half
+            flow,
+            runs,
+            self.thresholds,
+            excess,
+            touching,
+            assume=self.assume,
+            half=half,
+            deadline=self.deadline,
         )
         watches = self._coarse(flow, excess, touching, horizon)
         if watches is None:
@@ -514,14 +554,22 @@ class Mechanics:
                 rough = flow.rounded(coarse)
                 thresholds = self.thresholds + 0
                 search = Search(
-                    rough, rough.runs(), thresholds, excess, touching, half=self.mirrored
+                    rough,
+                    rough.runs(),
+                    thresholds,
+                    excess,
+                    touching,
+                    half=self.mirrored,
+                    deadline=self.deadline,
                 )
                 try:
-                    return search.first(horizon)
+                    found = search.first(horizon)
                 except (Undecided, SearchLimit):
+                    found = None
                     bits *= 2
-                finally:
-                    self.evaluations += search.evaluations
+                self.evaluations += search.evaluations
+                if found is not None:
+                    return found
         return None
 
     def advance(self, flow: Flow, runs: list[Run], found: FirstEvent) -> NDArray[Any]:
@@ -730,7 +778,16 @@ class Mechanics:
 
 _VECTORS = ("tensions", "displacements", "forces")
 _SCALARS = ("theta", "force_slack", "theta_slack", "time")
-_PLAIN = ("fresh", "way", "announced", "event_number", "runaway", "mirrored", "evaluations")
+_PLAIN = (
+    "fresh",
+    "way",
+    "announced",
+    "event_number",
+    "runaway",
+    "proof",
+    "mirrored",
+    "evaluations",
+)
 _FLOW = ("forces", "velocities", "moved", "velocity_slack", "force_slack")
 
 

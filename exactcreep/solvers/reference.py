@@ -23,21 +23,18 @@ from exactcreep.motion.arithmetic import (
     Arithmetic,
     digits_of,
 )
-from exactcreep.motion.roots import (
-    SearchLimit,
-)
+from exactcreep.motion.deadline import NEVER, Deadline, OutOfTime
+from exactcreep.motion.roots import SearchLimit
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.solver import (
+    MOST_EVENTS,
     Rearrangement,
     Simulation,
     Solver,
     Stretch,
     record_arrays,
 )
-
-MOST_EVENTS = 10**6
-"""`rearrange` gives up after so many events."""
 
 
 def refuse_no_slips(chain: Chain) -> None:
@@ -58,13 +55,23 @@ class FieldSolver(Solver):
         """Return the arithmetic to begin with."""
         raise NotImplementedError
 
-    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
+    def rearrange(
+        self,
+        chain: Chain,
+        state: State,
+        direction: int,
+        seed: int,
+        *,
+        max_events: int = MOST_EVENTS,
+        deadline: Deadline = NEVER,
+    ) -> Rearrangement:
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         refuse_no_slips(chain)
         arithmetic = self.arithmetic()
         with arithmetic.active():
             mechanics = Mechanics(chain, seed, arithmetic, state, keep=True)
-            return completed(mechanics, direction, self.name)
+            mechanics.deadline = deadline
+            return completed(mechanics, direction, self.name, max_events)
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
         """Yield the events of `rearrange` one by one, each as soon as it is known."""
@@ -89,7 +96,9 @@ class FieldSolver(Solver):
         return FieldSimulation(chain, state, seed, record, self.arithmetic())
 
 
-def completed(mechanics: Mechanics, direction: int, solver: str) -> Rearrangement:
+def completed(
+    mechanics: Mechanics, direction: int, solver: str, max_events: int
+) -> Rearrangement:
     """Return the rearrangement that follows a ramp of `mechanics` in `direction`."""
     before = mechanics.state()
     moves = mechanics.ramp(direction, None)
@@ -97,15 +106,22 @@ def completed(mechanics: Mechanics, direction: int, solver: str) -> Rearrangemen
     events: list[Event] = []
     outcome, reason = Outcome.AT_REST, ""
     try:
-        for event in filter(None, mechanics.rearrangement()):
-            events.append(event)
-            if len(events) >= MOST_EVENTS:
-                outcome, reason = Outcome.LIMIT, f"{MOST_EVENTS} events without coming to rest"
+        for event in mechanics.rearrangement():
+            if event is not None:
+                events.append(event)
+            elif mechanics.flow is None or mechanics.runaway:
+                continue
+            elif len(events) >= max_events:
+                outcome, reason = Outcome.LIMIT, f"max_events = {max_events} was reached"
                 break
-    except SearchLimit as limit:
+            else:
+                mechanics.deadline.require()
+    except (SearchLimit, OutOfTime) as limit:
         outcome, reason = Outcome.LIMIT, str(limit)
+    if outcome is Outcome.LIMIT:
+        mechanics.look_for_an_end()
     if mechanics.runaway:
-        outcome = Outcome.RUNAWAY
+        outcome, reason = Outcome.RUNAWAY, mechanics.proof
     start = mechanics.start
     if start is None:
         still = mechanics.arithmetic.zeros(mechanics.chain.n)
@@ -123,18 +139,17 @@ def completed(mechanics: Mechanics, direction: int, solver: str) -> Rearrangemen
         undecided=tally.undecided,
         draws_below_mu_d=tally.draws_below_mu_d,
         solver=solver,
-        report=mechanics_report(mechanics, reason),
+        report=mechanics_report(mechanics),
+        reason=reason,
     )
 
 
-def mechanics_report(mechanics: Mechanics, reason: str = "") -> dict[str, Any]:
+def mechanics_report(mechanics: Mechanics) -> dict[str, Any]:
     """Return precision and work counts."""
     report: dict[str, Any] = {
         "precision_bits": mechanics.arithmetic.bits,
         "root_evaluations": mechanics.evaluations,
     }
-    if reason:
-        report["reason"] = reason
     if mechanics.runaway:
         report["runaway_time"] = mechanics.time
     return report
@@ -159,14 +174,24 @@ class FieldSimulation(Simulation):
         with arithmetic.active():
             self.mechanics = self.kind(chain, seed, arithmetic, state)
         self.tally = self.mechanics.tally
+        self.deadline = NEVER
         self.theta_target: Fraction | None = None
         try:
             self.theta_target = exact_number(state.theta, "theta")
         except InputError:
             self.theta_target = None
 
-    def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
+    def follow(
+        self,
+        drive: Drive,
+        first: int,
+        count: int,
+        *,
+        max_events: int,
+        deadline: Deadline = NEVER,
+    ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
+        self.deadline = deadline
         rows: dict[str, list[Any]] = {name: [] for name in self._columns()}
         last = self.tally.events + max_events
         done, outcome, reason = 0, None, ""
@@ -178,10 +203,12 @@ class FieldSimulation(Simulation):
             if outcome is not None:
                 break
             done += 1
-            if self.tally.events >= last:
+            if self.tally.events >= last or deadline.passed():
                 break
         if outcome is Outcome.CREEPING:  # only the budget of this call is used up
             outcome = None
+        if outcome is Outcome.RUNAWAY:
+            reason = self.mechanics.proof
         return Stretch(done, record_arrays(self.record, rows), outcome, reason)
 
     def _columns(self) -> list[str]:
@@ -195,14 +222,18 @@ class FieldSimulation(Simulation):
     ) -> Outcome | None:
         """Take the chain to target q; None if it was reached, CREEPING if the budget ended."""
         mechanics = self.mechanics
+        mechanics.deadline = self.deadline
         with mechanics.arithmetic.active():
             target = drive.exact_target(q, self.seed)
             while True:
-                for event in mechanics.rearrangement():
-                    if event is not None:
-                        self._log(event, q, rows)
-                    elif self.tally.events >= last:
-                        return Outcome.CREEPING
+                try:
+                    for event in mechanics.rearrangement():
+                        if event is not None:
+                            self._log(event, q, rows)
+                        elif self.tally.events >= last or self.deadline.passed():
+                            return Outcome.CREEPING
+                except OutOfTime:
+                    return Outcome.CREEPING
                 if mechanics.runaway:
                     return Outcome.RUNAWAY
                 if not mechanics.ramp(self._way(target), target):

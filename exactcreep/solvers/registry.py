@@ -12,12 +12,13 @@ from exactcreep.model.contact import Event
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
+from exactcreep.motion.deadline import Deadline
 from exactcreep.solvers.auto import Auto
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.exact import Exact
 from exactcreep.solvers.reference import Mpmath, Reference
 from exactcreep.solvers.sliding import Sliding
-from exactcreep.solvers.solver import Rearrangement, Solver
+from exactcreep.solvers.solver import MOST_EVENTS, Rearrangement, Solver
 from exactcreep.solvers.verlet import Verlet
 
 SOLVERS: dict[str, type[Solver]] = {
@@ -73,6 +74,8 @@ def rearrange(
     direction: int,
     seed: int = 0,
     solver: str = "exact",
+    max_events: int = MOST_EVENTS,
+    max_seconds: float | None = None,
     **options: Any,
 ) -> Rearrangement:
     """Ramp theta until a slider starts, and return the rearrangement that follows.
@@ -88,16 +91,29 @@ def rearrange(
         Keys the static coefficients that are drawn at stops.
     solver : str
         One of `SOLVERS`.
+    max_events : int
+        Give up after so many events, at least 1; a few more if they are simultaneous.
+    max_seconds : number, optional
+        Give up after so much wall time, within one event (a compiled solver: a few thousand).
     **options
         The solver's own options.
+
+    Returns
+    -------
+    Rearrangement
+        If it was given up, its `outcome` is `LIMIT`, its `reason` says why, and everything else
+        in it is what was reached.
 
     Raises
     ------
     InputError
         If an argument is out of range or an option is not the solver's.
     """
+    deadline = Deadline.after(max_seconds)
     way, key = _valid(chain, state, direction, seed)
-    return solver_named(solver, options).rearrange(chain, state, way, key)
+    most = whole_number(max_events, "max_events", least=1)
+    algorithm = solver_named(solver, options)
+    return algorithm.rearrange(chain, state, way, key, max_events=most, deadline=deadline)
 
 
 def iterate(
@@ -109,6 +125,9 @@ def iterate(
     solver: str = "exact",
     **options: Any,
 ) -> Iterator[Event]:
-    """Return an iterator over the events of `rearrange`, one by one; same arguments."""
+    """Return an iterator over the events of `rearrange`, one by one; same arguments but the limits.
+
+    The caller stops asking when there are enough; an avalanche may be endless.
+    """
     way, key = _valid(chain, state, direction, seed)
     return solver_named(solver, options).iterate(chain, state, way, key)

@@ -40,7 +40,15 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.cosine_field import CosineField, Quadratic
-from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Stretch, Tally
+from exactcreep.motion.deadline import NEVER, Deadline
+from exactcreep.solvers.solver import (
+    MOST_EVENTS,
+    Rearrangement,
+    Simulation,
+    Solver,
+    Stretch,
+    Tally,
+)
 
 RECORDED = ("x_G", "x", "tension", "slips")
 """What the sliding limit can record: it has no events in time."""
@@ -546,7 +554,15 @@ class SlidingSimulation(Simulation):
             return self.chain.l0 * exact_number(theta, "theta")
         return nearest_float(self.chain.l0) * float(theta)
 
-    def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
+    def follow(
+        self,
+        drive: Drive,
+        first: int,
+        count: int,
+        *,
+        max_events: int,
+        deadline: Deadline = NEVER,
+    ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1` of the drive.
 
         For `max_events`, every slider of every half-cycle counts as an event.
@@ -766,7 +782,16 @@ class Sliding(Solver):
         if self.pivot not in TIES:
             raise InputError("pivot", self.pivot, "must be one of " + ", ".join(TIES))
 
-    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
+    def rearrange(
+        self,
+        chain: Chain,
+        state: State,
+        direction: int,
+        seed: int,
+        *,
+        max_events: int = MOST_EVENTS,
+        deadline: Deadline = NEVER,
+    ) -> Rearrangement:
         """Refuse: without inertia there are no rearrangements."""
         raise InputError(
             "solver",

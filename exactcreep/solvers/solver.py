@@ -15,10 +15,13 @@ from exactcreep.model.contact import Event, Itinerary
 from exactcreep.model.drive import Drive
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.motion.solution import Solution
 
 RECORDS = ("x_G", "x", "tension", "slips", "events")
 """What a simulation can record; see `Stretch`."""
+MOST_EVENTS = 20_000
+"""`rearrange` gives up after so many events, unless it is told another number."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +36,7 @@ class Rearrangement:
     events : tuple of Event
         In order of time; empty if no slider exceeds its threshold.
     outcome : Outcome
-        `AT_REST`, `RUNAWAY` (proved never to stop) or `LIMIT` (given up).
+        `AT_REST`, `RUNAWAY` (proved never to come to rest) or `LIMIT` (given up).
     evidence : Evidence
     state : State
         At rest at the end; for a runaway or a limit the sliders are where they were when it was
@@ -49,6 +52,8 @@ class Rearrangement:
     solver : str
     report : mapping
         What only this solver knows: precision, enclosure radii, work counts.
+    reason : str
+        For a runaway what proves it, for a limit which it is: one sentence.
     """
 
     chain: Chain
@@ -63,6 +68,7 @@ class Rearrangement:
     draws_below_mu_d: int
     solver: str
     report: Mapping[str, Any] = field(default_factory=dict)
+    reason: str = ""
 
     @property
     def itinerary(self) -> Itinerary:
@@ -112,7 +118,7 @@ class Stretch:
     outcome : Outcome or None
         None: go on. `RUNAWAY` or `LIMIT`: no further target can be reached.
     reason : str
-        For a limit: one sentence.
+        For a limit or a runaway: one sentence.
     """
 
     completed: int
@@ -127,12 +133,20 @@ class Simulation(ABC):
     tally: Tally
 
     @abstractmethod
-    def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
+    def follow(
+        self,
+        drive: Drive,
+        first: int,
+        count: int,
+        *,
+        max_events: int,
+        deadline: Deadline = NEVER,
+    ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1` of the drive.
 
-        Returns early, with fewer targets completed, after about `max_events` events; calling
-        again with ``first`` = the first target not completed goes on, with the same bits as if
-        it had never returned.
+        Returns early, with fewer targets completed, after about `max_events` events, or soon after
+        `deadline`; calling again with ``first`` = the first target not completed goes on, with the
+        same bits as if it had never returned.
         """
 
     @abstractmethod
@@ -168,8 +182,21 @@ class Solver(ABC):
     """One line for humans."""
 
     @abstractmethod
-    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
-        """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange."""
+    def rearrange(
+        self,
+        chain: Chain,
+        state: State,
+        direction: int,
+        seed: int,
+        *,
+        max_events: int = MOST_EVENTS,
+        deadline: Deadline = NEVER,
+    ) -> Rearrangement:
+        """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange.
+
+        Comes back with what there is, and the outcome `LIMIT`, after `max_events` events (a few
+        more, if they are simultaneous) or soon after `deadline`.
+        """
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
         """Yield the events of `rearrange` one by one."""

@@ -34,8 +34,11 @@ from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.deadline import NEVER, Deadline
+from exactcreep.motion.endless import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.solver import (
+    MOST_EVENTS,
     RECORDS,
     Rearrangement,
     Simulation,
@@ -47,26 +50,23 @@ from exactcreep.solvers.solver import (
 MOST_STEPS = 10**9
 """Steps of one rearrangement after which it is given up."""
 
-MOST_EVENTS = 10**6
-"""Events after which `Verlet.rearrange`, which keeps them all, gives up."""
-
 _EPS = 2.0**-52
 _SMALLEST = 5e-324  # v < _SMALLEST is v <= 0
 _GAP = 20  # movers at most so far apart share a window: cheaper than a window of their own
 _BISECTED = 2.0**-53  # of a step
 _LOOK = 1 << 8  # steps between two looks at a whole chain in motion that may run away
 _SURVEY = 1 << 14  # steps between two looks at whether the motion is finite
+_PAUSE = 1 << 24  # steps, each counted once for every moving slider, between two looks at a clock
 
 # Nothing here allocates. Without `_nrt=False` every array that is handed over would be counted,
 # atomically, which costs more than the events themselves.
 _compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
 # What `_advance` and `_follow` return
-_REST, _EVENTS, _ROWS, _RUNAWAY, _STEPS, _INFINITE = 0, 1, 2, 3, 4, 5
+_REST, _EVENTS, _ROWS, _RUNAWAY, _STEPS, _INFINITE, _PAUSED = range(7)
 _REASONS = {
     _STEPS: f"a rearrangement did not end within {MOST_STEPS:.0e} steps; dt may be too large",
-    _EVENTS: f"a rearrangement did not end within {MOST_EVENTS:.0e} events",
-    _RUNAWAY: "the whole chain slides down for ever",
+    _RUNAWAY: NEVER_STOPS,
     _INFINITE: "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)",
 }
 _OUTCOMES = {_RUNAWAY: Outcome.RUNAWAY, _STEPS: Outcome.LIMIT, _INFINITE: Outcome.LIMIT}
@@ -150,6 +150,7 @@ class _Work(NamedTuple):
     hit: NDArray[np.int8]  # 1: the slider stops or starts; 2: it has just stopped
     rows: NDArray[Any]  # of _ROW: one for every slider of an event, if events are kept
     written: NDArray[np.int64]  # how many rows
+    spent: NDArray[np.int64]  # steps since the last look at a clock, see `_PAUSE`
 
 
 _X, _Y, _B, _PULL, _MASS, _DRAG, _SIGN, _FLOOR, _CEILING, _SPRINGS = range(10)
@@ -641,7 +642,7 @@ def _come_to_rest(laws, work):  # type: ignore[no-untyped-def]
 def _advance(laws, work, last_event):  # type: ignore[no-untyped-def]
     """Move the chain until it rests, or `last_event` events have happened, or it never will rest.
 
-    Returns only at events, or with the chain given up: going on later changes no bit.
+    Returns only where going on later changes no bit.
     """
     now = work.now[0]
     while now.movers > 0:
@@ -653,14 +654,19 @@ def _advance(laws, work, last_event):  # type: ignore[no-untyped-def]
             return _STEPS
         if now.events >= last_event:
             return _EVENTS
+        if work.spent[0] >= _PAUSE:
+            return _PAUSED
         if work.rows.size > 0 and work.written[0] + 2 * laws.n + 2 > work.rows.size:
             return _ROWS
         windows = _lay_out(laws, work)
         most = _LOOK if laws.runs_away and now.movers == laws.n else _SURVEY
-        if now.movers == 1:
+        most = min(most, _PAUSE // (4 * now.movers) + 1)
+        movers = now.movers
+        if movers == 1:
             steps, found = _alone(laws, work, most)
         else:
             steps, found = _together(work, windows, most)
+        work.spent[0] += steps * movers
         now.steps += steps
         now.steps_here += steps
         now.step += steps
@@ -796,6 +802,7 @@ def _work(chain: Chain, state: State, laws: _Laws, keep_events: bool) -> _Work:
         hit=np.zeros(n + 2, dtype=np.int8),
         rows=np.zeros(2 * n + 4096 if keep_events else 0, dtype=_ROW),
         written=np.zeros(1, dtype=np.int64),
+        spent=np.zeros(1, dtype=np.int64),
     )
 
 
@@ -954,7 +961,15 @@ class VerletSimulation(Simulation):
             undecided=int(now["undecided"]),
         )
 
-    def follow(self, drive: Drive, first: int, count: int, *, max_events: int) -> Stretch:
+    def follow(
+        self,
+        drive: Drive,
+        first: int,
+        count: int,
+        *,
+        max_events: int,
+        deadline: Deadline = NEVER,
+    ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1` of the drive."""
         work, n = self._work, self._chain.n
         targets = drive.targets(first, count, self._seed)
@@ -966,7 +981,8 @@ class VerletSimulation(Simulation):
         rows = []
         done, code = 0, _ROWS
         last_event = int(work.now["events"][0]) + max_events
-        while code == _ROWS:
+        while code in (_ROWS, _PAUSED):
+            work.spent[0] = 0
             code, more = _follow(
                 self._laws,
                 work,
@@ -982,6 +998,8 @@ class VerletSimulation(Simulation):
             done += more
             rows.append(work.rows[: int(work.written[0])].copy())
             work.written[0] = 0
+            if deadline.passed():
+                break
         self._count()
         recorded: dict[str, NDArray[Any]] = {"x_G": x_G[:done]}
         for name, values, asked in zip(
@@ -994,8 +1012,7 @@ class VerletSimulation(Simulation):
             for name in _ROW.names or ():
                 if name != "residual":
                     recorded["event_" + name] = kept[name].copy()
-        reason = _REASONS[code] if code in (_STEPS, _INFINITE) else ""
-        return Stretch(done, recorded, _OUTCOMES.get(code), reason)
+        return Stretch(done, recorded, _OUTCOMES.get(code), _REASONS.get(code, ""))
 
     def state(self) -> State:
         """Return the present state."""
@@ -1094,7 +1111,16 @@ class Verlet(Solver):
             _ramp(laws, work, float(direction), math.inf)
         return laws, work
 
-    def rearrange(self, chain: Chain, state: State, direction: int, seed: int) -> Rearrangement:
+    def rearrange(
+        self,
+        chain: Chain,
+        state: State,
+        direction: int,
+        seed: int,
+        *,
+        max_events: int = MOST_EVENTS,
+        deadline: Deadline = NEVER,
+    ) -> Rearrangement:
         """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange."""
         laws, work = self._start(chain, state, direction, seed)
         n = chain.n
@@ -1111,9 +1137,15 @@ class Verlet(Solver):
         events = _new_events(work)
         courses = [_Course(rest, work, 0.0) for _ in events]
         code = _REST
+        limit = ""
         while work.now["phase"][0] == _MOVING and code not in _OUTCOMES:
-            if len(events) >= MOST_EVENTS:
+            if len(events) >= max_events:
+                limit = f"max_events = {max_events} was reached"
+            elif deadline.passed():
+                limit = deadline.reason
+            if limit:
                 break
+            work.spent[0] = 0
             code = _advance(laws, work, work.now["events"][0] + 1)
             new = _new_events(work)
             events += new
@@ -1141,7 +1173,8 @@ class Verlet(Solver):
             undecided=undecided,
             draws_below_mu_d=int(work.now["below"][0]),
             solver=self.name,
-            report=_report(laws, work) | ({} if ended else {"reason": _REASONS[code]}),
+            report=_report(laws, work),
+            reason=limit or ("" if ended else _REASONS[code]),
         )
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
@@ -1150,5 +1183,6 @@ class Verlet(Solver):
         yield from _new_events(work)
         code = _REST
         while work.now["phase"][0] == _MOVING and code not in _OUTCOMES:
+            work.spent[0] = 0
             code = _advance(laws, work, work.now["events"][0] + 1)
             yield from _new_events(work)

@@ -1,0 +1,108 @@
+"""A proof, by energy, that an avalanche never ends.
+
+Let tan_alpha >= mu_d (its mirror image for a negative slope). A slider that moves downhill gains
+``(s - mu_d c)`` of energy on its way, which is not negative; only motion uphill loses any. At rest
+``|F_n| <= mu_s c``, hence each tension lies within ``n (mu_s c - s)`` summed from one end, and
+``(N - n) (mu_s c + s)`` from the other, or the same with the ends exchanged: the energy of a chain
+at rest is bounded. An avalanche with more energy that never again moves uphill never rests; and
+since its sliders then travel without end, it runs away, although every one of them may go
+on stopping and starting.
+
+That nothing moves uphill is proved in two cases. (1) Two sliders, tan_alpha > mu_d. While one
+moves downhill and the other rests, the resting one is drawn downhill; at its start the tension
+is ``|T| <= mu_s c - s``. While both move, ``T^2 - 2 v_1 v_2`` (internal energy minus that of the
+mean motion) does not grow, and a slider stops with ``v_1 v_2 = 0``: so with |T| no larger than it
+was at the start, and ``F >= s - |T|`` is above the threshold of a start uphill. (2) On the slope
+mu_d itself energy is conserved as long as nothing moves uphill; a start uphill needs
+``|T_n - T_(n-1)| > mu_s c + s``, which an energy below ``(mu_s c + s)^2 / 4`` cannot hold.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from numpy.typing import NDArray
+
+from exactcreep.model.chain import Chain
+from exactcreep.motion.arithmetic import Arithmetic, Undecided
+from exactcreep.motion.modes import incline
+
+NEVER_RESTS = (
+    "its energy exceeds that of every state at rest, and it cannot lose any: it never comes to rest"
+)
+NEVER_STOPS = "the whole chain slides, too fast for any slider to stop ever again"
+LARGEST_DEVIATE = 9
+"""In units of sigma_mu: no normal deviate made from 53 bits is larger."""
+
+
+def never_rests(
+    arithmetic: Arithmetic,
+    chain: Chain,
+    tensions: NDArray[Any],
+    velocities: NDArray[Any],
+    signs: NDArray[Any],
+    largest: Fraction,
+    slack: Any = 0,
+) -> bool:
+    """Return whether it is proved that the chain in motion never comes to rest.
+
+    Parameters
+    ----------
+    arithmetic : Arithmetic
+        The call is made inside its ``active()``.
+    chain : Chain
+    tensions : ndarray, shape (n - 1,)
+    velocities : ndarray, shape (n,)
+    signs : ndarray, shape (n,)
+        Directions of motion, 0 at rest.
+    largest : Fraction
+        The largest static coefficient that acts at present.
+    slack : number
+        How far tensions and velocities may be off (0 in balls).
+
+    Guarantee: in balls a proof; otherwise one for every state within `slack` of the given one.
+    """
+    n = chain.n
+    tangent = abs(chain.tan_alpha)
+    down = 1 if chain.tan_alpha >= 0 else -1
+    gain = tangent - chain.mu_d
+    if n < 2 or gain < 0 or not (signs == down).any() or (signs == -down).any():
+        return False
+    static = max(largest, chain.mu_s + LARGEST_DEVIATE * chain.sigma_mu)
+    if static < tangent:  # the weight exceeds what all contacts can hold together
+        return True
+    number = arithmetic.number
+    cosine, _ = incline(arithmetic, chain)
+    unit = cosine * cosine  # of squared forces
+    twice = arithmetic.dot(velocities, velocities) + arithmetic.dot(tensions, tensions)
+    rounding: Any = 0
+    if arithmetic.roundoff:
+        sizes = sum(abs(velocities)) + sum(abs(tensions))
+        rounding = 2 * slack * sizes + 8 * n * arithmetic.roundoff * (twice + unit * n**3)
+    try:
+        at_rest = number(_twice_at_rest(n, static, tangent)) * unit
+        if arithmetic.sign(twice - at_rest, rounding) <= 0:
+            return False
+        if gain == 0:
+            steepest = ((chain.mu_s if chain.sigma_mu == 0 else chain.mu_d) + tangent) ** 2
+            most = steepest if n == 2 else steepest / 2
+            return arithmetic.sign(number(most) * unit - twice, rounding) > 0
+        if n > 2 or static - chain.mu_d > 2 * tangent:
+            return False
+        if not (signs == down).all():
+            return True
+        tension, (upper, lower) = tensions[0], velocities
+        stopped = tension * tension - 2 * upper * lower
+        return arithmetic.sign(number((tangent + chain.mu_d) ** 2) * unit - stopped, rounding) > 0
+    except Undecided:
+        return False
+
+
+def _twice_at_rest(n: int, static: Fraction, tangent: Fraction) -> Fraction:
+    """Return a bound of twice the energy of a chain at rest, in units of cos(alpha)^2."""
+    room, width = static - tangent, static + tangent
+    bounds = (
+        max(min(k * room, (n - k) * width), min(k * width, (n - k) * room)) for k in range(1, n)
+    )
+    return sum((bound * bound for bound in bounds), Fraction(0))
