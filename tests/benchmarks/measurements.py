@@ -35,6 +35,7 @@ from exactcreep.quasistatic.loop import creep
 from exactcreep.solvers.registry import rearrange, solver_named
 from exactcreep.solvers.solver import Rearrangement, Simulation
 from tests.benchmarks.rivals import Failed, Heyoka, Task, with_scipy
+from tests.paper import paper_chain
 
 CHECKOUT = pathlib.Path(__file__).parents[2]
 SIZES = ((2, "0.01"), (6, "0.01"), (30, "0.005"), (60, "0.01"), (300, "0.05"))
@@ -56,11 +57,6 @@ TAYLOR_TOLERANCES = (1e-6, 1e-9, 2.0**-52)
 SAMPLES = {2: 200, 6: 150, 30: 80}
 _STRETCH = {2: 50}  # a slip of two sliders takes less than a call from Python: follow more of them
 _LONGEST = 10**12
-
-
-def paper_chain(n: int) -> Chain:
-    """Return the paper's chain with random static coefficients, sigma_mu = 0.01."""
-    return Chain(n, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 
 
 def burned_in(n: int, amplitude: str, half_cycles: int, seed: int = 0) -> State:

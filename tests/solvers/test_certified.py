@@ -14,12 +14,7 @@ from exactcreep.motion.arithmetic import balls_of, digits_of
 from exactcreep.solvers.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.reference import FieldSimulation
-
-PAPER = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"}
-
-
-def paper_chain(n: int, sigma_mu: str = "0.01") -> Chain:
-    return Chain(n=n, sigma_mu=sigma_mu, **PAPER)
+from tests.paper import event_rows, paper_chain
 
 
 def followed(chain, drive, digits, seed=3, max_events=10**6, record=("x", "tension", "events")):
@@ -29,11 +24,6 @@ def followed(chain, drive, digits, seed=3, max_events=10**6, record=("x", "tensi
     return simulation, stretch
 
 
-def itinerary(stretch):
-    names = ("event_number", "event_kind", "event_slider", "event_sign")
-    return list(zip(*(stretch.recorded[name].tolist() for name in names), strict=True))
-
-
 @pytest.mark.parametrize(("n", "sigma_mu"), [(3, "0.01"), (6, "0.01"), (5, "0")])
 def test_more_precision_changes_no_proved_itinerary_and_enclosures_overlap(n, sigma_mu):
     chain = paper_chain(n, sigma_mu)
@@ -41,8 +31,8 @@ def test_more_precision_changes_no_proved_itinerary_and_enclosures_overlap(n, si
     fine, second = followed(chain, Cycles("0.004", 1), 60)
     assert coarse.evidence is fine.evidence is Evidence.PROVED
     assert coarse.report()["precision_bits"] < fine.report()["precision_bits"]
-    assert len(itinerary(first)) > 100
-    assert itinerary(first) == itinerary(second)
+    assert len(event_rows(first)) > 100
+    assert event_rows(first) == event_rows(second)
     for name in ("x_G", "x", "tension", "event_time", "event_theta"):
         a, b = first.recorded[name].ravel(), second.recorded[name].ravel()
         assert all(x.overlaps(y) for x, y in zip(a, b, strict=True))
@@ -54,7 +44,7 @@ def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
     arithmetic = digits_of(500)
     other = FieldSimulation(chain, State.relaxed(chain, 3), 3, ("x", "events"), arithmetic)
     computed = other.follow(Cycles("0.003", 1), 1, 2, max_events=10**6)
-    assert itinerary(proved) == itinerary(computed)
+    assert event_rows(proved) == event_rows(computed)
     balls = balls_of(600)
     with balls.active():
         for name in ("x", "event_time"):
@@ -89,7 +79,7 @@ def test_plain_balls_and_the_narrow_set_enclose_the_same_motion():
 
 
 def test_lone_slips_stay_exact_for_ever():
-    chain = Chain(2, **PAPER)
+    chain = paper_chain(2, "0")
     simulation, stretch = followed(chain, Cycles("0.01", 20), 30)
     report = simulation.report()
     assert report["exact_in_q_c"]
@@ -100,7 +90,7 @@ def test_lone_slips_stay_exact_for_ever():
         a, b = x.rationals()
         assert a == 0
         assert (b / excess.rationals()[1] / 2).denominator == 1
-    assert len(itinerary(stretch)) > 100
+    assert len(event_rows(stretch)) > 100
 
 
 def test_asking_for_more_digits_raises_the_precision_until_they_are_there():
@@ -125,10 +115,10 @@ def test_a_restart_hands_out_no_event_twice():
     rows, done = [], 0
     while done < 2:
         stretch = simulation.follow(drive, done + 1, 2 - done, max_events=50)
-        rows += itinerary(stretch)
+        rows += event_rows(stretch)
         done += stretch.completed
     assert simulation.restarts > 0
-    assert rows == itinerary(expected)
+    assert rows == event_rows(expected)
     assert simulation.tally.events == len(rows)
 
 
@@ -158,7 +148,7 @@ def test_a_slider_past_its_graze_by_a_hair_is_proved_to_start(k):
     solver = Certified(digits=20)
     simulation = solver.simulation(chain, State.relaxed(chain), 0, ("events",))
     stretch = simulation.follow(Cycles("0.01", 1), 1, 1, max_events=4)
-    assert itinerary(stretch)[1] == (1, 0, 1, 1)
+    assert event_rows(stretch)[1] == (1, 0, 1, 1)
     assert simulation.evidence is Evidence.PROVED
 
 

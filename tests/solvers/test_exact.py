@@ -27,12 +27,7 @@ from exactcreep import (
 )
 from exactcreep.motion.modes import solution_from_events
 from exactcreep.solvers.exact import ExactSimulation
-
-PAPER = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"}
-
-
-def paper_chain(n: int, sigma_mu: str = "0.01", **changed: object) -> Chain:
-    return Chain(n=n, sigma_mu=sigma_mu, **(PAPER | changed))
+from tests.paper import paper_chain
 
 
 def followed(chain: Chain, drive: object, seed: int = 0, start: State | None = None):

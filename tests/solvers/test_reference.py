@@ -11,6 +11,7 @@ import pytest
 from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, Path, State, iterate, rearrange
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.registry import solver_named
+from tests.paper import event_rows
 
 ARITHMETICS = [
     pytest.param(("reference", {}), id="float64"),
@@ -35,11 +36,6 @@ def followed(chain, drive, solver, seed=0, record=("x", "events"), start=None):
 
 def floats(values):
     return np.array([float(x) for x in np.ravel(values)]).reshape(np.shape(values))
-
-
-def rows(stretch):
-    names = ("event_number", "event_kind", "event_slider", "event_sign")
-    return list(zip(*(stretch.recorded[name].tolist() for name in names), strict=True))
 
 
 @every_arithmetic
@@ -81,7 +77,7 @@ def test_at_threshold_a_slider_stays_and_two_ends_start_together(solver):
     simulation, stretch = followed(chain, Cycles("0.001", 1), solver)
     lone = [(0, 0, 3, 1), (1, 1, 3, 1)]
     both = [(0, 0, 1, -1), (0, 0, 3, 1), (1, 1, 1, -1), (1, 1, 3, 1)]
-    assert rows(stretch)[:8] == lone + lone + both
+    assert event_rows(stretch)[:8] == lone + lone + both
     if solver[0] == "certified":
         assert simulation.evidence is Evidence.PROVED
         assert simulation.tally.undecided == 0
@@ -186,7 +182,7 @@ def test_every_grazing_crossing_is_found_with_bounded_work(k, solver):
     name, options = solver
     simulation = solver_named(name, options).simulation(chain, State.relaxed(chain), 0, ("events",))
     stretch = simulation.follow(Path(["0.01"]), 1, 1, max_events=12)
-    assert rows(stretch)[:2] == [(0, 0, 2, 1), (1, 0, 1, 1)]
+    assert event_rows(stretch)[:2] == [(0, 0, 2, 1), (1, 0, 1, 1)]
     gap = math.pi - float(stretch.recorded["event_time"][1])
     assert gap > 0
     assert gap == pytest.approx(2 * math.sqrt(10 * 10.0**-k), rel=0.1)
@@ -235,7 +231,7 @@ def test_a_dummy_breakpoint_changes_no_event(solver):
     chain = Chain(4, **PAPER, sigma_mu="0.01", tan_alpha="0.25")
     _, plain = followed(chain, Path(["0.003"]), solver, seed=1)
     _, broken = followed(chain, Path(["0.00151", "0.003"]), solver, seed=1)
-    assert [row[1:] for row in rows(plain)] == [row[1:] for row in rows(broken)]
+    assert [row[1:] for row in event_rows(plain)] == [row[1:] for row in event_rows(broken)]
 
 
 @every_arithmetic
@@ -248,7 +244,7 @@ def test_a_chain_without_slips_is_refused_with_the_solver_to_use(solver):
 def test_the_three_arithmetics_tell_the_same_story():
     chain = Chain(6, **PAPER, sigma_mu="0.01", tan_alpha="0.25")
     stretches = [followed(chain, Cycles("0.003", 1), p.values[0], seed=7)[1] for p in ARITHMETICS]
-    assert len(rows(stretches[0])) > 300
+    assert len(event_rows(stretches[0])) > 300
     for other in stretches[1:]:
-        assert rows(stretches[0]) == rows(other)
+        assert event_rows(stretches[0]) == event_rows(other)
         assert abs(floats(stretches[0].recorded["x"]) - floats(other.recorded["x"])).max() < 1e-11

@@ -22,18 +22,15 @@ from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.auditing import Audit, audit
+from tests.paper import paper_chain
 
 SEED = 5
-
-
-def captions(n: int, sigma_mu: str = "0.01") -> Chain:
-    return Chain(n, 1000, "0.5", "0.6", sigma_mu, tan_alpha="0.25")
 
 
 @lru_cache
 def avalanche(solver: str = "exact", **options: Any) -> Rearrangement:
     """A rearrangement of six sliders with at least ten events."""
-    chain = captions(6)
+    chain = paper_chain(6)
     state = creep(chain, Cycles("0.01", 2), seed=SEED, record=()).state
     direction = 1
     while True:
@@ -47,7 +44,7 @@ def avalanche(solver: str = "exact", **options: Any) -> Rearrangement:
 def run(n: int = 6, solver: str = "exact", digits: int | None = None) -> Creep:
     options = {} if digits is None else {"digits": digits}
     return creep(
-        captions(n), Cycles("0.002", 1), seed=SEED, solver=solver,
+        paper_chain(n), Cycles("0.002", 1), seed=SEED, solver=solver,
         record=("x_G", "x", "tension", "events"), **options,
     )  # fmt: skip
 
@@ -90,7 +87,7 @@ class TestHonest:
         assert found.rearrangements == run(n).rearrangements
 
     def test_a_run_from_an_unstable_start_passes(self) -> None:
-        chain = captions(4, "0")
+        chain = paper_chain(4, "0")
         start = State.prepared(chain, ["0.9", "-0.8", "0.3"])
         result = creep(chain, Cycles("0.002", 1), start=start, record=("events",))
         found = audit(result)
@@ -98,7 +95,7 @@ class TestHonest:
         assert result.recorded["event_number"][0] == 0
 
     def test_random_dilations_pass(self) -> None:
-        result = creep(captions(3), GaussianSteps("0.002", 6), seed=2, record=("events",))
+        result = creep(paper_chain(3), GaussianSteps("0.002", 6), seed=2, record=("events",))
         assert audit(result).passed
 
     def test_a_runaway_passes_up_to_where_it_was_proved(self) -> None:
@@ -253,7 +250,7 @@ class TestSabotage:
 class TestRefusals:
     def test_a_run_without_events_cannot_be_audited(self) -> None:
         with pytest.raises(InputError, match="must include events"):
-            audit(creep(captions(2), Cycles("0.001", 1)))
+            audit(creep(paper_chain(2), Cycles("0.001", 1)))
 
     def test_the_seed_of_drawn_coefficients_must_be_given(self) -> None:
         with pytest.raises(InputError, match="seed"):

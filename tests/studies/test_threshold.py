@@ -16,12 +16,13 @@ from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import digits_of
 from exactcreep.studies import thresholds
 from exactcreep.studies.thresholds import threshold
+from tests.paper import paper_chain
 
 FLOAT = {"solver": "exact", "digits": 9}
 
 
 def captions(n: int) -> Chain:
-    return Chain(n, 1000, "0.5", "0.6", tan_alpha="0.25")
+    return paper_chain(n, "0")
 
 
 def pythagorean() -> Chain:

@@ -11,10 +11,11 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.studies import thresholds
 from exactcreep.studies.thresholds import threshold
+from tests.paper import paper_chain
 
 
 def captions(n: int) -> Chain:
-    return Chain(n, 1000, "0.5", "0.6", tan_alpha="0.25")
+    return paper_chain(n, "0")
 
 
 def bounds(found: thresholds.Threshold) -> tuple[Fraction, Fraction]:
