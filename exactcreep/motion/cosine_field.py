@@ -42,7 +42,7 @@ class Quadratic:
         """Return `other` in this field, None if it is no number of it."""
         if isinstance(other, Quadratic):
             return (other.a, other.b) if other.field.square == self.field.square else None
-        factor = _rational(other)
+        factor = _fmpq(other)
         return None if factor is None else (factor, _ZERO)
 
     def __add__(self, other: Any) -> Quadratic:
@@ -72,7 +72,7 @@ class Quadratic:
         return -self if self.sign() < 0 else self
 
     def __mul__(self, other: Any) -> Quadratic:
-        factor = _rational(other)
+        factor = _fmpq(other)
         if factor is None:
             return NotImplemented
         return Quadratic(self.field, self.a * factor, self.b * factor)
@@ -80,7 +80,7 @@ class Quadratic:
     __rmul__ = __mul__
 
     def __truediv__(self, other: Any) -> Quadratic:
-        factor = _rational(other)
+        factor = _fmpq(other)
         if factor is None:
             return NotImplemented
         return Quadratic(self.field, self.a / factor, self.b / factor)
@@ -175,11 +175,11 @@ class CosineField:
 
     def rational(self, value: Fraction) -> Quadratic:
         """Return a rational as a number of the field."""
-        return Quadratic(self, _rational(value), _ZERO)
+        return Quadratic(self, _fmpq(value), _ZERO)
 
     def times_cosine(self, value: Fraction) -> Quadratic:
         """Return ``value cos(alpha)``."""
-        factor = _rational(value)
+        factor = _fmpq(value)
         if self.cosine is not None:
             return Quadratic(self, factor * self.cosine, _ZERO)
         return Quadratic(self, _ZERO, factor)
@@ -188,7 +188,7 @@ class CosineField:
 _ZERO = flint.fmpq(0)
 
 
-def _rational(value: Any) -> Any:
+def _fmpq(value: Any) -> Any:
     """Return a rational as python-flint's, None if it is none."""
     if isinstance(value, flint.fmpq):
         return value

@@ -29,9 +29,15 @@ from exactcreep.solvers.reference import (
     FieldSolver,
     completed,
     mechanics_report,
+)
+from exactcreep.solvers.solver import (
+    MOST_EVENTS,
+    Rearrangement,
+    Simulation,
+    Stretch,
+    Tally,
     refuse_no_slips,
 )
-from exactcreep.solvers.solver import MOST_EVENTS, Rearrangement, Simulation, Stretch, Tally
 
 _BALLS = ("tensions", "displacements", "theta")  # the numbers of a state that are balls
 GUARD_BITS = 64

@@ -31,6 +31,8 @@ from exactcreep.solvers.solver import (
     Solver,
     Stretch,
     Tally,
+    refuse_no_slips,
+    refuse_records,
 )
 
 
@@ -99,16 +101,6 @@ def _halves(array: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float6
         return array.copy(), np.zeros(array.size)
     pairs = np.array([_split(_rational(value)) for value in array.tolist()]).reshape(-1, 2)
     return pairs[:, 0].copy(), pairs[:, 1].copy()
-
-
-def _refuse_no_slips(chain: Chain) -> None:
-    if chain.sigma_mu == 0 and chain.mu_s == chain.mu_d:
-        raise InputError(
-            "mu_s",
-            chain.mu_s,
-            "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta: use"
-            ' solver="sliding"',
-        )
 
 
 def _table(rows: int, columns: int) -> NDArray[np.float64]:
@@ -192,7 +184,8 @@ class ExactSimulation(Simulation):
     def __init__(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...] = ("x_G",)
     ) -> None:
-        _refuse_no_slips(chain)
+        refuse_no_slips(chain)
+        refuse_records(record)
         self.chain = chain
         self.record = record
         self.start = state

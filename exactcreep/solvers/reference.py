@@ -34,18 +34,9 @@ from exactcreep.solvers.solver import (
     Solver,
     Stretch,
     record_arrays,
+    refuse_no_slips,
+    refuse_records,
 )
-
-
-def refuse_no_slips(chain: Chain) -> None:
-    """Raise `InputError` for a chain that slides without slips."""
-    if chain.sigma_mu == 0 and chain.mu_s == chain.mu_d:
-        raise InputError(
-            "mu_s",
-            chain.mu_s,
-            "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta: use"
-            ' solver="sliding"',
-        )
 
 
 class FieldSolver(Solver):
@@ -168,6 +159,7 @@ class FieldSimulation(Simulation):
         record: tuple[str, ...],
         arithmetic: Arithmetic,
     ) -> None:
+        refuse_records(record)
         self.chain = chain
         self.seed = seed
         self.record = record

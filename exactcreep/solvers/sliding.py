@@ -48,6 +48,7 @@ from exactcreep.solvers.solver import (
     Solver,
     Stretch,
     Tally,
+    refuse_records,
 )
 
 RECORDED = ("x_G", "x", "tension", "slips")
@@ -476,14 +477,11 @@ class SlidingSimulation(Simulation):
         exact: bool,
         pivot: str,
     ) -> None:
-        for name in record:
-            if name not in RECORDED:
-                raise InputError(
-                    "record",
-                    name,
-                    "solver 'sliding' records only " + ", ".join(RECORDED)
-                    + " (without inertia there are no events in time; solver 'exact' has them)",
-                )
+        refuse_records(
+            record,
+            RECORDED,
+            ": without inertia there are no events in time; solver 'exact' has them",
+        )
         self.chain, self.seed, self.record = chain, seed, record
         self.exact, self.pivot = exact, pivot
         self.tally = Tally()

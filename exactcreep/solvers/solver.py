@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, Itinerary
 from exactcreep.model.drive import Drive
+from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.deadline import NEVER, Deadline
@@ -211,6 +212,26 @@ class Solver(ABC):
         A start that is not at rest is first rearranged at its own theta, within the first call of
         `Simulation.follow`.
         """
+
+
+def refuse_no_slips(chain: Chain) -> None:
+    """Raise `InputError` for a chain that slides without slips, which only `sliding` follows."""
+    if chain.sigma_mu == 0 and chain.mu_s == chain.mu_d:
+        raise InputError(
+            "mu_s",
+            chain.mu_s,
+            "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta: use"
+            ' solver="sliding"',
+        )
+
+
+def refuse_records(
+    record: tuple[str, ...], known: tuple[str, ...] = RECORDS, why: str = ""
+) -> None:
+    """Raise `InputError` for what a simulation cannot record; `why` says what stands against it."""
+    for name in record:
+        if name not in known:
+            raise InputError("record", name, "must be one of " + ", ".join(known) + why)
 
 
 def record_arrays(record: tuple[str, ...], rows: dict[str, list[Any]]) -> dict[str, NDArray[Any]]:

@@ -39,12 +39,13 @@ from exactcreep.motion.endless import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.solver import (
     MOST_EVENTS,
-    RECORDS,
     Rearrangement,
     Simulation,
     Solver,
     Stretch,
     Tally,
+    refuse_no_slips,
+    refuse_records,
 )
 
 MOST_STEPS = 10**9
@@ -941,9 +942,8 @@ class VerletSimulation(Simulation):
         dt: float,
         locate: bool,
     ) -> None:
-        for name in record:
-            if name not in RECORDS:
-                raise InputError("record", name, "must be one of " + ", ".join(RECORDS))
+        refuse_no_slips(chain)
+        refuse_records(record)
         self._chain = chain
         self._seed = seed
         self._record = record
@@ -1085,20 +1085,7 @@ class Verlet(Solver):
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
     ) -> VerletSimulation:
-        """Return a simulation that starts from `state`.
-
-        Raises
-        ------
-        InputError
-            If ``mu_s = mu_d`` and ``sigma_mu = 0``: such a chain slides without slips.
-        """
-        if chain.mu_s == chain.mu_d and chain.sigma_mu == 0:
-            raise InputError(
-                "solver",
-                self.name,
-                "needs mu_s > mu_d or sigma_mu > 0 (the chain slides without slips: use the"
-                " solver 'sliding')",
-            )
+        """Return a simulation that starts from `state`."""
         return VerletSimulation(chain, state, seed, record, self.dt, bool(self.locate))
 
     def _start(

@@ -875,7 +875,7 @@ def _secant(
                 return present
             if now == before:
                 return None
-            following = present - _rational(now / (now - before)) * (present - previous)
+            following = present - enclosure(now / (now - before)).middle * (present - previous)
             if not low - _STRAY * width <= following <= high + _STRAY * width:
                 return None
             if following == present:
@@ -884,10 +884,6 @@ def _secant(
     except (StrayRoot, ArithmeticError, KeyError, StopIteration):
         pass
     return None
-
-
-def _rational(value: Any) -> Fraction:
-    return enclosure(value).middle
 
 
 def _log2(value: Fraction) -> float:
