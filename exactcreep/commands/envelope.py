@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections import Counter
 from pathlib import Path
@@ -12,6 +13,7 @@ import typer
 from exactcreep.commands.options import Force, Json
 
 BROKEN_STATUS = 1
+_WIDTH = 150  # of the table where it goes to a file or a pipe
 
 
 def envelope(
@@ -34,6 +36,7 @@ def envelope(
     from rich.table import Table
 
     from exactcreep.commands.answer import as_json
+    from exactcreep.quasistatic.checkpoint import write_atomically
     from exactcreep.quasistatic.result import check_output
     from exactcreep.studies.envelope import defects, to_csv
     from exactcreep.studies.envelope import envelope as measured
@@ -44,31 +47,47 @@ def envelope(
     on_terminal = sys.stderr.isatty()
 
     def tell(name: str, number: int, count: int) -> None:
-        if on_terminal or number % 10 == 1:
+        if on_terminal or not quick or number % 10 == 1:
             sys.stderr.write(f"{number} of {count}: {name}\n")
 
     cells = measured(quick=quick, progress=tell)
+    failure = None
     if target is not None:
-        target.write_text(to_csv(cells), encoding="utf-8")
+        try:
+            write_atomically(target, to_csv(cells).encode())
+        except OSError as error:
+            failure = error  # the disk may be full: what was measured is told all the same
     broken = defects(cells)
     if json:
         summaries = [cell.summary() for cell in cells]
         typer.echo(as_json({"cells": summaries, "broken": len(broken)}))
     else:
         table = Table(box=None, padding=(0, 1), header_style="bold")
-        for name in ("extreme", "solver", "error", "events", "seconds", "outcome", "verdict"):
+        for name in ("extreme", "solver", "error", "of one", "astray", "events", "seconds",
+                     "outcome", "verdict"):  # fmt: skip
             table.add_column(name, no_wrap=name != "extreme")
         for cell in cells:
+            astray = f"{cell.astray}/{cell.compared}" if cell.compared else "-"
+            one = "-" if math.isnan(cell.worst) else f"{cell.worst:.1e}"
             table.add_row(
-                f"{cell.quantity} = {cell.value}", cell.solver, f"{cell.error:.1e}",
+                f"{cell.quantity} = {cell.value}", cell.solver, f"{cell.error:.1e}", one, astray,
                 str(cell.events), f"{cell.seconds:.2g}", cell.outcome, cell.verdict,
             )  # fmt: skip
-        console = Console(highlight=False)
+        console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH)
         console.print(table)
         counts = Counter(cell.verdict for cell in cells)
         told = ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
+        console.print(
+            "error: of displacements at the end of the run; of one: the largest error of a single"
+            " rearrangement from the same rest, over the largest force; astray: rearrangements with"
+            " other events than the proved ones, of those compared",
+            style="dim",
+            soft_wrap=True,
+        )
         console.print(f"{len(cells)} cells: {told}")
-        if target is not None:
+        if target is not None and failure is None:
             typer.echo(f"written: {target}")
+    if failure is not None:
+        raise failure
     if broken:
         raise typer.Exit(BROKEN_STATUS)

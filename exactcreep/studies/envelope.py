@@ -2,8 +2,10 @@
 
 For each extreme every solver follows the same few half-cycles with the same disorder. Its
 displacements at the end are held against those of the certified solver (in the sliding limit:
-against the closed solution in rational arithmetic). A solver either keeps what it promises, or
-says by itself that it does not: an undecided comparison, a limit, or a refusal.
+against the closed solution in rational arithmetic). What it promises of one rearrangement is
+measured apart: from the same state at rest, so that no error of the past hides or makes one. A
+solver either keeps what it promises, or says by itself that it does not: an undecided comparison,
+a limit, or a refusal.
 """
 
 from __future__ import annotations
@@ -12,20 +14,24 @@ import math
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, Path
-from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.loop import PhysicsWarning, creep
 from exactcreep.quasistatic.result import Creep
+from exactcreep.solvers.registry import rearrange
+from exactcreep.solvers.solver import Rearrangement
+from exactcreep.studies.energy import two_slider_ledger
 
 PROMISE = 1e-12
 """Of the event-driven solvers in float64: error of one rearrangement over the largest force."""
@@ -47,6 +53,12 @@ WITHIN, FLAGGED, REFUSED, STEPPED, BROKEN = "within", "flagged", "refused", "ste
 """
 
 
+_LONGEST = 2000
+"""Events of a rearrangement that is compared."""
+_SHORT = 30
+"""Sliders of a chain whose ends move like those of a longer one."""
+
+
 @dataclass(frozen=True)
 class Extreme:
     """One extreme: a chain and a drive that take one quantity to its end.
@@ -64,6 +76,8 @@ class Extreme:
         closed form (a chain too long, or a run too long, for balls).
     known : callable or None
         For ``law``: takes a result and returns the error of its displacements.
+    promise : float or None
+        What is asked of that error; None: what the solver promises, rearrangement by rearrangement.
     """
 
     quantity: str
@@ -73,6 +87,7 @@ class Extreme:
     tension: Fraction = Fraction(0)
     truth: str = "certified"
     known: Callable[[Creep], float] | None = None
+    promise: float | None = None
 
     def start(self, seed: int) -> State:
         """Return the state it starts from."""
@@ -90,7 +105,12 @@ class Cell:
         Largest error of a displacement at the end, unit ``g tau_dyn**2``; nan if the itinerary
         is another one or nothing was computed.
     allowed : float
-        What the solver promises; inf for Verlet.
+        What the solver promises of it; inf for Verlet.
+    worst : float
+        Largest error of a tension or a displacement after one rearrangement from the same rest,
+        over the largest force; nan if none was compared.
+    compared, astray : int
+        Rearrangements compared, and those of them with other events than the certified ones.
     events, half_cycles : int
     seconds : float
     outcome, evidence : str
@@ -105,6 +125,9 @@ class Cell:
     solver: str
     error: float
     allowed: float
+    worst: float
+    compared: int
+    astray: int
     events: int
     half_cycles: int
     seconds: float
@@ -146,10 +169,10 @@ def _extremes(quick: bool) -> Iterator[Extreme]:
     for n in (1, 2, 3, 30):
         chain = _chain(n)
         yield Extreme("N", str(n), chain, _cycles(chain, "1.5" if n < 30 else "2"))
-    for n in (1000,) if quick else (1000, 100_000):
+    for n in (1000, 100_000):
         chain = _chain(n, sigma_mu=0)
-        yield Extreme("N", str(n), chain, _cycles(chain, "0.4", 1), truth="law",
-                      known=_whole_slips)  # fmt: skip
+        yield Extreme("N", str(n), chain, _cycles(chain, 2, 2), truth="law",
+                      known=_apart_from_a_short_chain)  # fmt: skip
     for l0 in ("1e-6", "1", "1e6", "1e15"):
         chain = _chain(3, l0)
         yield Extreme("l0", l0, chain, _cycles(chain, 2))
@@ -209,9 +232,11 @@ def _extremes(quick: bool) -> Iterator[Extreme]:
     chain = _chain(2, sigma_mu=0)
     per_half_cycle = 100
     cycles = slips // (2 * per_half_cycle)
-    yield Extreme("slips at N = 2", f"{slips:.0e}", chain,
-                  _cycles(chain, Fraction(chain.excess) * per_half_cycle, cycles), Fraction(1, 32),
-                  "law", remainder_error)  # fmt: skip
+    drive = _cycles(chain, Fraction(chain.excess) * per_half_cycle, cycles)
+    yield Extreme("slips at N = 2", f"{slips:.0e}", chain, drive, Fraction(1, 32), "law",
+                  remainder_error, 1e-9)  # fmt: skip
+    yield Extreme("energy of slips at N = 2", f"{slips:.0e}", chain, drive, Fraction(1, 32), "law",
+                  energy_error, 1e-12)  # fmt: skip
 
 
 def remainder_error(result: Creep) -> float:
@@ -229,14 +254,38 @@ def remainder_error(result: Creep) -> float:
     return nearest_float(abs(left - round(left)) * period)
 
 
-def _whole_slips(result: Creep) -> float:
-    """Return the error of a long chain at an amplitude at which only end sliders make lone slips.
+def energy_error(result: Creep) -> float:
+    """Return what is left over in the energy ledger of two sliders, relative to friction's part.
 
-    Every displacement is then a whole number of slips of 2 D.
+    inf if the ledger's own run did not end in the same state, bit for bit.
     """
-    period = 2 * result.chain.excess
-    left = floats(result.state.displacements) / period
-    return float(np.abs(left - np.round(left)).max()) * period
+    ledger, end = two_slider_ledger(
+        result.chain, result.drive, start=result.experiment.initial, seed=result.seed
+    )
+    same = np.array_equal(end.displacements, result.state.displacements)
+    return max(ledger.balance, ledger.apart / ledger.slips) if same else math.inf
+
+
+def _apart_from_a_short_chain(result: Creep) -> float:
+    """Return the error of a long chain without disorder of which only the ends move.
+
+    They move like those of a short chain, which the certified solver can follow.
+    """
+    parameters = result.chain.parameters() | {"n": _SHORT}
+    truth = _truth(Chain(**parameters), result.drive)
+    proved = [enclosure(x) for x in truth.state.displacements.tolist()]
+    half = len(proved) // 2
+    if truth.evidence is not Evidence.PROVED or any(x.middle for x in proved[half - 2 : half + 2]):
+        return math.nan  # the two ends may feel each other
+    moved = result.state.displacements.tolist()
+    pairs = zip(moved[:half] + moved[-half:], proved, strict=True)
+    apart = max(abs(Fraction(x) - true.middle) for x, true in pairs)
+    return nearest_float(apart) if not any(moved[half:-half]) else math.inf
+
+
+@cache
+def _truth(chain: Chain, drive: Drive) -> Creep:
+    return creep(chain, drive, solver="certified", digits=30, record=())
 
 
 def envelope(
@@ -244,6 +293,7 @@ def envelope(
     quick: bool = False,
     seed: int = 1,
     most_seconds: float | None = None,
+    most_compared: int | None = None,
     progress: Callable[[str, int, int], None] | None = None,
     chosen: Sequence[Extreme] | None = None,
 ) -> list[Cell]:
@@ -256,7 +306,9 @@ def envelope(
     seed : int
         Of the disorder.
     most_seconds : float, optional
-        For each run; what takes longer ends in a limit. Default 1 if quick, else 300.
+        For each run; what takes longer ends in a limit. Default 1 if quick, else 60.
+    most_compared : int, optional
+        Rearrangements of each extreme that are compared one by one; default 20 if quick, else 200.
     progress : callable, optional
         Called with the extreme's name, its number and how many there are.
     chosen : sequence of Extreme, optional
@@ -267,28 +319,137 @@ def envelope(
     InputError
         If an argument is out of range.
     """
-    limit = (1.0 if quick else 300.0) if most_seconds is None else most_seconds
+    limit = (1.0 if quick else 60.0) if most_seconds is None else most_seconds
     if not limit > 0:
         raise InputError("most_seconds", most_seconds, "must be positive")
+    steps = whole_number(
+        (20 if quick else 200) if most_compared is None else most_compared, "most_compared", least=0
+    )
     cells: list[Cell] = []
     every = list(extremes(quick=quick) if chosen is None else chosen)
     for number, extreme in enumerate(every, 1):
         if progress is not None:
             progress(f"{extreme.quantity} = {extreme.value}", number, len(every))
-        cells.extend(_cells(extreme, seed, limit))
+        cells.extend(_cells(extreme, seed, limit, steps))
     return cells
 
 
-def _cells(extreme: Extreme, seed: int, most_seconds: float) -> Iterator[Cell]:
+def _cells(
+    extreme: Extreme, seed: int, most_seconds: float, most_compared: int
+) -> Iterator[Cell]:
     truth: Creep | None = None
+    walk: list[Step] = []
     if extreme.truth != "law":
         options = {"digits": 30} if extreme.truth == "certified" else {}
         truth, cell = _ran(extreme, extreme.truth, options, seed, most_seconds, None)
         yield cell
+        if extreme.truth == "certified" and truth is not None:
+            walk = list(_walk(extreme, seed, truth, most_compared, most_seconds))
     for solver, options in CONTESTANTS.items():
         if extreme.truth == "law" and solver != "exact":
             continue  # the others need hours for what the law knows
-        yield _ran(extreme, solver, options, seed, most_seconds, truth)[1]
+        cell = _ran(extreme, solver, options, seed, most_seconds, truth)[1]
+        yield _with_steps(cell, _steps(extreme.chain, walk, solver, options, seed, most_seconds))
+
+
+class Step(NamedTuple):
+    """One rearrangement: the rest from which it starts, the way on, and what was proved of it."""
+
+    state: State
+    way: int
+    proved: Rearrangement
+
+
+class Steps(NamedTuple):
+    """How a solver's single rearrangements compare with what was proved of them."""
+
+    worst: float
+    compared: int
+    astray: int
+    unsaid: int
+    """Of those astray, the ones that the solver does not call undecided."""
+
+
+def _walk(
+    extreme: Extreme, seed: int, truth: Creep, most: int, most_seconds: float
+) -> Iterator[Step]:
+    """Yield the first rearrangements along the way of the exact solver."""
+    if truth.outcome is Outcome.LIMIT:
+        return  # one of them is too long for the certified solver
+    chain, drive = extreme.chain, extreme.drive
+    state = extreme.start(seed)
+    taken, begin = 0, time.perf_counter()
+    for q in range(drive.half_cycles + 1):
+        target = drive.exact_target(q, seed) if q else None
+        while taken < most and time.perf_counter() - begin < most_seconds:
+            now = enclosure(state.theta).middle
+            # the start may have to be rearranged at its own theta
+            way = 0 if target is None else int(target > now) - int(target < now)
+            if target is not None and way == 0:
+                break
+            found = rearrange(chain, state, direction=way, seed=seed, max_events=_LONGEST)
+            passed = target is not None and way * (enclosure(found.theta).middle - target) > 0
+            if not found.events or passed:
+                break
+            if found.outcome is not Outcome.AT_REST:
+                return
+            proved = rearrange(
+                chain, state, direction=way, seed=seed, solver="certified", digits=30,
+                max_events=2 * _LONGEST, max_seconds=most_seconds,
+            )  # fmt: skip
+            taken += 1
+            yield Step(state, way, proved)
+            state = found.state
+            if way == 0:
+                break
+
+
+def _steps(
+    chain: Chain, walk: Sequence[Step], solver: str, options: dict[str, Any], seed: int,
+    most_seconds: float,
+) -> Steps:  # fmt: skip
+    """Return how a solver does in the rearrangements of a walk."""
+    worst, compared, astray, unsaid = math.nan, 0, 0, 0
+    begin = time.perf_counter()
+    for state, way, proved in walk:
+        if proved.outcome is not Outcome.AT_REST or proved.evidence is not Evidence.PROVED:
+            continue
+        if time.perf_counter() - begin > most_seconds:
+            break
+        try:
+            found = rearrange(
+                chain, state, direction=way, seed=seed, solver=solver, max_events=2 * _LONGEST,
+                **options,
+            )  # fmt: skip
+        except InputError:
+            break
+        compared += 1
+        if found.itinerary != proved.itinerary:
+            astray += 1
+            unsaid += not found.undecided
+            continue
+        worst = max(_apart(found.state, proved.state), 0.0 if math.isnan(worst) else worst)
+    return Steps(worst / _largest_force(chain), compared, astray, unsaid)
+
+
+def _apart(one: State, other: State) -> float:
+    """Return the largest distance of two states in a tension or a displacement."""
+    pairs = zip(
+        [*one.tensions.tolist(), *one.displacements.tolist()],
+        [*other.tensions.tolist(), *other.displacements.tolist()],
+        strict=True,
+    )
+    return nearest_float(max(abs(enclosure(a).middle - enclosure(b).middle) for a, b in pairs))
+
+
+def _with_steps(cell: Cell, steps: Steps) -> Cell:
+    """Return a cell with what was measured of single rearrangements, and judged by it, too."""
+    verdict = cell.verdict
+    if verdict in (WITHIN, FLAGGED) and (steps.worst > PROMISE or steps.unsaid):
+        verdict = BROKEN
+    return replace(
+        cell, worst=steps.worst, compared=steps.compared, astray=steps.astray, verdict=verdict
+    )
 
 
 def _ran(
@@ -308,33 +469,36 @@ def _ran(
                 record=(), max_seconds=most_seconds, **options,
             )  # fmt: skip
     except InputError as refusal:
-        cell = Cell(extreme.quantity, extreme.value, solver, math.nan, math.nan, 0, 0,
-                    time.perf_counter() - begin, "", "", REFUSED, str(refusal))  # fmt: skip
+        cell = Cell(extreme.quantity, extreme.value, solver, math.nan, math.nan, math.nan, 0, 0,
+                    0, 0, time.perf_counter() - begin, "", "", REFUSED, str(refusal))  # fmt: skip
         return None, cell
     allowed = _allowed(extreme, solver, result)
     error, remark = _error(extreme, result, truth)
     told = ", ".join(f"{name}: {count}" for name, count in result.warnings.items())
     cell = Cell(
-        extreme.quantity, extreme.value, solver, error, allowed, result.events,
+        extreme.quantity, extreme.value, solver, error, allowed, math.nan, 0, 0, result.events,
         result.half_cycles, result.seconds, result.outcome.value, result.evidence.value,
         _verdict(solver, result, error, allowed, truth), "; ".join(filter(None, (remark, told))),
     )  # fmt: skip
     return result, cell
 
 
+def _largest_force(chain: Chain) -> float:
+    """Return the largest force at a contact, unit m g."""
+    force = nearest_float((chain.mu_s + abs(chain.tan_alpha)) * Fraction(chain.cos_alpha))
+    return force + 9 * nearest_float(chain.sigma_mu)  # no deviate of 53 bits is larger
+
+
 def _allowed(extreme: Extreme, solver: str, result: Creep) -> float:
     """Return what a solver promises of the displacements at the end of a run."""
     if solver == "verlet":
         return math.inf
-    chain = extreme.chain
-    force = nearest_float((chain.mu_s + abs(chain.tan_alpha)) * Fraction(chain.cos_alpha))
-    force += 9 * nearest_float(chain.sigma_mu)  # no deviate of 53 bits is larger
-    if extreme.quantity == "slips at N = 2":
-        return 1e-9
+    if extreme.promise is not None:
+        return extreme.promise
     one = 1e-25 if solver in ("mpmath", "certified") else PROMISE
     # a sum of displacements is good to its last place, however small each one's error
     travelled = float(np.abs(floats(result.state.displacements)).max(initial=0.0)) * 2**-52
-    return max(1, result.rearrangements) * one * force + travelled
+    return max(1, result.rearrangements) * one * _largest_force(extreme.chain) + travelled
 
 
 def _error(extreme: Extreme, result: Creep, truth: Creep | None) -> tuple[float, str]:
