@@ -247,6 +247,11 @@ class Scene:
 def load_scene(scene: str | os.PathLike[str]) -> Scene:
     """Return the built-in scene of that name, or the scene in that file.
 
+    Parameters
+    ----------
+    scene : str or path
+        A name that ``exactcreep scenes`` lists, or a TOML file.
+
     Raises
     ------
     InputError

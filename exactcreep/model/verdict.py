@@ -17,10 +17,15 @@ class Evidence(Enum):
 
 
 class Outcome(Enum):
-    """What the chain does, or why the computation stopped."""
+    """What the chain does, or why the computation stopped; see `exactcreep.creep`."""
 
     CREEPING = "creeping"
+    """The chain advances: every slider has moved, all of them the same way."""
     CYCLING = "cycling"
+    """Sliders slip, but the chain does not advance."""
     AT_REST = "at_rest"
+    """Nothing moves any more; of a rearrangement: every slider has stopped."""
     RUNAWAY = "runaway"
+    """It was proved that the chain never comes to rest."""
     LIMIT = "limit"
+    """Given up; what there is is the partial result, and the reason is said."""

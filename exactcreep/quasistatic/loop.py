@@ -154,7 +154,7 @@ def creep(
     Parameters
     ----------
     chain : Chain
-    drive : Cycles, GaussianSteps or Path
+    drive : Cycles, GaussianSteps, Path or TemperatureRecord
     seed : int
         Of the disorder: static coefficients and random dilations.
     solver : str
@@ -173,8 +173,10 @@ def creep(
         wall time (heard within one event, by compiled solvers within about a tenth of a second),
         or so much memory of recorded data.
     checkpoint : path, optional
-        A file from which `resume` goes on, bit for bit; written at the start, every `every`
-        seconds, and at the end.
+        A file from which `resume` goes on, bit for bit; written at the start, at the end, and now
+        and then between.
+    every : number
+        Seconds between two writings of it.
     force : bool
         Whether an existing checkpoint file may be overwritten.
     **options
@@ -242,6 +244,13 @@ def resume(
     """Go on from a checkpoint of `creep` and return the result, as if never interrupted.
 
     The file goes on being kept up to date; limits count anew, except `max_events`.
+
+    Parameters
+    ----------
+    path : path
+        What `creep` or ``exactcreep run --checkpoint`` kept.
+    progress, max_events, max_seconds, max_bytes, every
+        As for `creep`.
 
     Raises
     ------

@@ -80,17 +80,23 @@ def rearrange(
 ) -> Rearrangement:
     """Ramp theta until a slider starts, and return the rearrangement that follows.
 
+    During the rearrangement theta stands still; the sliders move by the closed form from event to
+    event, each the start or the stop of sliders, until all of them rest.
+
     Parameters
     ----------
     chain : Chain
     state : State
-        At rest.
+        Where it starts. If it is not at rest, it is rearranged at its own theta.
     direction : {+1, -1, 0}
         +1 dilates, -1 contracts, 0 leaves theta as it stands (no events if the state is stable).
     seed : int
         Keys the static coefficients that are drawn at stops.
     solver : str
-        One of `SOLVERS`.
+        ``exact`` (float64, compiled), ``certified`` (balls: proved; options `digits`,
+        `most_digits`), ``mpmath`` (option `digits`), ``reference`` (float64, readable) or
+        ``verlet`` (fixed steps; options `dt`, `locate`). ``auto`` takes the cheapest that
+        suffices for its option `accuracy`. ``sliding`` has no inertia, hence no rearrangements.
     max_events : int
         Give up after so many events, at least 1; a few more if they are simultaneous.
     max_seconds : number, optional
@@ -101,13 +107,32 @@ def rearrange(
     Returns
     -------
     Rearrangement
-        If it was given up, its `outcome` is `LIMIT`, its `reason` says why, and everything else
-        in it is what was reached.
+        Its `events` in order, each with time (unit tau_dyn), kind, sliders, directions and
+        residual; its `itinerary`, the same without times; the `state` at the end, for the next
+        call; `sol(t)`, positions, velocities and forces at any time between the first event and
+        the last; `outcome` and `evidence`. If it was given up, its `outcome` is `LIMIT`, its
+        `reason` says why, and everything else in it is what was reached.
 
     Raises
     ------
     InputError
-        If an argument is out of range or an option is not the solver's.
+        If an argument is out of range, an option is not the solver's, or the chain has no slips
+        (mu_s = mu_d with sigma_mu = 0).
+
+    Notes
+    -----
+    Guarantee: ``exact``, ``reference``, ``mpmath`` and ``certified`` miss no event; how well its
+    time is known is its `residual`, and what was not decided is counted in `undecided`.
+    Source: Eqs. (dynamic_eq1)-(static_eqN).
+
+    Examples
+    --------
+    The first slip of the lowest of three relaxed sliders takes half a period, pi:
+
+    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+    >>> [(event.kind.value, event.sliders, round(event.time, 6)) for event in slip.events]
+    [('start', (3,), 0.0), ('stop', (3,), 3.141593)]
     """
     deadline = Deadline.after(max_seconds)
     way, key = _valid(chain, state, direction, seed)

@@ -134,6 +134,11 @@ def audit(
     most_findings : int
         The audit ends after so many.
 
+    Returns
+    -------
+    Audit
+        `passed`, or its `findings`: sentences with rearrangement and event.
+
     Raises
     ------
     InputError

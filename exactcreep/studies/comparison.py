@@ -239,6 +239,12 @@ def compare(
     progress : callable, optional
         Called with what is done, and how much of it (0 to 1).
 
+    Returns
+    -------
+    Comparison
+        Two `contestants`: how many events of each agree, the first that does not, how close
+        that tie was, and the position errors of all rest states.
+
     Raises
     ------
     InputError

@@ -147,6 +147,12 @@ def plan(
     record : tuple of str
         What is to be recorded besides the velocity.
 
+    Returns
+    -------
+    Plan
+        Its `choice` of a solver with the reason, what the run needs (`needs`), and the predicted
+        `costs` of every solver in seconds.
+
     Raises
     ------
     InputError

@@ -241,6 +241,12 @@ def threshold(
     progress : callable, optional
         Called with the phase, how much of it is done, and its total.
 
+    Returns
+    -------
+    Threshold
+        `lower` and `upper` are decimals that enclose the amplitude (dimensionless), `evidence`
+        says how well that is known; the paper's laws stand beside them.
+
     Raises
     ------
     InputError

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import doctest
 import math
 from fractions import Fraction
 
@@ -12,7 +11,6 @@ import pytest
 from exactcreep.laws import LAWS
 from exactcreep.model.numbers import InputError
 from exactcreep.solvers.sliding import cycle_velocity
-from exactcreep.studies import physical as module
 from exactcreep.studies.physical import physical, solid_of
 
 DAY = 86400
@@ -137,11 +135,6 @@ def test_bad_quantities_are_refused_by_name(change, field):
     with pytest.raises(InputError) as caught:
         physical(**LEAD | change)
     assert caught.value.field == field
-
-
-def test_the_example_in_the_documentation_is_right():
-    failed, tried = doctest.testmod(module)
-    assert (failed, tried) == (0, 2)
 
 
 def test_a_negative_slope_is_the_mirror_image():
