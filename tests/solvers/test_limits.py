@@ -1,0 +1,283 @@
+"""Every limit is an outcome: heard in time, with what was reached, and with its reason."""
+
+from __future__ import annotations
+
+import math
+import time
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep import (
+    Chain,
+    Cycles,
+    Evidence,
+    InputError,
+    Outcome,
+    Path,
+    State,
+    creep,
+    iterate,
+    rearrange,
+)
+from exactcreep.motion.arithmetic import FLOAT64, balls_of
+from exactcreep.motion.deadline import NEVER, Deadline
+from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
+from exactcreep.motion.modes import Ends, Flow, RunMotion
+from exactcreep.solvers.mechanics import Mechanics
+from exactcreep.solvers.registry import solver_named
+
+PAPER = {"mu_d": "1/2", "mu_s": "3/5"}
+EVENT_SOLVERS = ["exact", "reference", "mpmath", "certified"]
+STEEP = [Fraction(1, 10**k) for k in (2, 4, 8)]
+
+
+def slope_above(excess, n=2, sigma_mu=0):
+    return Chain(n, 10, sigma_mu=sigma_mu, tan_alpha=Fraction(1, 2) + excess, **PAPER)
+
+
+def at_once(asked):
+    """Return a deadline that passes when it has been asked so often: the same on any machine."""
+    left = [asked]
+
+    def pressed():
+        left[0] -= 1
+        return left[0] < 0
+
+    return Deadline(interrupted=pressed)
+
+
+# A proof that an avalanche never ends
+
+
+@pytest.mark.parametrize("solver", ["exact", "reference", "certified"])
+@pytest.mark.parametrize("excess", STEEP, ids=["1e-2", "1e-4", "1e-8"])
+def test_two_sliders_above_mu_d_are_proved_to_run_away(excess, solver):
+    chain = slope_above(excess)
+    result = rearrange(chain, State.relaxed(chain), direction=1, solver=solver, max_events=500)
+    assert result.outcome is Outcome.RUNAWAY
+    assert result.reason == (NEVER_STOPS if excess > Fraction(1, 1000) else NEVER_RESTS)
+    if solver == "certified":
+        assert result.evidence is Evidence.PROVED
+    assert any(float(v) > 0 for v in result.velocities)
+
+
+def test_balls_prove_a_surplus_that_float64_cannot_see():
+    chain = slope_above(Fraction(1, 10**15))
+    limit = {"direction": 1, "max_events": 200}
+    proved = rearrange(chain, State.relaxed(chain), solver="certified", **limit)
+    assert (proved.outcome, proved.evidence) == (Outcome.RUNAWAY, Evidence.PROVED)
+    floats = rearrange(chain, State.relaxed(chain), solver="exact", **limit)
+    assert floats.evidence is Evidence.UNDECIDED
+
+
+@pytest.mark.parametrize("solver", EVENT_SOLVERS)
+@pytest.mark.parametrize("sigma_mu", [0, "1/100"])
+@pytest.mark.parametrize("n", [2, 3, 6])
+@pytest.mark.parametrize("excess", [Fraction(0), -Fraction(1, 10**12)], ids=["at", "below"])
+def test_up_to_mu_d_the_first_avalanche_ends(excess, n, sigma_mu, solver):
+    chain = slope_above(excess, n, sigma_mu)
+    result = rearrange(chain, State.relaxed(chain), direction=1, solver=solver)
+    assert result.outcome is Outcome.AT_REST
+    assert all(bool(v == 0) for v in result.velocities)
+
+
+def energetic(tension, speed, excess, n=2):
+    chain = slope_above(excess, n)
+    tensions, velocities = np.zeros(n - 1), np.zeros(n)
+    tensions[0], velocities[n - 1] = tension, speed
+    signs = (velocities > 0).astype(np.int64)
+    return never_rests(FLOAT64, chain, tensions, velocities, signs, chain.mu_s)
+
+
+def test_no_end_is_denied_to_an_avalanche_that_may_still_rest():
+    chain = slope_above(Fraction(1, 100))
+    most = chain.times_cosine(chain.mu_s) - chain.sin_alpha  # the largest tension at rest
+    assert energetic(most, 1e-3, Fraction(1, 100))
+    assert not energetic(0.999 * most, 0.0001, Fraction(1, 100))
+    assert not energetic(most, 1e-3, -Fraction(1, 100))  # below mu_d
+    assert not energetic(3 * most, 0.1, Fraction(1, 100), n=3)  # something may move uphill
+    assert energetic(3 * most, 0.1, Fraction(0), n=3)  # and cannot with so little energy
+    assert not energetic(10 * most, 1.0, Fraction(0), n=3)
+    uphill = np.array([0, -1])
+    moving = np.array([0.0, -1.0])
+    assert not never_rests(FLOAT64, chain, np.array([most]), moving, uphill, chain.mu_s)
+
+
+def test_a_state_on_the_edge_is_not_proved_by_balls():
+    chain = slope_above(Fraction(1, 100))
+    balls = balls_of(100)
+    with balls.active():
+        cosine = 1 / balls.sqrt(balls.number(1 + chain.tan_alpha**2))
+        most = balls.number(chain.mu_s - chain.tan_alpha) * cosine
+        signs = np.array([0, 1])
+        for speed, proved in ((Fraction(0), False), (Fraction(1, 10**12), True)):
+            velocities = balls.vector([0, speed])
+            tensions = balls.vector([most])
+            assert never_rests(balls, chain, tensions, velocities, signs, chain.mu_s) is proved
+
+
+def test_the_drive_tells_an_endless_avalanche_and_its_proof():
+    chain = slope_above(Fraction(1, 10**8))
+    result = creep(chain, Cycles("0.1", 1), solver="reference")
+    assert (result.outcome, result.reason) == (Outcome.RUNAWAY, NEVER_RESTS)
+    assert result.velocity == np.inf
+    assert result.events < 3000
+
+
+@pytest.mark.parametrize("solver", EVENT_SOLVERS)
+def test_an_avalanche_that_goes_round_for_ever_at_mu_d_is_told_from_a_limit(solver):
+    chain = Chain(3, 10, tan_alpha="1/2", **PAPER)
+    for tensions, outcome in ((["0.45", "0.45"], Outcome.RUNAWAY), (["0.6", "0.9"], Outcome.LIMIT)):
+        start = State.prepared(chain, tensions)
+        result = rearrange(chain, start, direction=0, solver=solver, max_events=40)
+        assert result.outcome is outcome
+        assert result.reason == (
+            NEVER_RESTS if outcome is Outcome.RUNAWAY else "max_events = 40 was reached"
+        )
+
+
+def test_the_sum_of_the_modes_is_what_a_velocity_can_come_to_and_no_more():
+    velocities = np.array([0.3, -0.1, 0.4, 0.2])
+    accelerations = np.array([0.2, 0.5, -0.3, 0.1])
+    motion = RunMotion(FLOAT64, Ends(True, True), velocities, accelerations)
+    swing = motion.largest_swing()
+    mean, gain = velocities.mean(), accelerations.mean()
+    times = np.arange(0, 4000, 0.05)
+    reached = max(abs(motion.moved(t)[1] - mean - gain * t).max() for t in times)
+    assert 0.98 * swing < reached <= swing
+    assert swing < math.sqrt(3 / 4 * motion.energy)
+
+
+@pytest.mark.parametrize("arithmetic", [FLOAT64, balls_of(100)], ids=["float64", "balls"])
+def test_a_whole_chain_slides_on_at_mu_d_if_it_is_faster_than_its_modes(arithmetic):
+    chain = Chain(4, 10, tan_alpha="1/2", **PAPER)
+    with arithmetic.active():
+        mechanics = Mechanics(chain, 0, arithmetic, State.relaxed(chain))
+        internal = np.array([0.3, -0.1, -0.4, 0.2])
+        for speed, proved in ((0.38, False), (0.44, True), (0.6, True)):
+            flow = Flow(arithmetic, mechanics.forces, mechanics.friction)
+            flow.start(range(4), [1] * 4)
+            flow.velocities = arithmetic.vector((internal + speed).tolist())
+            (run,) = flow.runs()
+            bound = math.sqrt(3 / 4 * float(run.motion.energy))
+            assert float(run.motion.largest_swing()) < 0.41 < 0.44 < bound < 0.6
+            escape = mechanics._escape(flow, run)
+            assert escape == 0 if proved else escape is None
+
+
+# Limits of a rearrangement
+
+
+@pytest.mark.parametrize("solver", [*EVENT_SOLVERS, "verlet", "auto"])
+def test_a_rearrangement_stops_at_the_events_asked_for(solver):
+    chain = Chain(6, 1000, sigma_mu="1/100", tan_alpha="0.49", **PAPER)
+    state = State.perturbed(chain, "1/2", start_seed=2)
+    whole = rearrange(chain, state, direction=0, solver=solver)
+    assert whole.outcome is Outcome.AT_REST
+    assert whole.reason == ""
+    assert len(whole.events) > 20
+    part = rearrange(chain, state, direction=0, solver=solver, max_events=10)
+    assert part.outcome is Outcome.LIMIT
+    assert part.reason == "max_events = 10 was reached"
+    assert 10 <= len(part.events) < 20
+    assert part.itinerary == whole.itinerary[: len(part.events)]
+    assert any(float(v) != 0 for v in part.velocities)
+
+
+@pytest.mark.parametrize("solver", [*EVENT_SOLVERS, "verlet"])
+def test_no_time_at_all_is_a_limit_with_the_first_events(solver):
+    chain = Chain(30, 1000, sigma_mu="1/100", tan_alpha="0.49", **PAPER)
+    state = State.perturbed(chain, 2, start_seed=1)
+    result = rearrange(chain, state, direction=0, solver=solver, max_seconds=0)
+    assert result.outcome is Outcome.LIMIT
+    assert result.reason == "max_seconds = 0 was reached"
+    assert len(result.events) >= 1
+    assert result.state.n == 30
+
+
+@pytest.mark.parametrize(
+    ("limits", "field"),
+    [({"max_events": 0}, "max_events"), ({"max_seconds": -1}, "max_seconds"),
+     ({"max_seconds": "soon"}, "max_seconds"), ({"max_events": 2.5}, "max_events")],
+)
+def test_impossible_limits_are_refused(limits, field):
+    chain = Chain(2, 1000, tan_alpha="1/4", **PAPER)
+    with pytest.raises(InputError, match=field):
+        rearrange(chain, State.relaxed(chain), direction=1, **limits)
+
+
+def test_iterate_goes_on_where_rearrange_gives_up():
+    chain = Chain(6, 1000, sigma_mu="1/100", tan_alpha="0.49", **PAPER)
+    state = State.perturbed(chain, "1/2", start_seed=2)
+    part = rearrange(chain, state, direction=0, solver="reference", max_events=10)
+    events = list(iterate(chain, state, direction=0, solver="reference"))
+    assert tuple(e.signature for e in events[: len(part.events)]) == part.itinerary
+    assert len(events) > 20
+
+
+# Limits of a run
+
+
+@pytest.mark.parametrize(
+    ("solver", "patience"),
+    [("exact", 0), ("reference", 7), ("mpmath", 50), ("certified", 1), ("certified", 7)],
+)
+def test_a_run_that_is_called_back_at_any_moment_goes_on_with_the_same_bits(solver, patience):
+    chain = Chain(6, 1000, sigma_mu="1/100", tan_alpha="1/4", **PAPER)
+    options = {"digits": 15} if solver in ("mpmath", "certified") else {}
+    drive, record = Cycles("0.004", 1), ("x", "events")
+
+    def run(deadlines):
+        simulation = solver_named(solver, options).simulation(
+            chain, State.relaxed(chain, 1), 1, record
+        )
+        parts, done = [], 0
+        while done < 2:
+            stretch = simulation.follow(
+                drive, done + 1, 2 - done, max_events=10**6, deadline=next(deadlines)
+            )
+            parts.append(stretch.recorded)
+            done += stretch.completed
+        columns = {name: [p[name].tolist() for p in parts if len(p[name])] for name in parts[0]}
+        rows = {name: [x for part in column for x in part] for name, column in columns.items()}
+        return rows, len(parts)
+
+    def growing():
+        asked = patience
+        while True:
+            yield at_once(asked)
+            asked += patience  # a search that was given up has to be allowed more
+
+    whole, calls = run(iter([NEVER]))
+    assert calls == 1
+    broken, calls = run(growing())
+    assert calls > (1 if solver == "exact" else 5)
+    for name, values in whole.items():
+        assert str(broken[name]) == str(values), name
+
+
+@pytest.mark.parametrize(
+    ("n", "drive", "solver", "options"),
+    [
+        (2, Cycles("0.05", 9), "verlet", {"dt": 1e-9}),
+        (2000, Cycles("0.9", 99), "sliding", {"exact": True}),
+        (100, Cycles("0.05", 9), "certified", {}),
+        (100, Path(["0.05"]), "mpmath", {"digits": 50}),
+        (1000, Path(["0.9"]), "reference", {}),
+        (10_000, Path(["0.9"]), "exact", {}),
+    ],
+)
+def test_the_seconds_asked_for_are_heard_soon(n, drive, solver, options):
+    sigma_mu = 0 if solver == "sliding" else "1/100"
+    chain = Chain(n, 1000, sigma_mu=sigma_mu, tan_alpha="1/4", **PAPER)
+    small = Chain(2, 1000, sigma_mu=sigma_mu, tan_alpha="1/4", **PAPER)
+    creep(small, Cycles("0.001", 1), solver=solver, **options | {"dt": 0.1} if solver == "verlet"
+          else options)
+    begin = time.process_time()
+    result = creep(chain, drive, solver=solver, max_seconds=0.3, **options)
+    assert result.outcome is Outcome.LIMIT
+    assert result.reason == "max_seconds = 0.3 was reached"
+    assert result.state.n == n
+    assert time.process_time() - begin < 2
