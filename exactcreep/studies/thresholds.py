@@ -333,6 +333,8 @@ class _Asked:
             raise InputError("tan_alpha", 0, "must not be 0: a level chain creeps nowhere")
         if not isinstance(solver, str) or solver not in MOST_DIGITS or solver not in SOLVERS:
             raise InputError("solver", solver, "must be certified, mpmath or exact")
+        if not isinstance(windows, bool):
+            raise InputError("windows", windows, "must be true or false")
         refined = whole_number(refine, "refine", least=0)
         if refined and not windows:
             raise InputError("refine", refine, "needs windows")
@@ -341,7 +343,7 @@ class _Asked:
             whole_number(cycles, "cycles", least=1, most=10**7),
             whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver]),
             whole_number(points, "points", least=1, most=10**7),
-            bool(windows),
+            windows,
             refined,
             whole_number(seeds, "seeds", least=0, most=10**6),
             solver,
