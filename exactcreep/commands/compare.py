@@ -47,7 +47,8 @@ def compare(
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.result import check_output, check_picture
     from exactcreep.scene import load_scene
-    from exactcreep.studies import comparison
+    from exactcreep.studies.comparison import compare as measured
+    from exactcreep.studies.contests import draw_comparison
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))
     if plot is not None:
@@ -55,7 +56,7 @@ def compare(
         check_picture(plot)
     chosen = wanted.settings()[0]
     with phase_bar() as progress:
-        found = comparison.compare(
+        found = measured(
             wanted.experiment(chosen),
             dt=dt,
             locate=locate,
@@ -64,7 +65,7 @@ def compare(
             progress=progress,
         )
     if plot is not None:
-        comparison.draw_comparison(found, plot, title=wanted.title or wanted.name)
+        draw_comparison(found, plot, title=wanted.title or wanted.name)
     if json:
         typer.echo(as_json({"scene": wanted.name, "set": chosen} | found.summary()))
         return

@@ -43,7 +43,7 @@ def tradeoff(
     from exactcreep.commands.answer import as_json
     from exactcreep.quasistatic.result import check_output, check_picture
     from exactcreep.scene import load_scene
-    from exactcreep.studies.tradeoff import draw_tradeoff
+    from exactcreep.studies.contests import draw_tradeoff
     from exactcreep.studies.tradeoff import tradeoff as measure
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))

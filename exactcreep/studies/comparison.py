@@ -13,13 +13,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
-from pathlib import Path as FilePath
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from exactcreep.model.contact import Event, EventKind
@@ -40,7 +36,6 @@ from exactcreep.studies.eventlog import (
     numbered,
     rearrangements,
 )
-from exactcreep.studies.figures import INKS, STYLE, picture, save_picture
 
 MOST_EVENTS = 100_000
 _STATISTICS_EVENTS = 200_000
@@ -494,52 +489,3 @@ def _seconds(time: Any) -> float:
 
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-def draw_comparison(comparison: Comparison, path: FilePath | str, *, title: str = "") -> None:
-    """Draw position errors until and after the first event that differs, and what x_G is off.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
-    with mpl.rc_context(STYLE):
-        figure = picture(6.0, 6.0)
-        above, below = figure.subplots(2, 1)
-        for contestant, ink in zip(comparison.contestants, INKS, strict=False):
-            _draw_errors(above, contestant, ink)
-        above.set_yscale("log")
-        above.set_xlabel("rest states, one after each rearrangement")
-        above.set_ylabel(r"largest error of $\tilde{x}_n$ ($g\,\tau_\mathrm{dyn}^2$)")
-        above.legend(loc="best")
-        exact, verlet = (c.creep.recorded["x_G"] for c in comparison.contestants)
-        size = min(exact.size, verlet.size)
-        keep = np.unique(np.linspace(0, size - 1, 4000).astype(int))
-        below.axhline(0.0, color=INKS[7], linewidth=0.8)
-        below.plot(
-            keep + 1, (verlet[:size] - exact[:size])[keep], color=INKS[1],
-            marker="o" if size <= 50 else None, markersize=3,
-        )  # fmt: skip
-        below.xaxis.set_major_locator(MaxNLocator(integer=True))
-        below.set_xlabel("half-cycles")
-        below.set_ylabel(r"$\tilde{x}_G$, verlet minus exact ($g\,\tau_\mathrm{dyn}^2$)")
-        if title:
-            figure.suptitle(title, fontsize=10)
-        save_picture(figure, path)
-
-
-_LEAST = 1e-18  # errors below it, or none at all, are drawn there
-
-
-def _draw_errors(axes: Axes, contestant: Contestant, ink: str) -> None:
-    errors = np.maximum(contestant.errors, _LEAST)
-    axes.plot(np.arange(1, errors.size + 1), errors, color=ink, label=contestant.label)
-    if contestant.compared < errors.size:
-        axes.axvline(
-            contestant.compared + 0.5,
-            color=ink,
-            linestyle="--",
-            linewidth=0.8,
-            label=f"{contestant.solver}: first event that differs",
-        )

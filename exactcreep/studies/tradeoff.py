@@ -22,12 +22,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import groupby, pairwise
-from pathlib import Path as FilePath
 from typing import Any
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
@@ -37,10 +34,8 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
 from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.result import check_picture
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Rearrangement, Simulation, Solver
-from exactcreep.studies.figures import INKS, STYLE, picture, save_picture
 
 TIME_STEPS = ("0.3", "0.1", "0.03", "0.01", "0.003", "0.001")
 """The ladder of Verlet's time steps."""
@@ -48,11 +43,11 @@ DIGITS = (15, 30)
 """The digits of the certified solver as a contestant."""
 DEFAULT_BUDGET = 60
 
-_ROUNDS = 9
-_FEWEST_ROUNDS = 3
-_BLOCKS = 16
-_SAMPLES = 200
-_LONGEST_LOG = 20_000
+_ROUNDS = 9  # of timing, if the budget allows: quartiles need a few on either side
+_FEWEST_ROUNDS = 3  # a median needs them, whatever the budget
+_BLOCKS = 16  # of a paired run, for the standard error of its bias to 1/sqrt(30)
+_SAMPLES = 200  # single rearrangements: "wrong" to half a percent
+_LONGEST_LOG = 20_000  # certified events; all solvers in float64 have parted long before
 _SIGMAS = 3.0
 _SHARES = {"time": 0.35, "rearrangements": 0.25, "events": 0.1, "bias": 0.3}
 
@@ -732,127 +727,3 @@ def _mean_velocity(
     ends = positions[positions.size - group * _BLOCKS - 1 :: group]
     steps = np.array([b - a for a, b in pairwise(ends.tolist())]) / group
     return float(steps.mean()), float(steps.std(ddof=1)) / math.sqrt(_BLOCKS)
-
-
-def draw_tradeoff(measured: Tradeoff, path: FilePath | str, *, title: str = "") -> None:
-    """Draw error against time: of single rearrangements, and of the mean velocity.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written, or its ending is none of a picture.
-    """
-    check_picture(FilePath(path))
-    with mpl.rc_context(STYLE):
-        figure = picture(9.0, 4.6)
-        left, right = figure.subplots(1, 2)
-        for solver, locate, label, ink, mark in _FAMILIES:
-            chosen = [
-                one
-                for one in measured.scores
-                if one.contestant.solver == solver
-                and (locate is None or bool(one.contestant.options.get("locate")) is locate)
-            ]
-            _draw_errors(left, chosen, label, ink, mark)
-            _draw_bias(right, chosen, measured.velocity, label, ink, mark)
-        for axes in (left, right):
-            axes.set_xscale("log")
-            axes.margins(x=0.12)
-            axes.set_xlabel("time per half-cycle (s)")
-        left.set_yscale("log")
-        left.set_ylabel(r"position error of a rearrangement ($g\,\tau_\mathrm{dyn}^2$)")
-        left.set_title(
-            "median and largest; open: other events in more than 5 %", fontsize=8
-        )
-        if any(one.error > _PICTURE_FLOOR for one in measured.scores):
-            left.set_ylim(bottom=_PICTURE_FLOOR / 3)
-        right.axhline(0.0, color=INKS[7], linewidth=0.8, zorder=0)
-        right.set_ylabel("bias of the mean velocity (%)")
-        right.set_title("against exact, same disorder; bars: standard error", fontsize=8)
-        known = {
-            label: handle
-            for axes in (left, right)
-            for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-        }
-        if known:
-            figure.legend(
-                list(known.values()), list(known), loc="outside lower center", ncols=len(known)
-            )
-        if title:
-            figure.suptitle(title, fontsize=10)
-        save_picture(figure, path)
-
-
-_PICTURE_FLOOR = 1e-18
-"""Errors below it are drawn at the lower edge, their size beside them."""
-_OFTEN_WRONG = 0.05
-_FAMILIES = (
-    ("verlet", False, "Verlet", INKS[0], "o"),
-    ("verlet", True, "Verlet, events located", INKS[4], "s"),
-    ("exact", None, "exact", INKS[1], "*"),
-    ("certified", None, "certified", INKS[2], "D"),
-    ("mpmath", None, "mpmath", INKS[5], "v"),
-    ("sliding", None, "sliding limit", INKS[3], "^"),
-)
-
-
-def _draw_errors(axes: Axes, scores: list[Score], label: str, ink: str, mark: str) -> None:
-    shown = [one for one in scores if one.error > 0 and not math.isnan(one.seconds)]
-    if not shown:
-        return
-    x = [one.seconds for one in shown]
-    y = [max(one.error, _PICTURE_FLOOR) for one in shown]
-    above = [max(one.error_high, _PICTURE_FLOOR) - low for one, low in zip(shown, y, strict=True)]
-    axes.errorbar(
-        x, y, yerr=[[0.0] * len(y), above], color=ink, marker=mark, label=label, capsize=2,
-        markersize=9 if mark == "*" else 5, linewidth=1.0,
-    )
-    for place, one in enumerate(shown):
-        if one.wrong > _OFTEN_WRONG:
-            axes.plot(
-                x[place], y[place], marker=mark, markersize=5, markerfacecolor="white",
-                markeredgecolor=ink, zorder=5,
-            )
-        # of two lines that fall, the upper one is labelled above, the lower one below
-        words, offset, side = _option_text(one), (6, 3), "left"
-        if mark == "s":
-            offset, side = (-5, -8), "right"
-        if one.error < _PICTURE_FLOOR:
-            words, offset, side = f"{words} digits: {one.error:.0e}", (-5, 9 * place), "right"
-        axes.annotate(
-            words, (x[place], y[place]), xytext=offset, textcoords="offset points", fontsize=6,
-            color=ink, ha=side,
-        )
-
-
-def _option_text(score: Score) -> str:
-    options = score.contestant.options
-    return str(options.get("dt", options.get("digits", "")))
-
-
-def _draw_bias(
-    axes: Axes, scores: list[Score], velocity: float, label: str, ink: str, mark: str
-) -> None:
-    shown = [one for one in scores if not math.isnan(one.bias) and not math.isnan(one.seconds)]
-    if not shown or not velocity or math.isnan(velocity):
-        return
-    scale = 100 / abs(velocity)
-    axes.errorbar(
-        [one.seconds for one in shown],
-        [one.bias * scale for one in shown],
-        yerr=[one.bias_error * scale for one in shown],
-        color=ink, marker=mark, label=label, capsize=2, linestyle="none",
-        markersize=9 if mark == "*" else 5,
-    )
-    for one in shown:
-        top = (one.bias + one.bias_error) * scale
-        beside = mark == "s"  # located steps take about as long as each other
-        axes.annotate(
-            _option_text(one),
-            (one.seconds, one.bias * scale if beside else top),
-            xytext=(6, -2) if beside else (0, 3),
-            textcoords="offset points",
-            fontsize=6,
-            color=ink,
-            ha="left" if beside else "center",
-        )

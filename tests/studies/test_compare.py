@@ -15,7 +15,8 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.verdict import Evidence
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.studies.comparison import Comparison, compare, draw_comparison
+from exactcreep.studies.comparison import Comparison, compare
+from exactcreep.studies.contests import draw_comparison
 
 
 def six(cycles: int = 4) -> Experiment:

@@ -13,7 +13,8 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.loop import Experiment, creep
 from exactcreep.solvers.sliding import cycle_velocity
-from exactcreep.studies.tradeoff import Contestant, draw_tradeoff, ladder, tradeoff
+from exactcreep.studies.contests import draw_tradeoff
+from exactcreep.studies.tradeoff import Contestant, ladder, tradeoff
 
 
 def experiment_of(n=3, mu_s="0.6", sigma_mu="0.01", tan_alpha="0.23", cycles=300):
