@@ -47,7 +47,7 @@ _ROUNDS = 9  # of timing, if the budget allows: quartiles need a few on either s
 _FEWEST_ROUNDS = 3  # a median needs them, whatever the budget
 _BLOCKS = 16  # of a paired run, for the standard error of its bias to 1/sqrt(30)
 _SAMPLES = 200  # single rearrangements: "wrong" to half a percent
-_LONGEST_LOG = 20_000  # certified events; all solvers in float64 have parted long before
+_LONGEST_LOG = 20_000  # certified events, however large the budget: a log that is kept whole
 _SIGMAS = 3.0
 _SHARES = {"time": 0.35, "rearrangements": 0.25, "events": 0.1, "bias": 0.3}
 
