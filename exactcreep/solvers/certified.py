@@ -335,7 +335,8 @@ class CertifiedSimulation(FieldSimulation):
         if captured["known"] is not None:
             number = arithmetic.from_plain
             fields = dict(captured["known"]["state"])
-            fields |= {name: number(fields[name]) for name in _BALLS}
+            with arithmetic.active():
+                fields |= {name: number(fields[name]) for name in _BALLS}
             self.known = State(**fields), Tally(**captured["known"]["tally"])
 
     def report(self) -> dict[str, Any]:

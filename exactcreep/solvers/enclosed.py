@@ -292,6 +292,7 @@ class Enclosed(Mechanics):
                 "centre": self.as_plain(kept["centre"]),
             }
         out["events"] = self.event_number if moving else -1
+        out["ended"] = self.runaway
         out["way"], out["target"] = self.aim if moving else (0, None)
         return out
 
@@ -310,5 +311,6 @@ class Enclosed(Mechanics):
         if captured["events"] >= 0:
             self.ramp(captured["way"], captured["target"])
             for event in self.rearrangement():
-                if event is None and self.event_number >= captured["events"]:
+                done = event is None and self.event_number >= captured["events"]
+                if done and not captured["ended"]:  # a runaway goes on to where it was proved
                     break

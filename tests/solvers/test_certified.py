@@ -11,6 +11,7 @@ import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, State, rearrange
 from exactcreep.motion.arithmetic import balls_of, digits_of
+from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.reference import FieldSimulation
@@ -150,6 +151,35 @@ def test_a_slider_past_its_graze_by_a_hair_is_proved_to_start(k):
     stretch = simulation.follow(Cycles("0.01", 1), 1, 1, max_events=4)
     assert event_rows(stretch)[1] == (1, 0, 1, 1)
     assert simulation.evidence is Evidence.PROVED
+
+
+@pytest.mark.parametrize("tangent", ["1/4", "0.51"], ids=["at rest", "runaway"])
+@pytest.mark.parametrize("sigma_mu", ["0", "0.01"])
+@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("max_events", [10, 57, 10**6])
+def test_a_checkpoint_loses_nothing_of_a_ball(n, sigma_mu, tangent, max_events):
+    chain = Chain(n, 1000, "1/2", "3/5", sigma_mu, tan_alpha=tangent)
+    simulation, _ = followed(chain, Cycles("0.004", 1), 20, max_events=max_events)
+    other = Certified(digits=20).simulation(chain, State.relaxed(chain, 3), 3, ("x",))
+    other.restore(from_bytes(to_bytes(simulation.capture())))
+    assert str(other.report()) == str(simulation.report())
+    before, after = simulation.state(), other.state()
+    for name in ("tensions", "displacements"):
+        for x, y in zip(getattr(before, name), getattr(after, name), strict=True):
+            assert x.mid() == y.mid()
+            assert x.rad() == y.rad()
+
+
+def test_plain_data_hold_middle_and_radius_of_any_ball():
+    random = np.random.default_rng(3)
+    balls = balls_of(120)
+    with balls.active():
+        for _ in range(2000):
+            size, width = 10.0 ** random.integers(-300, 300), 10.0 ** random.integers(-300, -1)
+            x = flint.arb((1 + random.random()) * size, size * width).sqrt().sin() * balls.number(size)
+            y = balls.from_plain(balls.plain(x))
+            assert x.mid() == y.mid()
+            assert x.rad() == y.rad()
 
 
 def test_nothing_is_left_of_the_precision_outside():

@@ -199,8 +199,12 @@ def test_no_time_at_all_is_a_limit_with_the_first_events(solver):
 
 @pytest.mark.parametrize(
     ("limits", "field"),
-    [({"max_events": 0}, "max_events"), ({"max_seconds": -1}, "max_seconds"),
-     ({"max_seconds": "soon"}, "max_seconds"), ({"max_events": 2.5}, "max_events")],
+    [
+        ({"max_events": 0}, "max_events"),
+        ({"max_seconds": -1}, "max_seconds"),
+        ({"max_seconds": "soon"}, "max_seconds"),
+        ({"max_events": 2.5}, "max_events"),
+    ],
 )
 def test_impossible_limits_are_refused(limits, field):
     chain = Chain(2, 1000, tan_alpha="1/4", **PAPER)
@@ -273,8 +277,12 @@ def test_the_seconds_asked_for_are_heard_soon(n, drive, solver, options):
     sigma_mu = 0 if solver == "sliding" else "1/100"
     chain = Chain(n, 1000, sigma_mu=sigma_mu, tan_alpha="1/4", **PAPER)
     small = Chain(2, 1000, sigma_mu=sigma_mu, tan_alpha="1/4", **PAPER)
-    creep(small, Cycles("0.001", 1), solver=solver, **options | {"dt": 0.1} if solver == "verlet"
-          else options)
+    creep(
+        small,
+        Cycles("0.001", 1),
+        solver=solver,
+        **options | {"dt": 0.1} if solver == "verlet" else options,
+    )
     begin = time.process_time()
     result = creep(chain, drive, solver=solver, max_seconds=0.3, **options)
     assert result.outcome is Outcome.LIMIT
