@@ -27,7 +27,8 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.registry import SOLVERS
 
 MOST_MEMBERS = 1_000_000
-_LARGEST_FILE = 16 * 2**20
+"""A scene that varies more is a mistake: its settings alone would fill the memory."""
+_LARGEST_FILE = 16 * 2**20  # bytes; long paths of dilations belong there, records do not
 _DEEPEST = 8  # tables within tables
 
 CHAIN_KEYS = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")

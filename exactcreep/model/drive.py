@@ -15,6 +15,7 @@ from exactcreep.model import disorder
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 
 MOST_TARGETS = 10**12
+"""More is a slip of the pen. Their numbers are exact in float64 so far."""
 
 
 class Drive:

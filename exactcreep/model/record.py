@@ -18,7 +18,9 @@ from exactcreep.model.drive import Listed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 
 MOST_BYTES = 64 * 2**20
+"""Size of a file of records; more is another kind of file."""
 MOST_ROWS = 1_000_000
+"""A century of hours."""
 ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
 _DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?")
 _MISSING = frozenset({"", "-", "--", "na", "n/a", "nan", "null", "none", "missing"})

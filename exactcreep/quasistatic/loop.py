@@ -34,7 +34,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.march import March
 from exactcreep.quasistatic.result import Creep, check_output
 
-_BLOCK_SECONDS = 0.1
+_BLOCK_SECONDS = 0.1  # between two looks at limits, Ctrl-C and progress
 _LONGEST_BLOCK = 1 << 20  # targets; bounds the memory of a block
 _WARNINGS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",

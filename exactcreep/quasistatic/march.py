@@ -22,9 +22,9 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.solver import Simulation, Stretch, Tally
 
-_MOST_SAMPLES = 4096
+_MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however long the run
 _BLOCKS = 32  # of the block averages behind the standard error
-_FEWEST_BLOCKS = 8
+_FEWEST_BLOCKS = 8  # below, their scatter says too little
 _LEAST_BYTES = 500  # of memory for a slider
 _EVENT_COLUMNS = {
     "event_half_cycle": np.int64,

@@ -37,7 +37,7 @@ ACCURACY = 1e-12
 """What float64 claims: errors of forces and velocities in units of the largest threshold."""
 _ROUNDING = 2.0**-46  # of the replay in float64 itself
 _SHORTEST = 2.0**-40  # piece of a motion, relative, that is not divided further
-_EXTRA_BITS = 64
+_EXTRA_BITS = 64  # of the replay beyond those of the log
 
 
 @dataclass(frozen=True)

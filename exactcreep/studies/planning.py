@@ -27,7 +27,7 @@ from exactcreep.solvers.auto import (
 from exactcreep.solvers.solver import Solver
 
 DEFAULT_ACCURACY = "0.01"
-_TIMED_SECONDS = 0.2
+_TIMED_SECONDS = 0.2  # of a pilot run: long beside a call, short beside a reader's patience
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,7 @@ _NARROW = Fraction(1, 10**11)  # relative width at which bisection in float64 en
 _STRAY = 10**5  # widths of a float64 bracket that rounding may have put it off
 _SPARE = 2  # digits of the bracket beyond those asked for
 _LATER = (4, 16, 64)  # times the cycles, after which a transient may be over
-_SEED_SIZE = Fraction(1, 10**6)
+_SEED_SIZE = Fraction(1, 10**6)  # of seeded tensions: far below a slip, far above rounding
 
 
 class GivenUp(RuntimeError):

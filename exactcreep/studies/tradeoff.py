@@ -42,13 +42,14 @@ TIME_STEPS = ("0.3", "0.1", "0.03", "0.01", "0.003", "0.001")
 DIGITS = (15, 30)
 """The digits of the certified solver as a contestant."""
 DEFAULT_BUDGET = 60
+"""Seconds."""
 
 _ROUNDS = 9  # of timing, if the budget allows: quartiles need a few on either side
 _FEWEST_ROUNDS = 3  # a median needs them, whatever the budget
 _BLOCKS = 16  # of a paired run, for the standard error of its bias to 1/sqrt(30)
 _SAMPLES = 200  # single rearrangements: "wrong" to half a percent
 _LONGEST_LOG = 20_000  # certified events, however large the budget: a log that is kept whole
-_SIGMAS = 3.0
+_SIGMAS = 3.0  # standard errors within which a bias counts as none
 _SHARES = {"time": 0.35, "rearrangements": 0.25, "events": 0.1, "bias": 0.3}
 
 
