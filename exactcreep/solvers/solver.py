@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -55,6 +56,13 @@ class Rearrangement:
         What only this solver knows: precision, enclosure radii, work counts.
     reason : str
         For a runaway what proves it, for a limit which it is: one sentence.
+    error : float
+        Of `exact`: estimate, not a bound, of the largest error that rounding leaves in a tension
+        (unit ``m g``) or in the displacement of a slider within the rearrangement; inf where the
+        order of events itself is in doubt. nan of solvers that do not estimate it. The rounding
+        of the state's numbers to float64 comes on top.
+    doubt : str
+        Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else empty.
     """
 
     chain: Chain
@@ -70,6 +78,8 @@ class Rearrangement:
     solver: str
     report: Mapping[str, Any] = field(default_factory=dict)
     reason: str = ""
+    error: float = math.nan
+    doubt: str = ""
 
     @property
     def itinerary(self) -> Itinerary:
