@@ -180,7 +180,7 @@ class Course:
     def _root(self, condition: Any, guess: float) -> Any:
         """Return the root of `condition` (value and slope) near `guess`, by Newton's method."""
         bits = self.arithmetic.bits
-        t = self.arithmetic.number(guess)
+        t = expected = self.arithmetic.number(guess)
         last = math.inf
         for _ in range(12 + 2 * bits.bit_length()):
             value, slope = condition(t)
@@ -193,7 +193,7 @@ class Course:
                 return t
             if size >= last and size < 2.0 ** (-bits / 2):  # rounding is all that is left
                 return t
-            if abs(t - guess) > 0.5:
+            if abs(t - expected) > 0.5:
                 break
             last = size
         raise StrayRoot("no event near the time at which it is known to happen")

@@ -431,6 +431,9 @@ class _Question:
             for name in parts[0]
             if name.startswith("event_")
         }
+        if solver != "exact":  # a time leads to the root of a condition: no more is asked of it
+            times = [enclosure(time).middle for time in columns["event_time"].tolist()]
+            columns["event_time"] = np.array([*times, None], dtype=object)[:-1]
         tensions = [row for part in parts for row in part["tension"]][-3:]
         if len(tensions) < 3:
             tensions = [self.start.tensions, *tensions[-2:]]
@@ -607,7 +610,7 @@ class _Search:
     def refined(self, low: Fraction, high: Fraction, begins: bool) -> _Refined:
         """Return an edge to all digits, decided by two runs of the chosen solver."""
         low, high = self.narrowed(low, high, begins)
-        guess = self._root(low, high)
+        guess = self._guess(low, high)
         unit = _unit(high, self.asked.digits + _SPARE)
         if self.asked.solver == "exact":
             # float64 claims no more than what its own edge shares with that of the same
@@ -623,26 +626,36 @@ class _Search:
             return trials[k].creeps == begins
 
         below_k, above_k = math.floor(guess / unit), math.floor(guess / unit) + 1
-        step = 1
+        # the edge is the first condition's, or lies further on in the bracket of float64, or, if
+        # that errs, outside
+        step = max(math.ceil((high - low) / unit), 1)
+        reach = below_k - math.floor(low / unit)
         while above(below_k):
             above_k = below_k
-            below_k = max(below_k - step, 0)
+            below_k = max(below_k - max(reach, 1), 0)
+            reach = step
             step *= 2
             if above_k == 0:
                 raise InputError("bracket", str(low), "must not creep at its lower end")
-        step = 1
+        reach = math.ceil(high / unit) - above_k
         while not above(above_k):
             below_k = above_k
-            above_k += step
+            above_k += max(reach, 1)
+            reach = step
             step *= 2
             if step * unit > high:
                 raise InputError("bracket", str(high), "must creep at its upper end")
         while above_k - below_k > 1:
-            middle = (below_k + above_k) // 2
-            if above(middle):
-                above_k = middle
-            else:
-                below_k = middle
+            width = above_k - below_k
+            ends = trials[below_k], trials[above_k]
+            root = self._root(below_k * unit, above_k * unit, *ends)
+            near = [] if root is None else [math.floor(root / unit), math.floor(root / unit) + 1]
+            for k in near:
+                if below_k < k < above_k:
+                    below_k, above_k = (below_k, k) if above(k) else (k, above_k)
+            if above_k - below_k > max(width // 2, 1):
+                k = (below_k + above_k) // 2
+                below_k, above_k = (below_k, k) if above(k) else (k, above_k)
         # an end that lies exactly on the edge may be undecided; one unit further out it is not
         proved = self.asked.solver == "certified"
         if proved and trials[below_k].evidence is not Evidence.PROVED and not above(below_k - 1):
@@ -659,22 +672,29 @@ class _Search:
         self.asked.say("deciding runs", self.trials, self.trials)
         return (question or self.question).tried(amplitude, self.asked.solver, self.asked.options())
 
-    def _root(self, low: Fraction, high: Fraction) -> Fraction:
-        """Return the root of the condition that decides between `low` and `high`.
-
-        If none of the conditions that may decide has a root there, the middle is returned: the
-        deciding runs then have to bisect.
-        """
+    def _guess(self, low: Fraction, high: Fraction) -> Fraction:
+        """Return where float64 has the edge: a root of the deciding condition, or the middle."""
         if high - low < _NARROW * high / 2:  # float64 would not tell its ends apart
             low, high = low - _NARROW * high, high + _NARROW * high
         trials = [self.question.tried(amplitude, "exact", {}) for amplitude in (low, high)]
-        one, other = (numbered(trial.log) for trial in trials)
+        root = self._root(low, high, *trials)
+        return (low + high) / 2 if root is None else root
+
+    def _root(
+        self, low: Fraction, high: Fraction, at_low: _Trial, at_high: _Trial
+    ) -> Fraction | None:
+        """Return the root of the condition in which the runs at `low` and `high` first differ.
+
+        None if none of the conditions that may be it has a root there. Beyond the root the runs
+        may differ from that at `high` once more, and the edge lie further on.
+        """
+        one, other = numbered(at_low.log), numbered(at_high.log)
         loss = 64 + len(one)
-        for condition in _conditions(self.question, trials[0].log, one, other):
+        for condition in _conditions(self.question, at_low.log, one, other):
             root = _secant(condition, low, high, self.asked.digits + _SPARE + 3, loss)
             if root is not None:
                 return root
-        return (low + high) / 2
+        return None
 
     def settled(self, amplitude: Fraction) -> tuple[Outcome | None, Evidence]:
         """Return what float64 has the chain do after many more cycles at `amplitude`."""
