@@ -180,7 +180,7 @@ def test_a_directory_that_cannot_be_written_is_refused_before_the_run(
     assert "can be written" in run(*QUICK, "--out", "closed/run.nc").sentence
 
 
-def test_debug_shows_the_traceback(tmp_path: Path) -> None:
+def test_debug_shows_the_traceback() -> None:
     with pytest.raises(ValueError, match="six-slider"):
         status(["run", "six-slider", "--debug"])
     with pytest.raises(ValueError, match="six-slider"):

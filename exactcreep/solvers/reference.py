@@ -201,7 +201,7 @@ class FieldSimulation(Simulation):
             outcome = None
         if outcome is Outcome.RUNAWAY:
             reason = self.mechanics.proof
-        return Stretch(done, record_arrays(self.record, rows), outcome, reason)
+        return Stretch(done, record_arrays(rows), outcome, reason)
 
     def _columns(self) -> list[str]:
         names = ["x_G", *(name for name in ("x", "tension", "slips") if name in self.record)]

@@ -54,6 +54,7 @@ from exactcreep.solvers.solver import (
 RECORDED = ("x_G", "x", "tension", "slips")
 """What the sliding limit can record: it has no events in time."""
 
+_PAUSE = 10**7  # sliders times half-cycles between two looks at a clock: some ten milliseconds
 TIES = ("mean", "downhill", "uphill")
 """How two equally possible pivots are told apart; see `Sliding`."""
 
@@ -445,7 +446,7 @@ def _nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[An
 
 
 def _at_rest(
-    chain: Chain, tensions: list[Any], uphill: Any, downhill: Any
+    tensions: list[Any], uphill: Any, downhill: Any
 ) -> tuple[list[Any], list[Any]]:
     """Return the tensions at which the friction holds the chain, and the displacements to them."""
     zero = uphill - uphill
@@ -531,7 +532,7 @@ class SlidingSimulation(Simulation):
         steps = np.diff(self._array([self._number(0), *given, self._number(0)]))
         slack = 0 if exact else 4 * np.spacing(max([abs(v) for v in given] + [self._uphill]))
         if np.any(steps > self._downhill + slack) or np.any(steps < -self._uphill - slack):
-            given, shift = _at_rest(chain, given, self._uphill, self._downhill)
+            given, shift = _at_rest(given, self._uphill, self._downhill)
             self._x = self._x + self._array(shift)
             self._relaxed = True
         place = self._place(state.theta)
@@ -561,7 +562,7 @@ class SlidingSimulation(Simulation):
         max_events: int,
         deadline: Deadline = NEVER,
     ) -> Stretch:
-        """Take the chain to targets `first` .. `first + count - 1` of the drive.
+        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`.
 
         For `max_events`, every slider of every half-cycle counts as an event.
         """
@@ -579,28 +580,39 @@ class SlidingSimulation(Simulation):
         x_rows, tension_rows = rows("x", n), rows("tension", n - 1)
         slip_rows = rows("slips", n, np.int64)
         before = self._totals.copy()
-        if self.exact:
-            self._follow_exact(drive, first, x_g, x_rows, tension_rows, slip_rows)
-        else:
-            theta = drive.targets(first, count, self.seed)
-            self._way = int(
-                _follow_float(
-                    nearest_float(self.chain.l0) * theta, self._place(self._theta), self._way,
-                    self._low, self._high, self._groups, self._shares, self._extension, self._x,
-                    self._carry, self._sliding, self._slips, self._totals, x_g, x_rows,
-                    tension_rows, slip_rows,
-                )
-            )
-            self._theta = float(theta[-1])
+        done, most = 0, 1 if self.exact else max(1, _PAUSE // n)
+        while done < count and not (done and deadline.passed()):
+            part = slice(done, min(done + most, count))
+            out = (x_g[part], x_rows[part], tension_rows[part], slip_rows[part])
+            if self.exact:
+                self._follow_exact(drive, first + done, *out)
+            else:
+                self._follow_compiled(drive, first + done, *out)
+            done = part.stop
         _, gave_way, starts, stops = (self._totals - before).tolist()
         self.tally.undecided += int(gave_way)
         self.tally.slips += int(starts)
         self.tally.events += int(starts) + int(stops)
-        recorded: dict[str, NDArray[Any]] = {"x_G": x_g}
+        recorded: dict[str, NDArray[Any]] = {"x_G": x_g[:done]}
         for name, table in (("x", x_rows), ("tension", tension_rows), ("slips", slip_rows)):
             if name in self.record:
-                recorded[name] = table
-        return Stretch(count, recorded)
+                recorded[name] = table[:done]
+        return Stretch(done, recorded)
+
+    def _follow_compiled(
+        self, drive: Drive, first: int, x_g: NDArray[Any], x_rows: NDArray[Any],
+        tension_rows: NDArray[Any], slip_rows: NDArray[Any],
+    ) -> None:
+        theta = drive.targets(first, x_g.size, self.seed)
+        self._way = int(
+            _follow_float(
+                nearest_float(self.chain.l0) * theta, self._place(self._theta), self._way,
+                self._low, self._high, self._groups, self._shares, self._extension, self._x,
+                self._carry, self._sliding, self._slips, self._totals, x_g, x_rows,
+                tension_rows, slip_rows,
+            )
+        )
+        self._theta = float(theta[-1])
 
     def _follow_exact(
         self, drive: Drive, first: int, x_g: NDArray[Any], x_rows: NDArray[Any],

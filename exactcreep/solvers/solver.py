@@ -108,6 +108,8 @@ class Tally:
     """Motions of one slider from a start to a stop."""
     draws_below_mu_d: int = 0
     undecided: int = 0
+    long_rearrangements: int = 0
+    """Rearrangements of so many events that float64 does not promise 1e-12 (of `exact`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -244,7 +246,7 @@ def refuse_records(
             raise InputError("record", name, "must be one of " + ", ".join(known) + why)
 
 
-def record_arrays(record: tuple[str, ...], rows: dict[str, list[Any]]) -> dict[str, NDArray[Any]]:
+def record_arrays(rows: dict[str, list[Any]]) -> dict[str, NDArray[Any]]:
     """Return the recorded lists as arrays of the types that `Stretch` names."""
     whole = {"slips", "event_half_cycle", "event_rearrangement", "event_number", "event_slider"}
     small = {"event_kind", "event_sign"}

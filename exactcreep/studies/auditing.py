@@ -293,7 +293,7 @@ class _Auditor:
             if event.kind is EventKind.STOP:
                 for n in legal:
                     lost = lost + flow.velocities[n] * flow.velocities[n] / 2
-                    self.condition(flow, runs, n, 0, flow.velocities[n], radius, slack)
+                    self.condition(flow, n, 0, flow.velocities[n], radius, slack)
                 flow.stop(legal)
                 for n in legal:
                     self.draws[n] += 1
@@ -303,7 +303,7 @@ class _Auditor:
             else:
                 for n, sign in zip(sliders, event.signs, strict=True):
                     if n in legal:
-                        self.start(flow, runs, n, sign, radius, slack, number == 0, just_stopped)
+                        self.start(flow, n, sign, radius, slack, number == 0, just_stopped)
                 flow.start(
                     legal, [s for n, s in zip(sliders, event.signs, strict=True) if n in legal]
                 )
@@ -341,7 +341,6 @@ class _Auditor:
     def start(
         self,
         flow: Flow,
-        runs: Sequence[Run],
         n: int,
         sign: int,
         radius: float,
@@ -360,12 +359,11 @@ class _Auditor:
             self.errors.append(math.nan)
             self.radii.append(math.nan)
             return
-        self.condition(flow, runs, n, sign, beyond, radius, slack)
+        self.condition(flow, n, sign, beyond, radius, slack)
 
     def condition(
         self,
         flow: Flow,
-        runs: Sequence[Run],
         n: int,
         sign: int,
         value: Any,

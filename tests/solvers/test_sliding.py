@@ -18,6 +18,8 @@ from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.cosine_field import Quadratic
+from exactcreep.motion.deadline import Deadline
+from exactcreep.solvers import sliding
 from exactcreep.solvers.registry import SOLVERS, rearrange
 from exactcreep.solvers.sliding import (
     Sliding,
@@ -438,6 +440,25 @@ def test_following_in_pieces_changes_no_bit():
     while len(pieces) < 40:
         stretch = simulation.follow(drive, len(pieces) + 1, 40 - len(pieces), max_events=30)
         assert 1 <= stretch.completed <= 4
+        pieces += stretch.recorded["x_G"].tolist()
+    assert pieces == recorded["x_G"].tolist()
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_a_deadline_is_heard_between_half_cycles_and_changes_no_bit(exact, monkeypatch):
+    monkeypatch.setattr(sliding, "_PAUSE", 50)  # sliders times half-cycles
+    chain = chain_of(9, Fraction(1, 5))
+    drive = GaussianSteps("0.007", 40)
+    _, recorded = simulate(chain, drive, exact=exact)
+    simulation = Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, ("x_G", "x"))
+    pieces: list[float] = []
+    while len(pieces) < 40:
+        left = 40 - len(pieces)
+        stretch = simulation.follow(
+            drive, len(pieces) + 1, left, max_events=EVERYTHING, deadline=Deadline(at=0.0)
+        )
+        assert stretch.completed == min(1 if exact else 5, left)
+        assert len(stretch.recorded["x"]) == stretch.completed
         pieces += stretch.recorded["x_G"].tolist()
     assert pieces == recorded["x_G"].tolist()
 
