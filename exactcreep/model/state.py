@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,8 @@ from numpy.typing import NDArray
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+
+_MOST_DRAWS = 2**62
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,11 +46,18 @@ class State:
     theta: Any
 
     def __post_init__(self) -> None:
-        for name in ("tensions", "displacements", "coefficients", "draws"):
-            array = np.array(getattr(self, name))
+        for name in ("tensions", "displacements", "coefficients"):
+            array = _numbers(getattr(self, name), f"state.{name}")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
+        draws = _counts(self.draws, "state.draws")
+        draws.flags.writeable = False
+        object.__setattr__(self, "draws", draws)
+        if not _is_number(self.theta):
+            raise InputError("state.theta", self.theta, "must be a number")
         n = self.displacements.size
+        if n == 0:
+            raise InputError("state.displacements", (0,), "must hold at least one slider")
         for name, size in (("tensions", n - 1), ("coefficients", n), ("draws", n)):
             if getattr(self, name).shape != (size,):
                 shape = getattr(self, name).shape
@@ -56,6 +67,21 @@ class State:
     def n(self) -> int:
         """Number of sliders."""
         return self.displacements.size
+
+    def require_finite(self) -> None:
+        """Raise `InputError` unless every number of the state is finite.
+
+        A state that a solver has reached may be none: Verlet's motion grows for ever if dt is too
+        large.
+        """
+        for name in ("tensions", "displacements", "coefficients"):
+            array = getattr(self, name)
+            values = array.tolist() if array.dtype == object else array[~np.isfinite(array)]
+            for value in values:
+                if not _is_finite(value):
+                    raise InputError(f"state.{name}", value, "must hold finite numbers")
+        if not _is_finite(self.theta):
+            raise InputError("state.theta", self.theta, "must be a finite number")
 
     @classmethod
     def relaxed(cls, chain: Chain, seed: int = 0) -> State:
@@ -84,6 +110,7 @@ class State:
         seed = disorder.valid_seed(seed)
         kept = _kept_tensions(tensions, chain.n - 1)
         dilation = exact_number(theta, "theta")
+        _require_float(dilation, "theta")
         nearest = nearest_float(dilation)
         return cls(
             tensions=kept,
@@ -134,12 +161,65 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
             exact_number(floats[stray[0]], f"tensions[{stray[0]}]")
         return floats
     values = [exact_number(value, f"tensions[{i}]") for i, value in enumerate(given)]
+    for i, value in enumerate(values):
+        _require_float(value, f"tensions[{i}]")
     floats = np.array([nearest_float(value) for value in values], dtype=np.float64)
     if all(Fraction(f) == value for f, value in zip(floats.tolist(), values, strict=True)):
         return floats
     kept = np.empty(count, dtype=object)
     kept[:] = values
     return kept
+
+
+def _require_float(value: Fraction, field: str) -> None:
+    if not math.isfinite(nearest_float(value)):
+        raise InputError(field, value, "must be smaller than the largest float, 1.8e308")
+
+
+def _numbers(given: Any, field: str) -> NDArray[Any]:
+    """Return numbers as an array of their own, float64 or of Python numbers."""
+    try:
+        array = np.array(given)
+    except (ValueError, TypeError):  # rows of unequal length
+        raise InputError(field, given, "must be an array of numbers") from None
+    if array.ndim != 1:
+        raise InputError(field, array.shape, "must have one dimension")
+    if array.dtype.kind in "fiu":
+        return array.astype(np.float64, copy=False)
+    for value in array.tolist():
+        if array.dtype != object or not _is_number(value):
+            raise InputError(field, value, "must hold numbers")
+    return array
+
+
+def _counts(given: Any, field: str) -> NDArray[np.int64]:
+    """Return whole numbers from 1 on as an array of their own."""
+    array = _numbers(given, field)
+    allowed = f"must hold whole numbers, at least 1 and at most {_MOST_DRAWS}"
+    # numbers so large that a float64 does not tell them apart are counted with the excessive
+    if array.dtype == object or not ((array >= 1) & (array <= _MOST_DRAWS)).all():
+        raise InputError(field, given, allowed)
+    counts = np.array(given).astype(np.int64)
+    if (counts != array).any():
+        raise InputError(field, given, allowed)
+    return counts
+
+
+def _is_number(value: Any) -> bool:
+    """Return whether `value` is real: a Python number, one of mpmath, a ball, or an enclosure."""
+    if isinstance(value, (bool, np.bool_)):
+        return False
+    known = isinstance(value, (Real, np.floating, np.integer))
+    # numbers of other makes are told by how they give away their exact value
+    return known or any(hasattr(value, name) for name in ("mid", "man_exp", "bracket", "middle"))
+
+
+def _is_finite(value: Any) -> bool:
+    if hasattr(value, "is_finite"):  # a ball
+        return bool(value.is_finite())
+    if isinstance(value, (float, np.floating)):
+        return math.isfinite(value)
+    return not hasattr(value, "man_exp") or bool(value - value == 0)
 
 
 def initial_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:

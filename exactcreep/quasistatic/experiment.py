@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
-from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
+from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import RECORDS, Solver
 
@@ -79,9 +84,11 @@ class Experiment:
             raise InputError("start", start, "must be a State, or None for the relaxed chain")
         if start is not None and start.n != chain.n:
             raise InputError("start", start.n, f"must have the chain's {chain.n} sliders")
+        if start is not None:
+            start.require_finite()
         given = dict(options or {})
         solver_named(solver, given)
-        return cls(
+        experiment = cls(
             chain=chain,
             drive=drive,
             seed=valid_seed(seed),
@@ -91,6 +98,26 @@ class Experiment:
             record=_valid_record(record),
             burn_in=_valid_burn_in(burn_in, drive),
         )
+        for field, theta in (("drive", experiment.widest), ("start.theta", experiment.theta)):
+            if math.isinf(theta) or math.isinf(nearest_float(2 * chain.l0 * Fraction(theta))):
+                allowed = "must keep l0 theta below half the largest float, 1.8e308"
+                raise InputError(field, drive if field == "drive" else theta, allowed)
+        return experiment
+
+    @property
+    def theta(self) -> float:
+        """The dilation at which the chain starts."""
+        return 0.0 if self.start is None else nearest_float(enclosure(self.start.theta).middle)
+
+    @cached_property
+    def widest(self) -> float:
+        """A bound of |theta| over the whole drive."""
+        drive = self.drive
+        if isinstance(drive, Cycles):
+            return nearest_float(drive.amplitude)
+        if isinstance(drive, GaussianSteps):
+            return 9 * nearest_float(drive.sigma_theta)  # no deviate of 53 bits is larger
+        return float(np.abs(drive.targets(1, drive.half_cycles, self.seed)).max())
 
     @cached_property
     def algorithm(self) -> Solver:

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.drive import Cycles, GaussianSteps
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
@@ -46,7 +45,7 @@ class March:
         chain, drive = experiment.chain, experiment.drive
         _check_memory(chain.n)
         self.total = drive.half_cycles
-        widest = _widest(experiment)
+        widest = experiment.widest
         self.watch_theta = widest >= 1
         self.watch_gaps = _may_cross(experiment, widest)
         record = experiment.record
@@ -380,16 +379,6 @@ def _check_memory(n: int) -> None:
     if n * _LEAST_BYTES > there:
         most = there // _LEAST_BYTES
         raise InputError("n", n, f"must be at most {most} to fit into the memory of this machine")
-
-
-def _widest(experiment: Experiment) -> float:
-    """Return a bound of |theta| over the whole drive."""
-    drive = experiment.drive
-    if isinstance(drive, Cycles):
-        return nearest_float(drive.amplitude)
-    if isinstance(drive, GaussianSteps):
-        return 9 * nearest_float(drive.sigma_theta)  # no deviate of 53 bits is larger
-    return float(np.abs(drive.targets(1, drive.half_cycles, experiment.seed)).max())
 
 
 def _may_cross(experiment: Experiment, widest: float) -> bool:

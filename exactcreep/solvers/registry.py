@@ -64,6 +64,7 @@ def _valid(chain: Any, state: Any, direction: Any, seed: Any) -> tuple[int, int]
         raise InputError("state", state, "must be a State")
     if state.n != chain.n:
         raise InputError("state", state.n, f"must have the chain's {chain.n} sliders")
+    state.require_finite()
     return whole_number(direction, "direction", least=-1, most=1), valid_seed(seed)
 
 

@@ -1,0 +1,137 @@
+"""States and drives that no chain can have, and how each is refused before anything runs."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exactcreep import (
+    Chain,
+    Creep,
+    Cycles,
+    GaussianSteps,
+    InputError,
+    Outcome,
+    Path,
+    State,
+    creep,
+    rearrange,
+)
+from exactcreep.model.drive import Drive
+from exactcreep.solvers.registry import SOLVERS
+
+CHAIN = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+REST = State.relaxed(CHAIN)
+
+
+def state(**changes: Any) -> State:
+    names = ("tensions", "displacements", "coefficients", "draws", "theta")
+    return State(**{name: getattr(REST, name) for name in names} | changes)
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("tensions", ["a", "b"]),
+        ("tensions", ["0.1", "0.2"]),
+        ("tensions", [None, None]),
+        ("tensions", [1j, 0]),
+        ("tensions", [True, False]),
+        ("tensions", [[1], [2, 3]]),
+        ("tensions", [[0.0], [0.0]]),
+        ("tensions", [0.0]),
+        ("tensions", np.array([object(), object()])),
+        ("tensions", np.array([1, "x"], dtype=object)),
+        ("displacements", np.zeros((3, 1))),
+        ("displacements", 3.0),
+        ("displacements", []),
+        ("coefficients", {0.6}),
+        ("draws", [1.5, 1, 1]),
+        ("draws", [0, 1, 1]),
+        ("draws", [-1, 1, 1]),
+        ("draws", [2**63, 1, 1]),
+        ("draws", [2**63 - 1, 1, 1]),
+        ("draws", [math.nan, 1, 1]),
+        ("draws", [True, True, True]),
+        ("draws", [Fraction(1), 1, 1]),
+        ("theta", None),
+        ("theta", "0.1"),
+        ("theta", 1j),
+        ("theta", True),
+    ],
+)
+def test_what_is_no_number_makes_no_state(field: str, value: Any) -> None:
+    with pytest.raises(InputError, match=rf"^state\.({field}|tensions) = "):
+        state(**{field: value})
+
+
+@pytest.mark.parametrize("wild", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("field", ["tensions", "displacements", "coefficients", "theta"])
+def test_a_state_that_is_not_finite_starts_no_run(field: str, wild: float) -> None:
+    given: Any = getattr(REST, field)
+    value = wild if field == "theta" else np.array([wild, *given[1:]])
+    for bad in (state(**{field: value}), state(**{field: np.array(value, dtype=object)[()]})):
+        for solver in SOLVERS:
+            with pytest.raises(InputError, match=rf"^state\.{field} = "):
+                creep(CHAIN, Cycles("0.001", 1), start=bad, solver=solver)
+        with pytest.raises(InputError, match=rf"^state\.{field} = "):
+            rearrange(CHAIN, bad, direction=1)
+
+
+def test_a_state_takes_whole_and_short_numbers_for_what_they_are() -> None:
+    short = np.array([0.25, 0.5], dtype=np.float32)
+    assert state(tensions=short).tensions.dtype == np.float64
+    assert state(tensions=[1, 0]).tensions.tolist() == [1.0, 0.0]
+    assert state(draws=[1, 2, 3]).draws.dtype == np.int64
+    exact = np.array([Fraction(1, 3), Fraction(0)], dtype=object)
+    assert state(tensions=exact).tensions[0] == Fraction(1, 3)
+
+
+@pytest.mark.parametrize("name", ["tensions", "theta"])
+def test_a_start_beyond_the_largest_float_is_refused(name: str) -> None:
+    start = {"tensions": ["0", "0"]} | {name: ["1e400", "0"] if name == "tensions" else "1e400"}
+    with pytest.raises(InputError, match="largest float"):
+        State.prepared(CHAIN, **start)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize(
+    "drive",
+    [
+        Cycles("1e400", 2),
+        Cycles("1e306", 2),
+        GaussianSteps("1e400", 2),
+        GaussianSteps("2e304", 2),
+        Path(["0.001", "-1e400"]),
+    ],
+    ids=repr,
+)
+def test_a_drive_beyond_the_largest_float_is_refused(drive: Drive, solver: str) -> None:
+    with pytest.raises(InputError, match="largest float"):
+        creep(CHAIN, drive, solver=solver)
+
+
+def test_springs_as_long_as_floats_reach_take_what_dilation_leaves_room_for() -> None:
+    huge = Chain(3, "1e308", "0.5", "0.6", tan_alpha="0.25")
+    assert creep(huge, Cycles(0, 1)).outcome is Outcome.AT_REST
+    moved, usual = (
+        creep(Chain(3, l0, "0.5", "0.6", tan_alpha="0.25"), Cycles(Fraction(2) / Fraction(l0), 2))
+        for l0 in ("1e300", 1000)
+    )
+    assert moved.events == usual.events > 50
+    theta = State.prepared(huge, ["0", "0"], theta="1e10")
+    with pytest.raises(InputError, match=r"^start\.theta = "):
+        creep(huge, Cycles(0, 1), start=theta)
+
+
+def test_a_motion_without_bound_is_a_result_all_the_same(tmp_path: Any) -> None:
+    """Verlet's step may be so long that nothing finite is left of the chain."""
+    result = creep(CHAIN, Cycles("0.01", 2), solver="verlet", dt="2.5", seed=1)
+    assert result.outcome is Outcome.LIMIT
+    assert np.abs(result.state.displacements).max() > 1e300
+    result.save(tmp_path / "wild.nc")
+    assert Creep.load(tmp_path / "wild.nc").outcome is Outcome.LIMIT
