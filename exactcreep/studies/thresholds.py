@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from fractions import Fraction
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple, TypedDict
 
@@ -648,7 +649,7 @@ class _Search:
         while above_k - below_k > 1:
             width = above_k - below_k
             ends = trials[below_k], trials[above_k]
-            root = self._root(below_k * unit, above_k * unit, *ends)
+            root = self._root(below_k * unit, above_k * unit, *ends, loss=1)
             near = [] if root is None else [math.floor(root / unit), math.floor(root / unit) + 1]
             for k in near:
                 if below_k < k < above_k:
@@ -677,21 +678,22 @@ class _Search:
         if high - low < _NARROW * high / 2:  # float64 would not tell its ends apart
             low, high = low - _NARROW * high, high + _NARROW * high
         trials = [self.question.tried(amplitude, "exact", {}) for amplitude in (low, high)]
-        root = self._root(low, high, *trials)
+        root = self._root(low, high, *trials, loss=16)
         return (low + high) / 2 if root is None else root
 
     def _root(
-        self, low: Fraction, high: Fraction, at_low: _Trial, at_high: _Trial
+        self, low: Fraction, high: Fraction, at_low: _Trial, at_high: _Trial, *, loss: int
     ) -> Fraction | None:
         """Return the root of the condition in which the runs at `low` and `high` first differ.
 
         None if none of the conditions that may be it has a root there. Beyond the root the runs
-        may differ from that at `high` once more, and the edge lie further on.
+        may differ from that at `high` once more, and the edge lie further on. One bit is taken to
+        be lost in `loss` events.
         """
         one, other = numbered(at_low.log), numbered(at_high.log)
-        loss = 64 + len(one)
+        lost = 64 + len(one) // loss
         for condition in _conditions(self.question, at_low.log, one, other):
-            root = _secant(condition, low, high, self.asked.digits + _SPARE + 3, loss)
+            root = _secant(condition, low, high, self.asked.digits + _SPARE + 3, lost)
             if root is not None:
                 return root
         return None
@@ -883,14 +885,16 @@ def _secant(
 
     The working precision follows the digits that are known.
     """
-    final = math.ceil(digits * BITS_PER_DIGIT) + loss
+    wanted = digits * BITS_PER_DIGIT
+    final = math.ceil(wanted) + loss
     width = high - low
     previous, present = low, high
     bits = 0
+    condition = lru_cache(maxsize=4)(condition)  # a run in many digits takes seconds
     try:
         for _ in range(32):
             known = _log2(abs(present) / abs(present - previous))
-            if known >= digits * BITS_PER_DIGIT:
+            if known >= wanted:
                 return present
             # the next step about doubles what is known; both points are taken at this precision,
             # so that their difference is not rounding
@@ -908,6 +912,10 @@ def _secant(
                 return None
             if following == present:
                 return present if bits == final else None
+            if low < following < high:  # then the error is of the order of the last two steps'
+                steps = abs(following - present), abs(following - previous)
+                if sum(_log2(abs(following) / step) for step in steps) >= wanted + 16:
+                    return following
             previous, present = present, following
     except (StrayRoot, ArithmeticError, KeyError, StopIteration):
         pass
