@@ -436,3 +436,18 @@ def test_a_run_killed_25_times_at_random_gives_the_bits_of_an_uninterrupted_one(
     )
     assert int(told.stdout) >= 20
     assert same(Creep.load(f"{file}.nc"), Creep.load(whole))
+
+
+def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> None:
+    chain = Chain(8, 1, "1/1000", "101/1000", tan_alpha="-3/5000")
+    tensions = [Fraction(t, 100) for t in (-3, 18, -18, -14, -2, 0, -2)]
+    start = State.prepared(chain, tensions)
+    result = creep(chain, ThetaPath(["0"]), start=start, checkpoint=tmp_path / "run.ckpt")
+    assert (result.rearrangements, result.events) == (1, 672)
+    assert result.long_rearrangements == result.summary()["long_rearrangements"] == 1
+    result.save(tmp_path / "run.nc")
+    assert Creep.load(tmp_path / "run.nc").long_rearrangements == 1
+    assert resume(tmp_path / "run.ckpt").long_rearrangements == 1
+    short = creep(TWO, Cycles("0.01", 3))
+    assert short.rearrangements > 100
+    assert short.long_rearrangements == 0

@@ -131,10 +131,20 @@ def _print_one(console: Any, result: Creep) -> None:
         f"{result.half_cycles} {target}s, {result.rearrangements} rearrangements,"
         f" {result.events} events, {result.slips} slips",
     )
+    if result.long_rearrangements:
+        table.add_row("accuracy", _accuracy(result.long_rearrangements))
     for name, count in result.warnings.items():
         table.add_row("outside the model", f"{name}: {count}")
     table.add_row("time", f"{result.seconds:.3g} s")
     console.print(table)
+
+
+def _accuracy(count: int) -> str:
+    from exactcreep.solvers.layout import PROMISED_EVENTS
+
+    return (
+        f"{count} rearrangements of more than {PROMISED_EVENTS} events: no promise of 1e-12 there"
+    )
 
 
 def _evidence(result: Creep) -> str:
@@ -176,6 +186,9 @@ def _print_members(
     outside: Counter[str] = Counter()
     for result in results:
         outside.update(result.warnings)
+    long = sum(result.long_rearrangements for result in results)
+    if long:
+        console.print(f"accuracy: {_accuracy(long)}", soft_wrap=True)
     if outside:
         console.print(f"outside the model: {_told(outside)}", soft_wrap=True)
 

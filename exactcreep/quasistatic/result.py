@@ -27,7 +27,7 @@ from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, digits_and_radii, enclosure, floats
 from exactcreep.quasistatic.experiment import DRIVES, Experiment
 
-FORMAT = "exactcreep result 1"
+FORMAT = "exactcreep result 2"
 PICTURES = (".png", ".pdf", ".svg")
 _DIMENSIONS = {
     "x_G": ("half_cycle",),
@@ -70,6 +70,7 @@ _COUNTS = (
     "slips",
     "draws_below_mu_d",
     "undecided",
+    "long_rearrangements",
 )
 
 
@@ -102,6 +103,9 @@ class Creep:
         Static coefficients drawn below `mu_d`, which act as `mu_d`.
     undecided : int
         Comparisons inside their rounding bound, settled by the model's rules.
+    long_rearrangements : int
+        Of the solver `exact`: rearrangements of more than 200 events, whose tensions rounding may
+        have taken further than 1e-12 from the truth.
     warnings : mapping of str to int
         Where the run left the model's physical range, and how often.
     seconds : float
@@ -129,6 +133,7 @@ class Creep:
     slips: int
     draws_below_mu_d: int
     undecided: int
+    long_rearrangements: int
     warnings: Mapping[str, int]
     seconds: float
     state: State

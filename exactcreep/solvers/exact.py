@@ -213,6 +213,7 @@ class ExactSimulation(Simulation):
             slips=int(whole[layout.SLIP_TOTAL]),
             draws_below_mu_d=int(whole[layout.BELOW]),
             undecided=int(whole[layout.UNDECIDED]),
+            long_rearrangements=int(whole[layout.LONG]),
         )
 
     def _targets(

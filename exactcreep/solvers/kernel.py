@@ -62,6 +62,7 @@ from exactcreep.solvers.layout import (
     LOGGED,
     LOGGING,
     LONE,
+    LONG,
     LONGEST_AVALANCHE,
     MEAN,
     MEAN_EXCESS,
@@ -71,6 +72,7 @@ from exactcreep.solvers.layout import (
     NUMBER,
     ONE_DONE,
     PAD,
+    PROMISED_EVENTS,
     REARRANGEMENTS,
     REST,
     RUNAWAY,
@@ -247,6 +249,8 @@ def _settle(cell, real, whole):  # type: ignore[no-untyped-def]
             cell[TRAVEL_LOW, i] = low
             real[TOTAL], real[TOTAL_LOW] = _plus(real[TOTAL], real[TOTAL_LOW], moved)
             cell[X, i] = 0.0
+    if whole[NUMBER] > PROMISED_EVENTS:
+        whole[LONG] += 1
     whole[STAGE] = AT_REST
 
 

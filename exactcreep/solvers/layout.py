@@ -31,6 +31,13 @@ LONGEST_AVALANCHE = 10**6
 Only on slopes from mu_d on: below, every avalanche ends. On the slope mu_d itself friction takes
 exactly what gravity gives, and an avalanche may go round for ever without all sliders ever moving.
 """
+PROMISED_EVENTS = 200
+"""Up to so many events the tensions after a rearrangement are promised to 1e-12.
+
+Longer ones are counted. Measured against the certified solver at N = 2 .. 12 and mu_d from 0.001 to
+0.6: of 1740 rearrangements up to here the largest error was 1.2e-13; the shortest beyond 1e-12 had
+496 events. A start near grazing can spoil a shorter one: `Exact.rearrange` estimates that.
+"""
 
 # rows of `cell`, float64
 (
@@ -111,8 +118,9 @@ REALS = 13
     CALM,  # of them since the last event
     TESTS,  # windows of eight sliders certified
     ROOTS,  # evaluations of one slider's margin
-) = range(23)
-WHOLES = 23
+    LONG,  # rearrangements of more than `PROMISED_EVENTS`
+) = range(24)
+WHOLES = 24
 
 # columns of `log`
 (
