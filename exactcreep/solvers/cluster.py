@@ -1,12 +1,14 @@
 """Several movers at once: their motion as Taylor series, and their first event, certified.
 
-A cluster moves by ``v'' = -K v``, so the Taylor coefficients of the velocities obey
-``w[k+2] = -K w[k] / ((k+1) (k+2))``. All frequencies are at most 2: within the `HORIZON` the terms
-beyond `ORDERS` are below 2e-17 of the largest force.
-
 Each slider of the window has a *margin* that must stay in its range until its event: a mover its
-velocity along the motion (above 0), a resting neighbour its force (between its thresholds). On
-``[0, t]`` a margin is the cubic through its value and slope at both ends plus at most
+velocity (on its side of 0), a resting neighbour its force (between its thresholds). A cluster moves
+by ``v'' = -K v``: two orders on, the derivatives of its velocities are ``-K`` times what they were,
+and those of a force at rest are the sums of its neighbours' velocities' one order before. So all
+margins grow derivative by derivative in one table, a column for each slider, in strips of eight.
+All frequencies are at most 2: within the `HORIZON` the terms beyond `ORDERS` are below 3e-17 of
+the largest; for an event that comes sooner fewer suffice.
+
+On ``[0, t]`` a margin is the cubic through its value and slope at both ends plus at most
 ``M s**2 (t - s)**2 / 24``, where M bounds its fourth derivative. Written with Bernstein
 polynomials of degree four it stays in range if five numbers do. They are computed for eight
 sliders at a time; only a slider that fails is looked at alone.
@@ -19,11 +21,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from exactcreep.solvers.lanes import WIDTH as EIGHT
 from exactcreep.solvers.lanes import (
     below,
     choose,
+    element,
+    everywhere,
     from_left,
     from_right,
     fused,
@@ -35,15 +40,17 @@ from exactcreep.solvers.lanes import (
     lowest_bit,
     magnitude,
     not_above,
+    put,
     smaller,
     spread,
     square_root,
     store,
+    take,
     turned_left,
     turned_right,
 )
 from exactcreep.solvers.layout import (
-    BEND,
+    AT_END,
     BENT,
     CROSSING,
     DOUBTED,
@@ -52,21 +59,23 @@ from exactcreep.solvers.layout import (
     EXCESS,
     FRESH,
     FRICTION,
+    HOLDS,
     HORIZON,
+    LADDER,
     MOVED,
+    MOVES,
     NEVER,
     ORDERS,
-    PULL,
-    PUSH,
     REARRANGEMENTS,
     REST,
+    RESTS,
     ROOTS,
-    RUNNING,
+    SERIES,
     SIDE,
+    SLOPE_AT_END,
     SPEED,
     STEPS,
     STIFFNESS,
-    SWING,
     TESTS,
     ULP,
     UNDECIDED,
@@ -75,20 +84,39 @@ from exactcreep.solvers.layout import (
     inlined,
 )
 
-_INVERSE = np.array([1.0 / (k + 1.0) for k in range(ORDERS)])
-_FACTORIAL = np.array([1.0 / math.factorial(k) for k in range(ORDERS)])  # reciprocal
 
-_THIRD = np.array([k * (k - 1.0) * (k - 2.0) for k in range(ORDERS)])
-
-# Derivatives 12 and 13 bound all later ones: two more orders multiply by at most 4, the norm of K.
-# Each sum below is its first term times less than 1 / (1 - 4 / (12 * 13)).
-_REST = 1.03
-_BEND_EVEN = _REST * 4.0 / math.factorial(11)
-_BEND_ODD = _REST * 4.0 / math.factorial(12)
-_SWING_EVEN = _REST * 16.0 / math.factorial(12)
-_SWING_ODD = _REST * 4.0 / math.factorial(11)
+def _table(values: list[float]) -> NDArray[np.float64]:
+    """Return the values in rows of eight."""
+    rows = np.zeros((-(-len(values) // EIGHT), EIGHT))
+    rows.reshape(-1)[: len(values)] = values
+    return rows
 
 
+_STEP = _table([0.0] + [1.0 / (k * (k + 1.0)) for k in range(1, ORDERS + 2)])
+"""t**2 times entry k leads from the weight of derivative k - 1 in a Taylor series to k + 1."""
+_STRIDE = _table(
+    [0.0] + [1.0 / (k * (k + 1.0) * (k + 2.0) * (k + 3.0)) for k in range(1, ORDERS + 1)]
+)
+"""The same for t**4, from k - 1 to k + 3."""
+
+_NEGLECTED = (2.0 * HORIZON) ** ORDERS / math.factorial(ORDERS)
+_REACH = np.array(
+    [0.0]
+    + [0.5 * (_NEGLECTED * math.factorial(p)) ** (1.0 / p) for p in range(1, ORDERS)]
+    + [HORIZON]
+)
+"""For how long the terms before order p suffice: the first neglected one is as small as ever."""
+_SHORTEST = 12
+_LONGER = 4
+"""A series has 12, 16, 20 or 24 terms: as many as the expected time of its event needs."""
+
+_LANEWISE = 10
+# Derivatives 10 and 11 bound all later ones, see `_bent`.
+_EVEN_TAIL = 1.1 / 720.0
+_ODD_TAIL = 1.4 / 5040.0
+
+_MISS = 0.25 * ULP
+"""A root is left to the next evaluation if it should be off by less, relatively."""
 # Bisection halves a piece of length 1 down to an ulp in 53 steps; nothing needs many times that.
 _MOST_PIECES = 500
 _POLISH = 4
@@ -96,90 +124,8 @@ _POLISH = 4
 
 
 @inlined
-def _next_order(moving, minus_held, y):  # type: ignore[no-untyped-def]
-    """Return -K y on the movers of one strip, whose first and last lanes are at rest."""
-    return fused(moving, turned_right(y) + turned_left(y), minus_held * y)
-
-
-@inlined
-def _differentiate_one(cell, series, first):  # type: ignore[no-untyped-def]
-    """Fill the coefficients from order 2 on of a window of eight sliders."""
-    zero = spread(0.0)
-    side = load(cell, SIDE, first)
-    moving = side * side
-    minus_held = zero - moving * load(cell, STIFFNESS, first)
-    y = load(series, 0, EIGHT)
-    after = load(series, 1, EIGHT)
-    for k in range(2, 7):
-        new = _next_order(moving, minus_held, y)
-        store(series, k, EIGHT, new * spread(_FACTORIAL[k]))
-        y = after
-        after = new
-    bend = magnitude(after) * spread(_FACTORIAL[3])
-    swing = zero
-    for k in range(7, 14):
-        new = _next_order(moving, minus_held, y)
-        store(series, k, EIGHT, new * spread(_FACTORIAL[k]))
-        size = magnitude(new)
-        bend = fused(size, spread(_FACTORIAL[k - 3]), bend)
-        swing = fused(size, spread(_FACTORIAL[k - 4]), swing)
-        y = after
-        after = new
-    even = largest(magnitude(y))
-    odd = largest(magnitude(after))
-    swing = fused(magnitude(_next_order(moving, minus_held, y)), spread(_FACTORIAL[10]), swing)
-    for k in range(14, ORDERS):
-        new = _next_order(moving, minus_held, y)
-        store(series, k, EIGHT, new * spread(_FACTORIAL[k]))
-        y = after
-        after = new
-    store(series, BEND, EIGHT, bend + spread(_BEND_EVEN * even + _BEND_ODD * odd))
-    store(series, SWING, EIGHT, swing + spread(_SWING_EVEN * even + _SWING_ODD * odd))
-
-
-@inlined
-def _differentiate(cell, series, first, strips):  # type: ignore[no-untyped-def]
-    """Fill the coefficients from order 2 on, strip by strip."""
-    zero = spread(0.0)
-    for k in range(2, ORDERS):
-        ratio = spread(1.0 / (k * (k - 1.0)))
-        before = zero
-        w = load(series, k - 2, EIGHT)
-        for s in range(strips):
-            i = first + EIGHT * s
-            j = EIGHT + EIGHT * s
-            following = zero
-            if s + 1 < strips:
-                following = load(series, k - 2, j + EIGHT)
-            around = from_left(before, w) + from_right(w, following)
-            side = load(cell, SIDE, i)
-            held = load(cell, STIFFNESS, i) * w
-            store(series, k, j, (around - held) * (side * side * ratio))
-            before = w
-            w = following
-    even = 0.0
-    odd = 0.0
-    for s in range(strips):
-        j = EIGHT + EIGHT * s
-        even = max(even, largest(magnitude(load(series, 12, j))))
-        odd = max(odd, largest(magnitude(load(series, 13, j))))
-    even /= _FACTORIAL[12]
-    odd /= _FACTORIAL[13]
-    for s in range(strips):
-        j = EIGHT + EIGHT * s
-        bend = spread(_BEND_EVEN * even + _BEND_ODD * odd)
-        swing = spread(_SWING_EVEN * even + _SWING_ODD * odd)
-        for k in range(6, 14):
-            bend = fused(magnitude(load(series, k, j)), spread(k * (k - 1.0) * (k - 2.0)), bend)
-            after = magnitude(load(series, k + 1, j))
-            swing = fused(after, spread((k + 1.0) * k * (k - 1.0) * (k - 2.0)), swing)
-        store(series, BEND, j, bend)
-        store(series, SWING, j, swing)
-
-
-@inlined
 def _expand(cell, series, friction, first, strips):  # type: ignore[no-untyped-def]
-    """Fill the series of the window that begins in column `first` of `cell`.
+    """Fill value and first derivative of the window that begins in column `first` of `cell`.
 
     Returns whether a slider has started without any force beyond friction.
     """
@@ -187,38 +133,147 @@ def _expand(cell, series, friction, first, strips):  # type: ignore[no-untyped-d
     forceless = 0
     for s in range(strips):
         i = first + EIGHT * s
-        j = EIGHT + EIGHT * s
+        row = SERIES * s
         side = load(cell, SIDE, i)
+        stiffness = load(cell, STIFFNESS, i)
+        moves = side * side
+        rests = spread(1.0) - moves
         around = load(cell, X, i - 1) + load(cell, X, i + 1)
-        held = load(cell, STIFFNESS, i) * load(cell, X, i)
-        pull = load(cell, REST, i) + (around - held)
+        pull = load(cell, REST, i) + (around - stiffness * load(cell, X, i))
         push = side * pull - spread(friction)
         fresh = below(zero, load(cell, FRESH, i))
         push = choose(fresh, load(cell, DRIVE, i), push)
         forceless |= fresh & not_above(push, zero)
-        store(series, PULL, j, pull)
-        store(series, PUSH, j, push)
-        store(series, 0, j, side * load(cell, SPEED, i))
-        store(series, 1, j, side * push)
-    if strips == 1:
-        _differentiate_one(cell, series, first)
-    else:
-        _differentiate(cell, series, first, strips)
+        put(series, row + MOVES, moves)
+        put(series, row + RESTS, rests)
+        put(series, row + HOLDS, zero - moves * stiffness)
+        put(series, row, fused(rests, pull, side * load(cell, SPEED, i)))
+        put(series, row + 1, side * push)
     return forceless != 0
 
 
 @inlined
-def _neighbours(series, row, j, s, strips):  # type: ignore[no-untyped-def]
-    """Return a row of the window seen from the left and from the right neighbour's place."""
-    zero = spread(0.0)
-    here = load(series, row, j)
-    before = zero
-    if s > 0:
-        before = load(series, row, j - EIGHT)
-    following = zero
-    if s + 1 < strips:
-        following = load(series, row, j + EIGHT)
-    return from_left(before, here), from_right(here, following)
+def _differentiate_one(series, begin, end):  # type: ignore[no-untyped-def]
+    """Do what `_differentiate` does for a window of one strip, whose outer lanes are at rest."""
+    moves = take(series, MOVES)
+    rests = take(series, RESTS)
+    holds = take(series, HOLDS)
+    y = moves * take(series, begin)
+    after = take(series, begin + 1)
+    for k in range(begin + 1, end):
+        around = turned_right(y) + turned_left(y)
+        put(series, k, fused(rests, around, after))
+        new = fused(moves, around, holds * y)
+        y = after
+        after = new
+    put(series, end, after)
+
+
+@inlined
+def _differentiate_two(series, begin, end):  # type: ignore[no-untyped-def]
+    """Do what `_differentiate` does for a window of two strips, whose outer lanes are at rest."""
+    moves = take(series, MOVES)
+    rests = take(series, RESTS)
+    holds = take(series, HOLDS)
+    moves_2 = take(series, SERIES + MOVES)
+    rests_2 = take(series, SERIES + RESTS)
+    holds_2 = take(series, SERIES + HOLDS)
+    y = moves * take(series, begin)
+    y_2 = moves_2 * take(series, SERIES + begin)
+    after = take(series, begin + 1)
+    after_2 = take(series, SERIES + begin + 1)
+    for k in range(begin + 1, end):
+        around = from_left(y_2, y) + from_right(y, y_2)
+        around_2 = from_left(y, y_2) + from_right(y_2, y)
+        put(series, k, fused(rests, around, after))
+        put(series, SERIES + k, fused(rests_2, around_2, after_2))
+        new = fused(moves, around, holds * y)
+        new_2 = fused(moves_2, around_2, holds_2 * y_2)
+        y = after
+        y_2 = after_2
+        after = new
+        after_2 = new_2
+    put(series, end, after)
+    put(series, SERIES + end, after_2)
+
+
+@inlined
+def _one_order(series, strips, k):  # type: ignore[no-untyped-def]
+    """Complete row k + 1 of all strips and begin row k + 2."""
+    before = spread(0.0)
+    y = take(series, MOVES) * take(series, k)
+    for s in range(strips):
+        row = SERIES * s
+        following = spread(0.0)
+        if s + 1 < strips:
+            following = take(series, row + SERIES + MOVES) * take(series, row + SERIES + k)
+        around = from_left(before, y) + from_right(y, following)
+        after = take(series, row + k + 1)
+        put(series, row + k + 1, fused(take(series, row + RESTS), around, after))
+        held = take(series, row + HOLDS) * y
+        put(series, row + k + 2, fused(take(series, row + MOVES), around, held))
+        before = y
+        y = following
+
+
+@inlined
+def _two_orders(series, strips, k):  # type: ignore[no-untyped-def]
+    """Complete rows k + 1 and k + 2 of all strips and begin row k + 3."""
+    before = spread(0.0)
+    before_2 = before
+    y = take(series, MOVES) * take(series, k)
+    y_2 = take(series, k + 1)
+    for s in range(strips):
+        row = SERIES * s
+        following = spread(0.0)
+        following_2 = following
+        if s + 1 < strips:
+            following = take(series, row + SERIES + MOVES) * take(series, row + SERIES + k)
+            following_2 = take(series, row + SERIES + k + 1)
+        around = from_left(before, y) + from_right(y, following)
+        around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
+        moves = take(series, row + MOVES)
+        rests = take(series, row + RESTS)
+        holds = take(series, row + HOLDS)
+        put(series, row + k + 1, fused(rests, around, y_2))
+        after = fused(moves, around, holds * y)
+        put(series, row + k + 2, fused(rests, around_2, after))
+        put(series, row + k + 3, fused(moves, around_2, holds * y_2))
+        before = y
+        before_2 = y_2
+        y = following
+        y_2 = following_2
+
+
+@inlined
+def _differentiate(series, strips, begin, end):  # type: ignore[no-untyped-def]
+    """Complete the derivatives begin + 1 .. end - 1 of all margins.
+
+    Row `begin` is complete: it holds the movers' derivative of the velocity and, one order behind,
+    the derivative of the force on the sliders at rest. The row after the last complete one
+    holds the movers' part alone.
+    """
+    if strips == 1:
+        _differentiate_one(series, begin, end)
+    elif strips == 2:
+        _differentiate_two(series, begin, end)
+    else:
+        if (end - begin) % 2 == 0:
+            _one_order(series, strips, begin)
+            begin += 1
+        for k in range(begin, end - 1, 2):
+            _two_orders(series, strips, k)
+
+
+@inlined
+def _largest_late(series, strips):  # type: ignore[no-untyped-def]
+    """Return the largest derivatives of the orders 10 and 11 in the window."""
+    even = magnitude(take(series, _LANEWISE))
+    odd = magnitude(take(series, _LANEWISE + 1))
+    for s in range(1, strips):
+        even = larger(even, magnitude(take(series, SERIES * s + _LANEWISE)))
+        odd = larger(odd, magnitude(take(series, SERIES * s + _LANEWISE + 1)))
+    return largest(even), largest(odd)
 
 
 @inlined
@@ -231,40 +286,37 @@ def _watched(cell, i):  # type: ignore[no-untyped-def]
 
 @inlined
 def _candidate(cell, series, friction, first, strips):  # type: ignore[no-untyped-def]
-    """Return the lane whose margin seems to end first and when, from three coefficients each.
+    """Return the lane whose margin seems to end first and when, from three derivatives each.
 
     A guess that only costs time if it is wrong. Lane -1: none within the `HORIZON`.
     """
     zero = spread(0.0)
+    half = spread(0.5)
     best = HORIZON
     lane = -1
     for s in range(strips):
         i = first + EIGHT * s
-        j = EIGHT + EIGHT * s
+        row = SERIES * s
         side = load(cell, SIDE, i)
         resting = not_above(magnitude(side), zero)
-        left, right = _neighbours(series, 0, j, s, strips)
-        flow = left + right
-        left, right = _neighbours(series, 1, j, s, strips)
-        surge = (left + right) * spread(0.5)
-        # which threshold a resting slider is heading for
-        way = choose(below(flow + surge * spread(0.5), zero), spread(-1.0), spread(1.0))
-        threshold = load(cell, EXCESS, i) + spread(friction)
-        p0 = choose(resting, threshold - way * load(series, PULL, j), load(cell, SPEED, i))
-        p1 = choose(resting, zero - way * flow, load(series, PUSH, j))
-        p2 = choose(resting, zero - way * surge, side * load(series, 2, j))
+        c1 = take(series, row + 1)
+        c2 = take(series, row + 2)
+        # which end of its range it is heading for
+        heading = choose(below(c1 + c2 * half, zero), spread(-1.0), spread(1.0))
+        way = choose(resting, heading, zero - side)
+        edge = choose(resting, load(cell, EXCESS, i) + spread(friction), zero)
+        p0 = larger(edge - way * take(series, row), zero)
+        p1 = zero - way * c1
+        p2 = zero - way * (c2 * half)
         fresh = below(zero, load(cell, FRESH, i))
         p0 = choose(fresh, p1, p0)
         p1 = choose(fresh, p2, p1)
-        p2 = choose(fresh, side * load(series, 3, j), p2)
-        p0 = larger(p0, zero)
+        p2 = choose(fresh, zero - way * (take(series, row + 3) * spread(1.0 / 6.0)), p2)
         square = p1 * p1 - spread(4.0) * p2 * p0
         low = square_root(larger(square, zero)) - p1
         guess = (p0 + p0) / larger(low, spread(1e-300))
-        far = spread(2.0 * HORIZON)
-        guess = choose(below(square, zero), far, guess)
-        guess = choose(not_above(low, zero), far, guess)
-        guess = choose(_watched(cell, i), guess, far)
+        missed = below(square, zero) | not_above(low, zero)
+        guess = choose(missed, spread(2.0 * HORIZON), guess)
         soonest = least(guess)
         if soonest < best:
             best = soonest
@@ -273,76 +325,44 @@ def _candidate(cell, series, friction, first, strips):  # type: ignore[no-untype
 
 
 @inlined
-def _margin(cell, series, i, j, t):  # type: ignore[no-untyped-def]
-    """Return value and slope at t of the margin of one slider: column i of cell, j of series."""
-    side = cell[SIDE, i]
+def _margin(series, row, lane, orders, t):  # type: ignore[no-untyped-def]
+    """Return value and slope at t of the series of one slider."""
     u = t * t
     v = u * u
-    if side != 0.0:
-        # the orders 4 m + 0, 1, 2, 3 apart: four short chains of operations instead of a long one
-        p0 = p1 = p2 = p3 = 0.0
-        d0 = d1 = d2 = d3 = 0.0
-        for k in range(ORDERS - 4, -1, -4):
-            d0 = fused_scalar(d0, v, p0)
-            d1 = fused_scalar(d1, v, p1)
-            d2 = fused_scalar(d2, v, p2)
-            d3 = fused_scalar(d3, v, p3)
-            p0 = fused_scalar(p0, v, series[k, j])
-            p1 = fused_scalar(p1, v, series[k + 1, j])
-            p2 = fused_scalar(p2, v, series[k + 2, j])
-            p3 = fused_scalar(p3, v, series[k + 3, j])
-        even = fused_scalar(u, p2, p0)
-        odd = fused_scalar(u, p3, p1)
-        value = fused_scalar(t, odd, even)
-        within = fused_scalar(t, fused_scalar(u, d3, d1), fused_scalar(u, d2, d0))
-        slope = fused_scalar(4.0 * u * t, within, fused_scalar(2.0 * t, p2, p1))
-        slope = fused_scalar(3.0 * u, p3, slope)
-        return side * value, side * slope
-    # its own column is zero: it stands in for a neighbour that does not move
-    left = j - 1 if cell[SIDE, i - 1] != 0.0 else j
-    right = j + 1 if cell[SIDE, i + 1] != 0.0 else j
+    # the orders 4 m + 0, 1, 2, 3 apart: four short chains of operations instead of a long one
     p0 = p1 = p2 = p3 = 0.0
-    s0 = s1 = s2 = s3 = 0.0
-    for k in range(ORDERS - 4, -1, -4):
-        term = series[k, left] + series[k, right]
-        p0 = fused_scalar(p0, v, term)
-        s0 = fused_scalar(s0, v, term * _INVERSE[k])
-        term = series[k + 1, left] + series[k + 1, right]
-        p1 = fused_scalar(p1, v, term)
-        s1 = fused_scalar(s1, v, term * _INVERSE[k + 1])
-        term = series[k + 2, left] + series[k + 2, right]
-        p2 = fused_scalar(p2, v, term)
-        s2 = fused_scalar(s2, v, term * _INVERSE[k + 2])
-        term = series[k + 3, left] + series[k + 3, right]
-        p3 = fused_scalar(p3, v, term)
-        s3 = fused_scalar(s3, v, term * _INVERSE[k + 3])
-    slope = fused_scalar(t, fused_scalar(u, p3, p1), fused_scalar(u, p2, p0))
-    moved = t * fused_scalar(t, fused_scalar(u, s3, s1), fused_scalar(u, s2, s0))
-    return series[PULL, j] + moved, slope
-
-
-@compiled
-def _bend_between(cell, series, i, j, t):  # type: ignore[no-untyped-def]
-    """Return a bound of the fourth derivative on [0, t] of the force on a resting slider.
-
-    Its neighbours are added before the bound is taken: opposite motions cancel.
-    """
-    left = j - 1 if cell[SIDE, i - 1] != 0.0 else j
-    right = j + 1 if cell[SIDE, i + 1] != 0.0 else j
-    # orders beyond the series: less than 0.01 of its last two terms, each slider for itself
-    bend = 0.0
-    for k in range(ORDERS - 2, ORDERS):
-        bend += 0.02 * _THIRD[k] * (abs(series[k, left]) + abs(series[k, right]))
-    for k in range(ORDERS - 1, 2, -1):
-        bend = bend * t + _THIRD[k] * abs(series[k, left] + series[k, right])
-    return bend
-
-
-@inlined
-def _swing_of(series, j, t):  # type: ignore[no-untyped-def]
-    """Return a bound of the fourth derivative of the velocity in column j on [0, t]."""
-    tail = 360.0 * abs(series[6, j]) + t * series[SWING, j]
-    return 24.0 * abs(series[4, j]) + t * (120.0 * abs(series[5, j]) + t * tail)
+    d0 = d1 = d2 = d3 = 0.0
+    for k in range(orders - 4, 3, -4):
+        c0 = element(series, row + k, lane)
+        c1 = element(series, row + k + 1, lane)
+        c2 = element(series, row + k + 2, lane)
+        c3 = element(series, row + k + 3, lane)
+        after = v * element(_STRIDE, 0, k + 3)
+        p2 = fused_scalar(p2, after, c2)
+        d3 = fused_scalar(d3, after, c3)
+        p3 = fused_scalar(p3, v * element(_STRIDE, 0, k + 4), c3)
+        after = v * element(_STRIDE, 0, k + 2)
+        p1 = fused_scalar(p1, after, c1)
+        d2 = fused_scalar(d2, after, c2)
+        after = v * element(_STRIDE, 0, k + 1)
+        p0 = fused_scalar(p0, after, c0)
+        d1 = fused_scalar(d1, after, c1)
+        d0 = fused_scalar(d0, v * element(_STRIDE, 0, k), c0)
+    c1 = element(series, row + 1, lane)
+    c2 = element(series, row + 2, lane)
+    c3 = element(series, row + 3, lane)
+    p0 = fused_scalar(p0, v * element(_STRIDE, 0, 1), element(series, row, lane))
+    p1 = fused_scalar(p1, v * element(_STRIDE, 0, 2), c1)
+    p2 = fused_scalar(p2, v * element(_STRIDE, 0, 3), c2)
+    p3 = fused_scalar(p3, v * element(_STRIDE, 0, 4), c3)
+    d1 = fused_scalar(d1, v * element(_STRIDE, 0, 1), c1)
+    d2 = fused_scalar(d2, v * element(_STRIDE, 0, 2), c2)
+    d3 = fused_scalar(d3, v * element(_STRIDE, 0, 3), c3)
+    second = 0.5 * u
+    third = u * (1.0 / 6.0)
+    value = fused_scalar(t, fused_scalar(third, p3, p1), fused_scalar(second, p2, p0))
+    slope = fused_scalar(t, fused_scalar(third, d0, d2), fused_scalar(second, d3, d1))
+    return value, slope
 
 
 @inlined
@@ -368,20 +388,14 @@ def _clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):  # type:
 
 
 @inlined
-def _at_both_ends(cell, series, i, j):  # type: ignore[no-untyped-def]
+def _at_both_ends(series, row, lane):  # type: ignore[no-untyped-def]
     """Return value and slope of one margin at the beginning and the end of the step."""
-    side = cell[SIDE, i]
-    # a column at rest is zero: it stands in for a neighbour outside the window
-    left = j - 1 if side != 0.0 or cell[SIDE, i - 1] != 0.0 else j
-    right = j + 1 if side != 0.0 or cell[SIDE, i + 1] != 0.0 else j
-    around = series[MOVED, left] + series[MOVED, right]
-    if side != 0.0:
-        push = series[PUSH, j]
-        turned = push + side * (around - cell[STIFFNESS, i] * series[MOVED, j])
-        return cell[SPEED, i], push, side * series[RUNNING, j], turned
-    pull = series[PULL, j]
-    flow = series[0, left] + series[0, right]
-    return pull, flow, pull + around, series[RUNNING, left] + series[RUNNING, right]
+    return (
+        element(series, row, lane),
+        element(series, row + 1, lane),
+        element(series, row + AT_END, lane),
+        element(series, row + SLOPE_AT_END, lane),
+    )
 
 
 @inlined
@@ -412,21 +426,20 @@ def _doubt(cell, whole, i):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # type: ignore[no-untyped-def]
+def _first_crossing(  # type: ignore[no-untyped-def]
+    cell, series, real, whole, i, row, lane, orders, upper, t
+):
     """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
 
-    `evaluated`: the series' rows at the end of the step hold the values at t. Newton steps and
+    The series' rows at the end of the step hold the values at t. Newton steps and
     bisection, with a certificate for every piece left behind. What is neither
     clear nor crossed when it is as short as a rounding error is a graze: undecided, no crossing.
     """
     moving = cell[SIDE, i] != 0.0
     side = -1.0 if upper else 1.0
     threshold = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
-    bend = _swing_of(series, j, t) if moving else _bend_between(cell, series, i, j, t)
-    at_a, slope_a, at_b, slope_b = _at_both_ends(cell, series, i, j)
-    if not evaluated:
-        at_b, slope_b = _margin(cell, series, i, j, t)
-        whole[ROOTS] += 1
+    at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
+    bend = series[row + BENT, lane]
     bound = _rounding(cell, real, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
@@ -437,9 +450,9 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
         # exactly at its threshold: it starts at once if it is pushed outwards
         _doubt(cell, whole, i)
         lead = slope_a
-        for k in range(1, 3):
+        for k in range(2, 4):
             if lead == 0.0 and not moving:
-                lead = side * (series[k, j - 1] + series[k, j + 1])
+                lead = side * series[row + k, lane]
         if lead < 0.0:
             return 0.0
         begins = True
@@ -449,7 +462,7 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
     crossed = False
     for _ in range(_MOST_PIECES):
         if b != t:
-            at_b, slope_b = _margin(cell, series, i, j, b)
+            at_b, slope_b = _margin(series, row, lane, orders, b)
             whole[ROOTS] += 1
         else:
             at_b = at_t
@@ -502,117 +515,140 @@ def _first_crossing(cell, series, real, whole, i, j, upper, t, evaluated):  # ty
 
 
 @inlined
-def _refine(cell, series, real, whole, i, j, t):  # type: ignore[no-untyped-def]
-    """Return the root near t of one margin by Newton's method, inf if it strays."""
-    moving = cell[SIDE, i] != 0.0
-    threshold = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
-    before = 0.0
-    step = 0.0
-    for turn in range(12):
-        value, slope = _margin(cell, series, i, j, t)
+def _refine(cell, series, real, whole, i, row, lane, orders, t):  # type: ignore[no-untyped-def]
+    """Return the root near t of one margin by Halley's method, inf if it strays."""
+    side = cell[SIDE, i]
+    threshold = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
+    at_0 = element(series, row, lane)
+    slope_0 = element(series, row + 1, lane)
+    curve_0 = element(series, row + 2, lane)
+    for _ in range(12):
+        value, slope = _margin(series, row, lane, orders, t)
         whole[ROOTS] += 1
-        if not moving:
-            if slope >= 0.0:
-                value = threshold - value
-                slope = -slope
-            else:
-                value = threshold + value
+        # the polynomial of degree four through the values, slopes and the curvature at 0
+        turned = t * (slope - slope_0 - t * curve_0)
+        bowed = value - at_0 - t * (slope_0 + 0.5 * t * curve_0)
+        curve = curve_0 * (t * t) + 6.0 * (turned - 2.0 * bowed)  # times t**2
+        # the distance from the end of the range that it is heading for
+        inward = side
+        if side == 0.0:
+            inward = -1.0 if slope >= 0.0 else 1.0
+        value = fused_scalar(inward, value, threshold)
+        slope *= inward * t
+        curve *= inward
         if slope >= 0.0:
             return np.inf
-        # this step misses by step**2 times half the curvature, which the last two slopes give, over
-        # the slope; all divisions are multiplied out
-        turned = abs(slope - before)
-        before = slope
-        last = abs(step)
-        step = value / slope
-        t -= step
+        # in units of t; all divisions are multiplied out
+        lever = slope * slope - 0.5 * value * curve
+        if lever <= 0.0:
+            return np.inf
+        step = value * slope / lever
+        t -= t * step
         if not (t > 0.0 and t <= HORIZON):
             return np.inf
-        small = 0.25 * ULP * t
-        square = step * step
-        if square <= small * t and (
-            (turn > 0 and square * turned <= small * last * abs(slope)) or square <= 4.0 * small**2
-        ):
+        # what it misses by is of the third order in the step
+        if abs(step * step * step) * (curve * curve + slope * slope) <= _MISS * (slope * slope):
             return t
     return np.inf
 
 
 @inlined
-def _evaluate(series, strips, t):  # type: ignore[no-untyped-def]
-    """Fill displacements and velocities of the window at t."""
-    u = spread(t * t)
+def _evaluate(series, strips, orders, even_tail, odd_tail, t):  # type: ignore[no-untyped-def]
+    """Fill displacements, margins and slopes at t, and bounds of fourth derivatives until then.
+
+    `even_tail`, `odd_tail` are the largest derivatives of the orders 10 and 11 in the window. Two
+    more orders multiply a mover's by at most 4, the norm of K; a force at rest has at most
+    twice its neighbours' of the order before. The sum of all terms from there on is their
+    first ones times less than 1.1 and 1.4.
+    """
+    u = t * t
     at = spread(t)
-    for s in range(strips):
-        j = EIGHT + EIGHT * s
-        even = load(series, ORDERS - 2, j)
-        odd = load(series, ORDERS - 1, j)
-        even_sum = even * spread(_INVERSE[ORDERS - 2])
-        odd_sum = odd * spread(_INVERSE[ORDERS - 1])
-        for k in range(ORDERS - 4, -1, -2):
-            term = load(series, k, j)
-            even = fused(even, u, term)
-            even_sum = fused(even_sum, u, term * spread(_INVERSE[k]))
-            term = load(series, k + 1, j)
-            odd = fused(odd, u, term)
-            odd_sum = fused(odd_sum, u, term * spread(_INVERSE[k + 1]))
-        store(series, RUNNING, j, fused(at, odd, even))
-        store(series, MOVED, j, at * fused(at, odd_sum, even_sum))
-        tail = spread(60.0) * magnitude(load(series, 5, j)) + at * load(series, BEND, j)
-        tail = spread(24.0) * magnitude(load(series, 4, j)) + at * tail
-        store(series, BENT, j, spread(6.0) * magnitude(load(series, 3, j)) + at * tail)
+    ladder = series.shape[0] - LADDER
+    for k in range(LADDER):
+        put(series, ladder + k, spread(u) * take(_STEP, k))
+    zero = spread(0.0)
+    tail = spread(u * u * u * (even_tail * _EVEN_TAIL + t * odd_tail * _ODD_TAIL))
+    # movers' displacements and velocities of the strip before and of the one being finished
+    before = moved = zero
+    running_before = running = zero
+    for s in range(strips + 1):
+        following = zero
+        running_following = zero
+        if s < strips:
+            row = SERIES * s
+            even = odd = even_sum = odd_sum = zero
+            for k in range(orders - 2, -1, -2):
+                term = take(series, row + k + 1)
+                step = everywhere(series, ladder, k + 2)
+                odd = fused(odd, step, term)
+                odd_sum = fused(odd_sum, everywhere(series, ladder, k + 3), term)
+                term = take(series, row + k)
+                even = fused(even, everywhere(series, ladder, k + 1), term)
+                even_sum = fused(even_sum, step, term)
+            value = fused(at, odd, even)
+            moves = take(series, row + MOVES)
+            following = moves * (at * fused(at * spread(0.5), odd_sum, even_sum))
+            running_following = moves * value
+            put(series, row + AT_END, value)
+            put(series, row + MOVED, following)
+            bent = magnitude(take(series, row + 9))
+            bent = fused(bent, spread(t * (1.0 / 5.0)), magnitude(take(series, row + 8)))
+            bent = fused(bent, spread(t * (1.0 / 4.0)), magnitude(take(series, row + 7)))
+            bent = fused(bent, spread(t * (1.0 / 3.0)), magnitude(take(series, row + 6)))
+            bent = fused(bent, spread(t * (1.0 / 2.0)), magnitude(take(series, row + 5)))
+            bent = fused(bent, at, magnitude(take(series, row + 4)))
+            put(series, row + BENT, bent + tail)
+        if s > 0:
+            row = SERIES * (s - 1)
+            around = from_left(before, moved) + from_right(moved, following)
+            flow = from_left(running_before, running) + from_right(running, running_following)
+            moves = take(series, row + MOVES)
+            held = take(series, row + HOLDS) * moved
+            push = fused(moves, around + take(series, row + 1), held)
+            put(series, row + SLOPE_AT_END, fused(take(series, row + RESTS), flow, push))
+        before = moved
+        moved = following
+        running_before = running
+        running = running_following
 
 
 @inlined
-def _suspects(cell, series, friction, first, s, strips, t):  # type: ignore[no-untyped-def]
+def _suspects(cell, series, friction, first, s, t):  # type: ignore[no-untyped-def]
     """Return the masks of the lanes of one strip not proved to stay in range on (0, t].
 
     The first mask is for the lower end of the range, the second for the upper.
     """
     zero = spread(0.0)
     i = first + EIGHT * s
-    j = EIGHT + EIGHT * s
+    row = SERIES * s
     side = load(cell, SIDE, i)
     resting = not_above(magnitude(side), zero)
-    flow_left, flow_right = _neighbours(series, 0, j, s, strips)
-    run_left, run_right = _neighbours(series, RUNNING, j, s, strips)
-    left, right = _neighbours(series, MOVED, j, s, strips)
-    bent_left, bent_right = _neighbours(series, BENT, j, s, strips)
-    around = left + right
-    pull = load(series, PULL, j)
-    push = load(series, PUSH, j)
-    moved = load(series, MOVED, j)
     at = spread(t)
-    third = spread(t / 3.0)
-    g0 = choose(resting, pull, load(cell, SPEED, i))
-    slope0 = choose(resting, flow_left + flow_right, push)
-    g1 = choose(resting, pull + around, side * load(series, RUNNING, j))
-    slope1 = choose(
-        resting,
-        run_left + run_right,
-        push + side * (around - load(cell, STIFFNESS, i) * moved),
-    )
-    tail = spread(360.0) * magnitude(load(series, 6, j)) + at * load(series, SWING, j)
-    tail = spread(120.0) * magnitude(load(series, 5, j)) + at * tail
-    swing = spread(24.0) * magnitude(load(series, 4, j)) + at * tail
-    rest = choose(resting, bent_left + bent_right, swing) * spread(t * t * t * t / 144.0)
-    b1 = g0 + third * slope0
+    third = spread(t * (1.0 / 3.0))
+    g0 = take(series, row)
+    slope0 = take(series, row + 1)
+    g1 = take(series, row + AT_END)
+    slope1 = take(series, row + SLOPE_AT_END)
+    rest = take(series, row + BENT) * spread(t * t * t * t * (1.0 / 144.0))
+    b1 = fused(third, slope0, g0)
     b2 = g1 - third * slope1
     quarter = spread(0.25)
     three = spread(3.0)
-    q1 = quarter * (g0 + three * b1)
+    q1 = quarter * fused(three, b1, g0)
     q2 = spread(0.5) * (b1 + b2)
-    q3 = quarter * (three * b2 + g1)
+    q3 = quarter * fused(three, b2, g1)
     low = smaller(smaller(q1, q2 - rest), smaller(q3, g1))
     high = larger(larger(q1, q2 + rest), larger(q3, g1))
     fresh = below(zero, load(cell, FRESH, i))
     low = smaller(low, choose(fresh, low, g0))
-    high = larger(high, g0)
+    high = larger(high, choose(fresh, high, g0))
     threshold = load(cell, EXCESS, i) + spread(friction)
     scale = magnitude(g0) + magnitude(g1) + at * (magnitude(slope0) + magnitude(slope1))
     scale = scale + choose(resting, threshold + spread(friction), spread(t * friction))
     bound = spread(16.0 * ULP) * scale
-    floor = choose(resting, threshold, zero)
-    ceiling = choose(resting, threshold, spread(NEVER))
+    never = spread(NEVER)
+    floor = choose(resting, threshold, choose(below(side, zero), never, zero))
+    ceiling = choose(resting, threshold, choose(below(zero, side), never, zero))
     watched = _watched(cell, i)
     lower = not_above(low + floor, bound) & watched
     upper = not_above(ceiling - high, bound) & watched
@@ -630,10 +666,11 @@ def _tangential(cell, count, series, first, last):  # type: ignore[no-untyped-de
     for i in range(first, last + 1):
         if cell[SIDE, i] == 0.0 or cell[FRESH, i] == 0.0 or cell[DRIVE, i] > 0.0:
             continue
+        row = SERIES * ((i - first) // EIGHT)
         lead = 0.0
         for k in range(2, ORDERS):
             if lead == 0.0:
-                lead = series[k, EIGHT + i - first]
+                lead = series[row + k, (i - first) % EIGHT]
         if lead * cell[SIDE, i] <= 0.0:
             count[EVENT, events] = i
             events += 1
@@ -652,21 +689,22 @@ def _together(cell, count, series, real, whole, first, contenders, t):  # type: 
         events = 0
         for k in range(contenders):
             i = count[EVENT, k]
-            j = EIGHT + i - first
-            at_0, slope_0, at_1, slope_1 = _at_both_ends(cell, series, i, j)
+            row = SERIES * ((i - first) // EIGHT)
+            lane = (i - first) % EIGHT
+            at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, lane)
             off = abs(at_1)
-            leaves = slope_1 < 0.0
+            outward = -cell[SIDE, i] * slope_1
             if cell[SIDE, i] == 0.0:
                 off = abs(off - (real[FRICTION] + cell[EXCESS, i]))
-                leaves = slope_1 * at_1 > 0.0
+                outward = slope_1 if at_1 > 0.0 else -slope_1
+            found = series[row + CROSSING, lane] == t
             if turn == 0:
-                if series[CROSSING, j] == t:
+                if found:
                     missed = max(missed, off)
                 continue
             bound = _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
             near = off <= max(missed, bound)
-            leaves = leaves and _falls(-abs(slope_1), bound)
-            known = not (leaves or series[CROSSING, j] == t)
+            known = not (found or _falls(-outward, bound))
             for earlier in range(events):
                 known = known or count[EVENT, earlier] == i
             if near and not known:
@@ -677,7 +715,9 @@ def _together(cell, count, series, real, whole, first, contenders, t):  # type: 
 
 
 @inlined
-def _own_root(cell, series, real, i, lane, strips, t):  # type: ignore[no-untyped-def]
+def _own_root(  # type: ignore[no-untyped-def]
+    cell, series, real, i, lane, strips, orders, even_tail, odd_tail, t
+):
     """Polish the root of the candidate, and certify its own margin before it.
 
     Returns
@@ -691,27 +731,26 @@ def _own_root(cell, series, real, i, lane, strips, t):  # type: ignore[no-untype
     proved : bool
         Whether the margin stays in its range until t, and leaves it there.
     """
-    j = EIGHT + lane
-    moving = cell[SIDE, i] != 0.0
-    limit = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
+    row = SERIES * (lane // EIGHT)
+    j = lane % EIGHT
+    side = cell[SIDE, i]
+    limit = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
     for turn in range(_POLISH + 1):
-        at_0, slope_0, at_1, slope_1 = _at_both_ends(cell, series, i, j)
+        at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
         bound = _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
-        outward = -1.0 if moving or slope_1 < 0.0 else 1.0
+        outward = -side
+        if side == 0.0:
+            outward = 1.0 if slope_1 >= 0.0 else -1.0
         off = at_1 - outward * limit
         # the root must hold within its rounding bound, or a tie with it would go unseen
         if abs(off) <= 0.5 * bound or slope_1 == 0.0 or turn == _POLISH:
             break
-        t = min(max(t - off / slope_1, 0.0), HORIZON)
-        _evaluate(series, strips, t)
-    if moving:
-        bend = _swing_of(series, j, t)
-    else:
-        bend = series[BENT, j - 1] * abs(cell[SIDE, i - 1])
-        bend += series[BENT, j + 1] * abs(cell[SIDE, i + 1])
+        t = min(max(t - off / slope_1, 0.0), _REACH[orders])
+        _evaluate(series, strips, orders, even_tail, odd_tail, t)
     fresh = cell[FRESH, i] != 0.0
     room = limit - outward * at_0
     holds = abs(off) <= bound and _falls(-outward * slope_1, bound)
+    bend = series[row + BENT, j]
     proved = (
         holds
         and (fresh or room > bound)
@@ -737,35 +776,50 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
     friction = real[FRICTION]
     strips = (last - first + EIGHT) // EIGHT
     whole[STEPS] += 1
-    if _expand(cell, series, friction, first, strips):
+    forceless = _expand(cell, series, friction, first, strips)
+    orders = ORDERS if forceless else _SHORTEST
+    _differentiate(series, strips, 0, orders)
+    if forceless:
         events = _tangential(cell, count, series, first, last)
         if events > 0:
             return 0.0, events, 0.0
     lane, t = _candidate(cell, series, friction, first, strips)
-    if lane >= 0:
-        t = _refine(cell, series, real, whole, first + lane, EIGHT + lane, t)
+    while True:
+        wanted = orders
+        while t > _REACH[wanted]:
+            wanted += _LONGER
+        if wanted > orders:
+            _differentiate(series, strips, orders - 1, wanted)
+            orders = wanted
+        if lane < 0:
+            break
+        row = SERIES * (lane // EIGHT)
+        t = _refine(cell, series, real, whole, first + lane, row, lane % EIGHT, orders, t)
         if t > HORIZON:
             lane = -1
             t = HORIZON
-    _evaluate(series, strips, t)
+        elif t <= _REACH[orders]:
+            break
+    even_tail, odd_tail = _largest_late(series, strips)
+    _evaluate(series, strips, orders, even_tail, odd_tail, t)
     events = 0
     residual = 0.0
     proved = False
     outward = 1.0
     if lane >= 0:
         t, residual, outward, holds, proved = _own_root(
-            cell, series, real, first + lane, lane, strips, t
+            cell, series, real, first + lane, lane, strips, orders, even_tail, odd_tail, t
         )
         if holds:
             events = 1
             count[EVENT, 0] = first + lane
-            series[CROSSING, EIGHT + lane] = t
-    evaluated = t
+            series[SERIES * (lane // EIGHT) + CROSSING, lane % EIGHT] = t
+    evaluated = t  # all look for their crossing until here: their order must not matter
     found = events > 0
     rivals = 0
     for s in range(strips):
         whole[TESTS] += 1
-        lower, upper = _suspects(cell, series, friction, first, s, strips, evaluated)
+        lower, upper = _suspects(cell, series, friction, first, s, evaluated)
         if proved and lane // EIGHT == s:
             own = np.int64(1) << (lane % EIGHT)
             if outward > 0.0:
@@ -777,39 +831,39 @@ def step(cell, count, series, real, whole, first, last):  # type: ignore[no-unty
             bit = lowest_bit(suspects)
             suspects &= suspects - 1
             i = first + EIGHT * s + bit
-            j = EIGHT + EIGHT * s + bit
+            row = SERIES * s
             rivals += 1
             for side in range(2):
                 if ((upper if side == 1 else lower) >> bit) & 1 == 0:
                     continue
                 crossing = _first_crossing(
-                    cell, series, real, whole, i, j, side == 1, t, t == evaluated
+                    cell, series, real, whole, i, row, bit, orders, side == 1, evaluated
                 )
                 if events == 0 or count[EVENT, events - 1] != i:
                     count[EVENT, events] = i
                     events += 1
-                    series[CROSSING, j] = np.inf
+                    series[row + CROSSING, bit] = np.inf
                 if crossing <= t:
-                    series[CROSSING, j] = crossing
+                    series[row + CROSSING, bit] = crossing
                     found = True
                     t = crossing
     if t != evaluated:
-        _evaluate(series, strips, t)
+        _evaluate(series, strips, orders, even_tail, odd_tail, t)
     if rivals > 0:
         events = _together(cell, count, series, real, whole, first, events, t) if found else 0
         residual = 0.0
         for k in range(events):
             i = count[EVENT, k]
-            _, _, value, _ = _at_both_ends(cell, series, i, EIGHT + i - first)
+            value = series[SERIES * ((i - first) // EIGHT) + AT_END, (i - first) % EIGHT]
             if cell[SIDE, i] == 0.0:
                 value = abs(value) - (friction + cell[EXCESS, i])
             residual = max(residual, abs(value))
     for s in range(strips):
         i = first + EIGHT * s
-        j = EIGHT + EIGHT * s
+        row = SERIES * s
         side = load(cell, SIDE, i)
-        store(cell, X, i, load(cell, X, i) + load(series, MOVED, j))
-        store(cell, SPEED, i, larger(side * load(series, RUNNING, j), spread(0.0)))
+        store(cell, X, i, load(cell, X, i) + take(series, row + MOVED))
+        store(cell, SPEED, i, larger(side * take(series, row + AT_END), spread(0.0)))
         if t > 0.0:
             store(cell, FRESH, i, spread(0.0))
     return t, events, residual

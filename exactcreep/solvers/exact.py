@@ -159,7 +159,7 @@ def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
         cell=_table(layout.CELLS, m),
         tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
         deviate=_table(m, BATCH),
-        series=_table(layout.SERIES, m + 16),
+        series=_table(layout.SERIES * (m // 8) + layout.LADDER, 8),
         real=real,
         whole=whole,
         log=np.zeros((capacity, layout.LOG_COLUMNS)),

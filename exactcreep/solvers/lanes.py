@@ -103,6 +103,65 @@ def store(typing_context: Any, array: Any, row: Any, column: Any, value: Any) ->
     return types.none(array, row, column, lanes), generate
 
 
+def _in_row(context: Any, builder: Any, kind: Any, array: Any, row: Any, lane: Any) -> Any:
+    """Return the address of array[row, lane] of a C-ordered array of shape (..., 8)."""
+    data = context.make_array(kind)(context, builder, array).data
+    first = builder.mul(row, ir.Constant(row.type, WIDTH))
+    return builder.gep(data, [first if lane is None else builder.add(first, lane)])
+
+
+@intrinsic
+def take(typing_context: Any, array: Any, row: Any) -> Any:
+    """Return array[row] of an array of shape (..., 8)."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        row = context.cast(builder, arguments[1], signature.args[1], types.intp)
+        address = _in_row(context, builder, signature.args[0], arguments[0], row, None)
+        return builder.load(builder.bitcast(address, _VECTOR.as_pointer()), align=8)
+
+    return lanes(array, row), generate
+
+
+@intrinsic
+def put(typing_context: Any, array: Any, row: Any, value: Any) -> Any:
+    """Set array[row] of an array of shape (..., 8) to `value`."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        row = context.cast(builder, arguments[1], signature.args[1], types.intp)
+        address = _in_row(context, builder, signature.args[0], arguments[0], row, None)
+        builder.store(arguments[2], builder.bitcast(address, _VECTOR.as_pointer()), align=8)
+        return context.get_dummy_value()
+
+    return types.none(array, row, lanes), generate
+
+
+@intrinsic
+def element(typing_context: Any, array: Any, row: Any, lane: Any) -> Any:
+    """Return array[row, lane] of an array of shape (..., 8); neither index is negative."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        row = context.cast(builder, arguments[1], signature.args[1], types.intp)
+        lane = context.cast(builder, arguments[2], signature.args[2], types.intp)
+        return builder.load(
+            _in_row(context, builder, signature.args[0], arguments[0], row, lane), align=8
+        )
+
+    return types.float64(array, row, lane), generate
+
+
+@intrinsic
+def everywhere(typing_context: Any, array: Any, row: Any, lane: Any) -> Any:
+    """Return a vector whose lanes all hold array[row, lane] of an array of shape (..., 8)."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        row = context.cast(builder, arguments[1], signature.args[1], types.intp)
+        lane = context.cast(builder, arguments[2], signature.args[2], types.intp)
+        address = _in_row(context, builder, signature.args[0], arguments[0], row, lane)
+        return _spread(builder, builder.load(address, align=8))
+
+    return lanes(array, row, lane), generate
+
+
 @intrinsic
 def spread(typing_context: Any, value: Any) -> Any:
     """Return a vector whose lanes all hold `value`."""
@@ -147,6 +206,19 @@ def _vector_call(name: str) -> Callable[[Any, list[Any]], Any]:
     )
 
 
+def _reduced(name: str) -> Callable[[Any, list[Any]], Any]:
+    """Return a reduction that need not look for lanes that are not numbers."""
+
+    def emit(builder: Any, arguments: list[Any]) -> Any:
+        kind = ir.FunctionType(ir.DoubleType(), [_VECTOR])
+        function = cgutils.get_or_insert_function(
+            builder.module, kind, f"llvm.vector.reduce.{name}.v{WIDTH}f64"
+        )
+        return builder.call(function, arguments, fastmath=("nnan",))
+
+    return emit
+
+
 def _shuffled(order: list[int]) -> Callable[[Any, list[Any]], Any]:
     indices = ir.Constant(_INDICES, order)
     return lambda builder, arguments: builder.shuffle_vector(*arguments, indices)
@@ -163,26 +235,18 @@ magnitude = _operation(_vector_call("fabs"), 1, lanes)
 """|a|."""
 square_root = _operation(_vector_call("sqrt"), 1, lanes)
 """sqrt(a), NaN where a < 0."""
-smaller = _operation(_vector_call("minnum"), 2, lanes)
-"""The smaller of a and b in each lane."""
-larger = _operation(_vector_call("maxnum"), 2, lanes)
-"""The larger of a and b in each lane."""
-least = _operation(
-    lambda builder, v: _called(
-        builder, f"llvm.vector.reduce.fmin.v{WIDTH}f64", ir.DoubleType(), v
-    ),
-    1,
-    types.float64,
+smaller = _operation(
+    lambda builder, v: builder.select(builder.fcmp_ordered("<", *v), *v), 2, lanes
 )
-"""The smallest of the lanes of a."""
-largest = _operation(
-    lambda builder, v: _called(
-        builder, f"llvm.vector.reduce.fmax.v{WIDTH}f64", ir.DoubleType(), v
-    ),
-    1,
-    types.float64,
+"""The smaller of a and b in each lane, b where a is not a number."""
+larger = _operation(
+    lambda builder, v: builder.select(builder.fcmp_ordered(">", *v), *v), 2, lanes
 )
-"""The largest of the lanes of a."""
+"""The larger of a and b in each lane, b where a is not a number."""
+least = _operation(_reduced("fmin"), 1, types.float64)
+"""The smallest of the lanes of a, all of which are numbers."""
+largest = _operation(_reduced("fmax"), 1, types.float64)
+"""The largest of the lanes of a, all of which are numbers."""
 from_left = _operation(_shuffled([WIDTH - 1, *range(WIDTH, 2 * WIDTH - 1)]), 2, lanes)
 """from_left(previous, a): lane j holds lane j - 1 of a, lane 0 the last lane of `previous`."""
 from_right = _operation(_shuffled([*range(1, WIDTH), WIDTH]), 2, lanes)

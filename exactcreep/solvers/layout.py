@@ -1,8 +1,8 @@
 """Where the compiled exact solver keeps what: the rows of its arrays and the cells of its scalars.
 
 The loop works on seven arrays that Python owns: `cell` and `count` (one column for each slider),
-`deviate` (one row for each slider: the batch that holds its next draw), `series` (one column for
-each slider of the window that moves), `real`, `whole` and `log`.
+`deviate` (one row for each slider: the batch that holds its next draw), `series` (`SERIES` rows of
+eight lanes for each strip of eight sliders of the window that moves), `real`, `whole` and `log`.
 """
 
 from __future__ import annotations
@@ -62,18 +62,20 @@ CELLS = 14
 DRAWS, SLIPS, EVENT = range(3)
 COUNTS = 3
 
-# rows of `series`, float64: first the `ORDERS` Taylor coefficients of the velocities, then
+# rows of each strip of `series`, float64: first the derivatives 0 .. ORDERS of the margins, then
 (
-    PULL,  # force
-    PUSH,  # force minus friction along the motion
-    BEND,  # tail of a bound of the fourth derivative of the displacement
-    SWING,  # tail of a bound of the fourth derivative of the velocity
-    MOVED,  # displacement at the end of the step
-    RUNNING,  # velocity at the end of the step
-    BENT,  # bound of the fourth derivative of the displacement during the step
+    AT_END,  # margins at the end of the step
+    SLOPE_AT_END,
+    MOVED,  # the movers' displacements during the step
+    BENT,  # bounds of their fourth derivatives during the step
     CROSSING,  # when the margin was found to leave its range
-) = range(ORDERS, ORDERS + 8)
-SERIES = ORDERS + 8
+    MOVES,  # 1 for a mover, else 0
+    RESTS,  # 1 for a slider at rest, else 0
+    HOLDS,  # minus the stiffness for a mover, else 0
+) = range(ORDERS + 1, ORDERS + 9)
+SERIES = ORDERS + 9
+LADDER = (ORDERS + 9) // 8
+"""Rows after those of all strips: the factors between a series' terms at the end of a step."""
 
 # cells of `real`, float64
 (

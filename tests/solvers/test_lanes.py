@@ -19,6 +19,8 @@ from exactcreep.solvers.lanes import (
     WIDTH,
     below,
     choose,
+    element,
+    everywhere,
     from_left,
     from_right,
     fused,
@@ -30,10 +32,14 @@ from exactcreep.solvers.lanes import (
     lowest_bit,
     magnitude,
     not_above,
+    put,
     smaller,
     spread,
     square_root,
     store,
+    take,
+    turned_left,
+    turned_right,
 )
 
 CHECKOUT = Path(__file__).parents[2]
@@ -151,20 +157,18 @@ def test_magnitude_and_square_root_are_those_of_ieee_in_every_lane(outcome):
 
 
 def test_smaller_and_larger_choose_in_every_lane(outcome):
-    # of zeros of two signs either may be chosen: compared as numbers
-    for row, expected in ((SMALLER, np.fmin(A, B)), (LARGER, np.fmax(A, B))):
-        found = outcome[0][row]
-        assert np.array_equal(found, expected, equal_nan=True)
-        zero = expected == 0
-        assert same_bits(found[~zero], expected[~zero])
+    assert same_bits(outcome[0][SMALLER], np.where(A < B, A, B))
+    assert same_bits(outcome[0][LARGER], np.where(A > B, A, B))
 
 
 def test_least_and_largest_are_found_in_whichever_lane_they_stand(outcome):
     strips = A.reshape(STRIPS, EIGHT)
-    assert np.array_equal(outcome[1][LEAST], np.fmin.reduce(strips, axis=1), equal_nan=True)
-    assert np.array_equal(outcome[1][LARGEST], np.fmax.reduce(strips, axis=1), equal_nan=True)
-    places = {int(np.nanargmin(row)) for row in strips if not np.isnan(row).all()}
-    assert places == set(range(EIGHT))
+    numbers = ~np.isnan(strips).any(axis=1)
+    strips = strips[numbers]
+    assert np.array_equal(outcome[1][LEAST][numbers], strips.min(axis=1))
+    assert np.array_equal(outcome[1][LARGEST][numbers], strips.max(axis=1))
+    for places in (strips.argmin(axis=1), strips.argmax(axis=1)):
+        assert set(places.tolist()) == set(range(EIGHT))
 
 
 def rounded(value: Fraction) -> float:
@@ -233,6 +237,36 @@ def test_load_and_store_reach_eight_cells_at_any_column_and_no_other():
             expected[to_row, to_column : to_column + EIGHT] = source[row, column : column + EIGHT]
             copy_eight(source, row, column, target, to_row, to_column)
             assert np.array_equal(target, expected)
+
+
+@njit(error_model="numpy")
+def within_rows(source, row, lane, target):  # type: ignore[no-untyped-def]
+    put(target, row + 1, take(source, row) + everywhere(source, row, lane))
+    return element(source, row, lane)
+
+
+def test_rows_of_eight_are_taken_put_and_read_lane_by_lane():
+    source = np.random.default_rng(4).normal(size=(5, EIGHT))
+    for row, lane in itertools.product(range(5), range(EIGHT)):
+        target = np.full((7, EIGHT), -1.5)
+        expected = target.copy()
+        expected[row + 1] = source[row] + source[row, lane]
+        assert within_rows(source, row, lane, target) == source[row, lane]
+        assert np.array_equal(target, expected)
+
+
+@njit(error_model="numpy")
+def turned(source, target):  # type: ignore[no-untyped-def]
+    put(target, 0, turned_right(take(source, 0)))
+    put(target, 1, turned_left(take(source, 0)))
+
+
+def test_turning_brings_the_outermost_lane_to_the_other_end():
+    source = np.arange(8.0).reshape(1, EIGHT)
+    target = np.empty((2, EIGHT))
+    turned(source, target)
+    assert target[0].tolist() == [7, 0, 1, 2, 3, 4, 5, 6]
+    assert target[1].tolist() == [1, 2, 3, 4, 5, 6, 7, 0]
 
 
 @njit(error_model="numpy")
