@@ -1,0 +1,127 @@
+"""From a start that friction cannot hold to the nearest state at rest, in elastic energy.
+
+That is the step a rate-independent chain makes: without inertia it slides to where the balance of
+forces holds it, and no further.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+class _Half:
+    """The derivative of a convex function on one side of its root: a stack of pieces.
+
+    A piece is (outer end, slope) or a jump (place, None, height). Every step moves all of them by
+    `shift` and adds one to all slopes; both are done lazily.
+    """
+
+    def __init__(self, shift: Any) -> None:
+        self.shift = shift
+        self.steps = 0
+        self.pieces: list[tuple[Any, int | None, Any]] = []
+
+    def widen(self) -> None:
+        """Go on by one spring."""
+        self.steps += 1
+
+    def push(self, end: Any, slope: int | None, jump: Any = None) -> None:
+        """Add a piece next to the root: up to `end` with `slope`, or a `jump` at `end`."""
+        stored = None if slope is None else slope - self.steps
+        self.pieces.append((end - self.steps * self.shift, stored, jump))
+
+    def cross(self, place: Any, rise: Any, other: _Half) -> Any:
+        """Return where the derivative has changed by `rise` from `place` on outwards.
+
+        The pieces passed go over to the `other` half.
+        """
+        while self.pieces:
+            end, stored, jump = self.pieces.pop()
+            end = end + self.steps * self.shift
+            if stored is None:
+                if jump >= rise:
+                    self.push(end, None, jump - rise)
+                    other.push(end, None, rise)
+                    return end
+                other.push(end, None, jump)
+                rise = rise - jump
+            else:
+                slope = stored + self.steps
+                other.push(place, slope)
+                gain = slope * abs(end - place)
+                if gain >= rise:
+                    self.push(end, slope)
+                    step = rise / slope
+                    return place - step if end < place else place + step
+                rise = rise - gain
+            place = end
+        other.push(place, None, rise)  # the end of what is possible: a jump from here on
+        return place
+
+
+def nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any]:
+    """Return the tensions with ``-uphill <= T_n - T_(n-1) <= downhill`` nearest to the given ones.
+
+    Nearest in elastic energy, ``sum (T_n - given_n)^2``: the step a rate-independent chain makes
+    from a state that its friction cannot hold. The ends are T_0 = T_N = 0. Dynamic programming over
+    the springs: the derivative of the least energy up to spring n is piecewise linear with jumps;
+    its two halves move apart by the two bounds from spring to spring, and its root is the best T_n.
+    The halves are stacks with the part next to the root on top.
+    """
+    best: list[Any] = []
+    below = _Half(-uphill)
+    above = _Half(downhill)
+    root = uphill - uphill
+    for given in tensions:
+        # where the bounds leave a choice, only the present spring counts
+        low, high = root - uphill, root + downhill
+        below.widen()
+        above.widen()
+        if given < low:
+            above.push(high, 1)
+            root = below.cross(low, low - given, above)
+        elif given > high:
+            below.push(low, 1)
+            root = above.cross(high, given - high, below)
+        else:
+            below.push(low, 1)
+            above.push(high, 1)
+            root = given
+        best.append(root)
+    after = uphill - uphill
+    found: list[Any] = []
+    for value in reversed(best):
+        after = min(max(value, after - downhill), after + uphill)
+        found.append(after)
+    return found[::-1]
+
+
+def relaxed(tensions: list[Any], uphill: Any, downhill: Any) -> tuple[list[Any], list[Any]]:
+    """Return the tensions at which the friction holds the chain, and the displacements to them.
+
+    Parameters
+    ----------
+    tensions : list of numbers
+        As they are given, n - 1 of them; floats, rationals or numbers of Q(cos(alpha)).
+    uphill, downhill : number
+        ``mu_d c + s`` and ``mu_d c - s``: how far a tension may fall or rise from spring to spring.
+
+    Notes
+    -----
+    Guarantee: exact in exact arithmetic, in O(n).
+    """
+    zero = uphill - uphill
+    found = nearest_at_rest(tensions, uphill, downhill)
+    x = [zero]
+    for given, reached in zip(tensions, found, strict=True):
+        x.append(x[-1] + (reached - given))
+    steps = [b - a for a, b in zip([zero, *found], [*found, zero], strict=True)]
+    margins = [min(step + uphill, downhill - step) for step in steps]
+    widest = max(margins)
+    anchor = x[margins.index(widest)]  # a slider inside its limits has not moved
+    if not widest > 0:
+        # every slider moved: those at +b downhill, those at -b uphill, by as little as possible
+        least = [v for v, step in zip(x, steps, strict=True) if step + uphill <= downhill - step]
+        most = [v for v, step in zip(x, steps, strict=True) if step + uphill > downhill - step]
+        anchor = max(least) if least else min(most)
+    return found, [v - anchor for v in x]
