@@ -108,7 +108,7 @@ def relaxed(tensions: list[Any], uphill: Any, downhill: Any) -> tuple[list[Any],
 
     Notes
     -----
-    Guarantee: exact in exact arithmetic, in O(n).
+    Guarantee: exact in exact arithmetic.
     """
     zero = uphill - uphill
     found = nearest_at_rest(tensions, uphill, downhill)
