@@ -8,6 +8,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,7 @@ from exactcreep import (
 from exactcreep import Path as ThetaPath
 from exactcreep.cli import status
 from exactcreep.scene import Scene
+from exactcreep.studies.thresholds import GivenUp
 
 GOOD = {"n": 3, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
 CHAIN = Chain(**GOOD)
@@ -189,13 +191,26 @@ def test_a_wild_solid_is_a_solid_or_a_sentence(name: str, value: Any) -> None:
 
 
 @FUZZ
-@given(st.sampled_from(["cycles", "digits", "points", "refine", "seeds", "solver"]), WILD)
+@given(st.sampled_from(["cycles", "digits", "points", "refine", "seeds", "solver", "windows"]),
+       WILD)  # fmt: skip
 def test_a_wild_argument_of_a_threshold_is_used_or_refused(name: str, value: Any) -> None:
     few = {"cycles": 2, "digits": 3, "points": 4, "solver": "exact"}
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         value = -abs(value)  # large numbers are slow, not wrong
     pair = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     refusal(lambda: threshold(pair, **few | {name: value}))
+
+
+@settings(FUZZ, max_examples=25)
+@given(st.sampled_from(["low", "high", "start_tension", "bracket"]), WILD, WILD)
+def test_a_wild_amplitude_of_a_threshold_is_tried_refused_or_given_up(
+    name: str, value: Any, other: Any
+) -> None:
+    few = {"cycles": 2, "digits": 3, "points": 4, "solver": "exact"}
+    pair = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    chosen = (value, other) if name == "bracket" else value
+    with suppress(GivenUp):
+        refusal(lambda: threshold(pair, **few | {name: chosen}))
 
 
 @FUZZ
