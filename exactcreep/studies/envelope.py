@@ -47,7 +47,8 @@ CONTESTANTS: dict[str, dict[str, Any]] = {
 WITHIN, FLAGGED, REFUSED, STEPPED, BROKEN = "within", "flagged", "refused", "stepped", "broken"
 """Verdicts of a cell.
 
-``within`` its promise; ``flagged`` by the program itself (undecided comparisons or a limit);
+``within`` its promise; ``flagged`` by the program itself (undecided comparisons, an estimated
+error or a number of events beyond the promise, or a limit);
 ``refused`` with a sentence; ``stepped``: Verlet promises no more than its order in dt;
 ``broken``: a promise that was neither kept nor flagged, which is a defect.
 """
@@ -367,7 +368,7 @@ class Steps(NamedTuple):
     compared: int
     astray: int
     unsaid: int
-    """Of those astray, the ones that the solver does not call undecided."""
+    """Those astray or beyond the promise that the solver does not call undecided."""
 
 
 def _walk(
@@ -410,6 +411,7 @@ def _steps(
 ) -> Steps:  # fmt: skip
     """Return how a solver does in the rearrangements of a walk."""
     worst, compared, astray, unsaid = math.nan, 0, 0, 0
+    force = _largest_force(chain)
     begin = time.perf_counter()
     for state, way, proved in walk:
         if proved.outcome is not Outcome.AT_REST or proved.evidence is not Evidence.PROVED:
@@ -424,12 +426,15 @@ def _steps(
         except InputError:
             break
         compared += 1
+        said = found.evidence is Evidence.UNDECIDED
         if found.itinerary != proved.itinerary:
             astray += 1
-            unsaid += not found.undecided
+            unsaid += not said
             continue
-        worst = max(_apart(found.state, proved.state), 0.0 if math.isnan(worst) else worst)
-    return Steps(worst / _largest_force(chain), compared, astray, unsaid)
+        apart = _apart(found.state, proved.state)
+        unsaid += apart > PROMISE * force and not said
+        worst = max(apart, 0.0 if math.isnan(worst) else worst)
+    return Steps(worst / force, compared, astray, unsaid)
 
 
 def _apart(one: State, other: State) -> float:
@@ -445,8 +450,10 @@ def _apart(one: State, other: State) -> float:
 def _with_steps(cell: Cell, steps: Steps) -> Cell:
     """Return a cell with what was measured of single rearrangements, and judged by it, too."""
     verdict = cell.verdict
-    if verdict in (WITHIN, FLAGGED) and (steps.worst > PROMISE or steps.unsaid):
+    if verdict in (WITHIN, FLAGGED) and steps.unsaid:
         verdict = BROKEN
+    elif verdict == WITHIN and steps.worst > PROMISE:
+        verdict = FLAGGED
     return replace(
         cell, worst=steps.worst, compared=steps.compared, astray=steps.astray, verdict=verdict
     )
@@ -526,6 +533,8 @@ def _verdict(solver: str, result: Creep, error: float, allowed: float, truth: Cr
     if error <= allowed:
         return WITHIN
     if result.outcome is Outcome.LIMIT or result.evidence is Evidence.UNDECIDED:
+        return FLAGGED
+    if result.long_rearrangements:
         return FLAGGED
     if truth is not None and truth.outcome is Outcome.LIMIT:
         return FLAGGED

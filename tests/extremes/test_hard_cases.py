@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Chain, State, rearrange
+from exactcreep import Chain, Evidence, State, rearrange
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "hard_cases.json").read_text("utf-8"))
 
@@ -25,11 +25,11 @@ def test_float64_finds_what_was_proved_or_says_that_it_cannot_decide(
         chain, state, direction=case["direction"], seed=case["seed"], solver=solver
     )
     proved = tuple((kind, tuple(who), tuple(how)) for kind, who, how in case["itinerary"])
-    if found.undecided and found.itinerary != proved:
+    undecided = found.evidence is Evidence.UNDECIDED
+    if undecided and found.itinerary != proved:
         return
     assert found.itinerary == proved
     assert found.outcome.value == case["outcome"]
-    force = float(chain.mu_s) + abs(float(chain.tan_alpha))
     ends = zip(found.state.displacements, case["displacements"], strict=bool(case["displacements"]))
     for x, true in ends:
-        assert abs(Fraction(float(x)) - Fraction(true)) < 1e-12 * force * max(1, len(proved))
+        assert undecided or abs(Fraction(float(x)) - Fraction(true)) < 1e-12
