@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from exactcreep.commands.options import Json
+from exactcreep.commands.options import Json, MaxSeconds
 from exactcreep.commands.session import LIMIT_STATUS
 
 if TYPE_CHECKING:
@@ -61,6 +61,7 @@ def threshold(
         str,
         typer.Option(metavar="NAME", help="Which decides: certified, mpmath or exact (float64)."),
     ] = "certified",
+    max_seconds: MaxSeconds = None,
     json: Json = False,
 ) -> None:
     """Find the amplitude of temperature cycles above which a chain creeps.
@@ -76,7 +77,8 @@ def threshold(
 
         exactcreep threshold --n 2 --start-tension 0.01 --digits 1000
 
-    Exit status: 0 found, 2 bad input or no edge, 3 a limit was reached.
+    Exit status: 0 found, 2 bad input or no edge, 3 a limit was reached (what was found by then is
+    shown).
     """
     from exactcreep.model.chain import Chain
     from exactcreep.studies import thresholds
@@ -97,6 +99,7 @@ def threshold(
             seeds=_whole(seeds, "seeds"),
             solver=solver,
             progress=None if json else _Shown().show,
+            max_seconds=max_seconds,
         )
     except thresholds.GivenUp as limit:
         typer.echo(f"exactcreep: {limit}", err=True)
@@ -107,6 +110,8 @@ def threshold(
         typer.echo(as_json(found.summary()))
     else:
         _print(found)
+    if found.reason:
+        raise typer.Exit(LIMIT_STATUS)
 
 
 def _whole(text: str, field: str) -> int:
@@ -148,7 +153,9 @@ def _print(found: Threshold) -> None:
     row("corrected, (N m + D)/(2 l0)", found.law_corrected)
     if found.law_two_sliders is not None:
         row("two sliders, (mu_s c - s)/l0", found.law_two_sliders)
-    if found.lower is None:
+    if found.lower is None and found.reason:
+        row("dynamical threshold", "not found yet")
+    elif found.lower is None:
         row("dynamical threshold", "none: one slider has no spring, and stays at rest")
     else:
         row("no creep at", found.lower)
@@ -157,14 +164,14 @@ def _print(found: Threshold) -> None:
         rest = "a transient" if outcome is None else outcome.value
         row("below", f"{rest} ({found.outcome_evidence.value})")
         row("evidence", found.evidence.value)
-        row(
-            "cycles",
-            f"{found.cycles}; with {2 * found.cycles}, {found.stable_digits} digits are the same",
-        )
+        stable = f"; with {2 * found.cycles}, {found.stable_digits} digits are the same"
+        row("cycles", f"{found.cycles}{'' if found.stable_digits is None else stable}")
     if found.deciding_event is not None:
         sides = found.deciding_event
         row("first event that differs below", _told(sides.at_lower))
         row("first event that differs above", _told(sides.at_upper))
+    if found.reason:
+        row("incomplete", found.reason)
     console.print(table, soft_wrap=True)
     for edge in found.windows or ():
         says = "begins" if edge.begins else "ends"

@@ -30,10 +30,11 @@ from exactcreep.laws import LAWS
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import EventKind
 from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
+from exactcreep.motion.deadline import NEVER, Deadline, OutOfTime
 from exactcreep.motion.itinerary import Course, StrayRoot
 from exactcreep.quasistatic.decimals import Enclosure, enclosure
 from exactcreep.solvers.registry import SOLVERS, solver_named
@@ -144,6 +145,9 @@ class Threshold:
         Every edge of the scan, if asked for.
     preparations : mapping of int to Edge
         The threshold from each seeded start, if asked for; None where none was found.
+    reason : str
+        Which limit ended the search; "" if it was completed. What it had not come to is None, or
+        missing from a list; `lower` and `upper` are as narrow as they had become.
     """
 
     chain: Chain
@@ -163,6 +167,7 @@ class Threshold:
     windows: tuple[Edge, ...] | None = None
     preparations: Mapping[int, Edge | None] | None = None
     report: Mapping[str, Any] = field(default_factory=dict)
+    reason: str = ""
 
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""
@@ -191,6 +196,8 @@ class Threshold:
                 {"seed": seed, **({"lower": None, "upper": None} if e is None else e.summary())}
                 for seed, e in self.preparations.items()
             ]
+        if self.reason:
+            out["reason"] = self.reason
         return out | {"report": dict(self.report)}
 
 
@@ -209,6 +216,7 @@ def threshold(
     seeds: int = 0,
     solver: str = "certified",
     progress: Callable[[str, int, int], None] | None = None,
+    max_seconds: Number | None = None,
 ) -> Threshold:
     """Return the lowest amplitude at which a chain with ``sigma_mu = 0`` creeps.
 
@@ -241,6 +249,8 @@ def threshold(
         12 digits, and a wider bracket where rounding does not tell so many).
     progress : callable, optional
         Called with the phase, how much of it is done, and its total.
+    max_seconds : number, optional
+        Come back after so much wall time with what has been found; `reason` then says so.
 
     Returns
     -------
@@ -274,14 +284,18 @@ def threshold(
         return _single(asked)
     span = _bracket(bracket) if bracket is not None else None
     scans = _scans(chain, low, high)
+    deadline = Deadline.after(max_seconds)
     if chain.mu_s == chain.mu_d:
         return _sliding(asked)
     start = State.prepared(chain, [size] * (chain.n - 1))
-    question = _Question(chain, asked.cycles, start)
-    if low is None and span is None and question.creeps(scans[0][0]):
-        scans = [(Fraction(0), scans[0][0])]
+    question = _Question(chain, asked.cycles, start, deadline)
     search = _Search(asked, question, scans, span)
-    found = search.threshold()
+    try:
+        if low is None and span is None and question.creeps(scans[0][0]):
+            scans = search.scans = [(Fraction(0), scans[0][0])]
+        found = search.threshold()
+    except OutOfTime as limit:
+        return search.unfinished(str(limit))
     if not seeds:
         return found
     preparations: dict[int, Edge | None] = {}
@@ -292,6 +306,8 @@ def threshold(
             preparations[seed] = other.edge().edge
         except InputError:
             preparations[seed] = None
+        except OutOfTime as limit:
+            return replace(found, preparations=preparations, reason=str(limit))
         asked.say("preparations", seed, asked.seeds)
     return replace(found, preparations=preparations)
 
@@ -410,6 +426,7 @@ class _Question:
     chain: Chain
     cycles: int
     start: State
+    deadline: Deadline = NEVER
 
     @property
     def half_cycles(self) -> int:
@@ -455,7 +472,9 @@ class _Question:
         most = MOST_EVENTS * max(self.chain.n, 20)
         while done < self.half_cycles:
             left = self.half_cycles - done
-            stretch = simulation.follow(drive, done + 1, left, max_events=most)
+            stretch = simulation.follow(
+                drive, done + 1, left, max_events=most, deadline=self.deadline
+            )
             done += stretch.completed
             values += stretch.recorded["x_G"].tolist()
             parts.append(stretch.recorded)
@@ -463,6 +482,8 @@ class _Question:
                 return True, values, parts
             if stretch.outcome is not None:
                 raise GivenUp(f"a run at A = {nearest_float(amplitude):.17g}: {stretch.reason}")
+            if done < self.half_cycles:
+                self.deadline.require()
             if simulation.tally.events >= most:
                 raise GivenUp(
                     f"a run at A = {nearest_float(amplitude):.17g} takes more than {most:.0e}"
@@ -480,6 +501,13 @@ class _Question:
             return Enclosure(way * end.middle, end.radius)
         begin = enclosure(values[-3])
         return Enclosure(way * (end.middle - begin.middle), end.radius + begin.radius)
+
+
+def _rounded(low: Fraction, high: Fraction, begins: bool) -> Edge:
+    """Return an edge of float accuracy, rounded outward."""
+    unit = _unit(high, _FLOAT_DIGITS - 1)
+    below, above = math.floor(low / unit), math.ceil(high / unit)
+    return Edge(_text(below, unit), _text(above, unit), begins, Evidence.COMPUTED)
 
 
 class _Refined(NamedTuple):
@@ -503,13 +531,17 @@ class _Search:
         self.scans = scans
         self.bracket = bracket
         self.trials = 0
+        # what has been found, should time be out
+        self.found: list[tuple[Fraction, Fraction, bool]] = []
+        self.narrowest: tuple[Fraction, Fraction] | None = None
+        self.decided: _Refined | None = None
 
     def threshold(self) -> Threshold:
         """Return the threshold, and what was asked for beside it."""
         asked = self.asked
         edges = list(self.edges()) if asked.windows else None
         low, high = edges[0][:2] if edges else self.first_bracket()
-        refined = self.refined(low, high, begins=True)
+        refined = self.decided = self.refined(low, high, begins=True)
         at_lower, at_upper = refined.at_lower, refined.at_upper
         outcome, outcome_evidence = _outcome(at_lower, self.question.half_cycles)
         lasting = outcome is Outcome.AT_REST or (
@@ -543,6 +575,34 @@ class _Search:
             report={"deciding_runs": self.trials},
         )
 
+    def unfinished(self, reason: str) -> Threshold:
+        """Return what had been found when time was out."""
+        asked, edge = self.asked, None
+        outcome, evidence = None, Evidence.COMPUTED
+        if self.decided is not None:
+            edge = self.decided.edge
+            outcome, evidence = _outcome(self.decided.at_lower, self.question.half_cycles)
+        elif self.narrowest is not None:
+            edge = _rounded(*self.narrowest, begins=True)
+        windows = tuple(_rounded(*one) for one in self.found) if asked.windows else None
+        return Threshold(
+            chain=asked.chain,
+            cycles=asked.cycles,
+            digits=asked.digits,
+            **_laws(asked.chain, asked.digits),
+            lower=None if edge is None else edge.lower,
+            upper=None if edge is None else edge.upper,
+            outcome_at_lower=outcome,
+            outcome_evidence=evidence,
+            evidence=Evidence.COMPUTED if edge is None else edge.evidence,
+            stable_digits=None,
+            deciding_event=None,
+            solver=asked.solver,
+            windows=windows,
+            report={"deciding_runs": self.trials},
+            reason=reason,
+        )
+
     def edge(self) -> _Refined:
         """Return the lowest edge at which creep begins."""
         return self.refined(*self.first_bracket(), begins=True)
@@ -565,6 +625,8 @@ class _Search:
                 self.asked.say("scan", k, points)
                 if creeps != creeping:
                     found = True
+                    self.found.append((before, amplitude, creeps))
+                    self.narrowest = self.narrowest or (before, amplitude)
                     yield before, amplitude, creeps
                 before, creeping = amplitude, creeps
             if found:
@@ -585,6 +647,7 @@ class _Search:
             shown = f"{nearest_float(low)} {nearest_float(high)}"
             allowed = "must straddle an edge: no creep at LO, creep at HI"
             raise InputError("bracket", shown, allowed)
+        self.narrowest = low, high
         return low, high
 
     def narrowed(
@@ -597,14 +660,13 @@ class _Search:
                 high = middle
             else:
                 low = middle
+            if begins and self.decided is None:
+                self.narrowest = low, high
         return low, high
 
     def rough(self, low: Fraction, high: Fraction, begins: bool) -> Edge:
         """Return an edge at float accuracy."""
-        low, high = self.narrowed(low, high, begins)
-        unit = _unit(high, _FLOAT_DIGITS - 1)
-        below, above = math.floor(low / unit), math.ceil(high / unit)
-        return Edge(_text(below, unit), _text(above, unit), begins, Evidence.COMPUTED)
+        return _rounded(*self.narrowed(low, high, begins), begins)
 
     # -- all digits --------------------------------------------------------------------------
 
@@ -701,6 +763,7 @@ class _Search:
     def settled(self, amplitude: Fraction) -> tuple[Outcome | None, Evidence]:
         """Return what float64 has the chain do after many more cycles at `amplitude`."""
         for times in _LATER:
+            self.asked.say("cycles beyond", times, _LATER[-1])
             later = replace(self.question, cycles=times * self.question.cycles)
             trial = later.tried(amplitude, "exact", {})
             outcome, evidence = _outcome(trial, later.half_cycles)
@@ -812,6 +875,7 @@ class _Rerun:
 
     def __init__(self, question: _Question, amplitude: Fraction, bits: int) -> None:
         self.chain = question.chain
+        self.deadline = question.deadline
         self.amplitude = amplitude
         self.half_cycles = question.half_cycles
         self.course = Course(question.chain, question.start, digits_of(bits))
@@ -825,6 +889,7 @@ class _Rerun:
         """Return the course after the first `count` rearrangements."""
         half_cycle = 1
         for one in log[:count]:
+            self.deadline.require()
             self._reach(half_cycle, one.half_cycle)
             half_cycle = one.half_cycle
             self.course.rearrange(one.events)
@@ -840,6 +905,7 @@ class _Rerun:
         begin = self.at_rest(log, first).travel.copy()
         half_cycle = log[first - 1].half_cycle if first else 1
         for one in log[first:]:
+            self.deadline.require()
             self._reach(half_cycle, one.half_cycle)
             half_cycle = one.half_cycle
             self.course.rearrange(one.events)

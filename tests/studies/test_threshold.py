@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import time
 from fractions import Fraction
 
 import pytest
@@ -14,6 +15,7 @@ from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import digits_of
+from exactcreep.motion.deadline import Deadline
 from exactcreep.studies import thresholds
 from exactcreep.studies.thresholds import threshold
 from tests.paper import paper_chain
@@ -224,3 +226,81 @@ def test_the_command_prints_one_object_with_every_key(
     (start,) = found["preparations"]
     assert start["seed"] == 1
     assert Fraction(start["upper"]) < Fraction(found["upper"])
+
+
+# A search that is not completed says so, and shows what it has
+
+
+def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditions() -> None:
+    # the third edge: two itineraries change within 5e-12 of each other, creep at the second
+    found = threshold(captions(3), windows=True, refine=3, points=100, digits=40)
+    assert found.windows is not None
+    third = found.windows[2]
+    assert third.evidence is Evidence.PROVED
+    assert Fraction(third.upper) - Fraction(third.lower) < Fraction(third.upper) / 10**40
+    assert found.report["deciding_runs"] < 20
+
+
+class Hurry:
+    """Passes after so many questions: the same moment on any machine."""
+
+    def __init__(self, asked: int) -> None:
+        self.left = asked
+
+    def __call__(self) -> bool:
+        self.left -= 1
+        return self.left < 0
+
+
+def interrupted(monkeypatch: pytest.MonkeyPatch, asked: int) -> thresholds.Threshold:
+    deadline = Deadline(reason="enough", interrupted=Hurry(asked))
+    monkeypatch.setattr(Deadline, "after", lambda _seconds: deadline)
+    return threshold(captions(3), digits=20, points=100, max_seconds=1)
+
+
+def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = threshold(captions(3), digits=20, points=100)
+    assert whole.reason == ""
+    widths: list[Fraction] = []
+    complete = False
+    for asked in (0, *range(20, 80, 6), 400, 12800):
+        found = interrupted(monkeypatch, asked)
+        if not found.reason:
+            complete = True
+            assert found.lower == whole.lower
+            continue
+        assert not complete
+        assert found.reason == "enough"
+        assert found.summary()["reason"] == "enough"
+        assert found.stable_digits is None
+        if found.lower is None:
+            assert found.upper is None
+            assert not widths
+            continue
+        lower, upper = Fraction(found.lower), Fraction(found.upper or 0)
+        assert lower <= Fraction(whole.lower or 0) < Fraction(whole.upper or 0) <= upper
+        widths.append(upper - lower)
+    assert complete
+    assert len(set(widths)) > 2
+    assert widths == sorted(widths, reverse=True)
+
+
+def test_a_search_of_many_cycles_comes_back_in_time() -> None:
+    begin = time.process_time()
+    found = threshold(captions(8), cycles=2000, max_seconds=1, **FLOAT)
+    assert found.reason == "max_seconds = 1 was reached"
+    assert time.process_time() - begin < 5
+    with pytest.raises(InputError, match="max_seconds"):
+        threshold(captions(3), max_seconds=-1)
+
+
+def test_the_command_shows_what_a_search_out_of_time_has(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    words = "threshold --n 8 --cycles 2000 --solver exact --digits 9 --max-seconds 0"
+    assert cli.status([*words.split(), "--json"]) == 3
+    assert json.loads(capsys.readouterr().out)["reason"] == "max_seconds = 0 was reached"
+    assert cli.status(words.split()) == 3
+    shown = capsys.readouterr().out
+    assert "max_seconds = 0 was reached" in shown
+    assert "not found yet" in shown
