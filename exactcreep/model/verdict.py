@@ -13,7 +13,8 @@ class Evidence(Enum):
     COMPUTED = "computed"
     """Floating-point arithmetic; every comparison was decided by more than its rounding bound."""
     UNDECIDED = "undecided"
-    """A comparison lay inside its rounding bound and was settled by the model's rules."""
+    """A comparison lay inside its rounding bound and was settled by the model's rules, or rounding
+    may have grown beyond what the solver promises."""
 
 
 class Outcome(Enum):
