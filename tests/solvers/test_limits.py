@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+import os
+import signal
+import threading
 import time
 from fractions import Fraction
 
@@ -14,6 +17,7 @@ from exactcreep import (
     Cycles,
     Evidence,
     InputError,
+    Interrupted,
     Outcome,
     Path,
     State,
@@ -144,7 +148,7 @@ def test_the_sum_of_the_modes_is_what_a_velocity_can_come_to_and_no_more():
     motion = RunMotion(FLOAT64, Ends(True, True), velocities, accelerations)
     swing = motion.largest_swing()
     mean, gain = velocities.mean(), accelerations.mean()
-    times = np.arange(0, 4000, 0.05)
+    times = np.arange(0, 4000, 0.3)
     reached = max(abs(motion.moved(t)[1] - mean - gain * t).max() for t in times)
     assert 0.98 * swing < reached <= swing
     assert swing < math.sqrt(3 / 4 * motion.energy)
@@ -226,7 +230,7 @@ def test_iterate_goes_on_where_rearrange_gives_up():
 
 @pytest.mark.parametrize(
     ("solver", "patience"),
-    [("exact", 0), ("reference", 7), ("mpmath", 50), ("certified", 1), ("certified", 7)],
+    [("exact", 0), ("reference", 7), ("mpmath", 120), ("certified", 1), ("certified", 7)],
 )
 def test_a_run_that_is_called_back_at_any_moment_goes_on_with_the_same_bits(solver, patience):
     chain = Chain(6, 1000, sigma_mu="1/100", tan_alpha="1/4", **PAPER)
@@ -289,3 +293,23 @@ def test_the_seconds_asked_for_are_heard_soon(n, drive, solver, options):
     assert result.reason == "max_seconds = 0.3 was reached"
     assert result.state.n == n
     assert time.process_time() - begin < 2
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends itself a signal")
+@pytest.mark.parametrize(("solver", "n"), [("verlet", 2), ("certified", 100), ("exact", 10_000)])
+def test_the_interrupt_key_is_heard_soon_and_keeps_what_there_is(solver, n):
+    options = {"dt": 1e-9} if solver == "verlet" else {}
+    chain = Chain(n, 1000, sigma_mu="1/100", tan_alpha="1/4", **PAPER)
+    small = Chain(2, 1000, sigma_mu="1/100", tan_alpha="1/4", **PAPER)
+    creep(small, Cycles("0.0001", 1), solver=solver, **options)  # compiled
+    begin = time.process_time()
+    timer = threading.Timer(0.4, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    try:
+        with pytest.raises(Interrupted) as caught:
+            creep(chain, Path(["0.9"]), solver=solver, **options)
+    finally:
+        timer.join()
+    assert time.process_time() - begin < 2.5
+    assert caught.value.partial.reason == "interrupted"
+    assert caught.value.partial.events > 0
