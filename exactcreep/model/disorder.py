@@ -33,12 +33,14 @@ _MULTIPLIER_0 = np.uint64(0xD2E7470EE14C6C93)
 _MULTIPLIER_1 = np.uint64(0xCA5A826395121157)
 _WEYL_0 = np.uint64(0x9E3779B97F4A7C15)
 _WEYL_1 = np.uint64(0xBB67AE8584CAA73B)
-_HALF_ULP = 2.0**-54
+CELL = 2.0**-53
+CENTRE = 2.0**-54 - 0.5  # of the first cell, minus 1/2
 _FRACTION = np.int64(0x000FFFFFFFFFFFFF)  # the fraction's bits of a float64
 _HALF = np.int64(0x3FE0000000000000)  # the bits of 0.5
-_ODD = np.array([1.0 / k for k in range(23, 1, -2)])
-_LN2_HIGH = 6.93147180369123816490e-01  # ln 2 with its last 20 bits zero, so that e * it is exact
-_LN2_LOW = 1.90821492927058770002e-10
+ROOT_HALF = 0.7071067811865476
+ODD = np.array([1.0 / k for k in range(23, 1, -2)])
+LN2_HIGH = 6.93147180369123816490e-01  # ln 2 with its last 20 bits zero, so that e * it is exact
+LN2_LOW = 1.90821492927058770002e-10
 
 
 # AS 241 for abs(probability - 1/2) <= CENTRAL, highest power first
@@ -68,22 +70,78 @@ DENOMINATOR = np.array(
         1.0,
     ]
 )
+# the same in r - 1.6, r = sqrt(-ln of the smaller probability) <= NEAR_TAIL
+NEAR_TAIL = 5.0
+NEAR_CENTRE = 1.6
+NEAR_NUMERATOR = np.array(
+    [
+        7.74545014278341407640e-4,
+        2.27238449892691845833e-2,
+        2.41780725177450611770e-1,
+        1.27045825245236838258e0,
+        3.64784832476320460504e0,
+        5.76949722146069140550e0,
+        4.63033784615654529590e0,
+        1.42343711074968357734e0,
+    ]
+)
+NEAR_DENOMINATOR = np.array(
+    [
+        1.05075007164441684324e-9,
+        5.47593808499534494600e-4,
+        1.51986665636164571966e-2,
+        1.48103976427480074590e-1,
+        6.89767334985100004550e-1,
+        1.67638483018380384940e0,
+        2.05319162663775882187e0,
+        1.0,
+    ]
+)
+# and in r - 5 for the rest
+FAR_NUMERATOR = np.array(
+    [
+        2.01033439929228813265e-7,
+        2.71155556874348757815e-5,
+        1.24266094738807843860e-3,
+        2.65321895265761230930e-2,
+        2.96560571828504891230e-1,
+        1.78482653991729133580e0,
+        5.46378491116411436990e0,
+        6.65790464350110377720e0,
+    ]
+)
+FAR_DENOMINATOR = np.array(
+    [
+        2.04426310338993978564e-15,
+        1.42151175831644588870e-7,
+        1.84631831751005468180e-5,
+        7.86869131145613259100e-4,
+        1.48753612908506148525e-2,
+        1.36929880922735805310e-1,
+        5.99832206555887937690e-1,
+        1.0,
+    ]
+)
 
 
 @intrinsic
-def _high_product(typing_context: Any, a: Any, b: Any) -> Any:
-    """Return the upper 64 bits of the 128-bit product of two uint64."""
+def _product(typing_context: Any, a: Any, b: Any) -> Any:
+    """Return the upper and the lower 64 bits of the product of two uint64."""
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         from llvmlite import ir  # the compiler's own types, needed only while compiling
 
         wide = ir.IntType(128)
+        word = ir.IntType(64)
         product = builder.mul(
             builder.zext(arguments[0], wide), builder.zext(arguments[1], wide)
         )
-        return builder.trunc(builder.lshr(product, ir.Constant(wide, 64)), ir.IntType(64))
+        upper = builder.trunc(builder.lshr(product, ir.Constant(wide, 64)), word)
+        return context.make_tuple(
+            builder, signature.return_type, [upper, builder.trunc(product, word)]
+        )
 
-    return types.uint64(types.uint64, types.uint64), generate
+    return types.UniTuple(types.uint64, 2)(types.uint64, types.uint64), generate
 
 
 @njit(cache=True, nogil=True, forceinline=True)
@@ -99,10 +157,8 @@ def philox(seed, stream, n, block):  # type: ignore[no-untyped-def]
         if turn > 0:
             k0 = k0 + _WEYL_0
             k1 = k1 + _WEYL_1
-        high0 = _high_product(_MULTIPLIER_0, c0)
-        low0 = _MULTIPLIER_0 * c0
-        high1 = _high_product(_MULTIPLIER_1, c2)
-        low1 = _MULTIPLIER_1 * c2
+        high0, low0 = _product(_MULTIPLIER_0, c0)
+        high1, low1 = _product(_MULTIPLIER_1, c2)
         c0 = high1 ^ c1 ^ k0
         c1 = low1
         c2 = high0 ^ c3 ^ k1
@@ -116,15 +172,26 @@ def _logarithm(x):  # type: ignore[no-untyped-def]
     bits = np.float64(x).view(np.int64)
     exponent = (bits >> 52) - 1022
     mantissa = np.int64((bits & _FRACTION) | _HALF).view(np.float64)  # in [1/2, 1)
-    if mantissa < 0.7071067811865476:
+    if mantissa < ROOT_HALF:
         mantissa *= 2.0
         exponent -= 1
     z = (mantissa - 1.0) / (mantissa + 1.0)
     w = z * z
     series = 0.0
-    for k in range(_ODD.size):
-        series = series * w + _ODD[k]
-    return exponent * _LN2_HIGH + (exponent * _LN2_LOW + 2.0 * z * w * series + 2.0 * z)
+    for k in range(ODD.size):
+        series = series * w + ODD[k]
+    return exponent * LN2_HIGH + (exponent * LN2_LOW + 2.0 * z * w * series + 2.0 * z)
+
+
+@njit(cache=True, nogil=True, forceinline=True)
+def _fraction(numerator, denominator, r):  # type: ignore[no-untyped-def]
+    """Return the two polynomials of degree 7 at r."""
+    top = numerator[0]
+    low = denominator[0]
+    for k in range(1, 8):
+        top = top * r + numerator[k]
+        low = low * r + denominator[k]
+    return top, low
 
 
 @njit(cache=True, nogil=True)
@@ -132,48 +199,18 @@ def normal_tail(q):  # type: ignore[no-untyped-def]
     """Return the normal deviate of the probability 1/2 + q for abs(q) > `CENTRAL`."""
     r = 0.5 - abs(q)
     r = math.sqrt(-_logarithm(r))
-    if r <= 5.0:
-        r -= 1.6
-        top = 7.74545014278341407640e-4
-        top = top * r + 2.27238449892691845833e-2
-        top = top * r + 2.41780725177450611770e-1
-        top = top * r + 1.27045825245236838258e0
-        top = top * r + 3.64784832476320460504e0
-        top = top * r + 5.76949722146069140550e0
-        top = top * r + 4.63033784615654529590e0
-        top = top * r + 1.42343711074968357734e0
-        low = 1.05075007164441684324e-9
-        low = low * r + 5.47593808499534494600e-4
-        low = low * r + 1.51986665636164571966e-2
-        low = low * r + 1.48103976427480074590e-1
-        low = low * r + 6.89767334985100004550e-1
-        low = low * r + 1.67638483018380384940e0
-        low = low * r + 2.05319162663775882187e0
+    if r <= NEAR_TAIL:
+        top, low = _fraction(NEAR_NUMERATOR, NEAR_DENOMINATOR, r - NEAR_CENTRE)
     else:
-        r -= 5.0
-        top = 2.01033439929228813265e-7
-        top = top * r + 2.71155556874348757815e-5
-        top = top * r + 1.24266094738807843860e-3
-        top = top * r + 2.65321895265761230930e-2
-        top = top * r + 2.96560571828504891230e-1
-        top = top * r + 1.78482653991729133580e0
-        top = top * r + 5.46378491116411436990e0
-        top = top * r + 6.65790464350110377720e0
-        low = 2.04426310338993978564e-15
-        low = low * r + 1.42151175831644588870e-7
-        low = low * r + 1.84631831751005468180e-5
-        low = low * r + 7.86869131145613259100e-4
-        low = low * r + 1.48753612908506148525e-2
-        low = low * r + 1.36929880922735805310e-1
-        low = low * r + 5.99832206555887937690e-1
-    z = top / (low * r + 1.0)
+        top, low = _fraction(FAR_NUMERATOR, FAR_DENOMINATOR, r - NEAR_TAIL)
+    z = top / low
     return -z if q < 0.0 else z
 
 
 @njit(cache=True, nogil=True, forceinline=True)
 def centred(word):  # type: ignore[no-untyped-def]
     """Return the probability of a word, the centre of one of 2**53 cells, minus 1/2."""
-    return np.float64(np.int64(word >> np.uint64(11))) * 2.0**-53 + (_HALF_ULP - 0.5)
+    return np.float64(np.int64(word >> np.uint64(11))) * CELL + CENTRE
 
 
 @njit(cache=True, nogil=True, forceinline=True)
@@ -186,12 +223,7 @@ def normal_deviate(word):  # type: ignore[no-untyped-def]
     q = centred(word)
     if abs(q) > CENTRAL:
         return normal_tail(q)
-    r = CENTRAL_SQUARE - q * q
-    top = NUMERATOR[0]
-    low = DENOMINATOR[0]
-    for k in range(1, 8):
-        top = top * r + NUMERATOR[k]
-        low = low * r + DENOMINATOR[k]
+    top, low = _fraction(NUMERATOR, DENOMINATOR, CENTRAL_SQUARE - q * q)
     return q * top / low
 
 

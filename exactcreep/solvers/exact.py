@@ -24,7 +24,7 @@ from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import solution_from_events
 from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.certified import Certified
-from exactcreep.solvers.draws import BATCH
+from exactcreep.solvers.draws import KEPT
 from exactcreep.solvers.layout import PAD
 from exactcreep.solvers.solver import (
     MOST_EVENTS,
@@ -50,7 +50,7 @@ class Work(NamedTuple):
     log: NDArray[np.float64]
 
 
-_CAPTURED = ("cell", "tally", "deviate", "real", "whole")
+_CAPTURED = ("cell", "tally", "real", "whole")
 _COLUMNS = {
     "event_half_cycle": layout.LOG_TARGET,
     "event_rearrangement": layout.LOG_REARRANGEMENT,
@@ -158,7 +158,7 @@ def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
     work = Work(
         cell=_table(layout.CELLS, m),
         tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
-        deviate=_table(m, BATCH),
+        deviate=_table(m, KEPT),
         series=_table(layout.SERIES * (m // 8) + layout.LADDER, 8),
         real=real,
         whole=whole,
@@ -416,6 +416,7 @@ class ExactSimulation(Simulation):
         """Take over what `capture` returned."""
         for name in _CAPTURED:
             getattr(self.work, name)[...] = captured[name]
+        kernel.prepare(self.work.cell, self.work.tally, self.work.deviate, self.work.whole)
 
         def whole(name: str) -> NDArray[Any]:
             pairs = zip(captured[name].tolist(), captured[name + "_low"].tolist(), strict=True)

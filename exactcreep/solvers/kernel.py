@@ -23,7 +23,8 @@ import math
 import numpy as np
 
 from exactcreep.solvers.cluster import step
-from exactcreep.solvers.draws import BATCH, fill
+from exactcreep.solvers.draws import BATCH, KEPT, fill
+from exactcreep.solvers.lanes import below, choose, lane_of, magnitude, spread, together
 from exactcreep.solvers.layout import (
     AT_REST,
     BELOW,
@@ -145,6 +146,33 @@ def _log(real, whole, log, kind, i, sign, residual):  # type: ignore[no-untyped-
 
 
 @inlined
+def _coefficient(real, deviate):  # type: ignore[no-untyped-def]
+    """Return the static coefficient of a deviate, and how far it lies above mu_d."""
+    mu = real[MEAN] + real[WIDTH] * deviate
+    return mu, (mu - real[MU_D]) - real[MU_D_LOW]
+
+
+@inlined
+def _renew(cell, real, whole, i, deviate):  # type: ignore[no-untyped-def]
+    """Give slider i the static coefficient of a deviate."""
+    mu, above = _coefficient(real, deviate)
+    cell[COEFFICIENT, i] = mu
+    if above < 0.0:
+        whole[BELOW] += 1
+        above = 0.0
+    cell[EXCESS, i] = above * real[COSINE]
+
+
+@inlined
+def _draw_ahead(deviate, whole, i, k):  # type: ignore[no-untyped-def]
+    """Make the batch after that of draw k.
+
+    Nobody waits for it: the processor makes it while it goes on with the batch at hand.
+    """
+    fill(deviate, i, np.uint64(whole[SEED]), i + 1 - PAD, k // BATCH + 1)
+
+
+@inlined
 def _draw(cell, count, deviate, real, whole, i):  # type: ignore[no-untyped-def]
     """Give slider i its next static coefficient."""
     k = count[DRAWS, i]
@@ -153,14 +181,8 @@ def _draw(cell, count, deviate, real, whole, i):  # type: ignore[no-untyped-def]
         cell[EXCESS, i] = real[MEAN_EXCESS]
         return
     if k % BATCH == 0:
-        fill(deviate, i, np.uint64(whole[SEED]), i + 1 - PAD, k // BATCH)
-    mu = real[MEAN] + real[WIDTH] * deviate[i, k % BATCH]
-    cell[COEFFICIENT, i] = mu
-    above = (mu - real[MU_D]) - real[MU_D_LOW]
-    if above < 0.0:
-        whole[BELOW] += 1
-        above = 0.0
-    cell[EXCESS, i] = above * real[COSINE]
+        _draw_ahead(deviate, whole, i, k)
+    _renew(cell, real, whole, i, deviate[i, k % KEPT])
 
 
 @inlined
@@ -350,6 +372,122 @@ def _ramp(cell, real, whole, log, target, target_low):  # type: ignore[no-untype
     return True
 
 
+@inlined
+def _plus_in_lanes(high, low, term):  # type: ignore[no-untyped-def]
+    """Return in every lane the two floats of `_plus`."""
+    total = high + term
+    # the rounding error is exact either way; from the larger term it is known sooner
+    grew = below(magnitude(high), magnitude(term))
+    error = choose(grew, high - (total - term), term - (total - high)) + low
+    result = total + error
+    return result, error - (result - total)
+
+
+@inlined
+def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):  # type: ignore[no-untyped-def]
+    """Let the end that starts first slip, again and again, as long as that is plain.
+
+    Each slip adds the same length to four sums of two floats: they stay in registers, in four
+    lanes of a vector. That the same end starts next, before the target and with nobody else, is
+    read off rounded forces; what comes closer than `slack`, which exceeds their rounding and the
+    bounds of all comparisons in `_next_start` and `_end_slips`, is left to these. Both ways give
+    the same bits.
+    """
+    n = whole[N]
+    constant = whole[CONSTANT] == 1
+    friction = real[FRICTION]
+    up = 1.0 if (target - real[THETA]) + (target_low - real[THETA_LOW]) > 0.0 else -1.0
+    i = PAD
+    other = PAD + n - 1
+    neighbour = PAD + 1
+    way = 1.0
+    # up times the critical l0 theta of both ends
+    first = friction + cell[EXCESS, i] + up * cell[FORCE, i]
+    second = friction + cell[EXCESS, other] - up * cell[FORCE, other]
+    if second < first:
+        first, second = second, first
+        i, other = other, i
+        neighbour = i - 1
+        way = -1.0
+    side = -up * way
+    excess = cell[EXCESS, i]
+    spare = cell[EXCESS, neighbour]
+    between = side * (cell[FORCE, i] + cell[FORCE, neighbour])  # a slip does not change it
+    scale = abs(target) + abs(real[THETA]) + 8.0 * friction + cell[EXCESS, other] + spare
+    scale += abs(cell[FORCE, i]) + abs(cell[FORCE, other]) + abs(cell[FORCE, neighbour])
+    slack = 64.0 * ULP * scale
+    if first <= up * real[THETA] + slack:
+        return
+    reach = up * target - slack
+    most = 1.9 * friction
+    # the neighbour starts where theta_c and the excess come to this
+    wall = 2.0 * friction + spare - between
+    if n == 2:
+        # it is the other end and feels theta itself: what counts is the excess alone
+        most = min(most, spare + between, wall)
+        wall = np.inf
+    else:
+        reach = min(reach, second - slack)
+        wall -= slack
+    most -= slack
+    high = together(
+        cell[FORCE, i], cell[FORCE, neighbour], cell[TRAVEL, i], real[TOTAL], 0.0, 0.0, 0.0, 0.0
+    )
+    low = together(
+        cell[FORCE_LOW, i],
+        cell[FORCE_LOW, neighbour],
+        cell[TRAVEL_LOW, i],
+        real[TOTAL_LOW],
+        0.0,
+        0.0,
+        0.0,
+        0.0,
+    )
+    ways = together(-side, side, side, side, 0.0, 0.0, 0.0, 0.0)
+    high_before = high
+    low_before = low
+    excess_before = excess
+    k = count[DRAWS, i]
+    slips = 0
+    allowed = (stop_at - whole[EVENTS] + 1) // 2
+    while slips < allowed:
+        theta = (friction + excess) - side * lane_of(high, 0)
+        if not (slack < excess < most and theta < reach and theta + excess < wall):
+            break
+        high_before = high
+        low_before = low
+        excess_before = excess
+        high, low = _plus_in_lanes(high, low, ways * spread(2.0 * excess))
+        slips += 1
+        if not constant:
+            if k % BATCH == 0:
+                _draw_ahead(deviate, whole, i, k)
+            _, above = _coefficient(real, deviate[i, k % KEPT])
+            excess = max(above, 0.0) * real[COSINE]
+        k += 1
+    if slips == 0:
+        return
+    cell[FORCE, i] = lane_of(high, 0)
+    cell[FORCE_LOW, i] = lane_of(low, 0)
+    cell[FORCE, neighbour] = lane_of(high, 1)
+    cell[FORCE_LOW, neighbour] = lane_of(low, 1)
+    cell[REST, neighbour] = lane_of(high, 1)
+    cell[TRAVEL, i] = lane_of(high, 2)
+    cell[TRAVEL_LOW, i] = lane_of(low, 2)
+    real[TOTAL] = lane_of(high, 3)
+    real[TOTAL_LOW] = lane_of(low, 3)
+    real[THETA], real[THETA_LOW] = _plus(
+        way * lane_of(high_before, 0), way * lane_of(low_before, 0), up * (friction + excess_before)
+    )
+    count[DRAWS, i] = k
+    if not constant:
+        _renew(cell, real, whole, i, deviate[i, (k - 1) % KEPT])
+    count[SLIPS, i] += slips
+    whole[SLIP_TOTAL] += slips
+    whole[REARRANGEMENTS] += slips
+    whole[EVENTS] += 2 * slips
+
+
 @compiled
 def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):  # type: ignore[no-untyped-def]
     """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
@@ -361,6 +499,9 @@ def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at): 
     friction = real[FRICTION]
     pair = whole[N] == 2
     while whole[EVENTS] < stop_at:
+        _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_at)
+        if whole[EVENTS] >= stop_at:
+            return
         top, end, theta, theta_low, undecided = _next_start(cell, real, whole, target, target_low)
         if undecided or top == end:
             return
@@ -632,9 +773,10 @@ def prepare(cell, count, deviate, whole):  # type: ignore[no-untyped-def]
     """Fill the batches of deviates that hold the next draws."""
     if whole[CONSTANT] == 0:
         for i in range(PAD, PAD + whole[N]):
-            k = count[DRAWS, i]
-            if k % BATCH != 0:
-                fill(deviate, i, np.uint64(whole[SEED]), i + 1 - PAD, k // BATCH)
+            batch = count[DRAWS, i] // BATCH
+            fill(deviate, i, np.uint64(whole[SEED]), i + 1 - PAD, batch)
+            if count[DRAWS, i] % BATCH != 0:
+                fill(deviate, i, np.uint64(whole[SEED]), i + 1 - PAD, batch + 1)
 
 
 @compiled

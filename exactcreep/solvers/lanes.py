@@ -34,6 +34,7 @@ class Lanes(types.Type):  # type: ignore[misc]
 lanes = Lanes()
 _VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
 _BITS = ir.VectorType(ir.IntType(1), WIDTH)
+_WORDS = ir.VectorType(ir.IntType(64), WIDTH)
 _BYTE = ir.IntType(WIDTH)
 _WORD = ir.IntType(64)
 _INDICES = ir.VectorType(ir.IntType(32), WIDTH)
@@ -59,6 +60,26 @@ def _from_mask(builder: Any, mask: Any) -> Any:
 
 def _to_mask(builder: Any, bits: Any) -> Any:
     return builder.zext(builder.bitcast(bits, _BYTE), _WORD)
+
+
+def _gathered(builder: Any, kind: Any, values: list[Any]) -> Any:
+    vector = ir.Constant(kind, ir.Undefined)
+    for j, value in enumerate(values):
+        vector = builder.insert_element(vector, value, ir.Constant(ir.IntType(32), j))
+    return vector
+
+
+def _exponent(builder: Any, values: list[Any]) -> Any:
+    bits = builder.bitcast(values[0], _WORDS)
+    biased = builder.lshr(bits, ir.Constant(_WORDS, [52] * WIDTH))
+    return builder.sitofp(builder.sub(biased, ir.Constant(_WORDS, [1022] * WIDTH)), _VECTOR)
+
+
+def _mantissa(builder: Any, values: list[Any]) -> Any:
+    bits = builder.bitcast(values[0], _WORDS)
+    fraction = builder.and_(bits, ir.Constant(_WORDS, [2**52 - 1] * WIDTH))
+    half = ir.Constant(_WORDS, [1022 << 52] * WIDTH)
+    return builder.bitcast(builder.or_(fraction, half), _VECTOR)
 
 
 def _called(builder: Any, name: str, result: Any, arguments: list[Any]) -> Any:
@@ -235,6 +256,10 @@ magnitude = _operation(_vector_call("fabs"), 1, lanes)
 """|a|."""
 square_root = _operation(_vector_call("sqrt"), 1, lanes)
 """sqrt(a), NaN where a < 0."""
+mantissa = _operation(_mantissa, 1, lanes)
+"""m of a = m 2**e with m in [1/2, 1), for positive normal a."""
+exponent = _operation(_exponent, 1, lanes)
+"""e of a = m 2**e, for positive normal a."""
 smaller = _operation(
     lambda builder, v: builder.select(builder.fcmp_ordered("<", *v), *v), 2, lanes
 )
@@ -285,6 +310,41 @@ def choose(typing_context: Any, mask: Any, a: Any, b: Any) -> Any:
         return builder.select(_from_mask(builder, arguments[0]), arguments[1], arguments[2])
 
     return lanes(types.int64, lanes, lanes), generate
+
+
+@intrinsic
+def together(
+    typing_context: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any
+) -> Any:
+    """Return the vector of eight floats."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return _gathered(builder, _VECTOR, arguments)
+
+    return lanes(*[types.float64] * WIDTH), generate
+
+
+@intrinsic
+def upper_bits(
+    typing_context: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any
+) -> Any:
+    """Return the upper 53 bits of eight uint64, as whole numbers."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        words = _gathered(builder, _WORDS, arguments)
+        return builder.sitofp(builder.lshr(words, ir.Constant(_WORDS, [11] * WIDTH)), _VECTOR)
+
+    return lanes(*[types.uint64] * WIDTH), generate
+
+
+@intrinsic
+def lane_of(typing_context: Any, a: Any, j: Any) -> Any:
+    """Return lane j of a."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        return builder.extract_element(*arguments)
+
+    return types.float64(lanes, types.intp), generate
 
 
 @intrinsic

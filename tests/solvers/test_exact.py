@@ -26,6 +26,7 @@ from exactcreep import (
     rearrange,
 )
 from exactcreep.motion.modes import solution_from_events
+from exactcreep.solvers import layout
 from exactcreep.solvers.exact import ExactSimulation
 from tests.paper import paper_chain
 
@@ -377,6 +378,47 @@ def test_a_dummy_breakpoint_and_what_is_recorded_change_no_bit():
         assert np.array_equal(one.state().displacements, simulation.state().displacements)
         assert np.array_equal(one.state().tensions, simulation.state().tensions)
         assert one.tally == simulation.tally
+
+
+ENDS = [
+    (2, {}, "0.01"),
+    (2, {"sigma_mu": "0"}, "0.01"),
+    (2, {"sigma_mu": "0", "tan_alpha": "0"}, "0.001"),
+    (2, {"tan_alpha": "0"}, "0.01"),
+    (2, {"mu_s": "0.5", "sigma_mu": "0.2"}, "0.01"),
+    (2, {"mu_s": "0.55", "sigma_mu": "0.1", "tan_alpha": "0.01"}, "0.01"),
+    (2, {"mu_s": "1.45", "sigma_mu": "0.5", "tan_alpha": "-0.48"}, "0.01"),
+    (3, {"tan_alpha": "0.4"}, "0.003"),
+    (3, {"sigma_mu": "0"}, "0.003"),
+    (5, {"sigma_mu": "0.1", "tan_alpha": "0.1"}, "0.003"),
+    (12, {"tan_alpha": "-0.3"}, "0.004"),
+]
+
+
+@pytest.mark.parametrize(("n", "changed", "amplitude"), ENDS)
+def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed, amplitude):
+    # where events are recorded every slip goes through the general loop
+    chain = paper_chain(n, **changed)
+    drive = Cycles(amplitude, 20 if n == 2 else 8)
+    plain, stretch = followed(chain, drive, seed=n)
+    general = ExactSimulation(chain, State.relaxed(chain, n), n, ("x_G", "events"))
+    logged = general.follow(drive, 1, drive.half_cycles, max_events=10**9)
+    interrupted = ExactSimulation(chain, State.relaxed(chain, n), n)
+    done = 0
+    while done < drive.half_cycles:
+        done += interrupted.follow(
+            drive, 1 + done, drive.half_cycles - done, max_events=23
+        ).completed
+    assert np.array_equal(stretch.recorded["x_G"], logged.recorded["x_G"])
+    rows = [layout.FORCE, layout.FORCE_LOW, layout.TRAVEL, layout.TRAVEL_LOW, layout.EXCESS]
+    for other in (general, interrupted):
+        for row in (*rows, layout.COEFFICIENT):
+            assert np.array_equal(plain._cell(row), other._cell(row))
+        for name in (layout.THETA, layout.THETA_LOW, layout.TOTAL, layout.TOTAL_LOW):
+            assert plain.work.real[name] == other.work.real[name]
+        assert plain.tally == other.tally
+        assert plain.state().draws.tolist() == other.state().draws.tolist()
+    assert plain.tally.slips > 100
 
 
 def test_scaling_the_length_unit_scales_the_amplitude():

@@ -21,16 +21,19 @@ from exactcreep.solvers.lanes import (
     choose,
     element,
     everywhere,
+    exponent,
     from_left,
     from_right,
     fused,
     fused_scalar,
+    lane_of,
     larger,
     largest,
     least,
     load,
     lowest_bit,
     magnitude,
+    mantissa,
     not_above,
     put,
     smaller,
@@ -38,8 +41,10 @@ from exactcreep.solvers.lanes import (
     square_root,
     store,
     take,
+    together,
     turned_left,
     turned_right,
+    upper_bits,
 )
 
 CHECKOUT = Path(__file__).parents[2]
@@ -292,6 +297,47 @@ def test_the_scalar_fused_operation_is_the_one_of_the_lanes(outcome):
     out = np.empty(OPERANDS.shape[1])
     fused_scalars(OPERANDS, out)
     assert same_bits(out, outcome[0][FUSED])
+
+
+@njit(error_model="numpy")
+def take_apart(operands, mantissas, exponents, turned):  # type: ignore[no-untyped-def]
+    """Split every strip into mantissas and exponents; turn its lanes round one by one."""
+    for s in range(operands.size // EIGHT):
+        a = load(operands, 0, EIGHT * s)
+        store(mantissas, 0, EIGHT * s, mantissa(a))
+        store(exponents, 0, EIGHT * s, exponent(a))
+        back = together(
+            lane_of(a, 7), lane_of(a, 6), lane_of(a, 5), lane_of(a, 4),
+            lane_of(a, 3), lane_of(a, 2), lane_of(a, 1), lane_of(a, 0),
+        )  # fmt: skip
+        store(turned, 0, EIGHT * s, back)
+
+
+def test_positive_normal_numbers_come_apart_as_in_numpy_and_lanes_one_by_one():
+    normal = np.sort(A[(A >= 2.0**-1022) & np.isfinite(A)])
+    operands = normal[: normal.size // EIGHT * EIGHT].reshape(1, -1)
+    assert operands.size > 500
+    mantissas, exponents, turned = (np.empty_like(operands) for _ in range(3))
+    take_apart(operands, mantissas, exponents, turned)
+    m, e = np.frexp(operands)
+    assert same_bits(mantissas, m)
+    assert same_bits(exponents, e.astype(float))
+    assert same_bits(turned.reshape(-1, EIGHT), operands.reshape(-1, EIGHT)[:, ::-1])
+
+
+@njit(error_model="numpy")
+def eight_upper_bits(w, out):  # type: ignore[no-untyped-def]
+    store(out, 0, 0, upper_bits(w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]))
+
+
+def test_the_upper_bits_of_words_become_whole_numbers():
+    rng = np.random.default_rng(11)
+    some = rng.integers(0, 2**64, 80, dtype=np.uint64)
+    ends = np.array([0, 1, 2**11 - 1, 2**11, 2**63 - 1, 2**63, 2**64 - 1, 2**64 - 2**11], np.uint64)
+    for words in (ends, *some.reshape(-1, EIGHT)):
+        out = np.empty((1, EIGHT))
+        eight_upper_bits(words, out)
+        assert out[0].tolist() == [w >> 11 for w in words.tolist()]
 
 
 @njit(error_model="numpy")
