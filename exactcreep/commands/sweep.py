@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from exactcreep.commands.options import (
+    Force,
     SceneName,
     Settings,
     SolverName,
@@ -41,6 +42,11 @@ def sweep(
     resume: Annotated[
         bool, typer.Option("--resume", help="Go on with the cells that the directory holds.")
     ] = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw the velocities to this PNG or PDF file."),
+    ] = None,
+    force: Force = False,
 ) -> None:
     """Run every member of a scene as a labelled grid, on all cores or on a cluster.
 
@@ -49,13 +55,14 @@ def sweep(
 
     Examples:
 
-        exactcreep sweep chain-plateaus --workers 8
+        exactcreep sweep chain-plateaus --workers 8 --plot plateaus.png
 
         exactcreep sweep two-sliders-cycles --set vary.drive.amplitude=[0.005,0.01] --seeds 100
 
         exactcreep sweep my-scene.toml --scheduler tcp://10.0.0.1:8786 --out plateaus --resume
     """
     from exactcreep.model.numbers import InputError, whole_number
+    from exactcreep.quasistatic.result import check_output, check_picture
     from exactcreep.scene import load_scene
     from exactcreep.studies.sweeps import sweep as run_sweep
 
@@ -66,6 +73,11 @@ def sweep(
         given["vary.run.seed"] = list(range(whole_number(seeds, "seeds", least=1, most=10**6)))
     wanted = load_scene(scene).with_settings(given)
     folder = out if out is not None else Path(f"{wanted.name}-sweep")
+    if plot is not None:
+        check_output(plot, "plot", force=force)
+        check_picture(plot)
+        if not set(wanted.vary) - {"run.seed"}:
+            raise InputError("plot", str(plot), "needs something that varies besides the seed")
     if workers is not None and scheduler is not None:
         raise InputError("workers", workers, "cannot be given together with a scheduler")
     with ExitStack() as stack:
@@ -88,6 +100,11 @@ def sweep(
             typer.echo(f"exactcreep: interrupted; --out {folder} --resume goes on", err=True)
             raise typer.Exit(130) from None
     _summarise(dataset, folder)
+    if plot is not None:
+        from exactcreep.studies.grids import draw_sweep
+
+        draw_sweep(dataset, plot, title=wanted.title or wanted.name)
+        typer.echo(f"written: {plot}")
 
 
 def _cluster(scheduler: str) -> Any:

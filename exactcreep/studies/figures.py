@@ -61,23 +61,30 @@ def save_picture(figure: Figure, path: Path | str) -> None:
         raise InputError("plot", str(path), f"cannot be written: {error.strerror}") from None
 
 
-def _setting_text(key: str, value: Any) -> str:
+def symbol_of(key: str) -> str:
+    """Return how a quantity that varies is called in a picture, by its key or its last part."""
+    name = key.rpartition(".")[2]
+    return _SYMBOLS.get(name, name)
+
+
+def setting_text(key: str, value: Any) -> str:
+    """Return a label for one setting of a member."""
     if isinstance(value, Mapping) and "size" in value:
         return f"{key.rpartition('.')[2]} {value.get('seed', 0)}"
     if isinstance(value, str) and key == "run.start":
         return value
-    return f"{_SYMBOLS.get(key, key.partition('.')[2] or key)} = {_value_text(value)}"
+    return f"{symbol_of(key)} = {_value_text(value)}"
 
 
 _SYMBOLS = {
-    "chain.n": "N",
-    "chain.l0": r"$\tilde{l}_0$",
-    "chain.mu_d": r"$\mu_\mathrm{d}$",
-    "chain.mu_s": r"$\mu_\mathrm{s}$",
-    "chain.sigma_mu": r"$\sigma_\mu$",
-    "chain.tan_alpha": r"$\tan\alpha$",
-    "drive.amplitude": r"$A_\theta$",
-    "drive.sigma_theta": r"$\sigma_\theta$",
+    "n": "N",
+    "l0": r"$\tilde{l}_0$",
+    "mu_d": r"$\mu_\mathrm{d}$",
+    "mu_s": r"$\mu_\mathrm{s}$",
+    "sigma_mu": r"$\sigma_\mu$",
+    "tan_alpha": r"$\tan\alpha$",
+    "amplitude": r"$A_\theta$",
+    "sigma_theta": r"$\sigma_\theta$",
 }
 
 
@@ -220,7 +227,7 @@ def _draw_members(
     telling = [key for key in known[0] if any(one.get(key) != known[0][key] for one in known)]
     for result, setting in zip(results, known, strict=False):
         if "x_G" in result.recorded and result.recorded["x_G"].size:
-            texts = [_setting_text(key, setting[key]) for key in telling]
+            texts = [setting_text(key, setting[key]) for key in telling]
             families.setdefault(texts[0] if texts else "", []).append(
                 (result, ", ".join(texts[1:]))
             )

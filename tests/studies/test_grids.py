@@ -1,0 +1,88 @@
+"""The picture of a sweep shows the numbers of the sweep, and refuses to show nothing."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.figure import Figure
+
+from exactcreep.cli import status
+from exactcreep.laws import LAWS
+from exactcreep.model.numbers import InputError
+from exactcreep.scene import load_scene
+from exactcreep.studies import grids
+from exactcreep.studies.sweeps import sweep
+
+
+def swept(**vary: Any) -> xr.Dataset:
+    settings = {"drive.cycles": 20} | {key.replace("__", "."): v for key, v in vary.items()}
+    return sweep(load_scene("two-sliders-cycles").with_settings(settings), workers=1)
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    figures: list[Figure] = []
+    monkeypatch.setattr(grids, "save_picture", lambda figure, path: figures.append(figure))
+    return figures
+
+
+def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit(
+    drawn: list[Figure],
+) -> None:
+    grid = swept(
+        vary__chain__tan_alpha=["0.1", "0.2", "0.3"],
+        vary__drive__amplitude=["0.005", "0.01"],
+        vary__run__seed=[1, 2],
+    )
+    grids.draw_sweep(grid, "unused.png", title="two sliders")
+    (axes,) = drawn[0].axes
+    assert axes.get_xlabel() == r"$\tan\alpha$"
+    assert drawn[0].get_suptitle() == "two sliders"
+    law = LAWS["vitesse_seuil"].exact
+    assert law is not None
+    for number, amplitude in enumerate((0.005, 0.01)):
+        points = axes.containers[number]
+        x, y = points.lines[0].get_data(orig=False)
+        mean = grid.velocity.mean("seed").sel(amplitude=amplitude).to_numpy()
+        assert x.tolist() == [0.1, 0.2, 0.3]
+        np.testing.assert_allclose(y, mean, rtol=1e-15, atol=0)
+        assert points.get_label() == rf"$A_\theta$ = {amplitude}"
+        (line,) = [
+            one for one in axes.lines
+            if one.get_color() == points.lines[0].get_color() and one.get_linestyle() == "--"
+        ]  # fmt: skip
+        expected = [
+            float(law(n=2, l0=1000, mu_d=0.5, tan_alpha=t, amplitude=amplitude)) for t in x
+        ]
+        np.testing.assert_allclose(line.get_ydata(orig=False), expected, rtol=1e-12, atol=0)
+
+
+def test_where_there_is_no_law_there_is_no_line(drawn: list[Figure]) -> None:
+    grids.draw_sweep(swept(vary__chain__tan_alpha=["-0.1", "0.2", "0.5"]), "unused.png")
+    lines = [line for line in drawn[0].axes[0].lines if line.get_linestyle() == "--"]
+    assert [np.isnan(line.get_ydata()).tolist() for line in lines if len(line.get_xdata())] == [
+        [True, False, True]
+    ]
+
+
+def test_seeds_alone_make_no_picture() -> None:
+    with pytest.raises(InputError, match="besides the seed"):
+        grids.draw_sweep(swept(vary__run__seed=[1, 2]), "unused.png")
+
+
+def test_the_command_draws_its_sweep_and_refuses_before_it_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    words = ["sweep", "two-sliders-cycles", "--set", "drive.cycles=4", "--out", "grid"]
+    vary = "vary.drive.amplitude=" + json.dumps([0.005, 0.01])
+    assert status([*words, "--seeds", "2", "--plot", "grid.png"]) == 2
+    assert status([*words, "--set", vary, "--plot", "grid.txt"]) == 2
+    assert not (tmp_path / "grid").exists()
+    assert status([*words, "--set", vary, "--plot", "grid.png"]) == 0, capsys.readouterr()
+    assert (tmp_path / "grid.png").read_bytes().startswith(b"\x89PNG")
