@@ -1,4 +1,12 @@
-"""Exact event-driven creep of a chain of sliders with Coulomb friction on an incline."""
+"""Exact event-driven creep of a chain of sliders with Coulomb friction on an incline.
+
+What is simulated: `Chain`, `State`, and a drive (`Cycles`, `GaussianSteps`, `Path` or
+`TemperatureRecord`). `rearrange` and `iterate` follow one rearrangement, `creep` a whole drive,
+`sweep` a grid of them; `resume` goes on from a checkpoint, `load_scene` reads a TOML file.
+`threshold`, `compare`, `plan` and `audit` ask what a user asks; `physical` turns a solid in SI
+units into its chain. `laws` are the formulas of the paper, `disorder` the numbers that are drawn.
+Results say how well they are known (`Evidence`) and why they ended (`Outcome`).
+"""
 
 from __future__ import annotations
 
