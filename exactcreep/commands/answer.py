@@ -52,6 +52,14 @@ def json_of_run(
     return {"scene": scene, "members": members}
 
 
+def print_heading(console: Any, scene: str, title: str) -> None:
+    """Print which scene it is."""
+    from rich.markup import escape
+
+    words = f": {escape(title)}" if title else ""
+    console.print(f"[bold]{escape(scene)}[/bold]{words}", soft_wrap=True)
+
+
 def print_summary(
     results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], scene: str, title: str
 ) -> None:
@@ -59,7 +67,7 @@ def print_summary(
     from rich.console import Console
 
     console = Console(highlight=False)
-    console.print(f"[bold]{scene}[/bold]" + (f": {title}" if title else ""), soft_wrap=True)
+    print_heading(console, scene, title)
     console.print(_described(results[0], bool(settings and settings[0])), soft_wrap=True)
     if len(settings) == 1 and not settings[0]:
         _print_one(console, results[0])

@@ -78,8 +78,10 @@ def _print(found: Comparison, name: str, title: str) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from exactcreep.commands.answer import print_heading
+
     console = Console(highlight=False)
-    console.print(f"[bold]{name}[/bold]" + (f": {title}" if title else ""), soft_wrap=True)
+    print_heading(console, name, title)
     console.print(
         f"certified: {found.events} events in {found.rearrangements} rearrangements, "
         f"{found.half_cycles} half-cycles ({found.evidence.value})",

@@ -36,7 +36,7 @@ def plan(
     """
     from rich.console import Console
 
-    from exactcreep.commands.answer import as_json
+    from exactcreep.commands.answer import as_json, print_heading
     from exactcreep.scene import load_scene
     from exactcreep.studies.planning import plan_scene
 
@@ -51,7 +51,7 @@ def plan(
             typer.echo(as_json({"scene": wanted.name, "members": members}))
         return
     console = Console(highlight=False)
-    console.print(f"[bold]{wanted.name}[/bold]" + (f": {wanted.title}" if wanted.title else ""))
+    print_heading(console, wanted.name, wanted.title)
     for setting, one in plans:
         if setting:
             console.print(", ".join(f"{key} = {value}" for key, value in setting.items()))

@@ -40,7 +40,7 @@ def tradeoff(
     """
     from rich.console import Console
 
-    from exactcreep.commands.answer import as_json
+    from exactcreep.commands.answer import as_json, print_heading
     from exactcreep.quasistatic.result import check_output, check_picture
     from exactcreep.scene import load_scene
     from exactcreep.studies.contests import draw_tradeoff
@@ -60,7 +60,7 @@ def tradeoff(
         typer.echo(as_json({"scene": wanted.name, "set": chosen} | measured.summary()))
         return
     console = Console(highlight=False)
-    console.print(f"[bold]{wanted.name}[/bold]" + (f": {wanted.title}" if wanted.title else ""))
+    print_heading(console, wanted.name, wanted.title)
     if chosen:
         told = ", ".join(f"{key} = {value}" for key, value in chosen.items())
         console.print(f"first member: {told}", soft_wrap=True)
