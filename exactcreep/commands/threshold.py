@@ -161,7 +161,7 @@ def _print(found: Threshold) -> None:
         row("no creep at", found.lower)
         row("creep at", found.upper)
         outcome = found.outcome_at_lower
-        rest = "a transient" if outcome is None else outcome.value
+        rest = _passing(found) if outcome is None else outcome.value
         row("below", f"{rest} ({found.outcome_evidence.value})")
         row("evidence", found.evidence.value)
         stable = f"; with {2 * found.cycles}, {found.stable_digits} digits are the same"
@@ -179,6 +179,17 @@ def _print(found: Threshold) -> None:
     for seed, start in (found.preparations or {}).items():
         says = "none found" if start is None else f"between {start.lower} and {start.upper}"
         console.print(f"start {seed}: {says}", soft_wrap=True)
+
+
+def _passing(found: Threshold) -> str:
+    """Return what is known of a transient."""
+    known = found.report.get("transient")
+    if known is None:
+        return "a transient"
+    words = f"a transient: tensions change by {known['change']:.1e} in cycle {known['cycles']}"
+    if "power" in known:
+        words += f", less and less as cycles^{known['power']:.2f}"
+    return words
 
 
 def _told(place: Any) -> str:

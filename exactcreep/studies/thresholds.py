@@ -145,6 +145,10 @@ class Threshold:
         Every edge of the scan, if asked for.
     preparations : mapping of int to Edge
         The threshold from each seeded start, if asked for; None where none was found.
+    report : mapping
+        How many runs of the solver it took; if `outcome_at_lower` is None, ``transient``: how many
+        ``cycles`` were followed in float64, the largest ``change`` of a tension in the last of
+        them, and the ``power`` of the number of cycles like which the changes fall, if they do.
     reason : str
         Which limit ended the search; "" if it was completed. What it had not come to is None, or
         missing from a list; `lower` and `upper` are as narrow as they had become.
@@ -418,6 +422,14 @@ class _Trial(NamedTuple):
     log: list[LoggedRearrangement]
     tensions: tuple[NDArray[Any], NDArray[Any]]
 
+    @property
+    def change(self) -> float:
+        """The largest change of a tension in the last cycle."""
+        before, after = self.tensions
+        pairs = zip(before, after, strict=True)
+        changes = (abs(enclosure(y).middle - enclosure(x).middle) for x, y in pairs)
+        return nearest_float(max(changes, default=Fraction(0)))
+
 
 @dataclass(frozen=True)
 class _Question:
@@ -535,6 +547,7 @@ class _Search:
         self.found: list[tuple[Fraction, Fraction, bool]] = []
         self.narrowest: tuple[Fraction, Fraction] | None = None
         self.decided: _Refined | None = None
+        self.transient: dict[str, Any] | None = None
 
     def threshold(self) -> Threshold:
         """Return the threshold, and what was asked for beside it."""
@@ -572,7 +585,8 @@ class _Search:
             deciding_event=None if differs is None else Difference(*differs[1:]),
             solver=asked.solver,
             windows=windows,
-            report={"deciding_runs": self.trials},
+            report={"deciding_runs": self.trials}
+            | ({} if self.transient is None else {"transient": self.transient}),
         )
 
     def unfinished(self, reason: str) -> Threshold:
@@ -762,6 +776,7 @@ class _Search:
 
     def settled(self, amplitude: Fraction) -> tuple[Outcome | None, Evidence]:
         """Return what float64 has the chain do after many more cycles at `amplitude`."""
+        changes: list[tuple[int, float]] = []
         for times in _LATER:
             self.asked.say("cycles beyond", times, _LATER[-1])
             later = replace(self.question, cycles=times * self.question.cycles)
@@ -769,6 +784,8 @@ class _Search:
             outcome, evidence = _outcome(trial, later.half_cycles)
             if outcome is not None and not trial.creeps:
                 return outcome, _weaker(evidence, Evidence.COMPUTED)
+            changes.append((later.cycles, trial.change))
+        self.transient = _transient(changes)
         return None, _weaker(trial.evidence, Evidence.COMPUTED)
 
     def stable_digits(self, refined: _Refined, lasting: bool) -> int:
@@ -1018,6 +1035,32 @@ def _outcome(trial: _Trial, half_cycles: int) -> tuple[Outcome | None, Evidence]
     if any(abs(x.middle - y.middle) > x.radius + y.radius + room for x, y in pairs):
         return None, trial.evidence
     return Outcome.CYCLING, _weaker(trial.evidence, Evidence.COMPUTED)
+
+
+def _transient(changes: list[tuple[int, float]]) -> dict[str, Any]:
+    """Return how a transient goes on that has come to no end.
+
+    Parameters
+    ----------
+    changes : list of (int, float)
+        The largest change of a tension in one cycle, after so many cycles.
+
+    Returns
+    -------
+    dict
+        ``cycles`` followed, and the ``change`` in the last of them; if it falls like a power of
+        the number of cycles (the last three agree on one to a tenth), its ``power``: with one below
+        -1 the changes still to come have a finite sum, and the chain approaches a cycle that it
+        never quite reaches.
+    """
+    cycles, change = changes[-1]
+    out: dict[str, Any] = {"cycles": cycles, "change": change}
+    if len(changes) > 2 and min(change for _, change in changes[-3:]) > 0:
+        logs = [(math.log(k), math.log(x)) for k, x in changes[-3:]]
+        powers = [(y - x) / (b - a) for (a, x), (b, y) in pairwise(logs)]
+        if powers[-1] < 0 and abs(powers[0] - powers[1]) <= abs(powers[1]) / 10:
+            out["power"] = round(powers[-1], 3)
+    return out
 
 
 def _lone_slips(one: LoggedRearrangement) -> bool:

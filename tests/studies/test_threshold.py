@@ -304,3 +304,25 @@ def test_the_command_shows_what_a_search_out_of_time_has(
     shown = capsys.readouterr().out
     assert "max_seconds = 0 was reached" in shown
     assert "not found yet" in shown
+
+
+def test_a_transient_without_end_is_told_by_how_its_changes_fall() -> None:
+    found = threshold(captions(8), low="1.0751e-3", high="1.0753e-3", points=2, **FLOAT)
+    assert found.outcome_at_lower is None
+    known = found.report["transient"]
+    assert known["cycles"] == 64 * found.cycles
+    assert 0 < known["change"] < 1e-6
+    assert -2.2 < known["power"] < -1.9
+
+
+def test_changes_that_follow_no_power_are_not_said_to() -> None:
+    falling = [(k, 3.0 / k**2) for k in (80, 320, 1280)]
+    assert thresholds._transient(falling) == {
+        "cycles": 1280,
+        "change": falling[-1][1],
+        "power": -2.0,
+    }
+    for changes in (falling[1:], [(80, 1e-3), (320, 1e-4), (1280, 1e-7)], [(80, 1e-3)] * 3):
+        assert "power" not in thresholds._transient(
+            [(80 * 4**j, change) for j, (_, change) in enumerate(changes)]
+        )
