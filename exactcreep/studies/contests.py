@@ -48,7 +48,7 @@ def draw_comparison(comparison: Comparison, path: Path | str, *, title: str = ""
         below.set_xlabel("half-cycles")
         below.set_ylabel(r"$\tilde{x}_G$, verlet minus exact ($g\,\tau_\mathrm{dyn}^2$)")
         if title:
-            figure.suptitle(title, fontsize=10)
+            figure.suptitle(title, fontsize=10, parse_math=False)
         save_picture(figure, path)
 
 
@@ -110,7 +110,7 @@ def draw_tradeoff(measured: Tradeoff, path: Path | str, *, title: str = "") -> N
                 list(known.values()), list(known), loc="outside lower center", ncols=len(known)
             )
         if title:
-            figure.suptitle(title, fontsize=10)
+            figure.suptitle(title, fontsize=10, parse_math=False)
         save_picture(figure, path)
 
 

@@ -125,7 +125,7 @@ def draw_run(
         ratios = (1, 5) if band else (1, 2.4)
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=ratios)
         if title:
-            figure.suptitle(title, fontsize=10)
+            figure.suptitle(title, fontsize=10, parse_math=False)
         _draw_theta(top, results, band=band)
         if len(results) == 1:
             _draw_one(bottom, results[0])

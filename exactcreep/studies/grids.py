@@ -62,7 +62,7 @@ def draw_sweep(dataset: xr.Dataset, path: Path | str, *, title: str = "") -> Non
         if len(families) <= _MOST_FAMILIES:
             axes.legend(loc="best")
         if title:
-            figure.suptitle(title, fontsize=10)
+            figure.suptitle(title, fontsize=10, parse_math=False)
         save_picture(figure, path)
 
 

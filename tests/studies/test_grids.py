@@ -86,3 +86,10 @@ def test_the_command_draws_its_sweep_and_refuses_before_it_runs(
     assert not (tmp_path / "grid").exists()
     assert status([*words, "--set", vary, "--plot", "grid.png"]) == 0, capsys.readouterr()
     assert (tmp_path / "grid.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_title_is_drawn_as_it_is_written(drawn: list[Figure]) -> None:
+    title = r"$\bad{ is no formula, and 5 $ is money"
+    grids.draw_sweep(swept(vary__chain__tan_alpha=["0.1", "0.2"]), "unused.png", title=title)
+    drawn[0].canvas.draw()
+    assert drawn[0].get_suptitle() == title
