@@ -312,6 +312,12 @@ def _candidate(cell, series, friction, first, strips):  # type: ignore[no-untype
         p0 = choose(fresh, p1, p0)
         p1 = choose(fresh, p2, p1)
         p2 = choose(fresh, zero - way * (take(series, row + 3) * spread(1.0 / 6.0)), p2)
+        if lane >= 0:
+            # most strips have nothing sooner than what has been found
+            then = fused(fused(p2, spread(best), p1), spread(best), p0)
+            midway = fused(fused(p2, spread(0.5 * best), p1), spread(0.5 * best), p0)
+            if below(smaller(then, midway), zero) == 0:
+                continue
         square = p1 * p1 - spread(4.0) * p2 * p0
         low = square_root(larger(square, zero)) - p1
         guess = (p0 + p0) / larger(low, spread(1e-300))
