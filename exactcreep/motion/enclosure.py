@@ -9,18 +9,22 @@ direction first. (Lohner's method, with the derivative of every event time in it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import flint
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
 
 from exactcreep.motion.arithmetic import Balls, Undecided
 from exactcreep.motion.modes import Ends, modes
 
 Row = list[Any]
+ZERO = flint.arb(0)
+"""One zero for all: what a long chain's axes mostly consist of is then known at a glance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +67,7 @@ class Spread:
     def __init__(self, forces: list[Row], balls: Balls) -> None:
         self.balls = balls
         self.k = len(forces[0])
-        zero = [flint.arb(0)] * self.k
+        zero = [ZERO] * self.k
         self.forces = [list(row) for row in forces]
         self.velocities = [zero for _ in forces]
         self.moved = [zero for _ in forces]
@@ -86,7 +90,7 @@ class Spread:
                 x + acceleration * d for x, d in zip(self.velocities[n], delay, strict=True)
             ]
         self._add_displacements(late)
-        zero = [flint.arb(0)] * self.k
+        zero = [ZERO] * self.k
         # what is constant at the event, whatever the state was; for an image this holds for the
         # states that mirror themselves, and only they need to be enclosed
         constant = self.velocities if passage.side == 0 else self.forces
@@ -96,7 +100,7 @@ class Spread:
 
     def stop(self, n: int) -> None:
         """Bring slider `n` to rest."""
-        self.velocities[n] = [flint.arb(0)] * self.k
+        self.velocities[n] = [ZERO] * self.k
 
     def _propagated(self, first: int, p: int, ends: Ends, t: Any) -> tuple[list[Row], list[Row]]:
         table = modes(self.balls, p, ends)
@@ -140,7 +144,7 @@ class Spread:
 
 
 def _sum(a: Row, b: Row) -> Row:
-    return [x + y for x, y in zip(a, b, strict=True)]
+    return [y if x is ZERO else x if y is ZERO else x + y for x, y in zip(a, b, strict=True)]
 
 
 def _diagonal(entries: Sequence[Any]) -> Any:
@@ -172,7 +176,9 @@ class Box:
     def of(cls, radii: Sequence[Any]) -> Box:
         """Return the box of the given half widths."""
         size = len(radii)
-        axes = [[flint.arb(int(i == j)) for j in range(size)] for i in range(size)]
+        axes = [[ZERO] * size for _ in range(size)]
+        for i in range(size):
+            axes[i][i] = flint.arb(1)
         exponent = max(_exponent(r) for r in radii)
         return cls(axes, _scaled(radii, exponent), exponent)
 
@@ -194,18 +200,44 @@ class Box:
         weighted = middles * widths
         if not np.isfinite(weighted).all() or not np.isfinite(errors).all():
             raise Undecided("the derivative of a rearrangement is not enclosed")
-        order = np.argsort(-np.linalg.norm(weighted, axis=0), kind="stable")
-        basis, _ = np.linalg.qr(weighted[:, order], mode="complete")
-        turned = basis.T @ middles
-        size = len(rows)
-        # products of non-negative numbers bound the rounding of those above, entry by entry
-        rounding = size * 2.0**-52 * (abs(basis.T) @ abs(middles))
-        sizes = (abs(turned) + rounding + abs(basis.T) @ errors) @ widths + abs(basis.T) @ widened
-        defect = abs(basis.T @ basis - np.eye(size)).sum(axis=1).max() + size**2 * 2.0**-50
-        sizes = _up(sizes + 2 * defect * sizes.max())
-        axes = [[flint.arb(x) for x in row] for row in basis.tolist()]
+        unsure = _up(errors @ widths + widened)
+        sizes = np.empty(len(rows))
+        axes = [[ZERO] * len(rows) for _ in rows]
+        for block, columns in _blocks(middles):
+            size, place = len(block), np.ix_(block, columns)
+            part, middle = weighted[place], middles[place]
+            basis = np.ones((1, 1))
+            if size > 1:
+                order = np.argsort(-np.linalg.norm(part, axis=0), kind="stable")
+                basis, _ = np.linalg.qr(part[:, order], mode="complete")
+            # products of non-negative numbers bound the rounding of those above, entry by entry
+            rounding = size * 2.0**-52 * (abs(basis.T) @ abs(middle))
+            turned = abs(basis.T @ middle) + rounding
+            reach = turned @ widths[columns] + abs(basis.T) @ unsure[block]
+            defect = abs(basis.T @ basis - np.eye(size)).sum(axis=1).max() + size**2 * 2.0**-50
+            sizes[block] = _up(reach + 2 * defect * reach.max())
+            for i, row in zip(block.tolist(), basis.tolist(), strict=True):
+                for j, x in zip(block.tolist(), row, strict=True):
+                    axes[i][j] = flint.arb(x)
         power = int(np.frexp(sizes.max())[1])
         return Box(axes, np.ldexp(sizes, -power), exponent + power)
+
+
+def _blocks(
+    middles: NDArray[np.float64],
+) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    """Yield rows and columns that have no entry in common with any other rows and columns.
+
+    A slip at one end of a long chain leaves the axes of the rest as they are.
+    """
+    size, k = middles.shape
+    row, column = np.nonzero(middles)
+    joined = csr_array((np.ones(row.size), (row, size + column)), shape=(size + k, size + k))
+    _, labels = connected_components(joined, directed=False)
+    for members in np.split(np.argsort(labels, kind="stable"), np.bincount(labels).cumsum()[:-1]):
+        rows = members[members < size]
+        if rows.size:
+            yield rows, members[members >= size] - size
 
 
 _TINY = 2.0**-900
@@ -231,6 +263,9 @@ def _scaled(numbers: Sequence[Any], exponent: int) -> NDArray[np.float64]:
 
 def _split(rows: list[Row]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return balls as floats and bounds of their distances from them."""
-    middles = np.array([[float(x) for x in row] for row in rows])
-    radii = np.array([[float(x.rad()) for x in row] for row in rows])
+    middles, radii = np.zeros((2, len(rows), len(rows[0])))
+    for i, row in enumerate(rows):
+        for j, x in enumerate(row):
+            if x is not ZERO:
+                middles[i, j], radii[i, j] = float(x), float(x.rad())
     return middles, _up(radii) + 2.0**-51 * abs(middles)

@@ -18,7 +18,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
-from exactcreep.motion.enclosure import Box, Passage, Spread
+from exactcreep.motion.enclosure import ZERO, Box, Passage, Spread
 from exactcreep.motion.modes import Flow, Run
 from exactcreep.motion.roots import FirstEvent
 from exactcreep.solvers.mechanics import Mechanics
@@ -85,7 +85,7 @@ class Enclosed(Mechanics):
         self.followed, self.following = [], centre.rearrangement()
         rows = list(box.axes)
         first, last, theta = rows[0], rows[-2], rows[-1]
-        zero = [flint.arb(0)] * len(first)
+        zero = [ZERO] * len(first)
         if not moves and target is not None and self.chain.n > 1:
             rows[0] = [a + b for a, b in zip(first, theta, strict=True)]
             rows[-2] = [a - b for a, b in zip(last, theta, strict=True)]
@@ -191,7 +191,7 @@ class Enclosed(Mechanics):
         with balls_of(DERIVATIVE_BITS).active():
             spread = self._spread()
             rows = [*spread.forces, *(spread.velocities[n] for n in fast), self.box.axes[-1]]
-            self.box = self.box.carried(rows, [*noise, flint.arb(0)])
+            self.box = self.box.carried(rows, [*noise, ZERO])
             radii = self.box.radii(self.box.axes)
         self.fast = fast
         n = self.chain.n
@@ -303,7 +303,7 @@ class Enclosed(Mechanics):
         kept = captured["set"]
         if kept is not None:
             number = self.arithmetic.from_plain
-            axes = [list(number(row)) for row in kept["axes"]]
+            axes = [[ZERO if x == 0 else x for x in number(row)] for row in kept["axes"]]
             self.box = Box(axes, kept["widths"].copy(), int(kept["exponent"]))
             self.reach = list(number(kept["reach"]))
             self.centre = Mechanics(self.chain, self.seed, self.arithmetic, self.origin)
