@@ -11,6 +11,7 @@ import itertools
 import json
 import math
 import os
+import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
@@ -30,6 +31,8 @@ MOST_MEMBERS = 1_000_000
 """A scene that varies more is a mistake: its settings alone would fill the memory."""
 _LARGEST_FILE = 16 * 2**20  # bytes; long paths of dilations belong there, records do not
 _DEEPEST = 8  # tables within tables
+_DEEPEST_KEY = 100
+_WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 CHAIN_KEYS = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
 RUN_KEYS = ("solver", "seed", "burn_in", "record", "start")
@@ -283,7 +286,7 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     if len(raw) > _LARGEST_FILE:
         raise InputError("scene", name, f"must have at most {_LARGEST_FILE} bytes")
     try:
-        text = raw.decode("utf-8")
+        text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         allowed = f"must be UTF-8 text; byte {error.start} is not"
         raise InputError("scene", name, allowed) from None
@@ -310,6 +313,10 @@ def parsed_value(text: str) -> Any:
 
 
 def _parsed(text: str, name: str) -> dict[str, Any]:
+    words = (word for word in _WORD.findall(text) if word.count(".") > _DEEPEST_KEY)
+    if any(sum(map(bool, word.split("."))) > _DEEPEST_KEY for word in words):
+        # the parser takes a time that grows with the square of the depth of a dotted key
+        raise InputError("scene", name, "must be a TOML file: nested too deeply")
     try:
         return tomllib.loads(text, parse_float=Literal)
     except tomllib.TOMLDecodeError as error:

@@ -48,9 +48,13 @@ def run_session(
     from exactcreep.quasistatic.loop import Interrupted, PhysicsWarning, run_members
     from exactcreep.quasistatic.result import check_output, check_picture, save_members
 
+    named = {} if keeper is None else {Path(keeper.path).resolve(): "checkpoint"}
     for path, option in ((out, "out"), (plot, "plot")):
         if path is not None:
             check_output(path, option, force=force)
+            other = named.setdefault(path.resolve(), option)
+            if other != option:
+                raise InputError(option, str(path), f"must not be the file of --{other}")
     if plot is not None:
         check_picture(plot)
         if not any("x_G" in experiment.record for experiment in experiments):

@@ -41,7 +41,10 @@ def _shown(value: Any) -> str:
     elif isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**80:
         text = "an integer of more than 80 digits"
     else:
-        text = repr(value)
+        try:
+            text = repr(value)
+        except (ValueError, RecursionError):  # an endless integer, endless nesting
+            text = f"a {type(value).__name__} too large to be shown"
     return text if len(text) <= 80 else text[:60] + f"… ({len(text)} characters)"
 
 
@@ -88,15 +91,41 @@ def _from_text(text: str, value: Any, field: str) -> Fraction:
         raise InputError(field, value, f"must have at most {_LONGEST} characters")
     if _RATIO.fullmatch(text):
         numerator, denominator = text.split("/")
-        if int(denominator) == 0:
+        if _long(denominator) == 0:
             raise InputError(field, value, "must not be divided by zero")
-        return Fraction(int(numerator), int(denominator))
+        return _long(numerator) / _long(denominator)
     if not _DECIMAL.fullmatch(text):
         raise InputError(field, value, 'must be a finite number, e.g. 0.25, "1/4" or 2.5e-3')
     exponent = re.split("[eE]", text)[1] if re.search("[eE]", text) else "0"
     if len(exponent) > 6 or abs(int(exponent)) > _WIDEST:
         raise InputError(field, value, f"must have an exponent between -{_WIDEST} and {_WIDEST}")
-    return Fraction(text)
+    return _long(text)
+
+
+def _long(text: str) -> Fraction:
+    """Return a decimal exactly; unlike Python's integers it may have thousands of digits."""
+    return Fraction(Decimal(text))
+
+
+def ratio_text(value: Fraction) -> str:
+    """Return ``p/q``, or ``p``, with however many digits; `ratio_of` reads it."""
+    numerator, denominator = (f"{Decimal(part):f}" for part in value.as_integer_ratio())
+    return numerator if value.denominator == 1 else f"{numerator}/{denominator}"
+
+
+def ratio_of(text: str) -> Fraction:
+    """Return the rational that `ratio_text` wrote.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    numerator, slash, denominator = text.partition("/")
+    try:
+        return _long(numerator) / (_long(denominator) if slash else 1)
+    except (ArithmeticError, OverflowError):
+        raise ValueError(f"not a ratio of integers: {text[:60]}") from None
 
 
 def whole_number(value: Any, field: str, *, least: int, most: int | None = None) -> int:
@@ -138,7 +167,7 @@ def file_name(value: Any, field: str) -> str:
         pass
     except (OSError, UnicodeError) as error:
         reason = getattr(error, "strerror", None) or "no such name can be"
-        raise InputError(field, value, f"must be the name of a file: {reason}") from None
+        raise InputError(field, name, f"must be the name of a file: {reason}") from None
     return name
 
 

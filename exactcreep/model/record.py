@@ -6,6 +6,7 @@ import csv
 import datetime
 import hashlib
 import io
+import math
 import os
 import re
 from collections.abc import Iterable, Iterator
@@ -260,11 +261,16 @@ def _columns(
                 time, fields[places[0]], f"must be later than in the row before in {where}"
             )
         before = moment
-        times.append(
+        seconds = (
             nearest_float(moment)
             if isinstance(moment, Fraction)
             else (moment - origin).total_seconds()
         )
+        if not math.isfinite(seconds):
+            raise InputError(
+                time, fields[places[0]], f"must be below the largest float, 1.8e308, in {where}"
+            )
+        times.append(seconds)
         temperatures.append(value)
     if not temperatures:
         raise InputError("file", shown, "must hold at least one row of data")

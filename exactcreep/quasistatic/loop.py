@@ -333,8 +333,9 @@ class Keeper:
         }
         try:
             checkpoint.write(self.path, content)
-        except TypeError as error:
-            raise InputError("checkpoint", self.path, f"cannot be written: {error}") from None
+        except (TypeError, OSError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise InputError("checkpoint", self.path, f"cannot be written: {reason}") from None
         self._last = time.monotonic()
 
 

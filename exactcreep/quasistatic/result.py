@@ -13,7 +13,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import h5netcdf
+import h5py
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError, file_name, nearest_float
+from exactcreep.model.numbers import InputError, file_name, nearest_float, ratio_of, ratio_text
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, digits_and_radii, enclosure, floats
@@ -240,7 +240,7 @@ class Creep:
             add(f"{moment}_theta", (), nearest_float(enclosure(state.theta).middle), "theta")
         for name, value in self.drive.parameters().items():
             if isinstance(value, (list, tuple)):
-                texts = np.array([str(item) for item in value], dtype=str)
+                texts = np.array([_text(item) for item in value], dtype=str)
                 variables[f"drive_{name}"] = (f"drive_{name}_index", texts)
         return variables
 
@@ -250,7 +250,7 @@ class Creep:
             add(name, (dimension,), values, quantity)
             return
         add(name, (dimension,), floats(values), quantity)
-        middles = [str(enclosure(value).middle) for value in values.tolist()]
+        middles = [ratio_text(enclosure(value).middle) for value in values.tolist()]
         add(f"{name}_exact", (dimension,), np.array(middles, dtype=str), quantity)
         texts, radii = digits_and_radii(values, self.experiment.digits or 17)
         if radii.any():
@@ -272,15 +272,15 @@ class Creep:
         about["burn_in_asked"] = "default" if asked is None else str(asked)
         about["start"] = "relaxed" if self.experiment.start is None else "given"
         theta = self.experiment.initial.theta
-        about["start_theta"] = str(enclosure(theta).middle)
+        about["start_theta"] = ratio_text(enclosure(theta).middle)
         about["outcome"] = self.outcome.value
         about["evidence"] = self.evidence.value
         about["reason"] = self.reason
         about["velocity"] = self.velocity
         about["velocity_error"] = self.velocity_error
         if self.velocity_enclosure is not None:
-            about["velocity_exact"] = str(self.velocity_enclosure.middle)
-            about["velocity_exact_radius"] = str(self.velocity_enclosure.radius)
+            about["velocity_exact"] = ratio_text(self.velocity_enclosure.middle)
+            about["velocity_exact_radius"] = ratio_text(self.velocity_enclosure.radius)
         about["velocity_units"] = "g tau_dyn^2 per half-cycle"
         about |= {name: getattr(self, name) for name in _COUNTS}
         about["seconds"] = self.seconds
@@ -322,7 +322,7 @@ class Creep:
         exact = None
         if "velocity_exact" in about:
             exact = Enclosure(
-                Fraction(about["velocity_exact"]), Fraction(about["velocity_exact_radius"])
+                ratio_of(about["velocity_exact"]), ratio_of(about["velocity_exact_radius"])
             )
         return cls(
             experiment=experiment,
@@ -346,6 +346,14 @@ def _is_recorded(name: str) -> bool:
     return quantity in _DIMENSIONS or quantity.startswith("event_")
 
 
+_RATIOS = ("amplitude", "sigma_theta", "theta", "kappa", "T0")
+"""Parameters of drives that are rationals."""
+
+
+def _text(value: Any) -> str:
+    return ratio_text(value) if isinstance(value, Fraction) else str(value)
+
+
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
@@ -367,7 +375,7 @@ def _json(value: Any) -> str:
 
 def _attribute_values(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {
-        name: str(value) if isinstance(value, Fraction) else value
+        name: _text(value) if isinstance(value, Fraction) else value
         for name, value in parameters.items()
         if not isinstance(value, (list, tuple))
     }
@@ -377,18 +385,21 @@ def _experiment(data: xr.Dataset) -> Experiment:
     about = data.attrs
     chain = Chain(
         int(about["n"]),
-        *(str(about[name]) for name in ("l0", "mu_d", "mu_s", "sigma_mu")),
-        tan_alpha=str(about["tan_alpha"]),
+        *(ratio_of(str(about[name])) for name in ("l0", "mu_d", "mu_s", "sigma_mu")),
+        tan_alpha=ratio_of(str(about["tan_alpha"])),
     )
     parameters: dict[str, Any] = {}
     for name in about["drive_parameters"].split():
         listed = f"drive_{name}"
-        parameters[name] = data[listed].to_numpy().tolist() if listed in data else about[name]
+        given = data[listed].to_numpy().tolist() if listed in data else about[name]
+        if name in _RATIOS:  # they may be longer than a number that a user gives
+            given = [*map(ratio_of, given)] if isinstance(given, list) else ratio_of(str(given))
+        parameters[name] = given
     if about["drive"] not in DRIVES:
         raise InputError("drive.kind", about["drive"], "must be one of " + ", ".join(DRIVES))
     start = None
     if about["start"] == "given":
-        theta = Fraction(about["start_theta"])
+        theta = ratio_of(about["start_theta"])
         near = nearest_float(theta)
         start = _state(data, "initial", near if Fraction(near) == theta else theta)
     return Experiment.of(
@@ -409,7 +420,7 @@ def _state(data: xr.Dataset, moment: str, theta: Any) -> State:
         if exact not in data:
             return data[f"{moment}_{name}"].to_numpy()
         rationals = np.empty(data[exact].size, dtype=object)
-        rationals[:] = [Fraction(text) for text in data[exact].to_numpy().tolist()]
+        rationals[:] = [ratio_of(text) for text in data[exact].to_numpy().tolist()]
         if f"{moment}_{name}_radius" in data:
             radii = data[f"{moment}_{name}_radius"].to_numpy().tolist()
             for k, radius in enumerate(radii):
@@ -463,7 +474,11 @@ def save_members(
         If the file exists and `force` is not given, or it cannot be written.
     """
     target = check_output(path, "out", force=force)
-    handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    try:
+        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
+    except OSError as error:
+        reason = f"cannot be written: {error.strerror}"
+        raise InputError("out", os.fspath(path), reason) from None
     os.close(handle)
     try:
         if len(results) == 1:
@@ -495,9 +510,10 @@ def load_members(path: str | os.PathLike[str]) -> list[Creep]:
     if not Path(path).is_file():
         raise InputError("result", name, "must be a file")
     try:
-        with h5netcdf.File(name, "r") as file:
+        # h5netcdf complains, when it is collected, about a file that it could not open
+        with h5py.File(name, "r") as file:
             known = file.attrs.get("format")
-            count = int(file.attrs.get("members", 0))
+            count = int(np.ravel(file.attrs.get("members", 0))[0])
         if known != FORMAT:
             raise InputError("result", name, "is not a result of exactcreep (of this version)")
         groups: list[str | None] = [f"member_{k}" for k in range(1, count + 1)]
