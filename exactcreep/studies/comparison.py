@@ -12,7 +12,6 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -244,7 +243,8 @@ def compare(
     Raises
     ------
     InputError
-        If an argument is out of range, or nothing happens in the experiment.
+        If an argument is out of range, nothing happens in the experiment, or the first thing that
+        happens never ends.
 
     Notes
     -----
@@ -274,6 +274,8 @@ def compare(
         lambda done: say("certified", done),
     )
     targets = truth.x.shape[0]
+    if targets == 0:
+        raise InputError("scene", "a first rearrangement without end", "must come to rest once")
     contestants = []
     for name in ("exact", "verlet"):
         say(name, 0.0)
@@ -315,12 +317,19 @@ def _broken_drive(experiment: Experiment, events: int) -> tuple[Path, list[int]]
     theta: list[Fraction] = []
     ends: list[int] = []
     for q in range(1, drive.half_cycles + 1):
-        stretch = simulation.follow(drive, q, 1, max_events=1 << 40)
-        log = rearrangements(stretch.recorded)
-        for one, other in pairwise(log):
-            if one.theta != other.theta:
-                theta.append((Fraction(float(one.theta)) + Fraction(float(other.theta))) / 2)
-                ends.append(q)
+        before: float | None = None  # theta_c of the rearrangement before
+        reached = False
+        while not reached:
+            stretch = simulation.follow(drive, q, 1, max_events=events)
+            for one in rearrangements(stretch.recorded):
+                here = float(one.theta)
+                if before is not None and before != here:
+                    theta.append((Fraction(before) + Fraction(here)) / 2)
+                    ends.append(q)
+                before = here
+            reached = bool(stretch.completed) or stretch.outcome is not None
+            if simulation.tally.events >= 2 * events + 100 and theta and not reached:
+                return Path(theta), ends  # a half-cycle may have more events than memory holds
         theta.append(drive.exact_target(q, seed))
         ends.append(q)
         if stretch.outcome is not None or simulation.tally.events >= events:

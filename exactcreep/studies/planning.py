@@ -28,6 +28,7 @@ from exactcreep.solvers.solver import Solver
 
 DEFAULT_ACCURACY = "0.01"
 _TIMED_SECONDS = 0.2  # of a pilot run: long beside a call, short beside a reader's patience
+_MOST_TARGETS = 1 << 20  # in one call: bounds its memory
 
 
 @dataclass(frozen=True)
@@ -344,7 +345,7 @@ def measured_pace(
     while done < drive.half_cycles and spent < seconds:
         begin = time.perf_counter()
         stretch = simulation.follow(
-            drive, done + 1, drive.half_cycles - done, max_events=most_events
+            drive, done + 1, min(drive.half_cycles - done, _MOST_TARGETS), max_events=most_events
         )
         took = time.perf_counter() - begin
         spent += took

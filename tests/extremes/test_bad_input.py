@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable
 from contextlib import suppress
 from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +42,7 @@ from exactcreep import (
 )
 from exactcreep import Path as ThetaPath
 from exactcreep.cli import status
+from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
 from exactcreep.studies.thresholds import GivenUp
 
@@ -343,6 +345,96 @@ def test_a_number_of_a_million_digits_is_refused_without_being_read(
     for option in ("chain.l0", "chain.n", "drive.amplitude", "run.seed", "run.burn_in"):
         assert len(told("run", "two-sliders-cycles", "--set", f"{option}={digits}")) < 400
     assert len(told("run", "two-sliders-cycles", "--max-events", digits)) < 400
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        SCENE + "[run]\nrecord = " + "[" * 10**5 + "]" * 10**5,
+        "a = " + "{a=" * 5000 + "1" + "}" * 5000,
+        "a." * 10**5 + "b = 1\n" + SCENE,
+        SCENE + "[vary]\n" + "chain." * 5000 + "n = [1]\n",
+        SCENE + "[vary]\n" + "chain." * 90 + "n = [1]\n",
+        "".join(f"[{'.'.join('a' * k)}]\n" for k in range(1, 90)) + SCENE,
+        SCENE + "[vary]\n" + "".join(f"k{i} = [1]\n" for i in range(10**4)),
+        SCENE + "[vary]\nchain.n = " + str([2] * 1000) + "\nrun.seed = " + str([2] * 1001),
+        SCENE + '[run]\nsolver = "a\\nb"\n',
+        SCENE + '[run]\nsolver = "\\u001b[31m"\n',
+    ],
+    ids=["arrays", "tables", "key", "vary", "vary a little", "headers", "keys", "members",
+         "lines", "escape"],
+)  # fmt: skip
+def test_a_scene_of_endless_depth_or_width_is_refused_at_once(
+    text: str, told: Callable[..., str], tmp_path: Path
+) -> None:
+    (tmp_path / "wild.toml").write_text(text)
+    assert len(told("run", "wild.toml")) < 600
+
+
+def test_decimals_of_thousands_of_digits_are_kept_saved_and_loaded(tmp_path: Path) -> None:
+    many = "0.25" + "0" * 6000 + "1"
+    chain = Chain(**GOOD | {"tan_alpha": many})
+    assert chain.tan_alpha > Fraction(1, 4)
+    result = creep(chain, Cycles("1e-4999", 1))
+    result.save(tmp_path / "long.nc")
+    loaded = Creep.load(tmp_path / "long.nc")
+    assert loaded.chain == chain
+    assert loaded.drive == result.drive
+    ratio = "1" * 4500 + "/" + "3" * 4500
+    assert Chain(**GOOD | {"tan_alpha": ratio}).tan_alpha == Fraction(1, 3)
+
+
+def test_a_scene_may_begin_with_a_byte_order_mark_and_end_its_lines_as_it_likes(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "a.toml").write_bytes(b"\xef\xbb\xbf" + SCENE.replace("\n", "\r\n").encode())
+    assert load_scene(tmp_path / "a.toml").experiment().chain.n == 3
+
+
+def test_one_file_does_not_serve_two_purposes(told: Callable[..., str], tmp_path: Path) -> None:
+    scene = ["run", "two-sliders-cycles", "--set", "drive.cycles=1"]
+    assert "--out" in told(*scene, "--out", "a.png", "--plot", "./a.png")
+    assert "--checkpoint" in told(*scene, "--checkpoint", "a.x", "--out", "a.x")
+    assert status([*scene, "--checkpoint", str(tmp_path / "a.ckpt"), "--json"]) == 0
+
+
+def test_a_file_that_cannot_be_begun_is_named(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*_: object, **__: object) -> None:
+        raise OSError(28, "No space left on device", ".x.abc")
+
+    monkeypatch.setattr("tempfile.mkstemp", full)
+    for option in ("out", "checkpoint"):
+        name = str(tmp_path / "new")
+        words = ["run", "two-sliders-cycles", "--set", "drive.cycles=1", "--json"]
+        assert status([*words, f"--{option}", name]) == 2
+        told = capsys.readouterr().err.strip().splitlines()[-1]
+        assert told.startswith(f"exactcreep: {option} = ")
+        assert "No space left" in told
+
+
+def test_a_time_beyond_the_largest_float_is_refused(tmp_path: Path) -> None:
+    record = tmp_path / "r.csv"
+    record.write_text("time,temperature\n0,20\n1e4000,21\n")
+    refused = refusal(lambda: TemperatureRecord(record, 1, 20))
+    assert refused is not None
+    assert refused.field == "time"
+
+
+def test_a_comparison_is_bounded_by_its_events_and_needs_a_rest() -> None:
+    far = Experiment.of(Chain(**GOOD | {"sigma_mu": 0}), Cycles(1000, 1))
+    found = compare(far, events=20)
+    assert 20 <= found.events < 60
+    steep = Experiment.of(Chain(**GOOD | {"tan_alpha": "0.55", "sigma_mu": 0}), RUN)
+    refused = refusal(lambda: compare(steep))
+    assert refused is not None
+    assert refused.field == "scene"
+
+
+def test_a_plan_of_a_trillion_cycles_takes_no_more_memory_than_one_of_ten() -> None:
+    for cycles in (10, 10**12):
+        assert plan(Chain(**GOOD | {"n": 30}), Cycles("0.01", cycles)).experiment is not None
 
 
 @pytest.mark.parametrize(
