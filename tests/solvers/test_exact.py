@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import random
+import threading
+import time
 from fractions import Fraction
 from itertools import islice
 
@@ -26,7 +28,7 @@ from exactcreep import (
     rearrange,
 )
 from exactcreep.motion.modes import solution_from_events
-from exactcreep.solvers import layout
+from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.exact import ExactSimulation
 from tests.paper import paper_chain
 
@@ -419,6 +421,31 @@ def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed
         assert plain.tally == other.tally
         assert plain.state().draws.tolist() == other.state().draws.tolist()
     assert plain.tally.slips > 100
+
+
+def test_other_threads_go_on_while_the_compiled_loop_runs():
+    simulation = ExactSimulation(paper_chain(2), State.relaxed(paper_chain(2)), 0)
+    drive = Cycles("0.01", 10**6)
+    simulation.follow(drive, 1, 2, max_events=10**9)  # compiled now, if it was not
+    high, low = simulation._targets(drive, 3, 150_000, 0)
+    ticks: list[float] = []
+    over = threading.Event()
+
+    def tick() -> None:
+        while not over.wait(0.001):
+            ticks.append(time.perf_counter())
+
+    beside = threading.Thread(target=tick)
+    beside.start()
+    begin = time.perf_counter()
+    # one call: what lies between two calls lets other threads in anyway
+    kernel.follow(*simulation.work, high, low, np.empty(high.size), 10**9, False)
+    end = time.perf_counter()
+    over.set()
+    beside.join()
+    assert simulation.tally.slips > 10**7
+    margin = (end - begin) / 8
+    assert any(begin + margin < at < end - margin for at in ticks)
 
 
 def test_scaling_the_length_unit_scales_the_amplitude():
