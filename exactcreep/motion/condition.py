@@ -64,13 +64,14 @@ _LONGEST = 1.0  # step, in tau_dyn; frequencies are at most 2
 _SMALL = 1e-18
 
 # what a comparison that was decided by less than the errors was about
-_NONE, _START, _STOP, _REVERSAL, _MISSED_START, _MISSED_STOP = range(6)
+_NONE, _START, _STOP, _REVERSAL, _MISSED_START, _MISSED_STOP, _ORDER = range(7)
 _DOUBTS = {
     _START: "slider {} only just exceeds its threshold",
     _STOP: "slider {} stops with next to no deceleration",
     _REVERSAL: "slider {} stops next to its threshold",
     _MISSED_START: "slider {} comes next to its threshold",
     _MISSED_STOP: "slider {} all but stops",
+    _ORDER: "the event of slider {} comes next to the one before",
 }
 
 
@@ -211,11 +212,11 @@ def _threshold(chain: Chain, coefficient: Any) -> float:
 def _rows(
     chain: Chain, initial: State, events: Sequence[Event], seed: int, first: int
 ) -> NDArray[np.float64]:
-    """Return (time, stops, slider, sign, threshold after a stop), one row for each slider."""
+    """Return (time, stops, slider, sign, threshold after a stop, event), a row for each slider."""
     rows = np.array(
         [
-            (float(event.time), event.kind is EventKind.STOP, n - 1 - first, sign, 0.0)
-            for event in events
+            (float(event.time), event.kind is EventKind.STOP, n - 1 - first, sign, 0.0, number)
+            for number, event in enumerate(events)
             for n, sign in zip(event.sliders, event.signs, strict=True)
         ],
         dtype=np.float64,
@@ -362,6 +363,15 @@ def _missed(series, slope, side, v, f, thresholds, off, own, window, orders, ste
 
 
 @njit(cache=True, nogil=True)
+def _close(gap, shift, before, own):  # type: ignore[no-untyped-def]
+    """Return whether two events are closer to each other than their errors, but not one."""
+    total = 0.0
+    for p in range(1, _COLUMNS):
+        total += (shift[p] - before[p]) ** 2
+    return gap <= own + MARGIN * math.sqrt(total / PROBES)
+
+
+@njit(cache=True, nogil=True)
 def _slope(v, i):  # type: ignore[no-untyped-def]
     """Return how fast the force on a resting slider grows."""
     return v[i - 1, 0] + v[i + 1, 0]
@@ -398,6 +408,8 @@ def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):
     thresholds = np.zeros(n + 2)
     started = np.full(n + 2, -1.0)
     stopped = np.full(n + 2, -1.0)
+    before = np.zeros(_COLUMNS)  # by how much the last event is shifted
+    shift = np.zeros(_COLUMNS)
     push = np.zeros(_COLUMNS)
     series = np.zeros((_ORDERS, n + 2))
     slope = np.zeros(_ORDERS)
@@ -431,6 +443,7 @@ def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):
     begin = 0
     while begin < rows.shape[0]:
         remaining = rows[begin, 0] - time
+        gap = remaining
         time = rows[begin, 0]
         while remaining > 0.0:
             step = min(remaining, _LONGEST)
@@ -462,7 +475,7 @@ def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):
         own = 4.0 * step_error * scale
         # the stops of this instant
         end = begin
-        while end < rows.shape[0] and rows[end, 0] == time and rows[end, 1] != 0.0:
+        while end < rows.shape[0] and rows[end, 5] == rows[begin, 5] and rows[end, 1] != 0.0:
             i = int(rows[end, 2]) + 1
             slows = -side[i] * _acceleration(f, side, push, i)
             if started[i] != time:  # not a slip of length zero
@@ -471,6 +484,10 @@ def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):
                     return x[1 : n + 1, 1:], _STOP, i - 1
                 for p in range(1, _COLUMNS):
                     late[i, p] = side[i] * v[i, p] / slows
+                    shift[p] = late[i, p]
+                if _close(gap, shift, before, own / slows + 4.0 * step_error * time):
+                    return x[1 : n + 1, 1:], _ORDER, i - 1
+                for p in range(1, _COLUMNS):
                     _move(x, f, stiffness, i, p, 0.5 * v[i, p] * late[i, p])
             for p in range(_COLUMNS):
                 v[i, p] = 0.0
@@ -503,6 +520,8 @@ def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):
         # the starts of this instant
         starts = end
         while end < rows.shape[0] and rows[end, 0] == time and rows[end, 1] == 0.0:
+            if rows[end, 5] > rows[begin, 5] + (starts > begin):
+                break  # another event
             end += 1
         for row in range(starts, end):
             i = int(rows[row, 2]) + 1
@@ -524,8 +543,12 @@ def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):
                 word = _turned(word)
                 for p in range(1, _COLUMNS):
                     beyond = way * f[i, p] - off[i, p] + 2.0 * step_error * scale * _sign(word, p)
-                    v[i, p] = way * gain * beyond / rate
+                    shift[p] = -beyond / rate
+                    v[i, p] = -way * gain * shift[p]
+                if _close(gap, shift, before, own / rate + 4.0 * step_error * time):
+                    return x[1 : n + 1, 1:], _ORDER, i - 1
             side[i] = way
             started[i] = time
+        before[:] = shift
         begin = end
     return x[1 : n + 1, 1:], _NONE, 0

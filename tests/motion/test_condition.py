@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import random
+import re
+from collections.abc import Iterable
 from fractions import Fraction
 from functools import cache
 from itertools import pairwise
@@ -207,3 +209,62 @@ def test_a_long_avalanche_that_rounding_has_spoilt_is_flagged() -> None:
     second = rearrange(chain, first.state, direction=1)
     assert (len(second.events), second.evidence) == (608, Evidence.UNDECIDED)
     assert second.doubt.startswith("rounding may have grown")
+
+
+def stretched(seed: int, extra: Fraction, **options: object) -> Rearrangement:
+    """Return the rearrangement of a random chain one of whose springs is stretched by more."""
+    rng = random.Random(seed)
+    n = rng.randint(3, 7)
+    mu_d = Fraction(rng.choice([5, 50, 100, 300]), 1000)
+    mu_s = mu_d + Fraction(rng.choice([20, 100, 300]), 1000)
+    sigma = rng.choice(["0", "0.01"])
+    chain = Chain(n, 1, mu_d, mu_s, sigma, tan_alpha=mu_d * Fraction(rng.randint(-9, 9), 10))
+    unit = Fraction(chain.times_cosine(mu_s))
+    tensions = [unit * Fraction(rng.randint(-150, 150), 100) for _ in range(n - 1)]
+    tensions[rng.randrange(n - 1)] += extra
+    return rearrange(
+        chain, State.prepared(chain, tensions, seed=3), direction=0, seed=3, **options
+    )
+
+
+def edges(seeds: Iterable[int]) -> list[tuple[int, Fraction, Fraction]]:
+    """Return seeds and stretches 4e-17 apart between which the itinerary changes."""
+    found = []
+    for seed in seeds:
+        low, high = Fraction(0), Fraction(1, 100)
+        first, last = stretched(seed, low), stretched(seed, high)
+        longest = max(len(first.events), len(last.events))
+        if first.itinerary == last.itinerary or not first.events or longest > 100:
+            continue
+        for _ in range(48):
+            middle = (low + high) / 2
+            if stretched(seed, middle).itinerary == first.itinerary:
+                low = middle
+            else:
+                high = middle
+        found.append((seed, low, high))
+    return found
+
+
+def test_where_the_itinerary_changes_it_is_in_doubt_or_right_on_either_side() -> None:
+    doubts = set()
+    places = edges([*range(60, 110), 152, 185, 296, 297])  # the last four stop, or all but
+    assert len(places) >= 15
+    for seed, low, high in places:
+        both = [stretched(seed, low), stretched(seed, high)]
+        assert Evidence.UNDECIDED in {result.evidence for result in both}
+        for extra, result in zip((low, high), both, strict=True):
+            if result.evidence is Evidence.UNDECIDED:
+                doubts |= set(re.findall(r"slider \d+ (.*)", result.doubt))
+                continue
+            proved = stretched(seed, extra, solver="certified")
+            assert result.itinerary == proved.itinerary
+            assert error_of(result, proved) <= result.error
+    assert doubts >= {
+        "comes next to its threshold",
+        "only just exceeds its threshold",
+        "comes next to the one before",
+        "stops next to its threshold",
+        "all but stops",
+        "stops with next to no deceleration",
+    }
