@@ -18,6 +18,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
+from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.motion.enclosure import ZERO, Box, Passage, Spread
 from exactcreep.motion.modes import Flow, Run
 from exactcreep.motion.roots import FirstEvent
@@ -135,10 +136,16 @@ class Enclosed(Mechanics):
 
     def rearrangement(self) -> Iterator[Event | None]:
         """Yield the events; see `Mechanics.rearrangement`."""
+        if self._is_due():  # whoever asked for the events before had no time for it
+            self._renew_in_motion()
         for event in super().rearrangement():
-            if event is None and self.flow is not None and len(self.passages or ()) >= STRETCH:
-                self._renew_in_motion(self.flow)
             yield event
+            if event is None and self._is_due():
+                self._renew_in_motion()
+
+    def _is_due(self) -> bool:
+        """Return whether the set has to be put together again before the next event."""
+        return self.flow is not None and not self.runaway and len(self.passages or ()) >= STRETCH
 
     def rest(self, flow: Flow) -> None:
         """End the rearrangement, and put the set together again."""
@@ -170,14 +177,22 @@ class Enclosed(Mechanics):
         self.fast = []
         self._recentre(centre)
 
-    def _renew_in_motion(self, flow: Flow) -> None:
-        """Put the set together again between two events."""
+    def _renew_in_motion(self) -> None:
+        """Put the set together again between two events.
+
+        Raises
+        ------
+        OutOfTime
+            If the deadline passes; called again, it goes on.
+        """
+        flow = self.flow
+        assert flow is not None
         if self.exact is not None:
             return
         try:
             if self.centre is None:
                 self._enclose_departure()
-            centre = self._caught_up()
+            centre = self._caught_up(self.deadline)
         except Undecided:
             if not (self.young or self.assume):
                 raise
@@ -189,7 +204,7 @@ class Enclosed(Mechanics):
         fast = [n for n in np.flatnonzero(flow.signs).tolist() if flow.velocities[n] != 0]
         noise = [x.rad() for x in (*middle.forces, *middle.velocities[fast])]
         with balls_of(DERIVATIVE_BITS).active():
-            spread = self._spread()
+            spread = self._spread(self.deadline)
             rows = [*spread.forces, *(spread.velocities[n] for n in fast), self.box.axes[-1]]
             self.box = self.box.carried(rows, [*noise, ZERO])
             radii = self.box.radii(self.box.axes)
@@ -203,19 +218,22 @@ class Enclosed(Mechanics):
         flow.velocities[fast] = [flint.arb(m, r) for m, r in pairs]
         self.passages = []
 
-    def _caught_up(self) -> Mechanics:
+    def _caught_up(self, deadline: Deadline = NEVER) -> Mechanics:
         """Let the middle of the set do what the balls have done, and return it."""
         assert self.centre is not None
-        for event in self.following:
+        behind = len(self.followed) < len(self.signatures)
+        for event in self.following if behind else ():
             if event is not None:
                 self.followed.append(event.signature)
             elif len(self.followed) >= len(self.signatures):
                 break
+            else:
+                deadline.require()
         if self.followed != self.signatures:
             raise Undecided("the middle of the set does something else")
         return self.centre
 
-    def _spread(self) -> Spread:
+    def _spread(self, deadline: Deadline = NEVER) -> Spread:
         """Return the axes as the events since the last time have turned them."""
         assert self.box is not None
         assert self.passages is not None
@@ -224,6 +242,7 @@ class Enclosed(Mechanics):
         for slider, row in zip(self.fast, self.box.axes[n:-1], strict=True):
             spread.velocities[slider] = row
         for passage in self.passages:
+            deadline.require()
             spread.pass_through(passage)
         moved = self.box.radii(spread.moved)
         self.reach = [(a + b).upper() for a, b in zip(self.reach, moved, strict=True)]
