@@ -298,3 +298,12 @@ def test_scenes_lists_every_scene_and_shows_one(run: Any, tmp_path: Path) -> Non
 
 def test_the_version_is_printed(run: Any) -> None:
     assert re.fullmatch(r"exactcreep \d+\.\d+\.\d+\n", run("--version").out)
+
+
+def test_the_summary_says_how_many_rearrangements_are_too_long_for_the_promise(run: Any) -> None:
+    scene = ("run", "thirty-sliders-cycles", "--set", "drive.cycles=40")
+    count = run(*scene, "--json").json["long_rearrangements"]
+    assert count > 1
+    told = run(*scene).out
+    assert f"{count} rearrangements of more than 200 events, for which 1e-12" in told
+    assert "accuracy" not in run(*QUICK).out

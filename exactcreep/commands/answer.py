@@ -151,7 +151,8 @@ def _accuracy(count: int) -> str:
     from exactcreep.solvers.layout import PROMISED_EVENTS
 
     return (
-        f"{count} rearrangements of more than {PROMISED_EVENTS} events: no promise of 1e-12 there"
+        f"{count} rearrangement{'s' * (count > 1)} of more than {PROMISED_EVENTS} events, for which"
+        " 1e-12 is not promised"
     )
 
 
