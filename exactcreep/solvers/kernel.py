@@ -24,7 +24,15 @@ import numpy as np
 
 from exactcreep.solvers.cluster import step
 from exactcreep.solvers.draws import BATCH, KEPT, fill
-from exactcreep.solvers.lanes import below, choose, lane_of, magnitude, spread, together
+from exactcreep.solvers.lanes import (
+    align_stack,
+    below,
+    choose,
+    lane_of,
+    magnitude,
+    spread,
+    together,
+)
 from exactcreep.solvers.layout import (
     AT_REST,
     BELOW,
@@ -798,6 +806,7 @@ def follow(  # type: ignore[no-untyped-def]
     single : bool
         Return after the first rearrangement.
     """
+    align_stack()
     stop_at = whole[EVENTS] + max_events
     step_limit = whole[STEPS] + 4 * max_events + 1000
     reached = 0

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from exactcreep.solvers.lanes import (
     WIDTH,
+    align_stack,
     below,
     choose,
     element,
@@ -338,6 +339,23 @@ def test_the_upper_bits_of_words_become_whole_numbers():
         out = np.empty((1, EIGHT))
         eight_upper_bits(words, out)
         assert out[0].tolist() == [w >> 11 for w in words.tolist()]
+
+
+def test_the_stack_is_aligned_where_that_was_asked_for():
+    def raised(array):  # type: ignore[no-untyped-def]
+        align_stack()
+        store(array, 0, 0, load(array, 0, 0) + spread(1.0))
+
+    def as_it_comes(array):  # type: ignore[no-untyped-def]
+        store(array, 0, 0, load(array, 0, 0) + spread(1.0))
+
+    for function, count in ((raised, 1), (as_it_comes, 0)):
+        compiled = njit(function)
+        array = np.zeros((1, EIGHT))
+        compiled(array)
+        assert (array == 1.0).all()
+        (code,) = compiled.inspect_llvm().values()
+        assert code.count("alignstack=64") == count
 
 
 @njit(error_model="numpy")
