@@ -101,7 +101,9 @@ def rearrange(
     max_events : int
         Give up after so many events, at least 1; a few more if they are simultaneous.
     max_seconds : number, optional
-        Give up after so much wall time, within one event (a compiled solver: a few thousand).
+        Give up after so much wall time, within one event (a compiled solver: within about a tenth
+        of a second). The motion of what was reached is put together after that, and takes its
+        time for avalanches of thousands of sliders.
     **options
         The solver's own options.
 
