@@ -34,6 +34,16 @@ def candidates() -> list[tuple[str, Chain, list[Fraction], int]]:
         chain = Chain(n, 1, "0.3", "0.5", "0.01", tan_alpha=Fraction(rng.randint(-9, 9), 100))
         start = [Fraction(rng.randint(-200, 200), 100) for _ in range(n - 1)]
         found.append((f"long run {number}", chain, start, 0))
+    for k in (3, 6, 9, 12, 15):  # just below mu_d friction takes next to nothing
+        for n in (2, 3):
+            slope = Fraction(1, 2) - Fraction(1, 10**k)
+            chain = Chain(n, 1, "0.5", "0.6", "0.01", tan_alpha=slope)
+            found.append((f"mu_d - 10^-{k}, n = {n}", chain, [Fraction(0)] * (n - 1), 1))
+    for number in range(6):  # half of all static coefficients act as mu_d
+        n = rng.choice([3, 5])
+        chain = Chain(n, 1, "0.5", "0.5", "0.1", tan_alpha=Fraction(rng.randint(-30, 30), 100))
+        start = [Fraction(rng.randint(-100, 100), 100) for _ in range(n - 1)]
+        found.append((f"draws below mu_d {number}", chain, start, rng.choice([-1, 0, 1])))
     return found
 
 
@@ -41,7 +51,10 @@ def described(
     label: str, chain: Chain, start: list[Fraction], direction: int
 ) -> dict[str, Any] | None:
     state = State.prepared(chain, start, seed=SEED)
-    truth = rearrange(chain, state, direction=direction, seed=SEED, solver="certified", digits=30)
+    truth = rearrange(
+        chain, state, direction=direction, seed=SEED, solver="certified", digits=30,
+        max_events=1000, max_seconds=20,
+    )  # fmt: skip
     if truth.evidence is not Evidence.PROVED or truth.outcome is Outcome.LIMIT:
         return None
     ends = truth.outcome is Outcome.AT_REST
