@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from exactcreep import Chain, Evidence, State, rearrange
+from exactcreep import Chain, Evidence, Outcome, State, rearrange
 
 CASES = json.loads((Path(__file__).parents[1] / "data" / "hard_cases.json").read_text("utf-8"))
 
@@ -26,9 +26,14 @@ def test_float64_finds_what_was_proved_or_says_that_it_cannot_decide(
     )
     proved = tuple((kind, tuple(who), tuple(how)) for kind, who, how in case["itinerary"])
     undecided = found.evidence is Evidence.UNDECIDED
-    if undecided and found.itinerary != proved:
+    own = found.itinerary
+    if case["outcome"] == Outcome.RUNAWAY.value:  # the moment of the proof is the solver's own
+        shared = min(len(own), len(proved))
+        assert shared > 100 or len(own) == len(proved)
+        own, proved = own[:shared], proved[:shared]
+    if undecided and own != proved:
         return
-    assert found.itinerary == proved
+    assert own == proved
     assert found.outcome.value == case["outcome"]
     ends = zip(found.state.displacements, case["displacements"], strict=bool(case["displacements"]))
     for x, true in ends:
