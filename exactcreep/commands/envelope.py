@@ -17,7 +17,9 @@ _WIDTH = 150  # of the table where it goes to a file or a pipe
 
 
 def envelope(
-    quick: Annotated[bool, typer.Option("--quick", help="About a minute; the whole takes about seven.")] = False,
+    quick: Annotated[
+        bool, typer.Option("--quick", help="About a minute; the whole takes about seven.")
+    ] = False,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Write envelope.csv to this directory.")
     ] = None,

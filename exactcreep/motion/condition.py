@@ -42,7 +42,9 @@ from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.modes import forces_of
 
 PROMISE = 1e-12
-"""What float64 promises for one rearrangement: the largest error, in units ``m g``."""
+"""What float64 promises for one rearrangement: the largest error, in units ``m g``.
+
+Where forces are larger than that it is held relative to the largest."""
 PROBES = 15
 """Sets of errors; their root mean square is good to a fifth."""
 _COLUMNS = PROBES + 1  # column 0 is the motion itself

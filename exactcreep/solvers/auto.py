@@ -31,6 +31,7 @@ from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
+from exactcreep.motion.condition import PROMISE
 from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.exact import Exact
@@ -46,9 +47,6 @@ from exactcreep.solvers.solver import (
 
 LADDER = ("law", "sliding", "exact", "certified")
 """What there is to choose from, the cheapest first."""
-
-FLOAT_PROMISE = 1e-12
-"""Relative error that float64 promises for one rearrangement."""
 
 _TRAJECTORIES = ("x", "tension", "slips", "events")
 _PILOT_EVENTS = 300_000  # about 0.3 s of the exact solver
@@ -201,7 +199,7 @@ def choose(
     limit = _from_theorems(chain, drive, start, seed)
     needs_trajectory = any(name in record for name in _TRAJECTORIES)
     approximate = limit is None or limit.error > 0
-    if limit is None and wanted >= FLOAT_PROMISE and not needs_trajectory:
+    if limit is None and wanted >= PROMISE and not needs_trajectory:
         pilot = pilot_run(chain, drive, start=start, seed=seed, accuracy=wanted)
         limit = _from_pilot(pilot)
     if limit is None:
@@ -242,7 +240,7 @@ def runner(name: str, accuracy: float) -> Solver:
     Certified carries ten digits more than the accuracy has.
     """
     if name in ("law", "sliding"):
-        return Sliding(exact=accuracy < FLOAT_PROMISE)
+        return Sliding(exact=accuracy < PROMISE)
     if name == "certified":
         return Certified(digits=max(20, math.ceil(-math.log10(accuracy)) + 10))
     return Exact()
@@ -475,7 +473,7 @@ def _law_candidate(
 def _exact_candidate(chain: Chain) -> Candidate:
     if _has_no_excess(chain):
         return Candidate("exact", math.nan, "not applicable", "mu_s = mu_d: there are no slips")
-    return Candidate("exact", FLOAT_PROMISE, "promised", "the chain itself, in float64")
+    return Candidate("exact", PROMISE, "promised", "the chain itself, in float64")
 
 
 def _certified_candidate(chain: Chain) -> Candidate:

@@ -26,15 +26,13 @@ from exactcreep.model.drive import Cycles, Drive, Path
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.condition import PROMISE
 from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.loop import PhysicsWarning, creep
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.energy import two_slider_ledger
-
-PROMISE = 1e-12
-"""Of the event-driven solvers in float64: error of one rearrangement over the largest force."""
 
 ROUNDING = 32 * 2.0**-52
 """The same of one event, in a run whose rearrangements have few of them: errors add up."""

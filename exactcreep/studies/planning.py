@@ -12,10 +12,10 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
+from exactcreep.motion.condition import PROMISE
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import (
-    FLOAT_PROMISE,
     LADDER,
     Choice,
     Pilot,
@@ -240,7 +240,7 @@ def _needs(
         why_inertia = "mu_s = mu_d: sliders slide with theta, and never accelerate"
     else:
         why_inertia = "within the accuracy it does not change the velocity"
-    digits = accuracy < FLOAT_PROMISE
+    digits = accuracy < PROMISE
     return (
         disorder,
         Need(
