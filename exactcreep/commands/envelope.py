@@ -39,11 +39,11 @@ def envelope(
 
     from exactcreep.commands.answer import as_json
     from exactcreep.quasistatic.checkpoint import write_atomically
-    from exactcreep.quasistatic.result import check_output
+    from exactcreep.quasistatic.result import check_output, output_directory
     from exactcreep.studies.envelope import defects, to_csv
     from exactcreep.studies.envelope import envelope as measured
 
-    target = None if out is None else out / "envelope.csv"
+    target = None if out is None else output_directory(out, "out") / "envelope.csv"
     if target is not None:
         check_output(target, "out", force=force)
     on_terminal = sys.stderr.isatty()

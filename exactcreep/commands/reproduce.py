@@ -73,12 +73,9 @@ def reproduce(
 
 def check_files(pictures: list[Picture], out: Path, *, force: bool) -> None:
     """Make the directory, and raise `InputError` if a file may not be written."""
-    from exactcreep.model.numbers import InputError
-    from exactcreep.quasistatic.result import check_output
+    from exactcreep.quasistatic.result import check_output, output_directory
 
-    if out.exists() and not out.is_dir():
-        raise InputError("out", str(out), "must be a directory")
-    out.mkdir(parents=True, exist_ok=True)
+    output_directory(out, "out")
     for picture in pictures:
         for ending in ("png", "pdf", "nc", "csv"):
             check_output(out / f"{picture.name}.{ending}", "out", force=force)

@@ -457,6 +457,25 @@ def check_output(path: str | os.PathLike[str], field_name: str, *, force: bool) 
     return target
 
 
+def output_directory(path: str | os.PathLike[str], field_name: str) -> Path:
+    """Return `path` as a directory for output, made if it does not exist.
+
+    Raises
+    ------
+    InputError
+        If it is a file, or cannot be made.
+    """
+    name = file_name(path, field_name)
+    target = Path(name)
+    if target.exists() and not target.is_dir():
+        raise InputError(field_name, name, "must be a directory")
+    try:
+        target.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(field_name, name, f"cannot be made: {error.strerror}") from None
+    return target
+
+
 def check_picture(path: Path) -> None:
     """Raise `InputError` unless the name ends like that of a picture."""
     if path.suffix.lower() not in PICTURES:

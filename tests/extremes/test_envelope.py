@@ -123,14 +123,18 @@ def test_the_table_is_regenerated_by_one_command(
 ) -> None:
     some = [QUICK["N = 2"], QUICK["mu_s - mu_d = 0"]]
     monkeypatch.setattr("exactcreep.studies.envelope.extremes", lambda *, quick: some)
-    assert status(["envelope", "--quick", "--json", "--out", str(tmp_path)]) == 0
+    study = tmp_path / "some" / "study"
+    assert status(["envelope", "--quick", "--json", "--out", str(study)]) == 0
     told: dict[str, Any] = json.loads(capsys.readouterr().out)
     assert told["broken"] == 0
     assert {cell["solver"] for cell in told["cells"]} >= {"certified", "exact", "verlet", "sliding"}
-    rows = (tmp_path / "envelope.csv").read_text().splitlines()
-    assert len(rows) == 1 + len(told["cells"])
-    assert status(["envelope", "--quick", "--out", str(tmp_path)]) == 2
-    assert "exists" in capsys.readouterr().err
+    table = study / "envelope.csv"
+    assert len(table.read_text().splitlines()) == 1 + len(told["cells"])
+    for out, reason in ((study, "exists"), (table, "must be a directory")):
+        assert status(["envelope", "--quick", "--out", str(out)]) == 2
+        assert reason in capsys.readouterr().err
+    assert status(["envelope", "--quick", "--out", str(table / "below")]) == 2
+    assert "Not a directory" in capsys.readouterr().err
 
 
 def test_the_table_has_one_row_for_each_cell(cells: list[Cell]) -> None:
