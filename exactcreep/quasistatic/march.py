@@ -49,8 +49,8 @@ class March:
         self.watch_theta = widest >= 1
         self.watch_gaps = _may_cross(experiment, widest)
         record = experiment.record
-        if self.watch_gaps and "tension" not in record:
-            record = (*record, "tension")
+        if self.watch_gaps and "x" not in record:
+            record = (*record, "x")
         self.simulation: Simulation = experiment.algorithm.simulation(
             chain, experiment.initial, experiment.seed, record
         )
@@ -61,6 +61,7 @@ class March:
         self.seconds_here = 0.0
         self.bytes = 0
         self.crossings = 0
+        self.gaps = _gaps(experiment) if self.watch_gaps else np.empty(0)
         self.beyond_one = 0
         self.blocks: dict[str, list[NDArray[Any]]] = {}
         begin = _mean(experiment.initial.displacements)
@@ -101,9 +102,7 @@ class March:
                 theta = experiment.drive.targets(first, stretch.completed, experiment.seed)
                 self.beyond_one += int(np.count_nonzero(np.abs(theta) >= 1))
             if self.watch_gaps:
-                theta = experiment.drive.targets(first, stretch.completed, experiment.seed)
-                lengths = (1 + theta[:, None]) * nearest_float(experiment.chain.l0)
-                gaps = floats(recorded["tension"]) + lengths
+                gaps = self.gaps + np.diff(floats(recorded["x"]), axis=1)
                 self.crossings += int(np.count_nonzero((gaps <= 0).any(axis=1)))
             self.done += stretch.completed
             self._mark()
@@ -379,6 +378,14 @@ def _check_memory(n: int) -> None:
     if n * _LEAST_BYTES > there:
         most = there // _LEAST_BYTES
         raise InputError("n", n, f"must be at most {most} to fit into the memory of this machine")
+
+
+def _gaps(experiment: Experiment) -> NDArray[np.float64]:
+    """Return the distances of neighbours less the differences of their displacements: constants."""
+    initial = experiment.initial
+    theta = nearest_float(enclosure(initial.theta).middle)
+    length = (1 + theta) * nearest_float(experiment.chain.l0)
+    return length + floats(initial.tensions) - np.diff(floats(initial.displacements))
 
 
 def _may_cross(experiment: Experiment, widest: float) -> bool:
