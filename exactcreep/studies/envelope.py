@@ -10,6 +10,8 @@ a limit, or a refusal.
 
 from __future__ import annotations
 
+import csv
+import io
 import math
 import time
 import warnings
@@ -554,8 +556,10 @@ def defects(cells: Sequence[Cell]) -> list[Cell]:
 def to_csv(cells: Sequence[Cell]) -> str:
     """Return the table as CSV, one row for each extreme and solver."""
     names = list(Cell.__dataclass_fields__)
-    lines = [",".join(names)]
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(names)
     for cell in cells:
         values = [getattr(cell, name) for name in names]
-        lines.append(",".join(f'"{v}"' if isinstance(v, str) else f"{v:.6g}" for v in values))
-    return "\n".join(lines) + "\n"
+        writer.writerow(f"{v:.6g}" if isinstance(v, float) else v for v in values)
+    return text.getvalue()
