@@ -19,7 +19,8 @@ meet at the *pivot*, which no dilation moves: slider i with ``0 < i - z < 1``,
 adding up extensions outwards from it: O(N) per half-cycle, whatever the amplitude. If z is an
 integer, sliders z and z + 1 may both be the pivot and the limit is not unique: the balance of
 forces leaves open how they share the extension of the spring between them. For
-``|tan_alpha| >= mu_d`` no balance of forces holds the chain.
+``|tan_alpha| > mu_d`` no balance of forces holds the chain; at equality friction takes exactly what
+gravity gives, and one holds it wherever it is: there is no limit.
 """
 
 from __future__ import annotations
@@ -92,10 +93,12 @@ def _too_steep(chain: Chain) -> bool:
     return abs(chain.tan_alpha) > chain.mu_d
 
 
-def _runaway_reason(chain: Chain) -> str:
-    relation = ">" if _too_steep(chain) else "="
+def _not_held_because(chain: Chain) -> str:
+    if _too_steep(chain):
+        return "|tan_alpha| > mu_d: without a static excess no balance of forces holds the chain"
     return (
-        f"|tan_alpha| {relation} mu_d: without a static excess no balance of forces holds the chain"
+        "|tan_alpha| = mu_d: friction takes exactly what gravity gives; without a static excess any"
+        " displacement of the whole chain is in balance"
     )
 
 
@@ -116,7 +119,7 @@ def resting_sliders(chain: Chain) -> tuple[int, ...]:
     """
     if not _held(chain):
         raise InputError("tan_alpha", chain.tan_alpha, "must be below mu_d in absolute value: "
-                         + _runaway_reason(chain))
+                         + _not_held_because(chain))
     if chain.n == 1:
         return (1,)
     crossing = chain.n * (1 - chain.tan_alpha / chain.mu_d) / 2
@@ -460,7 +463,8 @@ class SlidingSimulation(Simulation):
         For `max_events`, every slider of every half-cycle counts as an event.
         """
         if not _held(self.chain):
-            return Stretch(0, {}, Outcome.RUNAWAY, _runaway_reason(self.chain))
+            outcome = Outcome.RUNAWAY if _too_steep(self.chain) else Outcome.LIMIT
+            return Stretch(0, {}, outcome, _not_held_because(self.chain))
         self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n = self.chain.n
         count = min(count, max(1, max_events // n))
@@ -609,9 +613,11 @@ class SlidingSimulation(Simulation):
     @property
     def evidence(self) -> Evidence:
         """Proved in exact arithmetic, computed in float64; undecided if the limit is not unique."""
-        if self.tally.undecided:
+        if _too_steep(self.chain):
+            return Evidence.PROVED
+        if self.tally.undecided or not _held(self.chain):
             return Evidence.UNDECIDED
-        return Evidence.PROVED if self.exact or not _held(self.chain) else Evidence.COMPUTED
+        return Evidence.PROVED if self.exact else Evidence.COMPUTED
 
     def report(self) -> dict[str, Any]:
         """Return the pivots and, where the limit is not unique, what it leaves open.
@@ -627,7 +633,7 @@ class SlidingSimulation(Simulation):
             "start_relaxed": self._relaxed,
         }
         if not _held(chain):
-            report["reason"] = _runaway_reason(chain)
+            report["reason"] = _not_held_because(chain)
             return report
         report["pivots"] = list(resting_sliders(chain))
         report["unique"] = self.tally.undecided == 0

@@ -370,14 +370,25 @@ def test_a_dummy_breakpoint_changes_nothing(exact):
     assert plain.tally.slips == fine.tally.slips
 
 
-@pytest.mark.parametrize(("tan_alpha", "relation"), [("0.5", "="), ("0.6", ">"), ("-0.5", "=")])
-def test_from_mu_d_on_no_static_solution_holds_the_chain(tan_alpha, relation):
-    chain = chain_of(3, tan_alpha)
+@pytest.mark.parametrize(
+    ("tan_alpha", "mu_d", "outcome", "evidence", "reason"),
+    [
+        ("0.6", "0.5", Outcome.RUNAWAY, Evidence.PROVED, "|tan_alpha| > mu_d"),
+        ("-0.6", "0.5", Outcome.RUNAWAY, Evidence.PROVED, "|tan_alpha| > mu_d"),
+        ("0.5", "0.5", Outcome.LIMIT, Evidence.UNDECIDED, "|tan_alpha| = mu_d"),
+        ("-0.5", "0.5", Outcome.LIMIT, Evidence.UNDECIDED, "|tan_alpha| = mu_d"),
+        ("0", "0", Outcome.LIMIT, Evidence.UNDECIDED, "|tan_alpha| = mu_d"),
+    ],
+)
+def test_from_mu_d_on_no_static_solution_holds_the_chain_in_one_place(
+    tan_alpha, mu_d, outcome, evidence, reason
+):
+    chain = chain_of(3, Fraction(tan_alpha), Fraction(mu_d))
     simulation = Sliding().simulation(chain, State.relaxed(chain), 0, ("x_G",))
     stretch = simulation.follow(Cycles("0.01", 3), 1, 6, max_events=EVERYTHING)
-    assert (stretch.completed, stretch.outcome) == (0, Outcome.RUNAWAY)
-    assert f"|tan_alpha| {relation} mu_d" in stretch.reason
-    assert simulation.evidence is Evidence.PROVED
+    assert (stretch.completed, stretch.outcome) == (0, outcome)
+    assert reason in stretch.reason
+    assert simulation.evidence is evidence
     with pytest.raises(InputError, match="tan_alpha"):
         cycle_velocity(chain, "0.01")
 
