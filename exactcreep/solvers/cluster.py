@@ -312,13 +312,12 @@ def _candidate(cell, series, friction, first, strips):  # type: ignore[no-untype
         p0 = choose(fresh, p1, p0)
         p1 = choose(fresh, p2, p1)
         p2 = choose(fresh, zero - way * (take(series, row + 3) * spread(1.0 / 6.0)), p2)
-        if lane >= 0:
-            # most strips have nothing sooner than what has been found
-            then = fused(fused(p2, spread(best), p1), spread(best), p0)
-            midway = fused(fused(p2, spread(0.5 * best), p1), spread(0.5 * best), p0)
-            if below(smaller(then, midway), zero) == 0:
-                continue
         square = p1 * p1 - spread(4.0) * p2 * p0
+        # most strips have no zero before what has been found, neither past it nor in between
+        then = fused(fused(p2, spread(best), p1), spread(best), p0)
+        rises = below(zero, fused(p2, spread(2.0 * best), p1))
+        if not_above(then, zero) | (rises & below(p1, zero) & not_above(zero, square)) == 0:
+            continue
         low = square_root(larger(square, zero)) - p1
         guess = (p0 + p0) / larger(low, spread(1e-300))
         missed = below(square, zero) | not_above(low, zero)
