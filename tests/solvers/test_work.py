@@ -26,9 +26,9 @@ def test_two_sliders_slip_one_by_one_without_a_single_root():
 
 # steps of a cluster, windows of eight sliders certified, evaluations of one slider's margin
 BOUNDS = {
-    (6, "0.01"): (1.0, 1.0, 2.5),
-    (30, "0.005"): (1.25, 2.2, 4.0),
-    (60, "0.01"): (1.25, 3.5, 4.5),
+    (6, "0.01"): (1.0, 1.0, 1.6),
+    (30, "0.005"): (1.25, 2.2, 2.7),
+    (60, "0.01"): (1.25, 3.5, 2.9),
 }
 
 
