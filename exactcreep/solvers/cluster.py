@@ -111,7 +111,7 @@ _LONGER = 4
 """A series has 12, 16, 20 or 24 terms: as many as the expected time of its event needs."""
 
 _LANEWISE = 10
-# Derivatives 10 and 11 bound all later ones, see `_bent`.
+# Derivatives 10 and 11 bound all later ones, see `_evaluate`.
 _EVEN_TAIL = 1.1 / 720.0
 _ODD_TAIL = 1.4 / 5040.0
 

@@ -32,6 +32,7 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float, wh
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import PhysicsWarning, Progress, run_members
+from exactcreep.quasistatic.result import output_directory
 from exactcreep.scene import Scene, load_scene
 
 FORMAT = "exactcreep sweep 1"
@@ -251,19 +252,14 @@ class Store:
     """
 
     def __init__(self, out: str | os.PathLike[str], *, resume: bool) -> None:
-        self.folder = Path(out)
-        self.cells = self.folder / "cells"
+        self.folder = output_directory(out, "out")
         name = os.fspath(out)
-        if self.folder.exists() and not self.folder.is_dir():
-            raise InputError("out", name, "must be a directory")
+        self.cells = self.folder / "cells"
         if not resume and self.cells.is_dir() and any(self.cells.glob("*.cell")):
             raise InputError(
                 "out", name, "holds the cells of an earlier sweep; resume it, or name another"
             )
-        try:
-            self.cells.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError("out", name, f"cannot be made: {error.strerror}") from None
+        output_directory(self.cells, "out")
         if not os.access(self.cells, os.W_OK):
             raise InputError("out", name, "must be a directory that can be written")
 
