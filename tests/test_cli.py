@@ -4,21 +4,18 @@ import json
 import os
 import re
 import signal
-import subprocess
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from exactcreep import Creep
+from exactcreep import Creep, resume
 from exactcreep.cli import status
 from exactcreep.quasistatic.result import load_members
+from tests.processes import PATIENCE, PROGRAM, begun, finished, wait_until
 
 QUICK = ["run", "six-sliders-cycles", "--set", "drive.cycles=10"]
-ENVIRONMENT = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path), "COLUMNS": "100"}
-PROGRAM = [sys.executable, "-c", "from exactcreep.cli import main; main()"]
 
 
 class Told:
@@ -214,10 +211,8 @@ def test_what_was_computed_is_told_even_if_it_cannot_be_written(
 def test_the_kernel_is_compiled_once_and_the_first_start_says_so(tmp_path: Path) -> None:
     told = []
     for _ in range(2):
-        done = subprocess.run(
-            [*PROGRAM, *QUICK, "--json"], check=True, text=True, capture_output=True,
-            env=ENVIRONMENT | {"NUMBA_CACHE_DIR": str(tmp_path)},
-        )  # fmt: skip
+        done = finished(*PROGRAM, *QUICK, "--json", NUMBA_CACHE_DIR=str(tmp_path))
+        assert done.returncode == 0
         told.append("compiling the kernel, once" in done.stderr)
         assert json.loads(done.stdout)["seconds"] < 2
     assert told == [True, False]
@@ -242,22 +237,23 @@ def test_resume_refuses_what_is_no_checkpoint(run: Any, tmp_path: Path) -> None:
     assert "is not a checkpoint of exactcreep" in run("resume", "a.ckpt").sentence
 
 
+def size(path: Path) -> int:
+    return path.stat().st_size if path.exists() else 0
+
+
+ENDLESS = (
+    *PROGRAM, "run", "two-sliders-cycles", "--set", "drive.cycles=1e9", "--json",
+    "--checkpoint", "a.ckpt", "--every", "0", "--out", "a.nc",
+)  # fmt: skip
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
 def test_ctrl_c_saves_and_summarises_what_was_computed(tmp_path: Path) -> None:
-    process = subprocess.Popen(
-        [*PROGRAM, "run", "two-sliders-cycles", "--set", "drive.cycles=1e9", "--json",
-         "--checkpoint", "a.ckpt", "--every", "0.2", "--out", "a.nc"],
-        cwd=tmp_path, env=ENVIRONMENT, text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-        # a shell that starts the tests in the background has it ignored
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509
-    )  # fmt: skip
-    started = time.monotonic()
-    # from the second checkpoint on, the loop is running
-    while not (tmp_path / "a.ckpt").exists() or (tmp_path / "a.ckpt").stat().st_size < 10_000:
-        assert process.poll() is None
-        assert time.monotonic() - started < 120
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
+    with begun(*ENDLESS, cwd=tmp_path) as process:
+        # with its third checkpoint, if not before, the loop is running
+        wait_until(lambda: size(tmp_path / "a.ckpt") > 10_000, process)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert json.loads(out)["reason"] == "interrupted"
     assert "exactcreep resume a.ckpt goes on" in err
@@ -267,12 +263,27 @@ def test_ctrl_c_saves_and_summarises_what_was_computed(tmp_path: Path) -> None:
     assert loaded.velocity == pytest.approx(9.757, rel=0.01)
 
 
+@pytest.mark.usefixtures("ignores_ctrl_c")
+def test_a_run_in_the_background_is_deaf_to_ctrl_c_and_ended_by_sigterm(tmp_path: Path) -> None:
+    kept = tmp_path / "a.ckpt"
+    with begun(*ENDLESS, cwd=tmp_path) as process:
+        wait_until(lambda: size(kept) > 10_000, process)
+        process.send_signal(signal.SIGINT)
+        pressed = size(kept)
+        wait_until(lambda: size(kept) > 4 * pressed, process)
+        process.terminate()
+        process.communicate(timeout=PATIENCE)
+    assert process.returncode == -signal.SIGTERM
+    assert not (tmp_path / "a.nc").exists()
+    assert resume(kept, max_events=0).half_cycles > 100
+
+
 def test_help_waits_for_no_compiler() -> None:
-    told = subprocess.run(
-        [sys.executable, "-c", "import sys; from exactcreep.cli import status; "
-         "code = status(['--help']); print(*sys.modules); sys.exit(code)"],
-        env=ENVIRONMENT, text=True, capture_output=True, check=True,
+    told = finished(
+        sys.executable, "-c", "import sys; from exactcreep.cli import status; "
+        "code = status(['--help']); print(*sys.modules); sys.exit(code)",
     )  # fmt: skip
+    assert told.returncode == 0
     heavy = {"numpy", "numba", "scipy", "sympy", "mpmath", "xarray", "matplotlib", "flint"}
     assert not heavy & set(told.stdout.split())
     assert "Exit status" in told.stdout

@@ -2,8 +2,6 @@
 
 import math
 import os
-import subprocess
-import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -387,55 +385,6 @@ def test_a_checkpoint_that_cannot_be_written_leaves_the_last_one(
     monkeypatch.undo()
     assert same(resume(file), whole)
     assert [path.name for path in tmp_path.iterdir()] == ["run.ckpt"]
-
-
-_KILLED_AGAIN_AND_AGAIN = """
-import os, random, signal, sys, time
-from exactcreep import Chain, Cycles, creep
-from exactcreep.quasistatic.loop import resume
-
-file, whole_file = sys.argv[1:]
-chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-run = dict(seed=8, record=("x_G", "slips"))
-drive = Cycles("0.01", 2500)
-creep(chain, Cycles("0.01", 1), **run)  # the kernel is ready before the first fork
-moments = random.Random(4)
-kills = 0
-finished = False
-while not finished:
-    child = os.fork()
-    if child == 0:
-        if os.path.exists(file):
-            resume(file, every=0)
-        else:
-            creep(chain, drive, checkpoint=file, every=0, **run)
-        os._exit(0)
-    time.sleep(moments.uniform(0, 0.1))
-    if kills < 25:
-        os.kill(child, signal.SIGKILL)
-    finished = os.waitpid(child, 0)[1] == 0
-    kills += not finished
-creep(chain, drive, **run).save(whole_file)
-resume(file).save(file + ".nc")
-print(kills)
-"""
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
-def test_a_run_killed_25_times_at_random_gives_the_bits_of_an_uninterrupted_one(
-    tmp_path: Path,
-) -> None:
-    file, whole = tmp_path / "run.ckpt", tmp_path / "whole.nc"
-    told = subprocess.run(
-        [sys.executable, "-c", _KILLED_AGAIN_AND_AGAIN, str(file), str(whole)],
-        capture_output=True,
-        text=True,
-        timeout=300,
-        check=True,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
-    )
-    assert int(told.stdout) >= 20
-    assert same(Creep.load(f"{file}.nc"), Creep.load(whole))
 
 
 def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import gc
 import math
-import os
-import subprocess
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -45,6 +43,7 @@ from exactcreep.cli import status
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
 from exactcreep.studies.thresholds import GivenUp
+from tests.processes import finished
 
 GOOD = {"n": 3, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
 CHAIN = Chain(**GOOD)
@@ -480,10 +479,7 @@ def test_the_chain_that_no_memory_holds_is_refused_before_it_is_made() -> None:
         "from exactcreep.cli import status\n"
         "sys.exit(status(['run', 'two-sliders-cycles', '--set', 'chain.n=100000000']))\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, timeout=120, check=False,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
-    )  # fmt: skip
+    done = finished(sys.executable, "-c", script)
     assert done.returncode in (2, 3)
     assert len(done.stderr.strip().splitlines()) <= 2
     assert "Traceback" not in done.stderr

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -35,6 +33,7 @@ from exactcreep import Path as ThetaPath
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import PhysicsWarning
 from exactcreep.studies.eventlog import numbered, rearrangements
+from tests.processes import finished
 
 pytestmark = pytest.mark.filterwarnings(f"ignore::{PhysicsWarning.__module__}.PhysicsWarning")
 MOST_EVENTS = 1500
@@ -285,8 +284,7 @@ def test_one_slider_that_cannot_rest_runs_away_whichever_way_theta_goes(solver: 
 # --- the same bits everywhere --------------------------------------------------------------------
 
 _DIGEST = """
-import hashlib, sys
-sys.path[:0] = sys.argv[1].split(":")
+import hashlib
 from exactcreep import Chain, Cycles, creep
 chain = Chain(9, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 r = creep(chain, Cycles("0.005", 20), seed=11, record=("x", "events"))
@@ -305,10 +303,8 @@ def digest_here() -> str:
 
 
 def digest_elsewhere(**environment: str) -> str:
-    done = subprocess.run(
-        [sys.executable, "-c", _DIGEST, ":".join(sys.path)], capture_output=True, text=True,
-        timeout=500, check=True, env=os.environ | environment,
-    )  # fmt: skip
+    done = finished(sys.executable, "-c", _DIGEST, **environment)
+    assert done.returncode == 0, done.stderr
     return done.stdout.strip()
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import os
-import subprocess
 import sys
 from fractions import Fraction
 from pathlib import Path
@@ -47,8 +45,8 @@ from exactcreep.solvers.lanes import (
     turned_right,
     upper_bits,
 )
+from tests.processes import finished
 
-CHECKOUT = Path(__file__).parents[2]
 EIGHT = 8
 SPECIAL = (
     0.0,
@@ -377,13 +375,10 @@ def test_the_lowest_bit_of_every_mask_is_found():
 def test_the_lanes_are_the_same_on_narrower_registers(processor):
     if processor == "skylake-avx512" and "avx512f" not in _flags():
         pytest.skip("this machine has no registers of 512 bits")
-    environment = os.environ | {"NUMBA_CPU_NAME": processor, "NUMBA_CPU_FEATURES": ""}
-    if processor == "haswell":
-        environment["NUMBA_CPU_FEATURES"] = "+avx2,+fma,-avx512f"
-    words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", __file__]
-    done = subprocess.run(
-        words, env=environment, cwd=CHECKOUT, capture_output=True, text=True, timeout=300,
-        check=False,
+    features = "+avx2,+fma,-avx512f" if processor == "haswell" else ""
+    done = finished(
+        sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", __file__,
+        NUMBA_CPU_NAME=processor, NUMBA_CPU_FEATURES=features,
     )  # fmt: skip
     assert done.returncode == 0, done.stdout
     assert "passed" in done.stdout

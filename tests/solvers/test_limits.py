@@ -295,6 +295,7 @@ def test_the_seconds_asked_for_are_heard_soon(n, drive, solver, options):
     assert time.process_time() - begin < 2
 
 
+@pytest.mark.usefixtures("hears_ctrl_c")
 @pytest.mark.skipif(os.name != "posix", reason="sends itself a signal")
 @pytest.mark.parametrize(("solver", "n"), [("verlet", 2), ("certified", 400), ("exact", 10_000)])
 def test_the_interrupt_key_is_heard_soon_and_keeps_what_there_is(solver, n):

@@ -6,13 +6,12 @@ import errno
 import itertools
 import os
 import signal
-import subprocess
 import sys
-import time
 from collections import Counter
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
+from subprocess import Popen
 
 import numpy as np
 import pytest
@@ -23,6 +22,7 @@ from exactcreep.model.numbers import InputError
 from exactcreep.scene import Scene, load_scene
 from exactcreep.studies import sweeps
 from exactcreep.studies.sweeps import finished_cell, sweep
+from tests.processes import PATIENCE, begun, finished, wait_until
 
 TEXT = """
 [chain]
@@ -41,7 +41,6 @@ chain.n = [2, 6]
 drive.amplitude = [0.005, 0.01]
 run.seed = [1, 2, 3]
 """
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture
@@ -53,11 +52,6 @@ def written(folder: Path, *, cycles: int) -> Path:
     path = folder / "grid.toml"
     path.write_text(TEXT.format(cycles=cycles))
     return path
-
-
-def environment() -> dict[str, str]:
-    paths = [str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])]
-    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
 
 
 class Backwards(Executor):
@@ -188,29 +182,43 @@ def test_a_full_disk_loses_no_finished_cell(
     assert sweep(scene, out=tmp_path / "out", resume=True).identical(sweep(scene))
 
 
+# After the third cell, however fast the machine is
+_STOPPED = """
+import os, sys
+from exactcreep.cli import main
+from exactcreep.studies.sweeps import Store
+
+number = int(sys.argv.pop(1))
+saved = []
+
+
+def save(store, name, value, honest=Store.save):
+    honest(store, name, value)
+    saved.append(name)
+    if len(saved) == 3:
+        os.kill(os.getpid(), number)
+
+
+Store.save = save
+main()
+"""
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path, number: int) -> None:
-    path = written(tmp_path, cycles=600)
+    path = written(tmp_path, cycles=10)
     out = tmp_path / "out"
-    words = ["sweep", str(path), "--workers", "1", "--out", str(out)]
-    process = subprocess.Popen(
-        [sys.executable, "-c", f"from exactcreep.cli import main; import sys;"
-         f" sys.argv[1:] = {words!r}; main()"],
-        env=environment(), stderr=subprocess.PIPE, text=True,
-        # a shell that starts the tests in the background has it ignored
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # noqa: PLW1509
-    )  # fmt: skip
-    cells = out / "cells"
-    deadline = time.monotonic() + 120  # a first compilation included
-    while len(list(cells.glob("*.cell"))) < 3 and time.monotonic() < deadline:
-        time.sleep(0.005)
-    process.send_signal(number)
-    _, said = process.communicate(timeout=120)
-    kept = {file: file.stat().st_mtime_ns for file in cells.glob("*.cell")}
-    assert 3 <= len(kept) < 12
-    if number == signal.SIGINT:
-        assert process.returncode == 130
-        assert "--resume goes on" in said
+    words = ("sweep", str(path), "--workers", "1", "--out", str(out))
+    told = finished(sys.executable, "-c", _STOPPED, str(int(number)), *words)
+    kept = {file: file.stat().st_mtime_ns for file in (out / "cells").glob("*.cell")}
+    if number == signal.SIGKILL:
+        assert told.returncode == -number
+        assert len(kept) == 3
+    else:  # the cells that were done by then are kept, too: no more than were given out ahead
+        assert told.returncode == 130
+        assert 3 <= len(kept) < 12
+        assert "--resume goes on" in told.stderr
         partial = xr.load_dataset(out / "sweep.nc", engine="h5netcdf")
         assert int(partial["finished"].sum()) == len(kept)
         assert partial["velocity"].isnull().sum() == 12 - len(kept)
@@ -256,12 +264,10 @@ def test_events_and_workers_of_an_executor_are_refused(scene: Scene) -> None:
 # --- a cluster -----------------------------------------------------------------------------------
 
 
-def launched(module: str, *words: str, log: Path) -> subprocess.Popen:
+def launched(module: str, *words: str, log: Path) -> Popen[str]:
     with log.open("ab") as file:
-        return subprocess.Popen(
-            [sys.executable, "-m", f"distributed.cli.{module}", *words],
-            env=environment(), stdout=file, stderr=file, cwd=log.parent,
-        )  # fmt: skip
+        return begun(sys.executable, "-m", f"distributed.cli.{module}", *words,
+                     stdout=file, stderr=file, cwd=log.parent)  # fmt: skip
 
 
 class Logged(Executor):
@@ -326,15 +332,13 @@ def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
                      "--host", "127.0.0.1", "--name", f"worker-{k}", log=log)
             for k in range(2)
         ]  # fmt: skip
-        deadline = time.monotonic() + 120  # a first compilation included
-        while not address.exists() and time.monotonic() < deadline:
-            time.sleep(0.05)
+        wait_until(address.exists, processes[0])
         with cluster(str(address)) as executor:
             grid = sweep(scene, executor=Logged(executor, diary), out=out, progress=watch)
     finally:
         for process in processes:
             process.kill()
-            process.wait()
+            process.wait(PATIENCE)
     assert killed, log.read_text()
     assert len(saved) >= 3
     begun = Counter(words[2] for words in entries() if words[0] == "begin")
