@@ -12,6 +12,7 @@ import exactcreep
 PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
     ("model",),
+    ("limits",),
     ("laws",),
     ("motion",),
     ("solvers",),

@@ -41,7 +41,8 @@ def resume(
         exactcreep resume jumps.ckpt --out jumps.nc
     """
     from exactcreep.commands.session import run_session
-    from exactcreep.quasistatic.loop import Keeper, Limits, Saved
+    from exactcreep.limits import Limits
+    from exactcreep.quasistatic.loop import Keeper, Saved
     from exactcreep.scene import parsed_settings_text
 
     saved = Saved.read(checkpoint)

@@ -13,8 +13,9 @@ import typer
 from exactcreep.commands.progress import COMPILING, RunBar
 
 if TYPE_CHECKING:
+    from exactcreep.limits import Limits
     from exactcreep.quasistatic.experiment import Experiment
-    from exactcreep.quasistatic.loop import Keeper, Limits, Progress
+    from exactcreep.quasistatic.loop import Keeper, Progress
     from exactcreep.quasistatic.result import Creep
 
 LIMIT_STATUS = 3

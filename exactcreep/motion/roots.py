@@ -19,8 +19,8 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.motion.arithmetic import Undecided
-from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.motion.modes import Flow, Run, RunMotion
 
 MOST_EVALUATIONS = 20_000
@@ -117,8 +117,8 @@ class Search:
         floats and mpmath); otherwise `Undecided` is raised.
     half : bool
         Whether the lower half of the chain mirrors the upper one, and need not be watched.
-    deadline : Deadline
-        When to give up, with `OutOfTime`.
+    limits : Limits
+        Whose time ends the search, with `OutOfTime`.
     """
 
     def __init__(
@@ -131,10 +131,10 @@ class Search:
         *,
         assume: bool = False,
         half: bool = False,
-        deadline: Deadline = NEVER,
+        limits: Limits = NO_LIMITS,
     ) -> None:
         self.flow = flow
-        self.deadline = deadline
+        self.limits = limits
         self.arithmetic = flow.arithmetic
         self.thresholds = thresholds
         self.excess = excess
@@ -376,7 +376,7 @@ class Search:
 
     def _count(self) -> None:
         self.evaluations += 1
-        self.deadline.require()
+        self.limits.require()
         if self.evaluations > MOST_EVALUATIONS:
             raise SearchLimit(f"no event found within {MOST_EVALUATIONS} evaluations")
 

@@ -16,26 +16,25 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 from numba.core import event as compiler_event
 
 from exactcreep import __version__
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
-from exactcreep.motion.deadline import Deadline
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.march import March
 from exactcreep.quasistatic.result import Creep, check_output
+from exactcreep.solvers.solver import Stretch, advance
 
-_BLOCK_SECONDS = 0.1  # between two looks at limits, Ctrl-C and progress
-_LONGEST_BLOCK = 1 << 20  # targets; bounds the memory of a block
 _WARNINGS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",
     "theta_beyond_one": "|theta| reached 1, where a spring of the model has no length left",
@@ -84,51 +83,6 @@ class Interrupted(KeyboardInterrupt):
     def partial(self) -> Creep:
         """The result that was being computed."""
         return self.results[-1]
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Where a run gives up; None: never.
-
-    Attributes
-    ----------
-    max_events : int or None
-        Events since the start of the run.
-    max_seconds : float or None
-        Wall time, without compilation.
-    max_bytes : int or None
-        Memory of what is recorded.
-    """
-
-    max_events: int | None = None
-    max_seconds: float | None = None
-    max_bytes: int | None = None
-
-    @classmethod
-    def of(cls, max_events: Any = None, max_seconds: Any = None, max_bytes: Any = None) -> Limits:
-        """Return the limits, or raise `InputError` if one is not a number or negative."""
-
-        def whole(value: Any, name: str) -> int | None:
-            return None if value is None else whole_number(value, name, least=0)
-
-        seconds = None if max_seconds is None else exact_number(max_seconds, "max_seconds")
-        if seconds is not None and seconds < 0:
-            raise InputError("max_seconds", max_seconds, "must not be negative")
-        return cls(
-            whole(max_events, "max_events"),
-            None if seconds is None else nearest_float(seconds),
-            whole(max_bytes, "max_bytes"),
-        )
-
-    def reached(self, march: March, spent: float) -> str:
-        """Return which limit a march has reached, `spent` seconds after others; "" if none."""
-        if self.max_events is not None and march.simulation.tally.events >= self.max_events:
-            return f"max_events = {self.max_events} was reached"
-        if self.max_seconds is not None and spent + march.seconds_here >= self.max_seconds:
-            return f"max_seconds = {self.max_seconds:g} was reached"
-        if self.max_bytes is not None and march.bytes > self.max_bytes:
-            return f"max_bytes = {self.max_bytes} was reached by what is recorded"
-        return ""
 
 
 def creep(
@@ -343,7 +297,7 @@ def run_members(
     experiments: Sequence[Experiment],
     *,
     progress: Callable[[Progress], None] | None = None,
-    limits: Limits | None = None,
+    limits: Limits = NO_LIMITS,
     keeper: Keeper | None = None,
     captured: Sequence[Mapping[str, Any] | None] | None = None,
     finished: Callable[[int, Creep], None] | None = None,
@@ -369,11 +323,10 @@ def run_members(
     Interrupted
         After Ctrl-C, with the results so far.
     """
-    limits = limits or Limits()
     kept: list[Mapping[str, Any] | None] = list(captured or [None] * len(experiments))
     results: list[Creep] = []
-    spent = 0.0
     with _deferred_interrupt() as interrupted:
+        limits = replace(limits, interrupted=interrupted)
         for index, experiment in enumerate(experiments):
             begin = time.perf_counter()
             march = March(experiment, kept[index])
@@ -385,19 +338,17 @@ def run_members(
                     keeper.keep(list(zip(experiments, kept, strict=True)))
 
             if not march.ended:
-                begin += _warm_up(experiment, partial(show, "compiling"))
+                compiling = _warm_up(experiment, partial(show, "compiling"))
+                limits = limits.later(compiling)
                 _advance(
                     march,
                     limits,
-                    spent,
-                    begin=begin,
-                    interrupted=interrupted,
+                    begin=begin + compiling,
                     show=partial(show, "running"),
                     due=keeper.due if keeper is not None else lambda: False,
                     save=save,
                 )
                 save()
-            spent += march.seconds_here
             result = march.result()
             _warn(result)
             results.append(result)
@@ -425,10 +376,8 @@ def _warn(result: Creep) -> None:
 def _advance(
     march: March,
     limits: Limits,
-    spent: float,
     *,
     begin: float,
-    interrupted: Callable[[], bool],
     show: Callable[[], None],
     due: Callable[[], bool],
     save: Callable[[], None],
@@ -436,41 +385,32 @@ def _advance(
     """Go on until the drive ends, the solver gives up, or a limit is reached."""
     march.outcome, march.reason = None, ""
     simulation, before = march.simulation, march.seconds
-    march.seconds_here = time.perf_counter() - begin
-    limit = Deadline.after(limits.max_seconds, since=begin - spent)
-    deadline = Deadline(limit.at, limit.reason, interrupted)
-    count, events = 2, 64
     reached_with = simulation.tally.events  # when the last target was reached
-    while not march.ended and march.outcome is None:
+
+    def take(stretch: Stretch) -> str:
+        nonlocal reached_with
+        march.take(stretch)
+        events = simulation.tally.events
+        if stretch.completed:
+            reached_with = events
+        march.seconds = before + time.perf_counter() - begin
+        show()
         if due():
             save()
-        march.reason = "interrupted" if interrupted() else limits.reached(march, spent)
-        if limits.max_events is None and not march.reason:
-            march.reason = _endless(march.experiment.chain, simulation.tally.events - reached_with)
-        if march.reason:
-            march.outcome = Outcome.LIMIT
-            break
-        allowance = events
-        if limits.max_events is not None:
-            allowance = min(events, limits.max_events - simulation.tally.events)
-        earlier, past = time.perf_counter(), simulation.tally.events
-        stretch = simulation.follow(
-            march.experiment.drive,
-            march.done + 1,
-            min(count, march.room),
-            max_events=allowance,
-            deadline=deadline,
-        )
-        march.take(stretch)
-        if stretch.completed:
-            reached_with = simulation.tally.events
-        now = time.perf_counter()
-        march.seconds_here = now - begin
-        march.seconds = before + march.seconds_here
-        faster = _BLOCK_SECONDS / max(now - earlier, 1e-9)
-        count = _adapted(max(stretch.completed, 1), faster, count)
-        events = _adapted(max(simulation.tally.events - past, 1), faster, events)
-        show()
+        if limits.bytes is not None and march.bytes > limits.bytes:
+            return limits.full
+        if limits.events is not None:
+            return ""
+        return _endless(march.experiment.chain, events - reached_with)
+
+    if due():
+        save()
+    while not march.ended and march.outcome is None:
+        left = limits.after(simulation.tally.events)
+        drive, until = march.experiment.drive, march.done + march.room
+        stretch = advance(simulation, drive, until, left, done=march.done, take=take)
+        if stretch.stop is not Stop.DONE and not march.ended:
+            march.outcome, march.reason = Outcome.LIMIT, stretch.reason
 
 
 def _endless(chain: Chain, events: int) -> str:
@@ -486,11 +426,6 @@ def _endless(chain: Chain, events: int) -> str:
         f"tan_alpha >= mu_d, and after {events} events in one half-cycle the chain is neither at"
         " rest nor proved to run away; max_events lets it go on"
     )
-
-
-def _adapted(achieved: int, faster: float, now: int) -> int:
-    """Return a block size that takes about `_BLOCK_SECONDS`, at most 8 times `now`."""
-    return max(1, min(int(achieved * faster), 8 * now, _LONGEST_BLOCK))
 
 
 _WARM: set[tuple[str, tuple[str, ...]]] = set()
@@ -512,7 +447,7 @@ def _warm_up(experiment: Experiment, compiling: Callable[[], None]) -> float:
         simulation = experiment.algorithm.simulation(
             chain, State.relaxed(chain), 0, experiment.record
         )
-        simulation.follow(Cycles("1/10", 1), 1, 2, max_events=1000)
+        simulation.follow(Cycles("1/10", 1), 1, 2)
     finally:
         compiler_event.unregister("numba:compile", listener)
     _WARM.add(key)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.limits import Stop
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
@@ -58,7 +59,6 @@ class March:
         self.outcome: Outcome | None = None
         self.reason = ""
         self.seconds = 0.0  # since the very start, over all sessions
-        self.seconds_here = 0.0
         self.bytes = 0
         self.crossings = 0
         self.gaps = _gaps(experiment) if self.watch_gaps else np.empty(0)
@@ -110,8 +110,10 @@ class March:
             kind = "events" if name.startswith("event_") else name
             if kind in experiment.record and len(values):
                 self._keep(name, values)
-        if stretch.outcome is not None:
-            self.outcome, self.reason = stretch.outcome, stretch.reason
+        if stretch.stop.final:
+            runaway = stretch.stop is Stop.RUNAWAY
+            self.outcome = Outcome.RUNAWAY if runaway else Outcome.LIMIT
+            self.reason = stretch.reason
 
     def _keep(self, name: str, values: NDArray[Any]) -> None:
         parts = {name: floats(values) if values.dtype == object else values}

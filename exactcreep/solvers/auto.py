@@ -26,18 +26,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.laws import LAWS
+from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
 from exactcreep.motion.condition import PROMISE
-from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.exact import Exact
 from exactcreep.solvers.sliding import Sliding, resting_sliders
 from exactcreep.solvers.solver import (
-    MOST_EVENTS,
+    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
@@ -357,11 +357,11 @@ def _positions(
     parts: list[NDArray[Any]] = []
     done = 0
     while done < count and simulation.tally.events < most_events:
-        stretch = simulation.follow(drive, first + done, count - done, max_events=50_000)
+        stretch = simulation.follow(drive, first + done, count - done, Limits(50_000))
         if stretch.completed:
             parts.append(stretch.recorded["x_G"].astype(np.float64))
             done += stretch.completed
-        if stretch.outcome is not None:
+        if stretch.stop.final:
             break
     return np.concatenate(parts) if parts else np.empty(0)
 
@@ -508,13 +508,7 @@ class AutoSimulation(Simulation):
         )
 
     def follow(
-        self,
-        drive: Drive,
-        first: int,
-        count: int,
-        *,
-        max_events: int,
-        deadline: Deadline = NEVER,
+        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
     ) -> Stretch:
         """Choose a solver if that has not been done, then let it take the chain on."""
         if self._inner is None:
@@ -535,8 +529,7 @@ class AutoSimulation(Simulation):
                 "reason": choice.reason,
             }
         assert self._inner is not None
-        limits: dict[str, Any] = {"max_events": max_events, "deadline": deadline}
-        return self._inner.follow(drive, first, count, **limits)
+        return self._inner.follow(drive, first, count, limits)
 
     def _take(self, solver: Solver, name: str) -> None:
         self._inner = solver.simulation(self.chain, self.start, self.seed, self.record)
@@ -599,13 +592,10 @@ class Auto(Solver):
         state: State,
         direction: int,
         seed: int,
-        *,
-        max_events: int = MOST_EVENTS,
-        deadline: Deadline = NEVER,
+        limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Rearrange with the exact solver: a rearrangement is inertia."""
-        limits: dict[str, Any] = {"max_events": max_events, "deadline": deadline}
-        return Exact().rearrange(chain, state, direction, seed, **limits)
+        return Exact().rearrange(chain, state, direction, seed, limits)
 
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]

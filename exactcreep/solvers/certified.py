@@ -14,14 +14,14 @@ from dataclasses import asdict, dataclass, replace
 from itertools import count
 from typing import Any, ClassVar
 
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.model.verdict import Evidence
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
-from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.solvers.enclosed import Enclosed
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.reference import (
@@ -31,7 +31,7 @@ from exactcreep.solvers.reference import (
     mechanics_report,
 )
 from exactcreep.solvers.solver import (
-    MOST_EVENTS,
+    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Stretch,
@@ -96,9 +96,7 @@ class Certified(FieldSolver):
         state: State,
         direction: int,
         seed: int,
-        *,
-        max_events: int = MOST_EVENTS,
-        deadline: Deadline = NEVER,
+        limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         refuse_no_slips(chain)
@@ -106,10 +104,9 @@ class Certified(FieldSolver):
             arithmetic = balls_of(bits)
             with arithmetic.active():
                 mechanics = Enclosed(chain, seed, arithmetic, state, assume=assume, keep=True)
-                mechanics.deadline = deadline
                 try:
-                    result = completed(mechanics, direction, self.name, max_events)
-                    if not (assume or deadline.passed()):
+                    result = completed(mechanics, direction, self.name, limits)
+                    if not (assume or limits.passed()):
                         require_digits(mechanics, self.digits)
                 except Undecided:
                     continue
@@ -201,17 +198,15 @@ class CertifiedSimulation(FieldSimulation):
             self.anchor = self.mechanics.captured()
         self.anchor_target = (q, self.theta_target)
 
-    def _to_target(
-        self, drive: Drive, q: int, rows: dict[str, list[Any]], last: int
-    ) -> Outcome | None:
+    def _to_target(self, drive: Drive, q: int, rows: dict[str, list[Any]]) -> Stop | None:
         if self.anchor_target[0] < 0:
             self.anchor_target = (q - 1, self.anchor_target[1])
         kept = {name: len(values) for name, values in rows.items()}
         while True:
             try:
-                outcome = self._catch_up(drive, q)
-                if outcome is None:
-                    outcome = super()._to_target(drive, q, rows, last)
+                stop = self._catch_up(drive, q)
+                if stop is None:
+                    stop = super()._to_target(drive, q, rows)
                 break
             except Undecided:
                 for name, values in rows.items():
@@ -224,13 +219,13 @@ class CertifiedSimulation(FieldSimulation):
                 del rows[name][kept[name] : kept[name] + again]
         self.repeated -= again
         self.handed_out += new - again
-        if outcome is None:
+        if stop is None:
             self.handed_out = 0
             with self.mechanics.arithmetic.active():
                 self.known = self.mechanics.state(), replace(self.tally)
             if self.mechanics.exact is not None:
                 self._drop_anchor(q)
-        return outcome
+        return stop
 
     def _arrive(self, target: Any, rows: dict[str, list[Any]]) -> None:
         if not self.settles:
@@ -256,29 +251,27 @@ class CertifiedSimulation(FieldSimulation):
         self.repeated = self.handed_out
 
     def follow(
-        self,
-        drive: Drive,
-        first: int,
-        count: int,
-        *,
-        max_events: int,
-        deadline: Deadline = NEVER,
+        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
     ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         self.tally = self.mechanics.tally
-        stretch = super().follow(drive, first, count, max_events=max_events, deadline=deadline)
+        stretch = super().follow(drive, first, count, limits)
         if self.behind is not None:
             self.tally = Tally() if self.known is None else self.known[1]
         return stretch
 
-    def _catch_up(self, drive: Drive, q: int) -> Outcome | None:
-        """Come again to the half-cycle towards q; None if that is done."""
-        while self.behind is not None and self.behind < q:
-            unseen: dict[str, list[Any]] = {name: [] for name in self._columns()}
-            outcome = super()._to_target(drive, self.behind, unseen, 2**62)
-            if outcome is not None:
-                return outcome
-            self.behind += 1
+    def _catch_up(self, drive: Drive, q: int) -> Stop | None:
+        """Come again to the half-cycle towards q, however many events that takes."""
+        limits, self.limits = self.limits, replace(self.limits, events=None)
+        try:
+            while self.behind is not None and self.behind < q:
+                unseen: dict[str, list[Any]] = {name: [] for name in self._columns()}
+                stop = super()._to_target(drive, self.behind, unseen)
+                if stop is not None:
+                    return stop
+                self.behind += 1
+        finally:
+            self.limits = limits
         self.behind = None
         return None
 

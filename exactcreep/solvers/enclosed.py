@@ -14,11 +14,11 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
-from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.motion.enclosure import ZERO, Box, Passage, Spread
 from exactcreep.motion.modes import Flow, Run
 from exactcreep.motion.roots import FirstEvent
@@ -183,7 +183,7 @@ class Enclosed(Mechanics):
         Raises
         ------
         OutOfTime
-            If the deadline passes; called again, it goes on.
+            If the time is over; called again, it goes on.
         """
         flow = self.flow
         assert flow is not None
@@ -192,7 +192,7 @@ class Enclosed(Mechanics):
         try:
             if self.centre is None:
                 self._enclose_departure()
-            centre = self._caught_up(self.deadline)
+            centre = self._caught_up(self.limits)
         except Undecided:
             if not (self.young or self.assume):
                 raise
@@ -204,7 +204,7 @@ class Enclosed(Mechanics):
         fast = [n for n in np.flatnonzero(flow.signs).tolist() if flow.velocities[n] != 0]
         noise = [x.rad() for x in (*middle.forces, *middle.velocities[fast])]
         with balls_of(DERIVATIVE_BITS).active():
-            spread = self._spread(self.deadline)
+            spread = self._spread(self.limits)
             rows = [*spread.forces, *(spread.velocities[n] for n in fast), self.box.axes[-1]]
             self.box = self.box.carried(rows, [*noise, ZERO])
             radii = self.box.radii(self.box.axes)
@@ -218,7 +218,7 @@ class Enclosed(Mechanics):
         flow.velocities[fast] = [flint.arb(m, r) for m, r in pairs]
         self.passages = []
 
-    def _caught_up(self, deadline: Deadline = NEVER) -> Mechanics:
+    def _caught_up(self, limits: Limits = NO_LIMITS) -> Mechanics:
         """Let the middle of the set do what the balls have done, and return it."""
         assert self.centre is not None
         behind = len(self.followed) < len(self.signatures)
@@ -228,12 +228,12 @@ class Enclosed(Mechanics):
             elif len(self.followed) >= len(self.signatures):
                 break
             else:
-                deadline.require()
+                limits.require()
         if self.followed != self.signatures:
             raise Undecided("the middle of the set does something else")
         return self.centre
 
-    def _spread(self, deadline: Deadline = NEVER) -> Spread:
+    def _spread(self, limits: Limits = NO_LIMITS) -> Spread:
         """Return the axes as the events since the last time have turned them."""
         assert self.box is not None
         assert self.passages is not None
@@ -242,7 +242,7 @@ class Enclosed(Mechanics):
         for slider, row in zip(self.fast, self.box.axes[n:-1], strict=True):
             spread.velocities[slider] = row
         for passage in self.passages:
-            deadline.require()
+            limits.require()
             spread.pass_through(passage)
         moved = self.box.radii(spread.moved)
         self.reach = [(a + b).upper() for a, b in zip(self.reach, moved, strict=True)]

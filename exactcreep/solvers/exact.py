@@ -11,6 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Cycles, Drive
@@ -19,7 +20,6 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.condition import condition
-from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import solution_from_events
 from exactcreep.solvers import kernel, layout
@@ -27,7 +27,7 @@ from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.draws import KEPT
 from exactcreep.solvers.layout import PAD
 from exactcreep.solvers.solver import (
-    MOST_EVENTS,
+    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
@@ -238,13 +238,7 @@ class ExactSimulation(Simulation):
         return product, error + l0_low * theta
 
     def follow(
-        self,
-        drive: Drive,
-        first: int,
-        count: int,
-        *,
-        max_events: int,
-        deadline: Deadline = NEVER,
+        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
     ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         seed = int(self.work.whole[layout.SEED : layout.SEED + 1].view(np.uint64)[0])
@@ -254,9 +248,9 @@ class ExactSimulation(Simulation):
         travel = np.empty(count)
         rows: dict[str, list[Any]] = {name: [] for name in ("x", "tension", "slips")}
         logs: list[dict[str, NDArray[Any]]] = []
-        last = int(self.work.whole[layout.EVENTS]) + max_events
-        last_step = int(self.work.whole[layout.STEPS]) + 4 * max_events + 1000
-        done = 0
+        last = int(self.work.whole[layout.EVENTS]) + limits.events_left
+        last_step = int(self.work.whole[layout.STEPS]) + 4 * limits.events_left + 1000
+        done, stop = 0, Stop.DONE
         reason = layout.DONE
         while done < count:
             upto = done + 1 if each else count
@@ -279,8 +273,10 @@ class ExactSimulation(Simulation):
                 break
             now = int(self.work.whole[layout.EVENTS]), int(self.work.whole[layout.STEPS])
             if reason == layout.BUDGET and (now[0] >= last or now[1] >= last_step):
+                stop = Stop.BUDGET
                 break
-            if deadline.passed():
+            if done < count and limits.passed():
+                stop = Stop.DEADLINE
                 break
         recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
         widths = {"x": self.chain.n, "tension": self.chain.n - 1, "slips": self.chain.n}
@@ -292,12 +288,12 @@ class ExactSimulation(Simulation):
             for name in empty:
                 recorded[name] = np.concatenate([log[name] for log in logs] + [empty[name]])
         if reason == layout.RUNAWAY:
-            return Stretch(done, recorded, Outcome.RUNAWAY, NEVER_STOPS)
+            return Stretch(done, recorded, Stop.RUNAWAY, NEVER_STOPS)
         if reason == layout.ENDLESS:
             if self.never_rests():
-                return Stretch(done, recorded, Outcome.RUNAWAY, NEVER_RESTS)
-            return Stretch(done, recorded, Outcome.LIMIT, _ENDLESS)
-        return Stretch(done, recorded)
+                return Stretch(done, recorded, Stop.RUNAWAY, NEVER_RESTS)
+            return Stretch(done, recorded, Stop.LIMIT, _ENDLESS)
+        return Stretch(done, recorded, stop, limits.reason(stop))
 
     def _advance(
         self,
@@ -479,9 +475,7 @@ class Exact(Solver):
         state: State,
         direction: int,
         seed: int,
-        *,
-        max_events: int = MOST_EVENTS,
-        deadline: Deadline = NEVER,
+        limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         simulation = ExactSimulation(chain, state, seed, ("events",))
@@ -493,14 +487,12 @@ class Exact(Solver):
                 break  # it did not rest at its own theta
             reason = layout.LOG_FULL
             while reason in (layout.LOG_FULL, layout.BUDGET) and not limit:
-                left = max_events - int(work.whole[layout.EVENTS])
+                left = limits.events_left - int(work.whole[layout.EVENTS])
                 reason, _ = simulation._advance(
                     target, np.zeros(1), np.empty(1), left, single=True
                 )
-                if int(work.whole[layout.EVENTS]) >= max_events:
-                    limit = f"max_events = {max_events} was reached"
-                elif deadline.passed():
-                    limit = deadline.reason
+                if (stop := limits.stop(int(work.whole[layout.EVENTS]))) is not None:
+                    limit = limits.reason(stop)
                 count = int(work.whole[layout.LOGGED])
                 logs.append(work.log[:count, _EVENT_COLUMNS])
                 work.whole[layout.LOGGED] = 0
@@ -529,9 +521,7 @@ class Exact(Solver):
             outcome, told = Outcome.LIMIT, limit or _ENDLESS
         evidence = simulation.evidence if found.holds else Evidence.UNDECIDED
         if self.escalate and evidence is Evidence.UNDECIDED and outcome is not Outcome.LIMIT:
-            certified = Certified().rearrange(
-                chain, state, direction, seed, max_events=max_events, deadline=deadline
-            )
+            certified = Certified().rearrange(chain, state, direction, seed, limits)
             why = found.sentence() or f"{tally.undecided} comparisons were undecided"
             return replace(certified, report={**certified.report, "escalated": why})
         return Rearrangement(

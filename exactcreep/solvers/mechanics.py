@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.limits import NO_LIMITS
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind, acting_coefficient, start_direction
@@ -28,7 +29,6 @@ from exactcreep.motion.arithmetic import (
     balls_of,
 )
 from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic
-from exactcreep.motion.deadline import NEVER
 from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of, incline, tensions_at
 from exactcreep.motion.roots import (
@@ -155,7 +155,7 @@ class Mechanics:
         self.event_number = 0
         self.runaway = False
         self.proof = ""  # of the runaway
-        self.deadline = NEVER
+        self.limits = NO_LIMITS
 
     # -- what is known exactly -----------------------------------------------------------------
 
@@ -525,7 +525,7 @@ class Mechanics:
             touching,
             assume=self.assume,
             half=half,
-            deadline=self.deadline,
+            limits=self.limits,
         )
         watches = self._coarse(flow, excess, touching, horizon)
         if watches is None:
@@ -560,7 +560,7 @@ class Mechanics:
                     excess,
                     touching,
                     half=self.mirrored,
-                    deadline=self.deadline,
+                    limits=self.limits,
                 )
                 try:
                     found = search.first(horizon)

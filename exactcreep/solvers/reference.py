@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar
 
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Drive
@@ -23,12 +24,11 @@ from exactcreep.motion.arithmetic import (
     Arithmetic,
     digits_of,
 )
-from exactcreep.motion.deadline import NEVER, Deadline, OutOfTime
 from exactcreep.motion.roots import SearchLimit
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.solver import (
-    MOST_EVENTS,
+    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
@@ -52,17 +52,14 @@ class FieldSolver(Solver):
         state: State,
         direction: int,
         seed: int,
-        *,
-        max_events: int = MOST_EVENTS,
-        deadline: Deadline = NEVER,
+        limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         refuse_no_slips(chain)
         arithmetic = self.arithmetic()
         with arithmetic.active():
             mechanics = Mechanics(chain, seed, arithmetic, state, keep=True)
-            mechanics.deadline = deadline
-            return completed(mechanics, direction, self.name, max_events)
+            return completed(mechanics, direction, self.name, limits)
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
         """Yield the events of `rearrange` one by one, each as soon as it is known."""
@@ -88,9 +85,10 @@ class FieldSolver(Solver):
 
 
 def completed(
-    mechanics: Mechanics, direction: int, solver: str, max_events: int
+    mechanics: Mechanics, direction: int, solver: str, limits: Limits
 ) -> Rearrangement:
     """Return the rearrangement that follows a ramp of `mechanics` in `direction`."""
+    mechanics.limits = limits
     before = mechanics.state()
     moves = mechanics.ramp(direction, None)
     initial = mechanics.initial if moves and mechanics.initial is not None else before
@@ -102,11 +100,9 @@ def completed(
                 events.append(event)
             elif mechanics.flow is None or mechanics.runaway:
                 continue
-            elif len(events) >= max_events:
-                outcome, reason = Outcome.LIMIT, f"max_events = {max_events} was reached"
+            elif (stop := limits.stop(len(events))) is not None:
+                outcome, reason = Outcome.LIMIT, limits.reason(stop)
                 break
-            else:
-                mechanics.deadline.require()
     except (SearchLimit, OutOfTime) as limit:
         outcome, reason = Outcome.LIMIT, str(limit)
     if outcome is Outcome.LIMIT:
@@ -166,7 +162,6 @@ class FieldSimulation(Simulation):
         with arithmetic.active():
             self.mechanics = self.kind(chain, seed, arithmetic, state)
         self.tally = self.mechanics.tally
-        self.deadline = NEVER
         self.theta_target: Fraction | None = None
         try:
             self.theta_target = exact_number(state.theta, "theta")
@@ -174,34 +169,29 @@ class FieldSimulation(Simulation):
             self.theta_target = None
 
     def follow(
-        self,
-        drive: Drive,
-        first: int,
-        count: int,
-        *,
-        max_events: int,
-        deadline: Deadline = NEVER,
+        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
     ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
-        self.deadline = deadline
+        self.limits = limits
+        self.begun = self.tally.events
         rows: dict[str, list[Any]] = {name: [] for name in self._columns()}
-        last = self.tally.events + max_events
-        done, outcome, reason = 0, None, ""
-        for q in range(first, first + count):
+        done, reason = 0, ""
+        stop: Stop | None = None
+        while stop is None:
             try:
-                outcome = self._to_target(drive, q, rows, last)
+                stop = self._to_target(drive, first + done, rows)
             except SearchLimit as limit:
-                outcome, reason = Outcome.LIMIT, str(limit)
-            if outcome is not None:
-                break
-            done += 1
-            if self.tally.events >= last or deadline.passed():
-                break
-        if outcome is Outcome.CREEPING:  # only the budget of this call is used up
-            outcome = None
-        if outcome is Outcome.RUNAWAY:
+                stop, reason = Stop.LIMIT, str(limit)
+            if stop is None:
+                done += 1
+                stop = Stop.DONE if done == count else self._early()
+        if stop is Stop.RUNAWAY:
             reason = self.mechanics.proof
-        return Stretch(done, record_arrays(rows), outcome, reason)
+        return Stretch(done, record_arrays(rows), stop, reason or limits.reason(stop))
+
+    def _early(self) -> Stop | None:
+        """Return why `follow` has to come back; None: it need not."""
+        return self.limits.stop(self.tally.events - self.begun)
 
     def _columns(self) -> list[str]:
         names = ["x_G", *(name for name in ("x", "tension", "slips") if name in self.record)]
@@ -209,12 +199,10 @@ class FieldSimulation(Simulation):
             names += _EVENT_COLUMNS
         return names
 
-    def _to_target(
-        self, drive: Drive, q: int, rows: dict[str, list[Any]], last: int
-    ) -> Outcome | None:
-        """Take the chain to target q; None if it was reached, CREEPING if the budget ended."""
+    def _to_target(self, drive: Drive, q: int, rows: dict[str, list[Any]]) -> Stop | None:
+        """Take the chain to target q, and return why it was not reached; None: it was."""
         mechanics = self.mechanics
-        mechanics.deadline = self.deadline
+        mechanics.limits = self.limits
         with mechanics.arithmetic.active():
             target = drive.exact_target(q, self.seed)
             while True:
@@ -222,12 +210,12 @@ class FieldSimulation(Simulation):
                     for event in mechanics.rearrangement():
                         if event is not None:
                             self._log(event, q, rows)
-                        elif self.tally.events >= last or self.deadline.passed():
-                            return Outcome.CREEPING
+                        elif (stop := self._early()) is not None:
+                            return stop
                 except OutOfTime:
-                    return Outcome.CREEPING
+                    return Stop.DEADLINE
                 if mechanics.runaway:
-                    return Outcome.RUNAWAY
+                    return Stop.RUNAWAY
                 if not mechanics.ramp(self._way(target), target):
                     break
             self._arrive(target, rows)

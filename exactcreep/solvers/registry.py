@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from dataclasses import fields
 from typing import Any
 
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
-from exactcreep.motion.deadline import Deadline
 from exactcreep.solvers.auto import Auto
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.exact import Exact
@@ -137,11 +137,9 @@ def rearrange(
     >>> [(event.kind.value, event.sliders, round(event.time, 6)) for event in slip.events]
     [('start', (3,), 0.0), ('stop', (3,), 3.141593)]
     """
-    deadline = Deadline.after(max_seconds)
+    limits = Limits.of(whole_number(max_events, "max_events", least=1), max_seconds)
     way, key = _valid(chain, state, direction, seed)
-    most = whole_number(max_events, "max_events", least=1)
-    algorithm = solver_named(solver, options)
-    return algorithm.rearrange(chain, state, way, key, max_events=most, deadline=deadline)
+    return solver_named(solver, options).rearrange(chain, state, way, key, limits)
 
 
 def iterate(

@@ -35,16 +35,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.model.verdict import Evidence
 from exactcreep.motion.cosine_field import CosineField, Quadratic
-from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.solvers.relaxation import relaxed
 from exactcreep.solvers.solver import (
-    MOST_EVENTS,
+    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
@@ -450,24 +450,18 @@ class SlidingSimulation(Simulation):
         return nearest_float(self.chain.l0) * float(theta)
 
     def follow(
-        self,
-        drive: Drive,
-        first: int,
-        count: int,
-        *,
-        max_events: int,
-        deadline: Deadline = NEVER,
+        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
     ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`.
 
-        For `max_events`, every slider of every half-cycle counts as an event.
+        For `limits`, every slider of every half-cycle counts as an event.
         """
         if not _held(self.chain):
-            outcome = Outcome.RUNAWAY if _too_steep(self.chain) else Outcome.LIMIT
-            return Stretch(0, {}, outcome, _not_held_because(self.chain))
+            stop = Stop.RUNAWAY if _too_steep(self.chain) else Stop.LIMIT
+            return Stretch(0, {}, stop, _not_held_because(self.chain))
         self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n = self.chain.n
-        count = min(count, max(1, max_events // n))
+        asked, count = count, min(count, max(1, limits.events_left // n))
         kind: Any = object if self.exact else np.float64
 
         def rows(name: str, width: int, dtype: Any = kind) -> NDArray[Any]:
@@ -478,7 +472,7 @@ class SlidingSimulation(Simulation):
         slip_rows = rows("slips", n, np.int64)
         before = self._totals.copy()
         done, most = 0, 1 if self.exact else max(1, _PAUSE // n)
-        while done < count and not (done and deadline.passed()):
+        while done < count and not (done and limits.passed()):
             part = slice(done, min(done + most, count))
             out = (x_g[part], x_rows[part], tension_rows[part], slip_rows[part])
             if self.exact:
@@ -494,7 +488,8 @@ class SlidingSimulation(Simulation):
         for name, table in (("x", x_rows), ("tension", tension_rows), ("slips", slip_rows)):
             if name in self.record:
                 recorded[name] = table[:done]
-        return Stretch(done, recorded)
+        stop = Stop.DEADLINE if done < count else Stop.BUDGET if done < asked else Stop.DONE
+        return Stretch(done, recorded, stop, limits.reason(stop))
 
     def _follow_compiled(
         self, drive: Drive, first: int, x_g: NDArray[Any], x_rows: NDArray[Any],
@@ -697,9 +692,7 @@ class Sliding(Solver):
         state: State,
         direction: int,
         seed: int,
-        *,
-        max_events: int = MOST_EVENTS,
-        deadline: Deadline = NEVER,
+        limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Refuse: without inertia there are no rearrangements."""
         raise InputError(

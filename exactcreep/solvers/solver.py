@@ -3,27 +3,31 @@
 from __future__ import annotations
 
 import math
+import time
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, Itinerary
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.motion.solution import Solution
 
 RECORDS = ("x_G", "x", "tension", "slips", "events")
 """What a simulation can record; see `Stretch`."""
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
+ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
+_BLOCK_SECONDS = 0.1  # between two stretches of an advance
+_LONGEST_BLOCK = 1 << 20  # targets; bounds the memory of a stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +118,7 @@ class Tally:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """What `Simulation.follow` came to.
+    """What `Simulation.follow` and `advance` came to.
 
     Attributes
     ----------
@@ -128,15 +132,15 @@ class Stretch:
         ``event_rearrangement`` (from 0), ``event_number`` (within the rearrangement, from 0; rows
         of a set share it), ``event_theta``, ``event_time``, ``event_kind`` (0 start, 1 stop),
         ``event_slider`` (from 1), ``event_sign``.
-    outcome : Outcome or None
-        None: go on. `RUNAWAY` or `LIMIT`: no further target can be reached.
+    stop : Stop
+        Why it ended.
     reason : str
-        For a limit or a runaway: one sentence.
+        Unless every target was reached: one sentence.
     """
 
     completed: int
     recorded: Mapping[str, NDArray[Any]]
-    outcome: Outcome | None = None
+    stop: Stop = Stop.DONE
     reason: str = ""
 
 
@@ -147,19 +151,13 @@ class Simulation(ABC):
 
     @abstractmethod
     def follow(
-        self,
-        drive: Drive,
-        first: int,
-        count: int,
-        *,
-        max_events: int,
-        deadline: Deadline = NEVER,
+        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
     ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1` of the drive.
 
-        Returns early, with fewer targets completed, after about `max_events` events, or soon after
-        `deadline`; calling again with ``first`` = the first target not completed goes on, with the
-        same bits as if it had never returned.
+        Returns early, with fewer targets completed, soon after the events of `limits` are used up,
+        which count from this call, or the time is over; calling again with ``first`` = the first
+        target not completed goes on, with the same bits as if it had never returned.
         """
 
     @abstractmethod
@@ -201,14 +199,12 @@ class Solver(ABC):
         state: State,
         direction: int,
         seed: int,
-        *,
-        max_events: int = MOST_EVENTS,
-        deadline: Deadline = NEVER,
+        limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange.
 
-        Comes back with what there is, and the outcome `LIMIT`, after `max_events` events (a few
-        more, if they are simultaneous) or soon after `deadline`.
+        Comes back with what there is, and the outcome `LIMIT`, after the events of `limits` (a few
+        more, if they are simultaneous) or soon after its time is over.
         """
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
@@ -224,6 +220,94 @@ class Solver(ABC):
         A start that is not at rest is first rearranged at its own theta, within the first call of
         `Simulation.follow`.
         """
+
+
+def advance(
+    simulation: Simulation,
+    drive: Drive,
+    until: int,
+    limits: Limits = NO_LIMITS,
+    *,
+    done: int = 0,
+    take: Callable[[Stretch], str | None] | None = None,
+) -> Stretch:
+    """Take a chain from target `done` of a drive to target `until`, and say why it ended.
+
+    Parameters
+    ----------
+    simulation : Simulation
+    drive : Drive
+    until : int
+        The last target, from 1.
+    limits : Limits
+        `events` count from this call, `bytes` what is recorded in it.
+    done : int
+        Targets reached before.
+    take : callable, optional
+        Is given what was recorded, stretch by stretch, about ten times a second. It ends the
+        advance as a `LIMIT` by returning a sentence that says why.
+
+    Returns
+    -------
+    Stretch
+        `completed` targets after `done`, why it stopped, and all that was recorded on the way;
+        nothing if `take` was given it.
+
+    Notes
+    -----
+    Guarantee: how far one stretch goes depends on the clock, and changes no bit.
+    """
+    start, before = done, simulation.tally.events
+    parts: list[Mapping[str, NDArray[Any]]] = []
+    held = 0  # bytes
+    targets, events = 2, 64  # of the next stretch
+    if take is None and limits.bytes is None:  # nobody waits for it
+        targets, events = _LONGEST_BLOCK, limits.events_left
+    stop, reason = Stop.DONE, ""
+    while done < until:
+        past = simulation.tally.events
+        left = limits.after(past - before)
+        if limits.bytes is not None and held > limits.bytes:
+            stop, reason = Stop.BUDGET, limits.full
+            break
+        if (early := left.stop(0)) is not None:
+            stop, reason = early, left.reason(early)
+            break
+        earlier = time.perf_counter()
+        allowed = replace(limits, events=min(events, left.events_left), used=0)
+        stretch = simulation.follow(drive, done + 1, min(targets, until - done), allowed)
+        faster = _BLOCK_SECONDS / max(time.perf_counter() - earlier, 1e-9)
+        done += stretch.completed
+        targets = _adapted(stretch.completed, faster, targets)
+        events = _adapted(simulation.tally.events - past, faster, events)
+        told = None
+        if take is not None:
+            told = take(stretch)
+        else:
+            parts.append(stretch.recorded)
+            held += sum(values.nbytes for values in stretch.recorded.values())
+        if stretch.stop.final or stretch.stop is Stop.DEADLINE:
+            stop, reason = stretch.stop, stretch.reason
+            break
+        if told and done < until:
+            stop, reason = Stop.LIMIT, told
+            break
+    return Stretch(done - start, _joined(parts), stop, reason)
+
+
+def _adapted(achieved: int, faster: float, now: int) -> int:
+    """Return how many take about `_BLOCK_SECONDS`, at most 8 times `now`."""
+    return max(1, min(int(max(achieved, 1) * faster), 8 * now, _LONGEST_BLOCK))
+
+
+def _joined(parts: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+    """Return what was recorded in several stretches as if in one."""
+    joined: dict[str, NDArray[Any]] = {}
+    for name in dict.fromkeys(name for part in parts for name in part):
+        columns = [part[name] for part in parts if name in part]
+        filled = [column for column in columns if len(column)]
+        joined[name] = np.concatenate(filled) if filled else columns[0]
+    return joined
 
 
 def refuse_no_slips(chain: Chain) -> None:

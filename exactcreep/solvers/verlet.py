@@ -17,17 +17,17 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.motion.endless import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.solver import (
-    MOST_EVENTS,
+    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
@@ -38,6 +38,7 @@ from exactcreep.solvers.solver import (
 )
 from exactcreep.solvers.stepping import (
     CEILING,
+    EVENTS,
     INFINITE,
     MOST_STEPS,
     MOVING,
@@ -70,6 +71,13 @@ _REASONS = {
     INFINITE: "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)",
 }
 _OUTCOMES = {RUNAWAY: Outcome.RUNAWAY, STEPS: Outcome.LIMIT, INFINITE: Outcome.LIMIT}
+_STOPS = {
+    REST: Stop.DONE,
+    EVENTS: Stop.BUDGET,
+    RUNAWAY: Stop.RUNAWAY,
+    STEPS: Stop.LIMIT,
+    INFINITE: Stop.LIMIT,
+}
 
 
 def _laws(chain: Chain, state: State, seed: int, dt: float, locate: bool) -> Laws:
@@ -282,13 +290,7 @@ class VerletSimulation(Simulation):
         )
 
     def follow(
-        self,
-        drive: Drive,
-        first: int,
-        count: int,
-        *,
-        max_events: int,
-        deadline: Deadline = NEVER,
+        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
     ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1` of the drive."""
         work, n = self._work, self._chain.n
@@ -300,7 +302,7 @@ class VerletSimulation(Simulation):
         slips = np.empty((count if wanted[2] else 0, n), dtype=np.int64)
         rows = []
         done, code = 0, ROWS
-        last_event = int(work.now["events"][0]) + max_events
+        last_event = int(work.now["events"][0]) + limits.events_left
         while code in (ROWS, PAUSED):
             work.spent[0] = 0
             code, more = follow(
@@ -318,7 +320,7 @@ class VerletSimulation(Simulation):
             done += more
             rows.append(work.rows[: int(work.written[0])].copy())
             work.written[0] = 0
-            if deadline.passed():
+            if code in (ROWS, PAUSED) and limits.passed():
                 break
         self._count()
         recorded: dict[str, NDArray[Any]] = {"x_G": x_G[:done]}
@@ -332,7 +334,8 @@ class VerletSimulation(Simulation):
             for name in ROW.names or ():
                 if name != "residual":
                     recorded["event_" + name] = kept[name].copy()
-        return Stretch(done, recorded, _OUTCOMES.get(code), _REASONS.get(code, ""))
+        stop = _STOPS.get(code, Stop.DEADLINE)
+        return Stretch(done, recorded, stop, _REASONS.get(code) or limits.reason(stop))
 
     def state(self) -> State:
         """Return the present state."""
@@ -424,9 +427,7 @@ class Verlet(Solver):
         state: State,
         direction: int,
         seed: int,
-        *,
-        max_events: int = MOST_EVENTS,
-        deadline: Deadline = NEVER,
+        limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange."""
         laws, work = self._start(chain, state, direction, seed)
@@ -446,11 +447,8 @@ class Verlet(Solver):
         code = REST
         limit = ""
         while work.now["phase"][0] == MOVING and code not in _OUTCOMES:
-            if len(events) >= max_events:
-                limit = f"max_events = {max_events} was reached"
-            elif deadline.passed():
-                limit = deadline.reason
-            if limit:
+            if (stop := limits.stop(len(events))) is not None:
+                limit = limits.reason(stop)
                 break
             work.spent[0] = 0
             code = advance(laws, work, work.now["events"][0] + 1)

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
+from exactcreep.limits import Limits
 from exactcreep.model import disorder
 from exactcreep.model.contact import EventKind, Itinerary
 from exactcreep.model.numbers import InputError, nearest_float
@@ -67,15 +68,15 @@ def largest_avalanche(experiment: Experiment, half_cycles: int = LOOKED_AT) -> i
     done = 0
     while done < total:
         stretch = simulation.follow(
-            experiment.drive, done + 1, min(_BLOCK, total - done), max_events=10**7
-        )
+            experiment.drive, done + 1, min(_BLOCK, total - done), Limits(10**7
+        ))
         done += stretch.completed
         numbers, counts = np.unique(
             stretch.recorded["event_rearrangement"], return_counts=True
         )
         if counts.size and int(counts.max()) > most:
             best, most = int(numbers[counts.argmax()]), int(counts.max())
-        if stretch.outcome is not None:
+        if stretch.stop.final:
             break
     if best < 0:
         raise InputError("scene", experiment.solver, f"nothing moves in {done} half-cycles")
@@ -99,8 +100,8 @@ def find_avalanche(experiment: Experiment, number: int) -> Avalanche:
     done = 0
     while done < half_cycle - 1:
         stretch = simulation.follow(
-            experiment.drive, done + 1, half_cycle - 1 - done, max_events=10**7
-        )
+            experiment.drive, done + 1, half_cycle - 1 - done, Limits(10**7
+        ))
         done += stretch.completed
     state = simulation.state() if done else experiment.initial
     target = experiment.drive.exact_target(half_cycle, experiment.seed)
@@ -134,8 +135,8 @@ def _place(experiment: Experiment, number: int) -> tuple[int, int, Itinerary]:
     parts: list[dict[str, NDArray[Any]]] = []
     while done < total:
         stretch = simulation.follow(
-            experiment.drive, done + 1, min(_BLOCK, total - done), max_events=10**6
-        )
+            experiment.drive, done + 1, min(_BLOCK, total - done), Limits(10**6
+        ))
         done += stretch.completed
         rows = {k: v for k, v in stretch.recorded.items() if k.startswith("event_")}
         for half_cycle in np.unique(rows["event_half_cycle"]).tolist():
@@ -145,7 +146,7 @@ def _place(experiment: Experiment, number: int) -> tuple[int, int, Itinerary]:
         if chosen.any():
             parts.append({name: values[chosen] for name, values in rows.items()})
         beyond = rows["event_rearrangement"].max(initial=-1) > number
-        if beyond or stretch.outcome is not None:
+        if beyond or stretch.stop.final:
             break
     if not parts:
         count = simulation.tally.rearrangements

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.limits import Limits
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Path
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
@@ -320,19 +321,19 @@ def _broken_drive(experiment: Experiment, events: int) -> tuple[Path, list[int]]
         before: float | None = None  # theta_c of the rearrangement before
         reached = False
         while not reached:
-            stretch = simulation.follow(drive, q, 1, max_events=events)
+            stretch = simulation.follow(drive, q, 1, Limits(events))
             for one in rearrangements(stretch.recorded):
                 here = float(one.theta)
                 if before is not None and before != here:
                     theta.append((Fraction(before) + Fraction(here)) / 2)
                     ends.append(q)
                 before = here
-            reached = bool(stretch.completed) or stretch.outcome is not None
+            reached = bool(stretch.completed) or stretch.stop.final
             if simulation.tally.events >= 2 * events + 100 and theta and not reached:
                 return Path(theta), ends  # a half-cycle may have more events than memory holds
         theta.append(drive.exact_target(q, seed))
         ends.append(q)
-        if stretch.outcome is not None or simulation.tally.events >= events:
+        if stretch.stop.final or simulation.tally.events >= events:
             break
     if simulation.tally.events == 0:
         raise InputError("scene", "no events", "must drive the chain so far that a slider slips")
@@ -367,13 +368,13 @@ class _Taken:
         parts: list[Mapping[str, NDArray[Any]]] = []
         done, total = 0, path.half_cycles if targets is None else targets
         while done < total:
-            stretch = simulation.follow(path, done + 1, 1, max_events=1 << 40)
+            stretch = simulation.follow(path, done + 1, 1, Limits(1 << 40))
             parts.append(stretch.recorded)
             done += stretch.completed
             events = simulation.tally.events
             if say is not None and most is not None:
                 say(min(1.0, events / most))
-            if stretch.outcome is not None or (most is not None and events >= most):
+            if stretch.stop.final or (most is not None and events >= most):
                 break
         columns = {
             name: np.concatenate([part[name] for part in parts])

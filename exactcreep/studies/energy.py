@@ -18,6 +18,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
@@ -213,14 +214,14 @@ def two_slider_ledger(
     l0 = nearest_float(chain.l0)
     done = 0
     while done < total:
-        stretch = simulation.follow(drive, done + 1, total - done, max_events=_BLOCK_EVENTS)
+        stretch = simulation.follow(drive, done + 1, total - done, Limits(_BLOCK_EVENTS))
         done += stretch.completed
         log = stretch.recorded
         _replayed(
             high, low, cells, log["event_rearrangement"], l0 * floats(log["event_theta"]),
             floats(log["event_time"]), log["event_kind"], log["event_slider"], log["event_sign"],
         )  # fmt: skip
-        if stretch.outcome is not None:
+        if stretch.stop.final:
             raise InputError("drive", drive, f"must end at rest: {stretch.reason or 'a runaway'}")
     end = simulation.state()
     load = chain.l0 * enclosure(end.theta).middle

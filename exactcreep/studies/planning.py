@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import nearest_float
@@ -298,9 +299,9 @@ def seconds_per_event(
     simulation = algorithm.simulation(experiment.chain, experiment.initial, experiment.seed, ())
     begin = time.perf_counter()
     while done < min(3, drive.half_cycles) and time.perf_counter() - begin < seconds:
-        stretch = simulation.follow(drive, done + 1, 1, max_events=16)
+        stretch = simulation.follow(drive, done + 1, 1, Limits(16))
         done += stretch.completed
-        if stretch.outcome is not None:
+        if stretch.stop.final:
             break
     events = simulation.tally.events
     return (time.perf_counter() - begin) / events if events else 0.0
@@ -339,18 +340,18 @@ def measured_pace(
     if chain.mu_s == chain.mu_d and chain.sigma_mu == 0:
         small = Chain(2, 10, "1/2", "1/2", tan_alpha="1/4")
     warm = algorithm.simulation(small, State.relaxed(small), 0, ())
-    warm.follow(Cycles("1/10", 1), 1, 2, max_events=1000)
+    warm.follow(Cycles("1/10", 1), 1, 2, Limits(1000))
     simulation = algorithm.simulation(chain, experiment.initial, experiment.seed, ())
     done, most_events, spent = 0, 16, 0.0
     while done < drive.half_cycles and spent < seconds:
         begin = time.perf_counter()
         stretch = simulation.follow(
-            drive, done + 1, min(drive.half_cycles - done, _MOST_TARGETS), max_events=most_events
-        )
+            drive, done + 1, min(drive.half_cycles - done, _MOST_TARGETS), Limits(most_events
+        ))
         took = time.perf_counter() - begin
         spent += took
         done += stretch.completed
-        if stretch.outcome is not None:
+        if stretch.stop.final:
             break
         if took < seconds / 8:
             most_events *= 2

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.state import State
@@ -133,8 +134,8 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
     for stop in stops:
         while done < stop:
             stretch = simulation.follow(
-                experiment.drive, done + 1, stop - done, max_events=10**6
-            )
+                experiment.drive, done + 1, stop - done, Limits(10**6
+            ))
             for k in range(stretch.completed):
                 done += 1
                 if done < first:
@@ -143,7 +144,7 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
                     for name, kept in rows.items():
                         kept.append(np.asarray(stretch.recorded[name][k]))
                 _check_repeats(result, done, stretch.recorded["x_G"][k])
-            if stretch.outcome is not None and done < stop:
+            if stretch.stop.final and done < stop:
                 raise InputError("half_cycle", half_cycle, f"is not reached: {stretch.reason}")
         if stop == half_cycle and stop > 0:
             state = simulation.state()

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.laws import LAWS
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import EventKind
 from exactcreep.model.drive import Cycles
@@ -34,10 +35,10 @@ from exactcreep.model.numbers import InputError, Number, exact_number, nearest_f
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
-from exactcreep.motion.deadline import NEVER, Deadline, OutOfTime
 from exactcreep.motion.itinerary import Course, StrayRoot
 from exactcreep.quasistatic.decimals import Enclosure, enclosure
 from exactcreep.solvers.registry import SOLVERS, solver_named
+from exactcreep.solvers.solver import Simulation, Stretch, advance
 from exactcreep.studies.eventlog import (
     LoggedEvent,
     LoggedRearrangement,
@@ -288,11 +289,11 @@ def threshold(
         return _single(asked)
     span = _bracket(bracket) if bracket is not None else None
     scans = _scans(chain, low, high)
-    deadline = Deadline.after(max_seconds)
+    limits = Limits.of(max_seconds=max_seconds)
     if chain.mu_s == chain.mu_d:
         return _sliding(asked)
     start = State.prepared(chain, [size] * (chain.n - 1))
-    question = _Question(chain, asked.cycles, start, deadline)
+    question = _Question(chain, asked.cycles, start, limits)
     search = _Search(asked, question, scans, span)
     try:
         if low is None and span is None and question.creeps(scans[0][0]):
@@ -438,7 +439,7 @@ class _Question:
     chain: Chain
     cycles: int
     start: State
-    deadline: Deadline = NEVER
+    limits: Limits = NO_LIMITS
 
     @property
     def half_cycles(self) -> int:
@@ -447,66 +448,60 @@ class _Question:
     def creeps(self, amplitude: Fraction) -> bool:
         """Return the float64 solver's answer."""
         simulation = solver_named("exact", {}).simulation(self.chain, self.start, 0, ())
-        runaway, values, _ = self._followed(simulation, amplitude)
-        return runaway or self._advance(values) > ADVANCE
+        stretch = self._followed(simulation, amplitude)
+        if stretch.stop is Stop.RUNAWAY:
+            return True
+        return self._advance(stretch.recorded["x_G"].tolist()).middle > ADVANCE
 
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> _Trial:
         """Return a solver's answer, and what happened."""
         algorithm = solver_named(solver, options)
         record = ("x_G", "tension", "events")
         simulation = algorithm.simulation(self.chain, self.start, 0, record)
-        runaway, values, parts = self._followed(simulation, amplitude)
-        columns = {
-            name: np.concatenate([part[name] for part in parts])
-            for name in parts[0]
-            if name.startswith("event_")
-        }
+        stretch = self._followed(simulation, amplitude)
+        recorded = stretch.recorded
+        columns = {name: rows for name, rows in recorded.items() if name.startswith("event_")}
         if solver != "exact":  # a time leads to the root of a condition: no more is asked of it
             times = [enclosure(time).middle for time in columns["event_time"].tolist()]
             columns["event_time"] = np.array([*times, None], dtype=object)[:-1]
-        tensions = [row for part in parts for row in part["tension"]][-3:]
+        tensions = list(recorded["tension"][-3:])
         if len(tensions) < 3:
             tensions = [self.start.tensions, *tensions[-2:]]
         evidence = simulation.evidence
-        creeps = runaway
-        if not runaway:
-            known = self._enclosed_advance(values)
+        creeps = stretch.stop is Stop.RUNAWAY
+        if not creeps:
+            known = self._advance(recorded["x_G"].tolist())
             creeps = known.middle > ADVANCE
             if abs(known.middle - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
                 evidence = Evidence.UNDECIDED
         return _Trial(creeps, evidence, rearrangements(columns), (tensions[0], tensions[-1]))
 
-    def _followed(
-        self, simulation: Any, amplitude: Fraction
-    ) -> tuple[bool, list[Any], list[Mapping[str, NDArray[Any]]]]:
-        drive = Cycles(amplitude, self.cycles)
-        done, values, parts = 0, [], []
+    def _followed(self, simulation: Simulation, amplitude: Fraction) -> Stretch:
+        """Take a simulation through all cycles, or to a runaway.
+
+        Raises
+        ------
+        GivenUp
+            If the solver gives up, or there are too many events.
+        OutOfTime
+            If the time is over.
+        """
         most = MOST_EVENTS * max(self.chain.n, 20)
-        while done < self.half_cycles:
-            left = self.half_cycles - done
-            stretch = simulation.follow(
-                drive, done + 1, left, max_events=most, deadline=self.deadline
+        limits = replace(self.limits, events=most)
+        drive = Cycles(amplitude, self.cycles)
+        stretch = advance(simulation, drive, self.half_cycles, limits)
+        if stretch.stop is Stop.DEADLINE:
+            raise OutOfTime(stretch.reason)
+        if stretch.stop is Stop.BUDGET:
+            raise GivenUp(
+                f"a run at A = {nearest_float(amplitude):.17g} takes more than {most:.0e}"
+                " events: look for the edge at smaller amplitudes"
             )
-            done += stretch.completed
-            values += stretch.recorded["x_G"].tolist()
-            parts.append(stretch.recorded)
-            if stretch.outcome is Outcome.RUNAWAY:
-                return True, values, parts
-            if stretch.outcome is not None:
-                raise GivenUp(f"a run at A = {nearest_float(amplitude):.17g}: {stretch.reason}")
-            if done < self.half_cycles:
-                self.deadline.require()
-            if simulation.tally.events >= most:
-                raise GivenUp(
-                    f"a run at A = {nearest_float(amplitude):.17g} takes more than {most:.0e}"
-                    " events: look for the edge at smaller amplitudes"
-                )
-        return False, values, parts
+        if stretch.stop is Stop.LIMIT:
+            raise GivenUp(f"a run at A = {nearest_float(amplitude):.17g}: {stretch.reason}")
+        return stretch
 
-    def _advance(self, values: list[Any]) -> Fraction:
-        return self._enclosed_advance(values).middle
-
-    def _enclosed_advance(self, values: list[Any]) -> Enclosure:
+    def _advance(self, values: list[Any]) -> Enclosure:
         way = -1 if self.chain.tan_alpha < 0 else 1
         end = enclosure(values[-1])
         if len(values) < 3:
@@ -892,7 +887,7 @@ class _Rerun:
 
     def __init__(self, question: _Question, amplitude: Fraction, bits: int) -> None:
         self.chain = question.chain
-        self.deadline = question.deadline
+        self.limits = question.limits
         self.amplitude = amplitude
         self.half_cycles = question.half_cycles
         self.course = Course(question.chain, question.start, digits_of(bits))
@@ -906,7 +901,7 @@ class _Rerun:
         """Return the course after the first `count` rearrangements."""
         half_cycle = 1
         for one in log[:count]:
-            self.deadline.require()
+            self.limits.require()
             self._reach(half_cycle, one.half_cycle)
             half_cycle = one.half_cycle
             self.course.rearrange(one.events)
@@ -922,7 +917,7 @@ class _Rerun:
         begin = self.at_rest(log, first).travel.copy()
         half_cycle = log[first - 1].half_cycle if first else 1
         for one in log[first:]:
-            self.deadline.require()
+            self.limits.require()
             self._reach(half_cycle, one.half_cycle)
             half_cycle = one.half_cycle
             self.course.rearrange(one.events)
@@ -1178,7 +1173,7 @@ def _sliding(asked: _Asked) -> Threshold:
     simulation = solver_named("sliding", {}).simulation(
         chain, State.relaxed(chain), 0, ("x_G", "slips")
     )
-    followed = simulation.follow(Cycles(lower, asked.cycles), 1, 2 * asked.cycles, max_events=10**9)
+    followed = advance(simulation, Cycles(lower, asked.cycles), 2 * asked.cycles)
     moves = bool(np.any(followed.recorded["slips"][-2:]))
     return Threshold(
         chain=chain,

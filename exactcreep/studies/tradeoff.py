@@ -27,6 +27,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, Path
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
@@ -387,7 +388,7 @@ class _Race:
                 if record and score.contestant.solver == "sliding":
                     continue
                 simulation = algorithm.simulation(small, state, 0, record)
-                simulation.follow(Cycles("1/10", 1), 1, 2, max_events=1000)
+                simulation.follow(Cycles("1/10", 1), 1, 2, Limits(1000))
             if excess and score.contestant.solver != "sliding":
                 algorithm.rearrange(small, state, 1, 0)
 
@@ -571,12 +572,12 @@ class _Race:
         done = 0
         while done < most and time.perf_counter() < deadline:
             stretch = simulation.follow(
-                self.experiment.drive, done + 1, min(most - done, 1000), max_events=5_000
-            )
+                self.experiment.drive, done + 1, min(most - done, 1000), Limits(5_000
+            ))
             if stretch.completed:
                 parts.append(floats(stretch.recorded["x_G"]))
                 done += stretch.completed
-            if stretch.outcome is not None:
+            if stretch.stop.final:
                 break
         return np.concatenate(parts)
 
@@ -586,7 +587,7 @@ class _Race:
             tracemalloc.start()
             try:
                 simulation = self._simulation(algorithm)
-                simulation.follow(self.experiment.drive, 1, 1, max_events=100)
+                simulation.follow(self.experiment.drive, 1, 1, Limits(100))
                 score.memory = tracemalloc.get_traced_memory()[1]
             finally:
                 tracemalloc.stop()
@@ -655,11 +656,11 @@ class _Lap:
         while completed < wanted and now - begin < seconds:
             before = now
             stretch = self.simulation.follow(
-                drive, self.done + 1, wanted - completed, max_events=self.most_events
-            )
+                drive, self.done + 1, wanted - completed, Limits(self.most_events
+            ))
             completed += stretch.completed
             self.done += stretch.completed
-            if stretch.outcome is not None:
+            if stretch.stop.final:
                 break
             now = time.perf_counter()
             if now - before < min(0.05, seconds / 8):
@@ -681,10 +682,10 @@ class _Log:
         """Go on until there are `most` events, the drive ends, or the time is over."""
         done = 0
         while done < self.drive.half_cycles and len(self.events) < most:
-            stretch = self.simulation.follow(self.drive, done + 1, 1, max_events=16)
+            stretch = self.simulation.follow(self.drive, done + 1, 1, Limits(16))
             done += stretch.completed
             self._read(stretch.recorded)
-            if stretch.outcome is not None or time.perf_counter() > deadline:
+            if stretch.stop.final or time.perf_counter() > deadline:
                 break
         del self.events[most:]
 
@@ -702,8 +703,8 @@ def _reaches(simulation: Simulation, theta: Fraction) -> bool:
     """Take a simulation to the dilation `theta`; return whether it got there."""
     path = Path([theta])
     while True:
-        stretch = simulation.follow(path, 1, 1, max_events=1_000_000)
-        if stretch.completed or stretch.outcome is not None:
+        stretch = simulation.follow(path, 1, 1, Limits(1_000_000))
+        if stretch.completed or stretch.stop.final:
             return bool(stretch.completed)
 
 

@@ -28,6 +28,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Path
 from exactcreep.model.state import State
@@ -63,7 +64,7 @@ def burned_in(n: int, amplitude: str, half_cycles: int, seed: int = 0) -> State:
     """Return the state at -A after an even number of half-cycles from the relaxed chain."""
     chain = paper_chain(n)
     simulation = solver_named("exact", {}).simulation(chain, State.relaxed(chain, seed), seed, ())
-    simulation.follow(Cycles(amplitude, half_cycles), 1, half_cycles, max_events=_LONGEST)
+    simulation.follow(Cycles(amplitude, half_cycles), 1, half_cycles, Limits(_LONGEST))
     return simulation.state()
 
 
@@ -87,7 +88,7 @@ class Contestant:
     def run(self, half_cycles: int) -> float:
         """Go on for so many half-cycles and return the processor time."""
         begin = time.thread_time()
-        self.simulation.follow(self.drive, self.done + 1, half_cycles, max_events=_LONGEST)
+        self.simulation.follow(self.drive, self.done + 1, half_cycles, Limits(_LONGEST))
         self.done += half_cycles
         return time.thread_time() - begin
 
@@ -147,7 +148,7 @@ def half_cycle_times(n: int, amplitude: str, *, turns: int, seconds: float) -> H
     for dt in (None, *TIME_STEPS):
         solver = solver_named("verlet", {"dt": dt}) if dt else solver_named("exact", {})
         simulation = solver.simulation(chain, state, 0, ())
-        simulation.follow(drive, 1, 1, max_events=20)  # compiles
+        simulation.follow(drive, 1, 1, Limits(20))  # compiles
         simulation = solver.simulation(chain, state, 0, ())
         label = f"Verlet, dt = {dt}" if dt else "exact"
         contestants.append(Contestant(label, simulation, drive))
@@ -276,12 +277,12 @@ def _wandering(
     simulation = solver.simulation(chain, states[0], 0, ())
     path = Path([end])
     fresh = simulation.capture()
-    simulation.follow(path, 1, 1, max_events=50)  # compiles
+    simulation.follow(path, 1, 1, Limits(50))  # compiles
     times = []
     while sum(times) < least or len(times) < 3:
         simulation.restore(fresh)
         begin = time.thread_time()
-        simulation.follow(path, 1, 1, max_events=_LONGEST)
+        simulation.follow(path, 1, 1, Limits(_LONGEST))
         times.append(time.thread_time() - begin)
         if sum(times) > 20 * least:
             break
@@ -329,7 +330,7 @@ def rearrangement_costs(
     """
     chain = paper_chain(n)
     middle = solver_named("exact", {}).simulation(chain, burned_in(n, amplitude, 10), 0, ())
-    middle.follow(Path([0]), 1, 1, max_events=_LONGEST)
+    middle.follow(Path([0]), 1, 1, Limits(_LONGEST))
     states, known, end = _chain_of_rearrangements(chain, middle.state(), count)
     begin = Fraction(float(states[0].theta))
     stretch = begin + (end - begin) * _STRETCH.get(n, 1)
@@ -529,9 +530,9 @@ def velocity_costs(n: int, amplitude: str, *, members: int, seconds: float) -> V
                 pilot.calibrate(seconds / members)
                 half_cycles = _BLOCK * max(1, round(pilot.block / _BLOCK))
                 simulation = solver.simulation(chain, start, seed, ())
-            simulation.follow(drive, 1, 2, max_events=_LONGEST)
+            simulation.follow(drive, 1, 2, Limits(_LONGEST))
             begin = time.thread_time()
-            stretch = simulation.follow(drive, 3, half_cycles + 1, max_events=_LONGEST)
+            stretch = simulation.follow(drive, 3, half_cycles + 1, Limits(_LONGEST))
             took.append((time.thread_time() - begin) / (half_cycles + 1))
             found.extend(np.diff(stretch.recorded["x_G"][::_BLOCK]) / _BLOCK)
     blocks = len(advances[0])

@@ -56,7 +56,7 @@ def spoiled(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> None:
         stretch = follow(self, *given, **more)
         log: Mapping[str, NDArray[Any]] = stretch.recorded
         columns = {name: changes[name](log) for name in changes}
-        return Stretch(stretch.completed, {**log, **columns}, stretch.outcome, stretch.reason)
+        return Stretch(stretch.completed, {**log, **columns}, stretch.stop, stretch.reason)
 
     monkeypatch.setattr(ExactSimulation, "follow", changed)
 

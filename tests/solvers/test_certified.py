@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, State, rearrange
+from exactcreep.limits import Limits
 from exactcreep.motion.arithmetic import balls_of, digits_of
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.certified import Certified, CertifiedSimulation
@@ -21,7 +22,7 @@ from tests.paper import event_rows, paper_chain
 def followed(chain, drive, digits, seed=3, max_events=10**6, record=("x", "tension", "events")):
     solver = Certified(digits=digits)
     simulation = solver.simulation(chain, State.relaxed(chain, seed), seed, record)
-    stretch = simulation.follow(drive, 1, drive.half_cycles, max_events=max_events)
+    stretch = simulation.follow(drive, 1, drive.half_cycles, Limits(max_events))
     return simulation, stretch
 
 
@@ -44,7 +45,7 @@ def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
     _, proved = followed(chain, Cycles("0.003", 1), 15)
     arithmetic = digits_of(500)
     other = FieldSimulation(chain, State.relaxed(chain, 3), 3, ("x", "events"), arithmetic)
-    computed = other.follow(Cycles("0.003", 1), 1, 2, max_events=10**6)
+    computed = other.follow(Cycles("0.003", 1), 1, 2, Limits(10**6))
     assert event_rows(proved) == event_rows(computed)
     balls = balls_of(600)
     with balls.active():
@@ -60,7 +61,7 @@ def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_ev
     assert events > 300
     assert narrow.report()["bits_lost_per_event"] < 0.2
     plain = FieldSimulation(chain, State.relaxed(chain, 3), 3, (), balls_of(4 * events))
-    plain.follow(drive, 1, drive.half_cycles, max_events=10**6)
+    plain.follow(drive, 1, drive.half_cycles, Limits(10**6))
     assert plain.tally.events == events
     widest = max(x.rad() for x in plain.mechanics.displacements)
     mantissa, exponent = widest.man_exp()
@@ -72,7 +73,7 @@ def test_plain_balls_and_the_narrow_set_enclose_the_same_motion():
     chain, drive = paper_chain(5), Cycles("0.003", 1)
     narrow, _ = followed(chain, drive, 30)
     plain = FieldSimulation(chain, State.relaxed(chain, 3), 3, (), balls_of(3000))
-    plain.follow(drive, 1, 2, max_events=10**6)
+    plain.follow(drive, 1, 2, Limits(10**6))
     pairs = zip(narrow.mechanics.forces, plain.mechanics.forces, strict=True)
     assert all(a.overlaps(b) for a, b in pairs)
     pairs = zip(narrow.mechanics.displacements, plain.mechanics.displacements, strict=True)
@@ -99,7 +100,7 @@ def test_asking_for_more_digits_raises_the_precision_until_they_are_there():
     simulation = Certified(digits=30).simulation(chain, State.relaxed(chain, 3), 3, ("x",))
     simulation.mechanics = simulation.kind(chain, 3, balls_of(110), State.relaxed(chain, 3))
     simulation.tally = simulation.mechanics.tally
-    stretch = simulation.follow(drive, 1, 2, max_events=10**6)
+    stretch = simulation.follow(drive, 1, 2, Limits(10**6))
     assert simulation.restarts > 0
     for x in stretch.recorded["x"].ravel():
         assert float(x.rad()) <= 1e-30 * (1 + abs(float(x)))
@@ -115,7 +116,7 @@ def test_a_restart_hands_out_no_event_twice():
     simulation.tally = simulation.mechanics.tally
     rows, done = [], 0
     while done < 2:
-        stretch = simulation.follow(drive, done + 1, 2 - done, max_events=50)
+        stretch = simulation.follow(drive, done + 1, 2 - done, Limits(50))
         rows += event_rows(stretch)
         done += stretch.completed
     assert simulation.restarts > 0
@@ -148,7 +149,7 @@ def test_a_slider_past_its_graze_by_a_hair_is_proved_to_start(k):
     chain = Chain(2, 1000, "1/2", "3/5", tan_alpha=tangent)
     solver = Certified(digits=20)
     simulation = solver.simulation(chain, State.relaxed(chain), 0, ("events",))
-    stretch = simulation.follow(Cycles("0.01", 1), 1, 1, max_events=4)
+    stretch = simulation.follow(Cycles("0.01", 1), 1, 1, Limits(4))
     assert event_rows(stretch)[1] == (1, 0, 1, 1)
     assert simulation.evidence is Evidence.PROVED
 

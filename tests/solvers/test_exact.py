@@ -27,6 +27,7 @@ from exactcreep import (
     laws,
     rearrange,
 )
+from exactcreep.limits import Limits, Stop
 from exactcreep.motion.modes import solution_from_events
 from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.exact import ExactSimulation
@@ -35,7 +36,7 @@ from tests.paper import paper_chain
 
 def followed(chain: Chain, drive: object, seed: int = 0, start: State | None = None):
     simulation = ExactSimulation(chain, start or State.relaxed(chain, seed), seed)
-    stretch = simulation.follow(drive, 1, drive.half_cycles, max_events=10**9)
+    stretch = simulation.follow(drive, 1, drive.half_cycles, Limits(10**9))
     assert stretch.completed == drive.half_cycles
     return simulation, stretch
 
@@ -154,7 +155,7 @@ def test_all_crossings_of_grazing_avalanches_are_found_with_bounded_work():
         assert all(e.kind is EventKind.STOP for e in events[2::2])
         assert all(e.kind is EventKind.START for e in events[3::2])
         simulation = ExactSimulation(chain, state, 0)
-        simulation.follow(Path([100]), 1, 1, max_events=200)
+        simulation.follow(Path([100]), 1, 1, Limits(200))
         assert simulation.report()["root_evaluations"] <= 4 * 200
         lowered = chain.times_cosine(chain.mu_s - chain.tan_alpha)
         initial = State.prepared(chain, [-lowered], theta=lowered)
@@ -175,7 +176,7 @@ def test_a_horizontal_chain_stays_mirror_symmetric_bit_for_bit(n, half_cycles):
     drive = Cycles(2 * n, half_cycles // 2)
     simulation = ExactSimulation(chain, State.relaxed(chain), 0)
     for first in range(1, half_cycles, half_cycles // 10):
-        simulation.follow(drive, first, half_cycles // 10, max_events=10**9)
+        simulation.follow(drive, first, half_cycles // 10, Limits(10**9))
         u = simulation.state().displacements
         assert np.array_equal(u, -u[::-1])
     assert np.any(u != 0)
@@ -371,11 +372,11 @@ def test_a_dummy_breakpoint_and_what_is_recorded_change_no_bit():
     one, _ = followed(chain, plain, seed=3)
     other, _ = followed(chain, broken, seed=3)
     logged = ExactSimulation(chain, State.relaxed(chain, 3), 3, ("x", "slips", "events"))
-    logged.follow(plain, 1, 2, max_events=10**9)
+    logged.follow(plain, 1, 2, Limits(10**9))
     piecewise = ExactSimulation(chain, State.relaxed(chain, 3), 3)
     done = 0
     while done < 2:
-        done += piecewise.follow(plain, 1 + done, 2 - done, max_events=7).completed
+        done += piecewise.follow(plain, 1 + done, 2 - done, Limits(7)).completed
     for simulation in (other, logged, piecewise):
         assert np.array_equal(one.state().displacements, simulation.state().displacements)
         assert np.array_equal(one.state().tensions, simulation.state().tensions)
@@ -404,13 +405,13 @@ def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed
     drive = Cycles(amplitude, 20 if n == 2 else 8)
     plain, stretch = followed(chain, drive, seed=n)
     general = ExactSimulation(chain, State.relaxed(chain, n), n, ("x_G", "events"))
-    logged = general.follow(drive, 1, drive.half_cycles, max_events=10**9)
+    logged = general.follow(drive, 1, drive.half_cycles, Limits(10**9))
     interrupted = ExactSimulation(chain, State.relaxed(chain, n), n)
     done = 0
     while done < drive.half_cycles:
         done += interrupted.follow(
-            drive, 1 + done, drive.half_cycles - done, max_events=23
-        ).completed
+            drive, 1 + done, drive.half_cycles - done, Limits(23
+        )).completed
     assert np.array_equal(stretch.recorded["x_G"], logged.recorded["x_G"])
     rows = [layout.FORCE, layout.FORCE_LOW, layout.TRAVEL, layout.TRAVEL_LOW, layout.EXCESS]
     for other in (general, interrupted):
@@ -426,7 +427,7 @@ def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed
 def test_other_threads_go_on_while_the_compiled_loop_runs():
     simulation = ExactSimulation(paper_chain(2), State.relaxed(paper_chain(2)), 0)
     drive = Cycles("0.01", 10**6)
-    simulation.follow(drive, 1, 2, max_events=10**9)  # compiled now, if it was not
+    simulation.follow(drive, 1, 2, Limits(10**9))  # compiled now, if it was not
     high, low = simulation._targets(drive, 3, 150_000, 0)
     ticks: list[float] = []
     over = threading.Event()
@@ -461,12 +462,12 @@ def test_captured_simulations_go_on_bit_for_bit():
     drive = Cycles("0.006", 6)
     whole, _ = followed(chain, drive, seed=2)
     first = ExactSimulation(chain, State.relaxed(chain, 2), 2)
-    done = first.follow(drive, 1, 12, max_events=3333).completed
+    done = first.follow(drive, 1, 12, Limits(3333)).completed
     assert 0 < done < 12
     second = ExactSimulation(chain, State.relaxed(chain, 2), 2)
     second.restore(first.capture())
     while done < 12:
-        done += second.follow(drive, 1 + done, 12 - done, max_events=500).completed
+        done += second.follow(drive, 1 + done, 12 - done, Limits(500)).completed
     assert np.array_equal(whole.state().displacements, second.state().displacements)
     assert whole.tally == second.tally
 
@@ -522,7 +523,7 @@ def test_slips_of_length_zero_end_at_once_even_when_two_begin_together():
     # most draws lie below mu_d; at alpha = 0 both ends start together
     chain = Chain(4, 1000, "0.3", "0.300001", "0.01", tan_alpha=0)
     simulation = ExactSimulation(chain, State.relaxed(chain, 213), 213)
-    stretch = simulation.follow(Cycles("0.005", 5), 1, 10, max_events=20_000)
+    stretch = simulation.follow(Cycles("0.005", 5), 1, 10, Limits(20_000))
     assert simulation.tally.events >= 20_000 or stretch.completed == 10
     assert simulation.report()["cluster_steps"] < 2 * simulation.tally.events
 
@@ -531,8 +532,8 @@ def test_a_whole_chain_that_slides_on_unproved_is_given_up():
     gap = Fraction(1, 10**12)
     chain = Chain(10, 1000, "1/1000", Fraction(1, 1000) + gap, "1e-9", tan_alpha="1/1000")
     simulation = ExactSimulation(chain, State.relaxed(chain, 1), 1)
-    stretch = simulation.follow(Cycles("0.005", 5), 1, 10, max_events=10**6)
-    while stretch.outcome is None and stretch.completed == 0:
-        stretch = simulation.follow(Cycles("0.005", 5), 1, 10, max_events=10**6)
-    assert stretch.outcome is Outcome.LIMIT
+    stretch = simulation.follow(Cycles("0.005", 5), 1, 10, Limits(10**6))
+    while not stretch.stop.final and stretch.completed == 0:
+        stretch = simulation.follow(Cycles("0.005", 5), 1, 10, Limits(10**6))
+    assert stretch.stop is Stop.LIMIT
     assert "neither ended" in stretch.reason

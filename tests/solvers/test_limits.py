@@ -25,8 +25,8 @@ from exactcreep import (
     iterate,
     rearrange,
 )
+from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.motion.arithmetic import FLOAT64, balls_of
-from exactcreep.motion.deadline import NEVER, Deadline
 from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import Ends, Flow, RunMotion
 from exactcreep.solvers.mechanics import Mechanics
@@ -42,14 +42,14 @@ def slope_above(excess, n=2, sigma_mu=0):
 
 
 def at_once(asked):
-    """Return a deadline that passes when it has been asked so often: the same on any machine."""
+    """Return limits whose time is over when it has been asked so often: the same on any machine."""
     left = [asked]
 
     def pressed():
         left[0] -= 1
         return left[0] < 0
 
-    return Deadline(interrupted=pressed)
+    return Limits(interrupted=pressed)
 
 
 # A proof that an avalanche never ends
@@ -237,15 +237,13 @@ def test_a_run_that_is_called_back_at_any_moment_goes_on_with_the_same_bits(solv
     options = {"digits": 15} if solver in ("mpmath", "certified") else {}
     drive, record = Cycles("0.004", 1), ("x", "events")
 
-    def run(deadlines):
+    def run(limits):
         simulation = solver_named(solver, options).simulation(
             chain, State.relaxed(chain, 1), 1, record
         )
         parts, done = [], 0
         while done < 2:
-            stretch = simulation.follow(
-                drive, done + 1, 2 - done, max_events=10**6, deadline=next(deadlines)
-            )
+            stretch = simulation.follow(drive, done + 1, 2 - done, next(limits))
             parts.append(stretch.recorded)
             done += stretch.completed
         columns = {name: [p[name].tolist() for p in parts if len(p[name])] for name in parts[0]}
@@ -258,7 +256,7 @@ def test_a_run_that_is_called_back_at_any_moment_goes_on_with_the_same_bits(solv
             yield at_once(asked)
             asked += patience  # a search that was given up has to be allowed more
 
-    whole, calls = run(iter([NEVER]))
+    whole, calls = run(iter([NO_LIMITS]))
     assert calls == 1
     broken, calls = run(growing())
     assert calls > (1 if solver == "exact" else 5)

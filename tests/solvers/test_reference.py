@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, Path, State, iterate, rearrange
+from exactcreep.limits import Limits, Stop
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.registry import solver_named
 from tests.paper import event_rows
@@ -31,7 +32,7 @@ def followed(chain, drive, solver, seed=0, record=("x", "events"), start=None):
     name, options = solver
     start = start or State.relaxed(chain, seed)
     simulation = solver_named(name, options).simulation(chain, start, seed, record)
-    return simulation, simulation.follow(drive, 1, drive.half_cycles, max_events=10**6)
+    return simulation, simulation.follow(drive, 1, drive.half_cycles, Limits(10**6))
 
 
 def floats(values):
@@ -118,8 +119,8 @@ def test_runaway_is_proved_in_finite_time(n, tan_alpha, solver):
     start = State.relaxed(chain)
     name, options = solver
     simulation = solver_named(name, options).simulation(chain, start, 0, ())
-    stretch = simulation.follow(Cycles("0.01", 1), 1, 2, max_events=10**5)
-    assert stretch.outcome is Outcome.RUNAWAY
+    stretch = simulation.follow(Cycles("0.01", 1), 1, 2, Limits(10**5))
+    assert stretch.stop is Stop.RUNAWAY
     assert stretch.completed < 2
 
 
@@ -182,7 +183,7 @@ def test_every_grazing_crossing_is_found_with_bounded_work(k, solver):
     chain = Chain(2, **PAPER, tan_alpha=Fraction(1, 2) + Fraction(1, 10**k))
     name, options = solver
     simulation = solver_named(name, options).simulation(chain, State.relaxed(chain), 0, ("events",))
-    stretch = simulation.follow(Path(["0.01"]), 1, 1, max_events=12)
+    stretch = simulation.follow(Path(["0.01"]), 1, 1, Limits(12))
     assert event_rows(stretch)[:2] == [(0, 0, 2, 1), (1, 0, 1, 1)]
     gap = math.pi - float(stretch.recorded["event_time"][1])
     assert gap > 0
@@ -216,7 +217,7 @@ def test_a_run_stopped_anywhere_goes_on_bit_for_bit(solver):
 
     simulation, done, times = fresh(), 0, []
     while done < 2:
-        stretch = simulation.follow(drive, done + 1, 2 - done, max_events=41)
+        stretch = simulation.follow(drive, done + 1, 2 - done, Limits(41))
         times += floats(stretch.recorded["event_time"]).tolist()
         done += stretch.completed
         captured = from_bytes(to_bytes(simulation.capture()))

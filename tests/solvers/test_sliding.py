@@ -12,13 +12,13 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.cosine_field import Quadratic
-from exactcreep.motion.deadline import Deadline
 from exactcreep.solvers import sliding
 from exactcreep.solvers.registry import SOLVERS, rearrange
 from exactcreep.solvers.sliding import (
@@ -46,7 +46,7 @@ def chain_of(n, tan_alpha, mu_d=Fraction(1, 2), l0=1000):
 def simulate(chain, drive, *, exact=True, pivot="mean", start=None, record=("x_G",), seed=0):
     start = State.relaxed(chain) if start is None else start
     simulation = Sliding(exact=exact, pivot=pivot).simulation(chain, start, seed, record)
-    stretch = simulation.follow(drive, 1, drive.half_cycles, max_events=EVERYTHING)
+    stretch = simulation.follow(drive, 1, drive.half_cycles, Limits(EVERYTHING))
     assert stretch.completed == drive.half_cycles
     return simulation, stretch.recorded
 
@@ -385,8 +385,8 @@ def test_from_mu_d_on_no_static_solution_holds_the_chain_in_one_place(
 ):
     chain = chain_of(3, Fraction(tan_alpha), Fraction(mu_d))
     simulation = Sliding().simulation(chain, State.relaxed(chain), 0, ("x_G",))
-    stretch = simulation.follow(Cycles("0.01", 3), 1, 6, max_events=EVERYTHING)
-    assert (stretch.completed, stretch.outcome) == (0, outcome)
+    stretch = simulation.follow(Cycles("0.01", 3), 1, 6, Limits(EVERYTHING))
+    assert (stretch.completed, stretch.stop.value) == (0, outcome.value)
     assert reason in stretch.reason
     assert simulation.evidence is evidence
     with pytest.raises(InputError, match="tan_alpha"):
@@ -432,10 +432,10 @@ def test_capture_and_restore_go_on_bit_for_bit(exact):
     record = ("x_G", "x", "slips")
     whole, recorded = simulate(chain, drive, exact=exact, record=record)
     first = Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, record)
-    assert first.follow(drive, 1, 25, max_events=EVERYTHING).completed == 25
+    assert first.follow(drive, 1, 25, Limits(EVERYTHING)).completed == 25
     second = Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, record)
     second.restore(first.capture())
-    rest = second.follow(drive, 26, 35, max_events=EVERYTHING).recorded
+    rest = second.follow(drive, 26, 35, Limits(EVERYTHING)).recorded
     for name in record:
         assert rest[name].tolist() == recorded[name][25:].tolist()
     assert second.tally == whole.tally
@@ -449,7 +449,7 @@ def test_following_in_pieces_changes_no_bit():
     simulation = Sliding().simulation(chain, State.relaxed(chain), 0, ("x_G",))
     pieces: list[float] = []
     while len(pieces) < 40:
-        stretch = simulation.follow(drive, len(pieces) + 1, 40 - len(pieces), max_events=30)
+        stretch = simulation.follow(drive, len(pieces) + 1, 40 - len(pieces), Limits(30))
         assert 1 <= stretch.completed <= 4
         pieces += stretch.recorded["x_G"].tolist()
     assert pieces == recorded["x_G"].tolist()
@@ -465,9 +465,7 @@ def test_a_deadline_is_heard_between_half_cycles_and_changes_no_bit(exact, monke
     pieces: list[float] = []
     while len(pieces) < 40:
         left = 40 - len(pieces)
-        stretch = simulation.follow(
-            drive, len(pieces) + 1, left, max_events=EVERYTHING, deadline=Deadline(at=0.0)
-        )
+        stretch = simulation.follow(drive, len(pieces) + 1, left, Limits(at=0.0))
         assert stretch.completed == min(1 if exact else 5, left)
         assert len(stretch.recorded["x"]) == stretch.completed
         pieces += stretch.recorded["x_G"].tolist()

@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from exactcreep.limits import Limits, Stop
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import EventKind
@@ -31,11 +32,11 @@ def run(chain, drive, *, seed=3, budget=10**9, interrupted=False, record=RECORD,
     parts, done = [], 0
     while done < drive.half_cycles:
         stretch = simulation.follow(
-            drive, done + 1, drive.half_cycles - done, max_events=budget
-        )
+            drive, done + 1, drive.half_cycles - done, Limits(budget
+        ))
         parts.append(stretch.recorded)
         done += stretch.completed
-        if stretch.outcome is not None:
+        if stretch.stop.final:
             break
         if interrupted:
             captured = simulation.capture()
@@ -230,10 +231,10 @@ def test_a_slider_whose_ramp_ends_exactly_at_its_threshold_stays():
     # forces in units of c = 0.8: F_2 reaches 0.6 c = 0.48 when s + l0 theta = 0.48
     chain = Chain(2, 1, "0.5", "0.6", tan_alpha="0")
     at = Verlet().simulation(chain, State.relaxed(chain), 0, ("x",))
-    at.follow(Path(["0.6"]), 1, 1, max_events=10**6)
+    at.follow(Path(["0.6"]), 1, 1, Limits(10**6))
     assert at.tally.events == 0
     beyond = Verlet().simulation(chain, State.relaxed(chain), 0, ("x",))
-    beyond.follow(Path(["0.6000000001"]), 1, 1, max_events=10**6)
+    beyond.follow(Path(["0.6000000001"]), 1, 1, Limits(10**6))
     assert beyond.tally.events == 2
 
 
@@ -244,7 +245,7 @@ def test_a_start_that_is_not_at_rest_is_first_rearranged_at_its_own_theta():
     assert result.itinerary[0] == ("start", (2, 3), (1, -1))
     assert result.theta == result.state.theta == 0.125
     simulation = Verlet().simulation(chain, state, 0, ("x", "events"))
-    stretch = simulation.follow(Path(["0.125"]), 1, 1, max_events=10**6)
+    stretch = simulation.follow(Path(["0.125"]), 1, 1, Limits(10**6))
     assert (stretch.recorded["x"][0] == result.state.displacements).all()
     assert (stretch.recorded["event_theta"] == 0.125).all()
 
@@ -293,7 +294,7 @@ def test_a_runaway_is_proved_and_returned_with_the_state_and_the_time(tan_alpha,
 
 def test_a_drive_ends_early_with_the_outcome_if_the_chain_runs_away():
     simulation, recorded, stretch = run(paper(6, tan_alpha="0.55"), Cycles("0.01", 5))
-    assert stretch.outcome is Outcome.RUNAWAY
+    assert stretch.stop is Stop.RUNAWAY
     assert stretch.completed == 0
     assert recorded["x_G"].size == 0
     assert simulation.state().displacements.min() > 0
@@ -301,7 +302,7 @@ def test_a_drive_ends_early_with_the_outcome_if_the_chain_runs_away():
 
 def test_a_chain_that_may_not_run_away_never_does():
     simulation, _, stretch = run(paper(6, tan_alpha="0.499"), Cycles("0.002", 2))
-    assert stretch.outcome is None
+    assert stretch.stop is Stop.DONE
     assert simulation.tally.slips > 0
 
 
@@ -309,7 +310,7 @@ def test_a_chain_that_may_not_run_away_never_does():
 def test_an_unstable_time_step_ends_in_a_limit_with_a_reason(dt):
     chain = paper(6)
     _, _, stretch = run(chain, Cycles("0.01", 3), dt=dt)
-    assert stretch.outcome is Outcome.LIMIT
+    assert stretch.stop is Stop.LIMIT
     assert "dt" in stretch.reason
     result = Verlet(dt=dt).rearrange(chain, State.relaxed(chain, 3), 1, 3)
     assert result.outcome in (Outcome.LIMIT, Outcome.AT_REST)
@@ -321,7 +322,7 @@ def test_a_rearrangement_that_does_not_end_is_given_up():
     state = State.relaxed(chain, 3)
     results = []
     for _ in range(12):
-        results.append(Verlet().rearrange(chain, state, 1, 3, max_events=500))
+        results.append(Verlet().rearrange(chain, state, 1, 3, Limits(500)))
         state = results[-1].state
         if results[-1].outcome is not Outcome.AT_REST:
             break
@@ -430,7 +431,7 @@ def test_the_state_between_two_events_is_the_one_of_the_moment():
     drive = Cycles("0.01", 1)
     tensions = []
     for _ in range(30):
-        simulation.follow(drive, 1, 1, max_events=1)
+        simulation.follow(drive, 1, 1, Limits(1))
         state = simulation.state()
         tensions.append(state.tensions)
         bare = np.diff(state.displacements) - 1000 * state.theta
@@ -496,7 +497,7 @@ def test_resting_sliders_cost_nothing():
     steps = []
     for n in (40, 4000):
         simulation = Verlet().simulation(paper(n), State.relaxed(paper(n), 0), 0, ())
-        simulation.follow(Path(["0.002"]), 1, 1, max_events=10**6)
+        simulation.follow(Path(["0.002"]), 1, 1, Limits(10**6))
         steps.append((simulation.report()["steps"], simulation.tally.events > 10))
     assert steps[1][1]
     assert steps[1][0] < 2 * steps[0][0]

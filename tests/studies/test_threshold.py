@@ -10,12 +10,12 @@ from fractions import Fraction
 import pytest
 
 from exactcreep import cli
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import digits_of
-from exactcreep.motion.deadline import Deadline
 from exactcreep.studies import thresholds
 from exactcreep.studies.thresholds import threshold
 from tests.paper import paper_chain
@@ -253,8 +253,8 @@ class Hurry:
 
 
 def interrupted(monkeypatch: pytest.MonkeyPatch, asked: int) -> thresholds.Threshold:
-    deadline = Deadline(reason="enough", interrupted=Hurry(asked))
-    monkeypatch.setattr(Deadline, "after", lambda _seconds: deadline)
+    limits = Limits(interrupted=Hurry(asked))
+    monkeypatch.setattr(Limits, "of", lambda max_seconds: limits)
     return threshold(captions(3), digits=20, points=100, max_seconds=1)
 
 
@@ -270,8 +270,8 @@ def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.Monke
             assert found.lower == whole.lower
             continue
         assert not complete
-        assert found.reason == "enough"
-        assert found.summary()["reason"] == "enough"
+        assert found.reason == "interrupted"
+        assert found.summary()["reason"] == "interrupted"
         assert found.stable_digits is None
         if found.lower is None:
             assert found.upper is None

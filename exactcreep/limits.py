@@ -1,0 +1,141 @@
+"""What a computation may use: events, memory and time, as one value that is handed down."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import Enum
+from typing import Any
+
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+
+_ANY_NUMBER = 2**60  # of events: compiled loops add to it, in integers of 64 bits
+
+
+class OutOfTime(Exception):
+    """The time was over within one event; nothing has changed since the event before."""
+
+
+class Stop(Enum):
+    """Why a simulation came back."""
+
+    DONE = "done"
+    """Every target was reached."""
+    BUDGET = "budget"
+    """The events or the memory that were allowed are used up."""
+    DEADLINE = "deadline"
+    """The time is over, or the user interrupted."""
+    RUNAWAY = "runaway"
+    """It was proved that the chain never comes to rest: no further target can be reached."""
+    LIMIT = "limit"
+    """The solver gives up: it reaches no further target."""
+
+    @property
+    def final(self) -> bool:
+        """Whether the simulation cannot go on."""
+        return self in (Stop.RUNAWAY, Stop.LIMIT)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a computation may use, from the call that is given it.
+
+    Attributes
+    ----------
+    events : int or None
+        Start and stop events, `used` included; None: any number.
+    bytes : int or None
+        Memory of what is recorded and kept; None: any amount.
+    at : float
+        When it has to end, on the clock of `time.perf_counter`; inf: never.
+    why : str
+        What a result says that ends for `at`.
+    interrupted : callable, optional
+        Returns whether the user wants it to end now.
+    used : int
+        Events that were used up before the call.
+    """
+
+    events: int | None = None
+    bytes: int | None = None
+    at: float = math.inf
+    why: str = ""
+    interrupted: Callable[[], bool] | None = None
+    used: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        max_events: Any = None,
+        max_seconds: Any = None,
+        max_bytes: Any = None,
+    ) -> Limits:
+        """Return the limits that a user asks for; the time begins now.
+
+        Raises
+        ------
+        InputError
+            If one is not a number, or negative.
+        """
+
+        def whole(value: Any, name: str) -> int | None:
+            return None if value is None else whole_number(value, name, least=0)
+
+        at, why = math.inf, ""
+        if max_seconds is not None:
+            seconds = exact_number(max_seconds, "max_seconds")
+            if seconds < 0:
+                raise InputError("max_seconds", max_seconds, "must not be negative")
+            wait = nearest_float(seconds)
+            at, why = time.perf_counter() + wait, f"max_seconds = {wait:g} was reached"
+        return cls(whole(max_events, "max_events"), whole(max_bytes, "max_bytes"), at, why)
+
+    def after(self, events: int) -> Limits:
+        """Return what is left of these limits after so many events."""
+        return replace(self, used=self.used + events)
+
+    def later(self, seconds: float) -> Limits:
+        """Return these limits with the end so much later."""
+        return replace(self, at=self.at + seconds)
+
+    @property
+    def events_left(self) -> int:
+        """How many events may still happen."""
+        return _ANY_NUMBER if self.events is None else max(self.events - self.used, 0)
+
+    def passed(self) -> bool:
+        """Return whether the time is over, or the user wants back what there is."""
+        if self.interrupted is not None and self.interrupted():
+            return True
+        return self.at < math.inf and time.perf_counter() >= self.at
+
+    def require(self) -> None:
+        """Raise `OutOfTime` if the time is over."""
+        if self.passed():
+            raise OutOfTime(self.reason(Stop.DEADLINE))
+
+    def stop(self, events: int) -> Stop | None:
+        """Return why a computation ends that has used so many events; None: it goes on."""
+        if events >= self.events_left:
+            return Stop.BUDGET
+        return Stop.DEADLINE if self.passed() else None
+
+    def reason(self, stop: Stop) -> str:
+        """Return the sentence for what ended because of these limits; "" if it did not."""
+        if stop is Stop.BUDGET:
+            return f"max_events = {self.events} was reached"
+        if stop is Stop.DEADLINE:
+            pressed = self.interrupted is not None and self.interrupted()
+            return "interrupted" if pressed else self.why
+        return ""
+
+    @property
+    def full(self) -> str:
+        """What a result says that ends because the memory is used up."""
+        return f"max_bytes = {self.bytes} was reached by what is recorded"
+
+
+NO_LIMITS = Limits()
+"""As much as it takes."""
