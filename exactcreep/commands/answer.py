@@ -111,10 +111,10 @@ def measured(result: Creep, digits: int = 6) -> str:
 
 
 def _predicted(result: Creep, digits: int = 6) -> tuple[str, str, tuple[float, ...]] | None:
-    from exactcreep.studies.prediction import prediction
+    from exactcreep.laws import prediction
 
-    found = prediction(result.experiment)
-    if found is None:
+    found = prediction(result.chain, result.drive)
+    if found is None or not found.printed:
         return None
     printed = " or ".join(f"{value:.{digits}g}" for value in found.printed)
     return f"paper, Eq. ({found.label})", printed, found.printed

@@ -25,17 +25,17 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.laws import LAWS
+from exactcreep.laws import pivots, prediction
 from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps
+from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
 from exactcreep.motion.condition import PROMISE
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.exact import Exact
-from exactcreep.solvers.sliding import Sliding, resting_sliders
+from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import (
     ONE_REARRANGEMENT,
     Rearrangement,
@@ -195,8 +195,9 @@ def choose(
     """
     wanted = float(valid_accuracy(accuracy))
     pilot: Pilot | None = None
-    laws = law_velocities(chain, drive, start)
-    limit = _from_theorems(chain, drive, start, seed)
+    predicted = prediction(chain, drive, start)
+    laws = () if predicted is None else predicted.values
+    limit = _from_theorems(chain, drive, start, seed, laws)
     needs_trajectory = any(name in record for name in _TRAJECTORIES)
     approximate = limit is None or limit.error > 0
     if limit is None and wanted >= PROMISE and not needs_trajectory:
@@ -254,38 +255,8 @@ def _two_sliders(chain: Chain) -> bool:
     return chain.n == 2 and chain.sigma_mu == 0 and 0 < abs(chain.tan_alpha) < chain.mu_d
 
 
-def law_velocities(chain: Chain, drive: Drive, start: State | None) -> tuple[float, ...]:
-    """Return what theory predicts for the mean velocity; nothing where it has no law."""
-    if isinstance(drive, Cycles):
-        label, size = "vitesse_seuil", {"amplitude": drive.amplitude}
-    elif isinstance(drive, GaussianSteps):
-        label, size = "vitesse_seuil_random", {"sigma_theta": drive.sigma_theta}
-    else:
-        return ()
-    if chain.n == 1 and abs(chain.tan_alpha) <= chain.mu_d:
-        return (0.0,)
-    if abs(chain.tan_alpha) >= chain.mu_d:
-        return ()
-    if not all(size.values()):
-        return (0.0,)
-    sign = -1 if chain.tan_alpha < 0 else 1
-    upright = chain.mirrored() if sign < 0 else chain
-    described = upright.parameters() | size
-    if isinstance(drive, Cycles) and start is None and _two_sliders(chain):
-        staircase = LAWS["velocity_th_2_cycle_corrected"].exact
-        assert staircase is not None
-        return (sign * float(staircase(**described)),)
-    exact = LAWS[label].exact
-    assert exact is not None
-    found = [
-        sign * float(exact(**described, i=i + 1)) + 0.0  # no negative zero
-        for i in resting_sliders(upright)
-    ]
-    return tuple(sorted(set(found)))
-
-
 def _from_theorems(
-    chain: Chain, drive: Drive, start: State | None, seed: int
+    chain: Chain, drive: Drive, start: State | None, seed: int, laws: tuple[float, ...]
 ) -> Candidate | None:
     """Return what theorems say of the sliding limit; None if they are silent."""
     if chain.n == 1 and abs(chain.tan_alpha) <= chain.mu_d:
@@ -293,10 +264,10 @@ def _from_theorems(
     if _has_no_excess(chain):
         if chain.may_run_away:
             return Candidate("sliding", 0.0, "exact", "|tan_alpha| >= mu_s = mu_d: nothing holds")
-        rest = resting_sliders(chain)
-        if len(rest) == 1:
+        indices = pivots(chain.n, chain.tan_alpha, chain.mu_d)
+        if len(indices) == 1:
             return Candidate("sliding", 0.0, "exact", "mu_s = mu_d: the sliding limit is the chain")
-        middle = abs(chain.n + 1 - rest[0] - rest[1])
+        middle = abs(chain.n + 3 - sum(indices))
         error = 1 / middle if middle else math.inf
         return Candidate(
             "sliding",
@@ -313,7 +284,7 @@ def _from_theorems(
         return None
     velocity = abs(_surveyed(chain, drive, start, seed))
     if isinstance(drive, Cycles) and start is None:
-        (truth,) = law_velocities(chain, drive, start)
+        (truth,) = laws
         gap = abs(velocity - abs(truth))
         error = gap / abs(truth) if truth else (0.0 if gap == 0 else math.inf)
         return Candidate(

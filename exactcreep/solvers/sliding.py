@@ -25,16 +25,16 @@ gravity gives, and one holds it wherever it is: there is no limit.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from exactcreep.laws import pivots, prediction
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
@@ -57,31 +57,9 @@ RECORDED = ("x_G", "x", "tension", "slips")
 """What the sliding limit can record: it has no events in time."""
 
 _PAUSE = 10**7  # sliders times half-cycles between two looks at a clock: some ten milliseconds
+_LAW_BITS = 256  # of the law beside an exact run
 TIES = ("mean", "downhill", "uphill")
 """How two equally possible pivots are told apart; see `Sliding`."""
-
-
-class SlidingVelocity(NamedTuple):
-    """The mean velocity of the sliding limit: displacement of x_G per half-cycle.
-
-    Attributes
-    ----------
-    low, high : number
-        Equal where the limit is unique; unit ``g tau_dyn**2`` per half-cycle.
-    """
-
-    low: Any
-    high: Any
-
-    @property
-    def unique(self) -> bool:
-        """Whether the balance of forces determines the velocity."""
-        return bool(self.low == self.high)
-
-    @property
-    def mean(self) -> Any:
-        """The mean of the two, which the mirror image keeps."""
-        return (self.low + self.high) / 2
 
 
 def _held(chain: Chain) -> bool:
@@ -102,74 +80,9 @@ def _not_held_because(chain: Chain) -> str:
     )
 
 
-def resting_sliders(chain: Chain) -> tuple[int, ...]:
-    """Return the slider that no dilation moves, or the two between which the limit is open.
-
-    Slider N + 1 - i takes that part in contractions.
-
-    Raises
-    ------
-    InputError
-        If ``|tan_alpha| >= mu_d`` (no static solution).
-
-    Notes
-    -----
-    Guarantee: decided in rational arithmetic. Source: Eq. (critical_angle) at mu_s = mu_d; the
-    paper's index i is that of the slider below, the first that moves downhill.
-    """
-    if not _held(chain):
-        raise InputError("tan_alpha", chain.tan_alpha, "must be below mu_d in absolute value: "
-                         + _not_held_because(chain))
-    if chain.n == 1:
-        return (1,)
-    crossing = chain.n * (1 - chain.tan_alpha / chain.mu_d) / 2
-    first = math.floor(crossing)
-    return (first, first + 1) if crossing == first else (first + 1,)
-
-
-def cycle_velocity(chain: Chain, amplitude: Any, cosine: Any = None) -> SlidingVelocity:
-    """Return the velocity of the asymptotic cycle between +A and -A.
-
-    ``tau_th v = (N + 1 - 2 i) max(0, l0 A - N (mu_d c - |s|)/2)`` with i from `resting_sliders`.
-
-    Parameters
-    ----------
-    chain : Chain
-        `mu_s` and `sigma_mu` play no part.
-    amplitude : number
-        A_theta, not negative.
-    cosine : number, optional
-        cos(alpha) in the arithmetic wanted (a float, an mpmath number); default: exactly, and then
-        the result is a rational for Pythagorean slopes and a `Quadratic` for all others.
-
-    Raises
-    ------
-    InputError
-        If ``|tan_alpha| >= mu_d``.
-
-    Notes
-    -----
-    Source: Eq. (vitesse_seuil), with max(0, .).
-    """
-    rest = resting_sliders(chain)
-    c = exact_cosine(chain) if cosine is None else cosine
-    reach = exact_number(amplitude, "amplitude")
-    if reach < 0:
-        raise InputError("amplitude", amplitude, "must not be negative")
-    margin = chain.n * (chain.mu_d - abs(chain.tan_alpha)) / 2
-    excess = _in_field(chain.l0 * reach, c) - _in_field(margin, c) * c
-    moved = excess if excess > 0 else excess - excess
-    ends = [(chain.n + 1 - 2 * i) * moved for i in rest]
-    return SlidingVelocity(min(ends), max(ends))
-
-
-def _in_field(value: Fraction, cosine: Any) -> Any:
-    """Return the rational in the arithmetic of `cosine`."""
-    if isinstance(cosine, (Fraction, Quadratic)):
-        return value
-    if isinstance(cosine, float):
-        return nearest_float(value)
-    return type(cosine)(value.numerator) / value.denominator
+def _resting(chain: Chain) -> list[int]:
+    """Return the slider that no dilation moves, or the two between which the limit is open."""
+    return [1] if chain.n == 1 else [i - 1 for i in pivots(chain.n, chain.tan_alpha, chain.mu_d)]
 
 
 def exact_cosine(chain: Chain) -> Fraction | Quadratic:
@@ -177,78 +90,6 @@ def exact_cosine(chain: Chain) -> Fraction | Quadratic:
     cosine = CosineField(chain.tan_alpha).times_cosine(Fraction(1))
     rational, multiple = cosine.rationals()
     return cosine if multiple else rational
-
-
-def truncated_variation(values: Sequence[Any] | NDArray[Any], level: Any) -> Any:
-    """Return the truncated variation of a sequence at `level`.
-
-    It is the supremum over subsequences of ``sum max(|v_(k+1) - v_k| - level, 0)``: the least
-    total variation of any path that stays within ``level/2`` of `values`, and the total variation
-    of their play operator.
-
-    Parameters
-    ----------
-    values : sequence of numbers
-        At least one; floats, rationals or any ordered numbers.
-    level : number
-        Not negative.
-
-    Notes
-    -----
-    Guarantee: exact in exact arithmetic, one pass.
-    """
-    items = list(values)
-    if not items:
-        raise InputError("values", [], "must hold at least one number")
-    if level < 0:
-        raise InputError("level", level, "must not be negative")
-    total = items[0] - items[0]
-    low = high = items[0]
-    way = 0
-    for value in items[1:]:
-        if way >= 0 and value > high:
-            high = value
-        if way <= 0 and value < low:
-            low = value
-        if way == 0 and high - low > level:
-            way = 1 if value == high else -1
-        elif way > 0 and high - value > level:
-            total += high - low - level
-            low = value
-            way = -1
-        elif way < 0 and value - low > level:
-            total += high - low - level
-            high = value
-            way = 1
-    return total + (high - low - level) if way else total
-
-
-def path_displacement(chain: Chain, theta: Sequence[Any], cosine: Any = None) -> SlidingVelocity:
-    """Return how far the chain moves along a closed path of dilations, after the transient.
-
-    ``(N + 1 - 2 i)/2`` times the truncated variation of ``l0 theta`` at the level
-    ``N (mu_d c - |s|)``. It is the displacement of every slider if the path starts and ends at its
-    extreme value and the chain was fully mobilised on the way there.
-
-    Parameters
-    ----------
-    chain : Chain
-    theta : sequence of numbers
-        Kept exactly.
-    cosine : number, optional
-        As in `cycle_velocity`.
-
-    Notes
-    -----
-    Source: Eq. (vitesse_seuil) is the cyclic case.
-    """
-    rest = resting_sliders(chain)
-    c = exact_cosine(chain) if cosine is None else cosine
-    level = _in_field(chain.n * (chain.mu_d - abs(chain.tan_alpha)), c) * c
-    places = [chain.l0 * exact_number(value, f"theta[{k}]") for k, value in enumerate(theta)]
-    variation = truncated_variation([_in_field(place, c) for place in places], level)
-    ends = [(chain.n + 1 - 2 * i) * variation / 2 for i in rest]
-    return SlidingVelocity(min(ends), max(ends))
 
 
 def _ramp(way, place, bound, extension, above, below, share, x, carry, sliding, slips):  # type: ignore[no-untyped-def]
@@ -400,7 +241,7 @@ class SlidingSimulation(Simulation):
 
         self._uphill = force(chain.mu_d + chain.tan_alpha)  # b + s, b - s
         self._downhill = force(chain.mu_d - chain.tan_alpha)
-        rest = resting_sliders(chain)
+        rest = _resting(chain)
         across = [n - i for i in rest][::-1]
         # dilations: springs 1..i-1 feel the bound from above, the others the one from below
         self._low = self._array(
@@ -630,7 +471,7 @@ class SlidingSimulation(Simulation):
         if not _held(chain):
             report["reason"] = _not_held_because(chain)
             return report
-        report["pivots"] = list(resting_sliders(chain))
+        report["pivots"] = list(_resting(chain))
         report["unique"] = self.tally.undecided == 0
         if not report["unique"]:
             x_g = sum((self._x + self._carry).tolist(), Fraction(0)) / chain.n
@@ -639,8 +480,9 @@ class SlidingSimulation(Simulation):
             report["x_G_low"] = float(x_g) - below
             report["x_G_high"] = float(x_g) - below + open_part
             if self._amplitude is not None:
-                low, high = cycle_velocity(chain, self._amplitude)
-                report["velocity_low"], report["velocity_high"] = float(low), float(high)
+                law = prediction(chain, Cycles(self._amplitude, 1), bits=_LAW_BITS)
+                assert law is not None
+                report["velocity_low"], report["velocity_high"] = law.sliding[0], law.sliding[-1]
         return report
 
 

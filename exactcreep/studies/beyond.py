@@ -17,7 +17,7 @@ from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from exactcreep.laws import LAWS, gaussian_integral, pivots, staircase_two_sliders
+from exactcreep.laws import LAWS, gaussian_integral, law_values, pivots, staircase_two_sliders
 from exactcreep.model.numbers import exact_number
 from exactcreep.studies.departures import (
     BELOW_THRESHOLD,
@@ -40,7 +40,7 @@ from exactcreep.studies.drawing import (
     points,
 )
 from exactcreep.studies.figures import INKS, picture
-from exactcreep.studies.tables import Cell, Row, Table, beside, cells, law_values, table, table_of
+from exactcreep.studies.tables import Cell, Row, Table, beside, cells, table, table_of
 
 # --- the staircase of two sliders ----------------------------------------------------------------
 

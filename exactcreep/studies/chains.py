@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.laws import LAWS
+from exactcreep.laws import LAWS, law_values
 from exactcreep.studies.departures import (
     BELOW_THRESHOLD,
     critical_amplitude,
@@ -32,7 +32,7 @@ from exactcreep.studies.drawing import (
     points,
 )
 from exactcreep.studies.figures import INKS, picture
-from exactcreep.studies.tables import Cell, Row, Table, cells, law_values, table
+from exactcreep.studies.tables import Cell, Row, Table, cells, table
 
 _TWO_TERMS = "The printed law is the first two terms of the exact one in N m/(2 l0 sigma_theta)."
 _FOURS = (

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-from exactcreep.laws import LAWS, cosine
-from exactcreep.studies.tables import Cell, law_values
+from exactcreep.laws import LAWS, cosine, law_values
+from exactcreep.studies.tables import Cell
 
 NEGLECTED = "the excess mu_s - mu_d and its scatter, which the sliding limit neglects"
 """What remains where nothing else explains a departure."""

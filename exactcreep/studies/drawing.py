@@ -12,9 +12,9 @@ import xarray as xr
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from exactcreep.laws import LAWS, Form
+from exactcreep.laws import LAWS, Form, law_values
 from exactcreep.studies.figures import INKS
-from exactcreep.studies.tables import Row, law_values
+from exactcreep.studies.tables import Row
 
 Data = Mapping[str, xr.Dataset]
 """The sweeps of a picture by the names of their scenes."""

@@ -11,12 +11,12 @@ import matplotlib as mpl
 import xarray as xr
 from matplotlib.axes import Axes
 
-from exactcreep.laws import LAWS
+from exactcreep.laws import LAWS, law_values
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.result import check_picture
 from exactcreep.studies.drawing import EXACT, VELOCITY, points
 from exactcreep.studies.figures import INKS, STYLE, picture, save_picture, setting_text, symbol_of
-from exactcreep.studies.tables import Cell, Row, cells, law_values
+from exactcreep.studies.tables import Cell, Row, cells
 
 _MOST_FAMILIES = 16  # that a legend can name
 _MARKS = ("o", "s", "^", "D")

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from exactcreep.laws import prediction
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
@@ -21,7 +22,6 @@ from exactcreep.solvers.auto import (
     Choice,
     Pilot,
     choose,
-    law_velocities,
     runner,
     valid_accuracy,
 )
@@ -272,7 +272,7 @@ def _costs(experiment: Experiment, choice: Choice, accuracy: float) -> dict[str,
             continue
         if rung.name == "law":
             begin = time.perf_counter()
-            law_velocities(experiment.chain, experiment.drive, experiment.start)
+            prediction(experiment.chain, experiment.drive, experiment.start)
             costs["law"] = time.perf_counter() - begin
             continue
         algorithm = runner(rung.name, accuracy)

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from exactcreep.laws import LAWS, Form, pivots
+from exactcreep.laws import LAWS, Form, law_values
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.studies.sweeps import dimensions
 
@@ -217,23 +217,6 @@ def with_control(dataset: xr.Dataset, sliding: xr.Dataset) -> xr.Dataset:
     about = {**sliding["velocity"].attrs, "long_name": "sliding limit, same random dilations"}
     values = (sliding["velocity"].dims, sliding["velocity"].to_numpy(), about)
     return dataset.assign({CONTROL: values})
-
-
-def law_values(form: Form | None, parameters: Mapping[str, Any]) -> tuple[float, ...]:
-    """Return what a form of a law gives; two values where the pivot is not unique.
-
-    There is none (an empty tuple) without a form, and for a slope at which it says nothing.
-    """
-    if form is None:
-        return ()
-    given = {name: parameters[name] for name in (*form.required, *form.optional)
-             if name in parameters}  # fmt: skip
-    if "i" not in form.optional:
-        return (float(form(**given)),)
-    n, slope, friction = (parameters[name] for name in ("n", "tan_alpha", "mu_d"))
-    if abs(slope) >= friction:
-        return ()
-    return tuple(float(form(**given, i=i)) for i in pivots(int(n), slope, friction))
 
 
 def table(

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 from matplotlib.figure import Figure
 
-from exactcreep.laws import LAWS
+from exactcreep.laws import LAWS, law_values
 from exactcreep.studies.departures import margin
 from exactcreep.studies.drawing import (
     EXACT,
@@ -21,7 +21,7 @@ from exactcreep.studies.drawing import (
     points,
 )
 from exactcreep.studies.figures import INKS, picture
-from exactcreep.studies.tables import Cell, Row, Table, cells, law_values, table
+from exactcreep.studies.tables import Cell, Row, Table, cells, table
 
 _CORRECTED = "velocity_th_2_gaussienne_corrected"
 _ASYMPTOTE = r"$\tilde{l}_0\sigma_\theta/\sqrt{\pi}$"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import combinations, pairwise
 from random import Random
 
 import pytest
@@ -78,6 +79,24 @@ def test_the_play_operator_rises_and_falls_by_the_truncated_variation() -> None:
     output, rise, fall = play_variation([F(3), F(1), F(5), F(-4)], F(2), F(0))
     assert output == [2, 2, 4, -3]
     assert (rise, fall) == (4, 7)
+
+
+def test_the_truncated_variation_is_that_of_the_best_subsequence() -> None:
+    """From a start that the first value does not push, and fixed by the first that does."""
+    random = Random(7)
+    for _ in range(60):
+        values = [F(random.randint(0, 12)) for _ in range(9)]
+        level = F(random.randint(0, 8), 2)
+        best = max(
+            sum((max(abs(b - a) - level, F(0)) for a, b in pairwise(chosen)), F(0))
+            for size in range(1, 10)
+            for chosen in combinations(values, size)
+        )
+        least = min(
+            sum(play_variation(values, level, start)[1:], F(0))
+            for start in (values[0] - level / 2 + F(k, 2) for k in range(int(2 * level) + 1))
+        )
+        assert least == best
 
 
 @pytest.mark.slow

@@ -8,11 +8,11 @@ import math
 import pytest
 
 from exactcreep.cli import status
+from exactcreep.laws import prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.loop import Experiment, creep
-from exactcreep.solvers.sliding import cycle_velocity
 from exactcreep.studies.contests import draw_tradeoff
 from exactcreep.studies.tradeoff import Contestant, ladder, tradeoff
 
@@ -80,7 +80,7 @@ def test_the_bias_is_that_of_two_whole_runs(measured):
     sliding = of(found, "sliding")
     assert sliding.bias_half_cycles == of(found, "exact").bias_half_cycles == 600
     experiment = experiment_of()
-    law = float(cycle_velocity(experiment.chain, "0.05").low)
+    (law,) = prediction(experiment.chain, experiment.drive).sliding
     assert found.velocity + sliding.bias == pytest.approx(law, rel=1e-12, abs=0)
     whole = creep(experiment.chain, experiment.drive, burn_in=120)
     assert abs(whole.velocity - found.velocity) < 3 * found.velocity_error
