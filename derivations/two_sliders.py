@@ -119,7 +119,7 @@ def staircase(
     return step * max(0, last - first + 1)
 
 
-def _cases(number: int, seed: int) -> list[tuple[Fraction, Fraction, Fraction, Fraction, Fraction]]:
+def cases(number: int, seed: int) -> list[tuple[Fraction, Fraction, Fraction, Fraction, Fraction]]:
     """Return rational (slope, mu_d, mu_s, l0 A, r0) with 0 < slope < mu_d < mu_s."""
     random = Random(seed)
     cases = []
@@ -185,7 +185,7 @@ def check() -> Verification:
     )
     agree = conserved = ceiling = True
     above = below = 0
-    for slope, low, high, reach, start in _cases(500, 2011):
+    for slope, low, high, reach, start in cases(500, 2011):
         pair = TwoSliders(slope, low, high, r=start)
         predicted = staircase(slope, low, high, reach, start)
         step = high - low
@@ -228,7 +228,7 @@ def _phases() -> bool:
     The staircase is piecewise constant in r0 with at most two jumps, where a relay reaches the
     edge.
     """
-    for slope, low, high, reach, _ in _cases(60, 7):
+    for slope, low, high, reach, _ in cases(60, 7):
         step, inside = high - low, reach - (low - slope)
         breaks = {-step, step}
         for edge in (inside, -inside):
@@ -258,7 +258,7 @@ def _paths() -> bool:
     path, so its integral over rho, which is the mean over r0, is exact.
     """
     random = Random(5)
-    for slope, low, high, _, _ in _cases(40, 9):
+    for slope, low, high, _, _ in cases(40, 9):
         path = [Fraction(random.randint(-300, 300), 40) for _ in range(12)]
         step, half = high - low, low - slope
         start = step * Fraction(random.randint(-19, 19), 20)

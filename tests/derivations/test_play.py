@@ -102,7 +102,7 @@ def test_the_truncated_variation_is_that_of_the_best_subsequence() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_the_staircase_holds_on_many_more_chains(seed: int) -> None:
-    for slope, low, high, reach, start in two_sliders._cases(2000, 1000 + seed):
+    for slope, low, high, reach, start in two_sliders.cases(2000, 1000 + seed):
         pair = TwoSliders(slope, low, high, r=start)
         pair.ramp(reach)
         pair.ramp(-reach)

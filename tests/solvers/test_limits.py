@@ -167,6 +167,7 @@ def test_a_whole_chain_slides_on_at_mu_d_if_it_is_faster_than_its_modes(arithmet
             (run,) = flow.runs()
             bound = math.sqrt(3 / 4 * float(run.motion.energy))
             assert float(run.motion.largest_swing()) < 0.41 < 0.44 < bound < 0.6
+            # asked in private: no drive brings a chain so near to the bound
             escape = mechanics._escape(flow, run)
             assert escape == 0 if proved else escape is None
 
