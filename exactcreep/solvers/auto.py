@@ -43,6 +43,7 @@ from exactcreep.solvers.solver import (
     Solver,
     Stretch,
     Tally,
+    advance,
 )
 
 LADDER = ("law", "sliding", "exact", "certified")
@@ -322,19 +323,11 @@ def _start(chain: Chain, start: State | None, seed: int) -> State:
 
 
 def _positions(
-    simulation: Simulation, drive: Drive, first: int, count: int, most_events: float = math.inf
+    simulation: Simulation, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
 ) -> NDArray[np.float64]:
-    """Return x_G at `count` targets; fewer after a limit, a runaway or too many events."""
-    parts: list[NDArray[Any]] = []
-    done = 0
-    while done < count and simulation.tally.events < most_events:
-        stretch = simulation.follow(drive, first + done, count - done, Limits(50_000))
-        if stretch.completed:
-            parts.append(stretch.recorded["x_G"].astype(np.float64))
-            done += stretch.completed
-        if stretch.stop.final:
-            break
-    return np.concatenate(parts) if parts else np.empty(0)
+    """Return x_G at `count` targets; fewer after a limit or a runaway."""
+    stretch = advance(simulation, drive, first + count - 1, limits, done=first - 1)
+    return stretch.recorded["x_G"].astype(np.float64)
 
 
 def pilot_run(
@@ -358,7 +351,8 @@ def pilot_run(
     length = min(200, total)
     events = 0
     while True:
-        fresh = _positions(exact, drive, one.size + 1, length - one.size, _PILOT_EVENTS)
+        left = Limits(_PILOT_EVENTS).after(exact.tally.events)
+        fresh = _positions(exact, drive, one.size + 1, length - one.size, left)
         cut = fresh.size < length - one.size
         one = np.concatenate([one, fresh])
         other = np.concatenate([other, _positions(sliding, drive, other.size + 1, fresh.size)])

@@ -27,7 +27,7 @@ MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
 _BLOCK_SECONDS = 0.1  # between two stretches of an advance
-_LONGEST_BLOCK = 1 << 20  # targets; bounds the memory of a stretch
+_LONGEST_BLOCK = 1 << 18  # targets, events; bounds the memory of a stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,8 +250,8 @@ def advance(
     Returns
     -------
     Stretch
-        `completed` targets after `done`, why it stopped, and all that was recorded on the way;
-        nothing if `take` was given it.
+        `completed` targets after `done`, why it stopped, and all that was recorded on the way, but
+        not what `take` was given.
 
     Notes
     -----
@@ -262,7 +262,7 @@ def advance(
     held = 0  # bytes
     targets, events = 2, 64  # of the next stretch
     if take is None and limits.bytes is None:  # nobody waits for it
-        targets, events = _LONGEST_BLOCK, limits.events_left
+        targets, events = 1024, limits.events_left
     stop, reason = Stop.DONE, ""
     while done < until:
         past = simulation.tally.events
@@ -302,7 +302,7 @@ def _adapted(achieved: int, faster: float, now: int) -> int:
 
 def _joined(parts: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
     """Return what was recorded in several stretches as if in one."""
-    joined: dict[str, NDArray[Any]] = {}
+    joined: dict[str, NDArray[Any]] = {"x_G": np.empty(0)}
     for name in dict.fromkeys(name for part in parts for name in part):
         columns = [part[name] for part in parts if name in part]
         filled = [column for column in columns if len(column)]

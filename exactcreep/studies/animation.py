@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import os
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,19 +17,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from exactcreep.limits import Limits
 from exactcreep.model import disorder
 from exactcreep.model.contact import EventKind, Itinerary
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.motion.solution import Motion
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.solver import Rearrangement
+from exactcreep.solvers.solver import Rearrangement, Simulation, Stretch, advance
 from exactcreep.studies.figures import INKS, STYLE
 
 LOOKED_AT = 100
 """Half-cycles among which `largest_avalanche` looks."""
-_BLOCK = 16  # half-cycles followed at once
 _PERIOD = 50  # milliseconds of one picture
 _LINGER = 1500  # milliseconds of the last one
 _FINENESS = 600  # points of a curve: about one per pixel
@@ -63,24 +62,18 @@ def largest_avalanche(experiment: Experiment, half_cycles: int = LOOKED_AT) -> i
         If there is none.
     """
     simulation = _simulation(experiment)
-    best, most = -1, 0
+    events: Counter[int] = Counter()
+
+    def take(stretch: Stretch) -> None:
+        there = np.unique(stretch.recorded["event_rearrangement"], return_counts=True)
+        for number, count in zip(*there, strict=True):
+            events[int(number)] += int(count)
+
     total = min(half_cycles, experiment.drive.half_cycles)
-    done = 0
-    while done < total:
-        stretch = simulation.follow(
-            experiment.drive, done + 1, min(_BLOCK, total - done), Limits(10**7
-        ))
-        done += stretch.completed
-        numbers, counts = np.unique(
-            stretch.recorded["event_rearrangement"], return_counts=True
-        )
-        if counts.size and int(counts.max()) > most:
-            best, most = int(numbers[counts.argmax()]), int(counts.max())
-        if stretch.stop.final:
-            break
-    if best < 0:
-        raise InputError("scene", experiment.solver, f"nothing moves in {done} half-cycles")
-    return best
+    looked_at = advance(simulation, experiment.drive, total, take=take).completed
+    if not events:
+        raise InputError("scene", experiment.solver, f"nothing moves in {looked_at} half-cycles")
+    return events.most_common(1)[0][0]
 
 
 def find_avalanche(experiment: Experiment, number: int) -> Avalanche:
@@ -96,13 +89,8 @@ def find_avalanche(experiment: Experiment, number: int) -> Avalanche:
     Guarantee: its itinerary is that of the run itself (checked).
     """
     half_cycle, first, itinerary = _place(experiment, number)
-    simulation = _simulation(experiment)
-    done = 0
-    while done < half_cycle - 1:
-        stretch = simulation.follow(
-            experiment.drive, done + 1, half_cycle - 1 - done, Limits(10**7
-        ))
-        done += stretch.completed
+    simulation = _simulation(experiment, ())
+    done = advance(simulation, experiment.drive, half_cycle - 1).completed
     state = simulation.state() if done else experiment.initial
     target = experiment.drive.exact_target(half_cycle, experiment.seed)
     chain, seed = experiment.chain, experiment.seed
@@ -121,23 +109,19 @@ def find_avalanche(experiment: Experiment, number: int) -> Avalanche:
     raise InputError("rearrangement", number, "is not found again")
 
 
-def _simulation(experiment: Experiment) -> Any:
+def _simulation(experiment: Experiment, record: tuple[str, ...] = ("events",)) -> Simulation:
     return experiment.algorithm.simulation(
-        experiment.chain, experiment.initial, experiment.seed, ("x_G", "events")
+        experiment.chain, experiment.initial, experiment.seed, record
     )
 
 
 def _place(experiment: Experiment, number: int) -> tuple[int, int, Itinerary]:
     """Return the half-cycle of a rearrangement, the first one there, and its itinerary."""
     simulation = _simulation(experiment)
-    total, done = experiment.drive.half_cycles, 0
     first_there: dict[int, int] = {}
     parts: list[dict[str, NDArray[Any]]] = []
-    while done < total:
-        stretch = simulation.follow(
-            experiment.drive, done + 1, min(_BLOCK, total - done), Limits(10**6
-        ))
-        done += stretch.completed
+
+    def take(stretch: Stretch) -> str:
         rows = {k: v for k, v in stretch.recorded.items() if k.startswith("event_")}
         for half_cycle in np.unique(rows["event_half_cycle"]).tolist():
             there = rows["event_rearrangement"][rows["event_half_cycle"] == half_cycle]
@@ -145,9 +129,9 @@ def _place(experiment: Experiment, number: int) -> tuple[int, int, Itinerary]:
         chosen = rows["event_rearrangement"] == number
         if chosen.any():
             parts.append({name: values[chosen] for name, values in rows.items()})
-        beyond = rows["event_rearrangement"].max(initial=-1) > number
-        if beyond or stretch.stop.final:
-            break
+        return "found" if rows["event_rearrangement"].max(initial=-1) > number else ""
+
+    advance(simulation, experiment.drive, experiment.drive.half_cycles, take=take)
     if not parts:
         count = simulation.tally.rearrangements
         raise InputError("rearrangement", number, f"must be one of the run's {count}, from 0")

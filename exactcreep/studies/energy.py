@@ -18,15 +18,14 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from exactcreep.limits import Limits
+from exactcreep.limits import Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.solvers.registry import solver_named
-
-_BLOCK_EVENTS = 1 << 18  # bounds the memory of a block of the log
+from exactcreep.solvers.solver import Stretch, advance
 
 # the replay's numbers, each the sum of two floats
 (
@@ -212,21 +211,21 @@ def two_slider_ledger(
     total = drive.half_cycles if most_half_cycles is None else most_half_cycles
     high, low, cells = _opening(chain, begin)
     l0 = nearest_float(chain.l0)
-    done = 0
-    while done < total:
-        stretch = simulation.follow(drive, done + 1, total - done, Limits(_BLOCK_EVENTS))
-        done += stretch.completed
+
+    def take(stretch: Stretch) -> None:
         log = stretch.recorded
         _replayed(
             high, low, cells, log["event_rearrangement"], l0 * floats(log["event_theta"]),
             floats(log["event_time"]), log["event_kind"], log["event_slider"], log["event_sign"],
         )  # fmt: skip
-        if stretch.stop.final:
-            raise InputError("drive", drive, f"must end at rest: {stretch.reason or 'a runaway'}")
+
+    stretch = advance(simulation, drive, total, take=take)
+    if stretch.stop is not Stop.DONE:
+        raise InputError("drive", drive, f"must end at rest: {stretch.reason}")
     end = simulation.state()
     load = chain.l0 * enclosure(end.theta).middle
     _ramp(high, low, nearest_float(load), nearest_float(load - Fraction(nearest_float(load))))
-    return _closed(chain, begin, end, high, low, simulation.tally.slips, done), end
+    return _closed(chain, begin, end, high, low, simulation.tally.slips, total), end
 
 
 def _opening(chain: Chain, start: State) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:

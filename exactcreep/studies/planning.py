@@ -25,11 +25,10 @@ from exactcreep.solvers.auto import (
     runner,
     valid_accuracy,
 )
-from exactcreep.solvers.solver import Solver
+from exactcreep.solvers.solver import Solver, advance
 
 DEFAULT_ACCURACY = "0.01"
 _TIMED_SECONDS = 0.2  # of a pilot run: long beside a call, short beside a reader's patience
-_MOST_TARGETS = 1 << 20  # in one call: bounds its memory
 
 
 @dataclass(frozen=True)
@@ -295,14 +294,13 @@ def seconds_per_event(
 
     Measured over the first three half-cycles, or as much of them as the time allows.
     """
-    drive, done = experiment.drive, 0
+    drive = experiment.drive
+    until = min(3, drive.half_cycles)
     simulation = algorithm.simulation(experiment.chain, experiment.initial, experiment.seed, ())
     begin = time.perf_counter()
-    while done < min(3, drive.half_cycles) and time.perf_counter() - begin < seconds:
-        stretch = simulation.follow(drive, done + 1, 1, Limits(16))
-        done += stretch.completed
-        if stretch.stop.final:
-            break
+    done = advance(simulation, drive, until, Limits(at=begin + seconds)).completed
+    if simulation.tally.events == 0:  # the first takes longer than that, if there is one
+        advance(simulation, drive, until, Limits(1), done=done)
     events = simulation.tally.events
     return (time.perf_counter() - begin) / events if events else 0.0
 
@@ -340,21 +338,11 @@ def measured_pace(
     if chain.mu_s == chain.mu_d and chain.sigma_mu == 0:
         small = Chain(2, 10, "1/2", "1/2", tan_alpha="1/4")
     warm = algorithm.simulation(small, State.relaxed(small), 0, ())
-    warm.follow(Cycles("1/10", 1), 1, 2, Limits(1000))
+    warm.follow(Cycles("1/10", 1), 1, 2)
     simulation = algorithm.simulation(chain, experiment.initial, experiment.seed, ())
-    done, most_events, spent = 0, 16, 0.0
-    while done < drive.half_cycles and spent < seconds:
-        begin = time.perf_counter()
-        stretch = simulation.follow(
-            drive, done + 1, min(drive.half_cycles - done, _MOST_TARGETS), Limits(most_events
-        ))
-        took = time.perf_counter() - begin
-        spent += took
-        done += stretch.completed
-        if stretch.stop.final:
-            break
-        if took < seconds / 8:
-            most_events *= 2
+    begin = time.perf_counter()
+    done = advance(simulation, drive, drive.half_cycles, Limits(at=begin + seconds)).completed
+    spent = time.perf_counter() - begin
     events = simulation.tally.events
     return Pace(
         spent / done if done else math.nan,

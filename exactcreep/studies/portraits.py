@@ -14,18 +14,18 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from exactcreep.limits import Limits
+from exactcreep.limits import Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.sliding import Sliding
+from exactcreep.solvers.solver import Stretch, advance
 from exactcreep.studies.figures import INKS, picture
 
 WINDOW = 200
 """Half-cycles that a space-time diagram shows, unless asked for others."""
-_BLOCK = 256  # half-cycles followed at once
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
 
 
@@ -130,23 +130,23 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
     before = floats(state.displacements)
     rows: dict[str, list[NDArray[Any]]] = {"x_G": [], "x": [], "slips": []}
     done = 0
-    stops = sorted({half_cycle, last} | set(range(0, last, _BLOCK)))
-    for stop in stops:
-        while done < stop:
-            stretch = simulation.follow(
-                experiment.drive, done + 1, stop - done, Limits(10**6
-            ))
-            for k in range(stretch.completed):
-                done += 1
-                if done < first:
-                    before = floats(stretch.recorded["x"][k])
-                else:
-                    for name, kept in rows.items():
-                        kept.append(np.asarray(stretch.recorded[name][k]))
-                _check_repeats(result, done, stretch.recorded["x_G"][k])
-            if stretch.stop.final and done < stop:
-                raise InputError("half_cycle", half_cycle, f"is not reached: {stretch.reason}")
-        if stop == half_cycle and stop > 0:
+
+    def take(stretch: Stretch) -> None:
+        nonlocal done, before
+        for k in range(stretch.completed):
+            done += 1
+            if done < first:
+                before = floats(stretch.recorded["x"][k])
+            else:
+                for name, kept in rows.items():
+                    kept.append(np.asarray(stretch.recorded[name][k]))
+            _check_repeats(result, done, stretch.recorded["x_G"][k])
+
+    for until in (half_cycle, last):
+        stretch = advance(simulation, experiment.drive, until, done=done, take=take)
+        if stretch.stop is not Stop.DONE:
+            raise InputError("half_cycle", half_cycle, f"is not reached: {stretch.reason}")
+        if until == half_cycle > 0:
             state = simulation.state()
     x = np.array([floats(np.asarray(row)) for row in [before, *rows["x"]]])
     theta = _theta(result, first, last)

@@ -25,7 +25,7 @@ from exactcreep import (
     iterate,
     rearrange,
 )
-from exactcreep.limits import NO_LIMITS, Limits
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.motion.arithmetic import FLOAT64, balls_of
 from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import Ends, Flow, RunMotion
@@ -215,6 +215,30 @@ def test_impossible_limits_are_refused(limits, field):
     chain = Chain(2, 1000, tan_alpha="1/4", **PAPER)
     with pytest.raises(InputError, match=field):
         rearrange(chain, State.relaxed(chain), direction=1, **limits)
+
+
+@pytest.mark.parametrize("bad", [-1, 1.5, "soon", True, [3]], ids=str)
+@pytest.mark.parametrize("field", ["max_events", "max_seconds", "max_bytes"])
+def test_a_limit_that_is_none_names_its_field(field, bad):
+    if (field, bad) == ("max_seconds", 1.5):
+        assert Limits.of(max_seconds=bad).at > time.perf_counter()
+        return
+    with pytest.raises(InputError, match=field) as caught:
+        Limits.of(**{field: bad})
+    assert caught.value.field == field
+
+
+def test_limits_are_a_value_that_can_only_be_replaced():
+    limits = Limits.of(max_events=7, max_seconds=1e6, max_bytes=5)
+    assert limits.after(3).events_left == 4
+    assert limits.after(3).after(9).events_left == 0
+    assert limits.after(9).stop(0) is Stop.BUDGET
+    assert limits.later(10).at == limits.at + 10
+    assert limits.stop(6) is None
+    assert (limits.events_left, limits.bytes) == (7, 5)
+    assert Limits.of() == NO_LIMITS
+    with pytest.raises(AttributeError):
+        limits.events = 8
 
 
 def test_iterate_goes_on_where_rearrange_gives_up():
