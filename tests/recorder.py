@@ -1,0 +1,691 @@
+"""Record what the installed build of exactcreep does, as one flat mapping of fields to values.
+
+``python -P tests/recorder.py OUT.json [--quick] [--only GROUP]`` runs scenes, hard cases,
+checkpoints, commands and refusals in the current directory, through public names and the command
+line alone, so that builds of different ages can be compared; `tests/guard.py` does that.
+
+A field is a path such as ``scenes/chain-jumps/0/exact/recorded/x_G``. Its value is None, a truth
+value, a whole number, a string, or a list of them; a float stands as its hexadecimal digits, a
+rational or a number of many digits as the ratio or the ball that it is: equal values, equal bits.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import hashlib
+import inspect
+import io
+import itertools
+import json
+import math
+import re
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from enum import Enum
+from fractions import Fraction
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from PIL import Image
+
+import exactcreep
+from exactcreep import (
+    Chain,
+    Creep,
+    Cycles,
+    GaussianSteps,
+    InputError,
+    State,
+    TemperatureRecord,
+    audit,
+    compare,
+    creep,
+    disorder,
+    iterate,
+    laws,
+    load_scene,
+    physical,
+    plan,
+    rearrange,
+    resume,
+    sweep,
+    threshold,
+)
+from exactcreep import Path as ThetaPath
+from exactcreep.cli import main
+
+Field = tuple[str, Any]
+
+DATA = Path(__file__).parent / "data"
+RECORDS = ("x_G", "x", "tension", "slips", "events")
+EXTRAS: tuple[tuple[str, dict[str, Any]], ...] = (
+    ("exact", {}),
+    ("reference", {}),
+    ("mpmath", {"digits": 30}),
+    ("certified", {"digits": 30}),
+    ("verlet", {}),
+    ("verlet", {"locate": True}),
+    ("sliding", {}),
+    ("auto", {}),
+)
+"""Every solver, with the options under which it is recorded."""
+SLOW = {"mpmath", "certified"}
+MASKED = (
+    (re.compile(r"\b\d[\d.e+-]* ?(us|ms|s|min|h)\b"), "<time>", "a measured time"),
+    (re.compile(r"compiling the kernel, once; the next start finds it ready\n"), "", "said only"
+     " where no compiled code was found"),
+)  # fmt: skip
+"""What is cut out of printed text before it is recorded, and why."""
+
+
+# --- values ----------------------------------------------------------------------------------
+
+
+def bits(value: Any) -> Any:
+    """Return a value as JSON that is equal for equal bits alone."""
+    if isinstance(value, Enum):
+        return value.value
+    if value is None or isinstance(value, (bool, int, str)):
+        return value
+    if isinstance(value, np.generic):
+        return bits(value.item())
+    if isinstance(value, float):
+        return value.hex()
+    if isinstance(value, Fraction):
+        return f"{value.numerator}/{value.denominator}"
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "backslashreplace")
+    if isinstance(value, (tuple, list)):
+        return "(" + ", ".join(str(bits(part)) for part in value) + ")"
+    if hasattr(value, "_mpf_"):
+        sign, mantissa, exponent, _ = value._mpf_
+        return f"{'-' * sign}{int(mantissa)}*2^{exponent}"
+    if hasattr(value, "mid") and hasattr(value, "rad"):
+        ends = [part.man_exp() for part in (value.mid(), value.rad())]
+        return " +- ".join(f"{int(mantissa)}*2^{int(power)}" for mantissa, power in ends)
+    return f"{type(value).__name__} {value}"
+
+
+def fields(name: str, value: Any) -> Iterator[Field]:
+    """Yield the flat fields of a value: mappings and nested lists by their keys and indices."""
+    if isinstance(value, Mapping):
+        if not value:
+            yield name, "{}"
+        for key, part in value.items():
+            yield from fields(f"{name}/{key}", part)
+    elif isinstance(value, np.ndarray):
+        yield f"{name}:type", f"{value.dtype.kind}{value.dtype.itemsize} {value.shape}"
+        yield name, [bits(part) for part in value.ravel().tolist()]
+    elif isinstance(value, (list, tuple)):
+        if any(isinstance(part, (Mapping, list, np.ndarray)) for part in value):
+            for number, part in enumerate(value):
+                yield from fields(f"{name}/{number}", part)
+        else:
+            yield name, [bits(part) for part in value]
+    else:
+        yield name, bits(value)
+
+
+def attempt(name: str, call: Callable[[], Any]) -> Iterator[Field]:
+    """Yield the fields of what a call returns, or what it raises: its type and its sentence."""
+    try:
+        found = list(fields(name, call()))
+    except Exception as error:
+        found = [(f"{name}/raised", f"{type(error).__name__}: {error}")]
+    yield from found
+
+
+def of_state(state: State) -> dict[str, Any]:
+    """Return a state by names."""
+    names = ("tensions", "displacements", "coefficients", "draws", "theta")
+    return {name: getattr(state, name) for name in names}
+
+
+def of_events(events: Sequence[Any]) -> dict[str, Any]:
+    """Return events column by column."""
+    return {
+        "itinerary": [str(event.signature) for event in events],
+        "time": [event.time for event in events],
+        "residual": [event.residual for event in events],
+    }
+
+
+def of_rearrangement(found: Any) -> dict[str, Any]:
+    """Return a rearrangement by names, its closed form at five times."""
+    names = ("outcome", "evidence", "velocities", "undecided", "draws_below_mu_d", "solver",
+             "report", "reason", "error", "doubt", "theta", "duration")  # fmt: skip
+    out = {name: getattr(found, name) for name in names}
+    out |= {"events": of_events(found.events), "state": of_state(found.state)}
+    out |= {"initial": of_state(found.initial), "pieces": len(found.sol.pieces)}
+    if found.events:
+        ends = found.sol.t_min, found.sol.t_max
+        out["sol"] = {
+            part: found.sol(ends[0] + (ends[1] - ends[0]) * part / 4)._asdict() for part in range(5)
+        }
+    return out
+
+
+def of_creep(found: Creep) -> dict[str, Any]:
+    """Return a result by names; the summary, the state at the end, and all that was recorded."""
+    names = ("velocity", "velocity_error", "velocity_enclosure", "warnings", "x_G", "reason")
+    out = {name: getattr(found, name) for name in names}
+    return out | {
+        "summary": found.summary(),
+        "state": of_state(found.state),
+        "recorded": dict(found.recorded),
+    }
+
+
+# --- groups of fields ------------------------------------------------------------------------
+
+
+def public(quick: bool) -> Iterator[Field]:
+    """Yield the public names, and of each that can be called its parameters and their defaults."""
+    for name in exactcreep.__all__:
+        value = getattr(exactcreep, name)
+        if name == "__version__" or inspect.ismodule(value):
+            yield f"public/{name}", type(value).__name__
+        elif isinstance(value, type) and issubclass(value, (Enum, Exception)):
+            yield f"public/{name}", value.__mro__[1].__name__
+        else:
+            told = inspect.signature(value).parameters.values()
+            yield f"public/{name}", [str(part.replace(annotation=part.empty)) for part in told]
+    for name in ("Outcome", "Evidence", "EventKind"):
+        yield f"public/{name}/words", [part.value for part in getattr(exactcreep, name)]
+
+
+def scenes(quick: bool) -> Iterator[Field]:
+    """Yield runs of members of every built-in scene, shortened, under every solver."""
+    for name in scene_names():
+        scene = load_scene(name)
+        length = "cycles" if "cycles" in scene.tables["drive"] else "steps"
+        settings = scene.settings()
+        some = {len(settings) * 2 // 3} if quick else {0, len(settings) // 2, len(settings) - 1}
+        for number, (solver, options) in itertools.product(sorted(some), EXTRAS):
+            targets = 2 if solver in SLOW else 4 if solver == "reference" else 10
+            given = scene.with_settings({f"drive.{length}": targets})
+            made = given.experiment(settings[number])
+            most = 400 if quick else 1500
+            limit = {"max_events": most // 8 if solver in SLOW else most}
+            told = options | (limit if solver in {*SLOW, "reference"} else {})
+            whole = RECORDS[:4] if solver == "sliding" else RECORDS
+            for record in (whole, ("x_G",)) if solver == "auto" else (whole,):
+                yield from attempt(
+                    f"scenes/{name}/{number}/{labelled(solver, options)}/{len(record)}",
+                    lambda made=made, solver=solver, told=told, record=record: of_creep(
+                        creep(made.chain, made.drive, seed=made.seed, start=made.start,
+                              solver=solver, record=record, **told)
+                    ),
+                )  # fmt: skip
+
+
+def scene_names() -> list[str]:
+    """Return the names of the built-in scenes, as the command line lists them."""
+    told = json.loads(spoken("scenes", "--json")["out"])
+    return [scene["name"] for scene in told["scenes"]]
+
+
+def labelled(solver: str, options: Mapping[str, Any]) -> str:
+    """Return a solver with its options, as it stands in a field."""
+    return "-".join([solver, *(name for name in options if name != "digits")])
+
+
+def hard(quick: bool) -> Iterator[Field]:
+    """Yield `rearrange` and `iterate` on the hard cases, under every solver that has inertia."""
+    cases = json.loads((DATA / "hard_cases.json").read_text("utf-8"))
+    solvers = [pair for pair in EXTRAS if pair[0] != "sliding"] + [("exact", {"escalate": True})]
+    for case in cases[:: 4 if quick else 1]:
+        chain = Chain(**case["chain"])
+        state = State.prepared(chain, case["start"], seed=case["seed"])
+        about = {"direction": case["direction"], "seed": case["seed"]}
+        for solver, options in solvers:
+            name = f"{case['label']}/{labelled(solver, options)}"
+            most = 40 if quick or solver in SLOW else 300
+            call = about | {"solver": solver, **options}
+            yield from attempt(
+                f"hard/{name}",
+                lambda chain=chain, state=state, call=call, most=most: of_rearrangement(
+                    rearrange(chain, state, max_events=most, **call)
+                ),
+            )
+            yield from attempt(
+                f"iterate/{name}",
+                lambda chain=chain, state=state, call=call, most=most: of_events(
+                    list(itertools.islice(iterate(chain, state, **call), most))
+                ),
+            )
+
+
+def whole(quick: bool) -> Iterator[Field]:
+    """Yield rearrangements of burned-in and of random chains of up to thirty sliders."""
+    with np.load(DATA / "whole_rearrangements.npz") as file:
+        data = dict(file)
+    sliders = np.concatenate([[0], np.cumsum(data["n"])])
+    for k in range(0, len(data["n"]), 12 if quick else 2):
+        n, seed = int(data["n"][k]), int(data["seed"][k])
+        mu_d, mu_s, sigma_mu = data["friction"][k].tolist()
+        chain = Chain(n, 1000, mu_d, mu_s, sigma_mu, tan_alpha=str(data["tan_alpha"][k]))
+        draws = data["draws"][sliders[k] : sliders[k + 1]].astype(np.int64)
+        drawn = [disorder.static_coefficient(chain, seed, i + 1, int(d) - 1)
+                 for i, d in enumerate(draws)]  # fmt: skip
+        tensions = data["tensions"][sliders[k] - k : sliders[k + 1] - k - 1]
+        state = State(tensions, np.zeros(n), np.array(drawn, dtype=float), draws, 0.0)
+        for solver in ("exact", "reference", "verlet") if k % 3 == 0 else ("exact",):
+            yield from attempt(
+                f"whole/{data['label'][k]}/{solver}",
+                lambda chain=chain, state=state, solver=solver, k=k, seed=seed: of_rearrangement(
+                    rearrange(chain, state, direction=int(data["direction"][k]), seed=seed,
+                              solver=solver)
+                ),
+            )  # fmt: skip
+
+
+CHAIN = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+PAIR = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+
+
+def resumed(quick: bool) -> Iterator[Field]:
+    """Yield runs that stopped at a limit and went on from their checkpoint, and saved results."""
+    drives = (Cycles("0.004", 6), GaussianSteps("0.004", 12), ThetaPath(["0.002", "-0.001"]))
+    for drive, (solver, options) in itertools.product(drives, EXTRAS):
+        if quick and solver in SLOW and not isinstance(drive, ThetaPath):
+            continue
+        name = f"{type(drive).__name__}-{labelled(solver, options)}"
+        record = RECORDS[:4] if solver == "sliding" else RECORDS
+        call = {"seed": 5, "solver": solver, "record": record} | options
+
+        def stopped(drive: Any = drive, call: Any = call, name: str = name) -> dict[str, Any]:
+            early = creep(CHAIN, drive, max_events=60, checkpoint=f"{name}.ckpt", **call)
+            late = resume(f"{name}.ckpt", max_events=400)
+            late.save(f"{name}.nc", force=True)
+            back = Creep.load(f"{name}.nc")
+            return {"early": of_creep(early), "late": of_creep(late), "saved": of_creep(back)}
+
+        yield from attempt(f"resumed/{name}", stopped)
+        yield from of_file(f"resumed/{name}.nc", Path(f"{name}.nc"))
+
+
+# --- the command line ------------------------------------------------------------------------
+
+
+def spoken(*words: str) -> dict[str, Any]:
+    """Run a command in this process; return its exit status and what it printed."""
+    out, err = io.StringIO(), io.StringIO()
+    before = sys.argv
+    sys.argv = ["exactcreep", *words]
+    code: Any = 0
+    try:
+        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+            main()
+    except SystemExit as left:
+        code = left.code
+    finally:
+        sys.argv = before
+    return {"status": code, "out": out.getvalue(), "err": masked(err.getvalue())}
+
+
+def masked(text: str) -> str:
+    """Return printed text without what `MASKED` names and without the present directory."""
+    for pattern, mask, _ in MASKED:
+        text = pattern.sub(mask, text)
+    text = text.replace(str(Path.cwd()), "<here>")
+    return "".join(line.rstrip() + "\n" for line in text.splitlines())
+
+
+TWO = ("two-sliders-cycles", "--set", "drive.cycles=20")
+SIX = ("six-sliders-cycles", "--set", "drive.cycles=3")
+SHORT_GRID = ("two-sliders-cycles", "--set", "drive.cycles=30", "--set",
+              "vary.drive.amplitude=[0.0003,0.004,0.01]", "--seeds", "3")  # fmt: skip
+COMMANDS: tuple[tuple[str, ...], ...] = (
+    ("--version",),
+    ("scenes",),
+    ("scenes", "--json"),
+    ("scenes", "--show", "chain-jumps"),
+    ("run", *TWO),
+    ("run", *TWO, "--json", "--seed", "4", "--out", "two.nc", "--plot", "two.png",
+     "--record", "x_G,x,tension,slips,events"),
+    ("run", *SIX, "--json", "--record", "events,slips,x_G", "--out", "six.nc"),
+    ("run", *SIX, "--json", "--solver", "auto"),
+    ("run", *SIX, "--json", "--solver", "verlet", "--dt", "0.02", "--locate"),
+    ("run", *SIX, "--json", "--solver", "sliding"),
+    ("run", *TWO, "--set", "drive.cycles=2", "--json", "--solver", "certified", "--digits", "40"),
+    ("run", *TWO, "--set", "drive.cycles=2", "--solver", "mpmath", "--digits", "40"),
+    ("run", "chain-jumps", "--set", "drive.cycles=3", "--out", "jumps.nc"),
+    ("run", "chain-jumps", "--set", "drive.cycles=3", "--json", "--plot", "jumps.png"),
+    ("run", *TWO, "--set", "chain.tan_alpha=0.7", "--json"),
+    ("run", *TWO, "--set", "chain.tan_alpha=0.52", "--max-events", "3000", "--json"),
+    ("run", *TWO, "--set", "chain.sigma_mu=0.3", "--json"),
+    ("run", *TWO, "--set", "drive.amplitude=1.2", "--set", "drive.cycles=1", "--json"),
+    ("run", *TWO, "--max-bytes", "10", "--json"),
+    ("run", *SIX, "--checkpoint", "six.ckpt", "--max-events", "700", "--json"),
+    ("resume", "six.ckpt", "--json", "--out", "six-resumed.nc"),
+    ("resume", "six.ckpt"),
+    ("sweep", *SHORT_GRID, "--out", "grid", "--plot", "grid.png"),
+    ("sweep", *SHORT_GRID, "--out", "grid", "--resume"),
+    ("show", "six.nc", "--half-cycle", "3", "--out", "moment.png"),
+    ("show", "jumps.nc", "--member", "3"),
+    ("animate", *SIX, "--rearrangement", "5", "--frames", "3", "--out", "five.gif"),
+    ("animate", *SIX, "--frames", "2"),
+    ("audit", "six.nc", "--json"),
+    ("audit", "six-resumed.nc"),
+    ("plan", *TWO, "--json"),
+    ("plan", *SIX),
+    ("plan", "chain-windows", "--set", "drive.amplitude=0.0005", "--set", "drive.cycles=50",
+     "--accuracy", "1e-3", "--json"),
+    ("threshold", "--n", "2", "--cycles", "4", "--points", "60", "--json"),
+    ("threshold", "--n", "3", "--cycles", "3", "--points", "40", "--digits", "8", "--windows",
+     "--refine", "2", "--json"),
+    ("threshold", "--n", "2", "--cycles", "3", "--points", "30", "--seeds", "2", "--solver",
+     "exact", "--digits", "8"),
+    ("threshold", "--n", "3", "--cycles", "3", "--bracket", "3e-4", "5e-4", "--digits", "10",
+     "--solver", "mpmath", "--json"),
+    ("compare", *SIX, "--events", "100", "--json"),
+    ("compare", *TWO, "--events", "60", "--dt", "0.05", "--locate", "--plot", "compare.png"),
+    ("tradeoff", *TWO, "--budget", "1", "--json"),
+    ("reproduce",),
+)  # fmt: skip
+LONG_COMMANDS: tuple[tuple[str, ...], ...] = (
+    ("reproduce", "two-sliders-trace", "--quick", "--out", "figures"),
+    ("reproduce", "two-sliders-staircase", "--quick", "--out", "figures"),
+    ("compare", "chain-windows", "--set", "drive.cycles=10", "--json"),
+    ("threshold", "--n", "3", "--digits", "30", "--json"),
+)
+
+
+def commands(quick: bool) -> Iterator[Field]:
+    """Yield what every command prints and writes, with its exit status."""
+    for name in ("", "run", "resume", "sweep", "threshold", "compare", "plan", "tradeoff", "audit",
+                 "envelope", "show", "animate", "scenes", "reproduce"):  # fmt: skip
+        yield from of_command((name, "--help") if name else ("--help",))
+    for words in COMMANDS if quick else COMMANDS + LONG_COMMANDS:
+        before = {path: path.stat().st_mtime_ns for path in Path().rglob("*")}
+        yield from of_command(words)
+        for path in sorted(Path().rglob("*")):
+            if path.is_file() and before.get(path) != path.stat().st_mtime_ns:
+                yield from of_file(f"commands/{' '.join(words)}/{path}", path)
+
+
+def of_command(words: Sequence[str], group: str = "commands") -> Iterator[Field]:
+    """Yield the exit status and the output of a command; its JSON field by field."""
+    name = f"{group}/{' '.join(words)}"
+    told = spoken(*words)
+    out = told.pop("out")
+    yield from fields(name, told)
+    if "--json" in words and out:
+        parsed = json.loads(out, parse_float=str, parse_constant=str)
+        yield from fields(f"{name}/json", parsed)
+    else:
+        yield f"{name}/out", masked(out).splitlines()
+
+
+def of_file(name: str, path: Path) -> Iterator[Field]:
+    """Yield what a written file holds: data by their bits, pictures by a digest of each frame."""
+    if not path.is_file():
+        return
+    if path.suffix == ".nc" and h5py.is_hdf5(path):
+        with h5py.File(path) as file:
+            parts: list[tuple[str, Any]] = [("", file)]
+            file.visititems(lambda key, part: parts.append((key, part)))
+            for key, part in parts:
+                for attribute, value in part.attrs.items():
+                    if not attribute.startswith("_") and attribute not in NETCDF_OWN:
+                        yield from fields(f"{name}/{key}.{attribute}", value)
+                if isinstance(part, h5py.Dataset):
+                    yield from fields(f"{name}/{key}", np.asarray(part[()]))
+    elif path.suffix in (".png", ".gif"):
+        with Image.open(path) as image:
+            for frame in range(getattr(image, "n_frames", 1)):
+                image.seek(frame)
+                pixels = image.convert("RGBA").tobytes()
+                told = f"{image.size} {hashlib.sha256(pixels).hexdigest()}"
+                yield f"{name}/frame {frame}", told
+    elif path.suffix in (".csv", ".txt"):
+        yield name, masked(path.read_text("utf-8")).splitlines()
+    else:
+        yield name, "written"
+
+
+NETCDF_OWN = {"DIMENSION_LIST", "REFERENCE_LIST", "CLASS", "NAME"}
+"""Attributes by which the file format links its parts; they hold addresses in the file."""
+
+
+# --- refusals --------------------------------------------------------------------------------
+
+RUN = ("run", *TWO)
+BAD_WORDS: tuple[tuple[str, ...], ...] = (
+    (),
+    ("walk",),
+    ("run",),
+    ("run", "six-slider-cycles"),
+    ("run", "."),
+    ("run", "latin.toml"),
+    ("run", "cut.toml"),
+    ("run", "empty.toml"),
+    ("run", "unknown.toml"),
+    ("run", "two-sliders-cycles", "--nonsense"),
+    *((*RUN, "--set", given) for given in (
+        "chain.n", "chain.nn=3", "chain.n=three", "chain.n=0", "chain.n=2.5", "chain.l0=-1",
+        "chain.l0=1e5001", "chain.mu_d=0.7", "chain.mu_s=nan", "chain.sigma_mu=-0.1",
+        "chain.tan_alpha=1/0", "drive.cycles=0", "drive.cycles=1e9999", "drive.amplitude=-1",
+        "drive.amplitude=1e400", "drive.kind=waves", "drive.kind=gaussian", "drive.kind=[]",
+        "run.record=[[]]", "run.burn_in=-1", "run.burn_in=41", "run.start={tensions=[nan]}",
+        "run.start={tensions=[1,2]}", "run.start={size=1,theta=1}", "run.start=wild",
+        "run.dt=0.1", "vary.chain.n={}", "vary.chain.n=[[2]]", "=3", "chain=3", "title=3",
+    )),
+    (*RUN, "--set", "chain.mu_s=0.5", "--set", "chain.sigma_mu=0"),
+    (*RUN, "--solver", "euler"),
+    (*RUN, "--dt", "0.01"),
+    (*RUN, "--digits", "30"),
+    (*RUN, "--solver", "verlet", "--dt", "0"),
+    (*RUN, "--solver", "certified", "--digits", "1e9"),
+    (*RUN, "--solver", "sliding", "--record", "events"),
+    (*RUN, "--seed", "1.5"),
+    (*RUN, "--seed", "-1"),
+    (*RUN, "--record", "velocity"),
+    (*RUN, "--max-events", "-1"),
+    (*RUN, "--max-seconds", "nan"),
+    (*RUN, "--max-bytes", "many"),
+    (*RUN, "--out", "no/such/run.nc"),
+    (*RUN, "--out", "."),
+    (*RUN, "--out", "taken"),
+    (*RUN, "--plot", "run.txt"),
+    (*RUN, "--plot", "run.png", "--record", "none"),
+    (*RUN, "--out", "a.png", "--plot", "./a.png"),
+    (*RUN, "--checkpoint", "a.ckpt", "--every", "-1"),
+    ("resume", "none.ckpt"),
+    ("resume", "taken"),
+    ("resume", "old.ckpt"),
+    ("scenes", "--show", "none"),
+    ("sweep", "chain-size", "--workers", "0"),
+    ("sweep", "chain-size", "--seeds", "0"),
+    ("sweep", "chain-size", "--out", "taken"),
+    ("threshold", "--n", "0"),
+    ("threshold", "--n", "3", "--digits", "0"),
+    ("threshold", "--n", "3", "--points", "none"),
+    ("threshold", "--n", "3", "--solver", "verlet"),
+    ("threshold", "--n", "2", "--bracket", "1e-3", "1e-4"),
+    ("threshold", "--n", "2", "--from", "1e-3", "--to", "1e-4"),
+    ("threshold", "--n", "1", "--json"),
+    ("compare", "two-sliders-cycles", "--dt", "-1"),
+    ("compare", "two-sliders-cycles", "--digits", "zero"),
+    ("compare", "two-sliders-cycles", "--events", "0"),
+    ("compare", "two-sliders-cycles", "--set", "chain.tan_alpha=0.7"),
+    ("plan", "two-sliders-cycles", "--accuracy", "0"),
+    ("plan", "two-sliders-cycles", "--set", "drive.sigma_theta=1"),
+    ("tradeoff", "two-sliders-cycles", "--budget", "-1"),
+    ("show", "taken"),
+    ("show", "none.nc"),
+    ("audit", "taken"),
+    ("animate", "two-sliders-cycles", "--frames", "1"),
+    ("animate", *TWO, "--rearrangement", "1000000000", "--out", "no.gif"),
+    ("animate", *TWO, "--out", "no.png"),
+    ("animate", *TWO, "--member", "2"),
+    ("reproduce", "nothing"),
+    ("reproduce", "chain-map", "--workers", "none"),
+)  # fmt: skip
+
+
+def rest(**changes: Any) -> State:
+    """Return the relaxed chain with some of its fields replaced."""
+    return State(**of_state(State.relaxed(CHAIN)) | changes)
+
+
+START = State.relaxed(CHAIN)
+BAD_CALLS: dict[str, Callable[[], Any]] = {
+    "Chain()": lambda: Chain(0, 1000, "0.5", "0.6", tan_alpha=0),
+    "Chain(l0=None)": lambda: Chain(3, None, "0.5", "0.6", tan_alpha=0),
+    "Chain(mu_s < mu_d)": lambda: Chain(3, 1, "0.7", "0.6", tan_alpha=0),
+    "Chain(inf)": lambda: Chain(3, math.inf, "0.5", "0.6", tan_alpha=0),
+    "Cycles(-1)": lambda: Cycles(-1, 3),
+    "Cycles(cycles=1.5)": lambda: Cycles(1, 1.5),
+    "GaussianSteps(x)": lambda: GaussianSteps("x", 3),
+    "Path([])": lambda: ThetaPath([]),
+    "Path([nan])": lambda: ThetaPath([0, math.nan]),
+    "TemperatureRecord(none)": lambda: TemperatureRecord("none.csv", 1, 20),
+    "TemperatureRecord(short)": lambda: TemperatureRecord("short.csv", 1, 20),
+    "prepared(2 tensions)": lambda: State.prepared(CHAIN, [0, 0]),
+    "prepared(text)": lambda: State.prepared(CHAIN, "0"),
+    "perturbed(-1)": lambda: State.perturbed(CHAIN, -1, start_seed=1),
+    "relaxed(seed=-1)": lambda: State.relaxed(CHAIN, -1),
+    "State(draws=0)": lambda: rest(draws=[0] * 6),
+    "State(tensions=text)": lambda: rest(tensions=["a"] * 5),
+    "State(theta=None)": lambda: rest(theta=None),
+    "creep(chain=3)": lambda: creep(3, Cycles("0.001", 1)),
+    "creep(drive=3)": lambda: creep(CHAIN, 3),
+    "creep(solver=euler)": lambda: creep(CHAIN, Cycles("0.001", 1), solver="euler"),
+    "creep(dts)": lambda: creep(CHAIN, Cycles("0.001", 1), solver="verlet", dts=1),
+    "creep(record=v)": lambda: creep(CHAIN, Cycles("0.001", 1), record=("v",)),
+    "creep(burn_in=9)": lambda: creep(CHAIN, Cycles("0.001", 1), burn_in=9),
+    "creep(start of 2)": lambda: creep(CHAIN, Cycles("0.001", 1), start=State.relaxed(PAIR)),
+    "creep(nan start)": lambda: creep(
+        CHAIN, Cycles("0.001", 1), start=rest(tensions=[math.nan] * 5)),
+    "creep(max_events=-1)": lambda: creep(CHAIN, Cycles("0.001", 1), max_events=-1),
+    "creep(max_seconds=x)": lambda: creep(CHAIN, Cycles("0.001", 1), max_seconds="x"),
+    "creep(1e306)": lambda: creep(CHAIN, Cycles("1e306", 1)),
+    "creep(escalate=3)": lambda: creep(CHAIN, Cycles("0.001", 1), escalate=3),
+    "rearrange(chain)": lambda: rearrange(3, START, direction=1),
+    "rearrange(state)": lambda: rearrange(CHAIN, 3, direction=1),
+    "rearrange(direction=2)": lambda: rearrange(CHAIN, START, direction=2),
+    "rearrange(seed)": lambda: rearrange(CHAIN, START, direction=1, seed=-1),
+    "rearrange(max_events=0)": lambda: rearrange(CHAIN, START, direction=1, max_events=0),
+    "rearrange(sliding)": lambda: rearrange(CHAIN, START, direction=1, solver="sliding"),
+    "rearrange(no slips)": lambda: rearrange(
+        Chain(2, 1, 1, 1, tan_alpha=0), State.relaxed(PAIR), direction=1),
+    "rearrange(digits)": lambda: rearrange(CHAIN, START, direction=1, digits=3),
+    "rearrange(nan)": lambda: rearrange(CHAIN, rest(theta=math.nan), direction=1),
+    "iterate(direction=x)": lambda: iterate(CHAIN, START, direction="x"),
+    "iterate(solver=3)": lambda: iterate(CHAIN, START, direction=1, solver=3),
+    "resume(none)": lambda: resume("none.ckpt"),
+    "Creep.load(taken)": lambda: Creep.load("taken"),
+    "load_scene(3)": lambda: load_scene(3),
+    "load_scene(cut)": lambda: load_scene("cut.toml"),
+    "sweep(3)": lambda: sweep(3),
+    "threshold(chain)": lambda: threshold(3),
+    "threshold(cycles=0)": lambda: threshold(PAIR, cycles=0),
+    "threshold(bracket)": lambda: threshold(PAIR, bracket=(1,)),
+    "threshold(low)": lambda: threshold(PAIR, low="x"),
+    "compare(3)": lambda: compare(3),
+    "plan(3)": lambda: plan(3, Cycles("0.001", 1)),
+    "plan(accuracy)": lambda: plan(CHAIN, Cycles("0.001", 1), accuracy=-1),
+    "audit(3)": lambda: audit(3),
+    "audit(no events)": lambda: audit(creep(CHAIN, Cycles("0.001", 1))),
+    "physical(length=-1)": lambda: physical(length=-1),
+    "static_coefficient(slider=0)": lambda: disorder.static_coefficient(CHAIN, 0, 0, 0),
+    "disorder.dilation(0)": lambda: disorder.dilation(GaussianSteps(1, 2), 0, 0),
+}  # fmt: skip
+FILES = {
+    "latin.toml": b'title = "G\xe9minard"',
+    "cut.toml": b"[chain\nn = 2\n",
+    "empty.toml": b"",
+    "unknown.toml": b"[chain]\nn = 2\ncolour = 3\n",
+    "taken": b"precious",
+    "old.ckpt": b"exactcreep checkpoint 1\n",
+    "short.csv": b"time,temperature\n0,20\n",
+}
+
+
+def refused(quick: bool) -> Iterator[Field]:
+    """Yield the exit status and the sentence of bad command lines and of bad calls."""
+    for name, content in FILES.items():
+        Path(name).write_bytes(content)
+    for words in BAD_WORDS:
+        yield from of_command(words, "refused")
+    for name, call in BAD_CALLS.items():
+        try:
+            found = f"accepted: {type(call()).__name__}"
+        except InputError as error:
+            found = f"InputError of {error.field}: {error}"
+        except Exception as error:
+            found = f"{type(error).__name__}: {error}"
+        yield f"refused/{name}", found
+    yield "refused/files", sorted(str(path) for path in Path().iterdir())
+
+
+def formulas(quick: bool) -> Iterator[Field]:
+    """Yield every law of the paper at a few points, and what is drawn at random."""
+    given = {"n": 6, "l0": 1000, "mu_d": 0.5, "mu_s": 0.6, "sigma_mu": 0, "amplitude": 0.01,
+             "sigma_theta": 0.01, "kappa": 2e-5}  # fmt: skip
+    forms = ("printed", "corrected", "exact")
+    for (label, law), form, slope in itertools.product(laws.LAWS.items(), forms, (0.05, 0.25, 0.4)):
+        found = getattr(law, form)
+        if found is not None:
+            name = f"formulas/{label}/{form}/{slope}"
+            yield from attempt(name, partial(found, tan_alpha=slope, **given))
+            yield from attempt(f"{name}/exactly", partial(
+                found, tan_alpha=Fraction(str(slope)), i=2,
+                **{name: Fraction(str(value)) for name, value in given.items()},
+            ))  # fmt: skip
+    for n, slope in itertools.product((2, 3, 6, 30), ("0", "0.05", "0.25", "0.49")):
+        pivots = partial(laws.pivots, n, Fraction(slope), Fraction(1, 2))
+        yield from attempt(f"formulas/pivots/{n}/{slope}", pivots)
+    for k in range(4):
+        yield from attempt(f"formulas/drawn/{k}", lambda k=k: [
+            disorder.static_coefficient(CHAIN, 7, 3, k),
+            disorder.dilation(GaussianSteps("0.01", 9), 7, k + 1),
+        ])  # fmt: skip
+    lead = {"length": 10, "youngs_modulus": 1.6e10, "density": 11340, "section": 0.01,
+            "kappa": 2.9e-5, "contacts": 5, "mu_d": 0.5, "mu_s": 0.6, "tan_alpha": 0.3}  # fmt: skip
+    yield from attempt("formulas/physical", lambda: {
+        name: value for name, value in vars(physical(**lead)).items() if not callable(value)
+    })  # fmt: skip
+
+
+GROUPS: dict[str, Callable[[bool], Iterator[Field]]] = {
+    "public": public,
+    "refused": refused,
+    "formulas": formulas,
+    "scenes": scenes,
+    "hard": hard,
+    "whole": whole,
+    "resumed": resumed,
+    "commands": commands,
+}
+"""The groups of fields by name, in the order in which they are recorded."""
+
+
+def record(groups: Sequence[str], *, quick: bool) -> dict[str, Any]:
+    """Return all fields of these groups; files are written to the present directory."""
+    found: dict[str, Any] = {}
+    for group in groups:
+        begin = time.perf_counter()
+        for name, value in GROUPS[group](quick):
+            assert name not in found, f"two fields are called {name}"
+            found[name] = value
+        sys.stderr.write(f"  {group}: {time.perf_counter() - begin:.0f} s\n")
+    return found
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("out", type=Path)
+    parser.add_argument("--quick", action="store_true")
+    parser.add_argument("--only", action="append", choices=GROUPS)
+    asked = parser.parse_args()
+    warnings.simplefilter("ignore")
+    asked.out.write_text(json.dumps(record(asked.only or list(GROUPS), quick=asked.quick)), "utf-8")
