@@ -125,7 +125,7 @@ def recorded(builds: Mapping[str, Path], options: Sequence[str], *, cached: bool
             for name, build in builds.items():
                 here = Path(folder, name, "here")
                 here.mkdir(parents=True)
-                own = {"PYTHONPATH": str(build), "COLUMNS": "100", "MPLBACKEND": "Agg",
+                own = {"PYTHONPATH": str(build), "COLUMNS": "240", "MPLBACKEND": "Agg",
                        "PYTHONHASHSEED": "0", "NO_COLOR": "1", "TERM": "dumb"}  # fmt: skip
                 if not cached:
                     own["NUMBA_CACHE_DIR"] = str(Path(folder, name, "compiled"))

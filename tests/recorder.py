@@ -335,7 +335,8 @@ def masked(text: str) -> str:
     for pattern, mask, _ in MASKED:
         text = pattern.sub(mask, text)
     text = text.replace(str(Path.cwd()), "<here>")
-    return "".join(line.rstrip() + "\n" for line in text.splitlines())
+    # a measured time makes the column of a table wider or narrower
+    return "".join(" ".join(line.split()) + "\n" for line in text.splitlines())
 
 
 TWO = ("two-sliders-cycles", "--set", "drive.cycles=20")
