@@ -26,6 +26,8 @@ from exactcreep.studies.figures import STYLE
 from exactcreep.studies.sweeps import sweep
 from exactcreep.studies.tables import CONTROL, cells, deviation, with_control
 
+pytestmark = pytest.mark.xdist_group("figures")  # they share the data of `tiny`
+
 TINY_STARTS = ["relaxed", {"size": "1e-6", "seed": 1}]
 TINY = {
     "two-sliders-trace": {"drive.steps": 60},
