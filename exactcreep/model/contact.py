@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from fractions import Fraction
 from typing import Any
 
 
@@ -58,11 +57,6 @@ class Event:
 
 Itinerary = tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...]
 """The sequence of event signatures of a rearrangement: (kind, sliders, signs)."""
-
-
-def acting_coefficient(mu_s: Fraction, mu_d: Fraction) -> Fraction:
-    """Return the static coefficient that acts: a drawn one below `mu_d` acts as `mu_d`."""
-    return max(mu_s, mu_d)
 
 
 def start_direction(force: Any, threshold: Any, sign: Callable[[Any], int]) -> int:

@@ -177,3 +177,15 @@ def nearest_float(value: Fraction) -> float:
         return value.numerator / value.denominator
     except OverflowError:
         return math.inf if value > 0 else -math.inf
+
+
+def same(a: Any, b: Any) -> bool:
+    """Return whether two numbers are the same: equal, both nan, or one and the same ball.
+
+    Two balls are the same if their midpoints and radii are; that they overlap is not enough.
+    """
+    if a is b:
+        return True
+    if hasattr(a, "rad") and hasattr(b, "rad"):
+        return bool(a.mid() == b.mid()) and bool(a.rad() == b.rad())
+    return bool(a == b) or bool(a != a and b != b)

@@ -23,6 +23,7 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import nearest_float
 
 BITS_PER_DIGIT = math.log2(10)
@@ -93,6 +94,11 @@ class Arithmetic(ABC):
     @abstractmethod
     def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
         """Return ``sin(pi * numerators / denominator)``, each as accurate as a single operation."""
+
+    def times_cosine(self, chain: Chain, value: Fraction) -> Any:
+        """Return ``value cos(alpha)``: weights and friction forces, unit ``m g``."""
+        tangent = chain.tan_alpha
+        return self.number(value) * (1 / self.sqrt(self.number(1 + tangent * tangent)))
 
     def sign(self, x: Any, slack: Any = 0) -> int:
         """Return the sign of `x`, known up to an error of at most `slack`.
@@ -179,6 +185,10 @@ class Float64(Arithmetic):
     def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[np.float64]:
         """Return matrix times vector."""
         return np.asarray(matrix @ vector)
+
+    def times_cosine(self, chain: Chain, value: Fraction) -> float:
+        """Return the float64 nearest to ``value cos(alpha)``."""
+        return chain.times_cosine(value)
 
     def sqrt(self, x: Any) -> float:
         """Return the square root."""

@@ -27,16 +27,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.modes import forces_of
@@ -189,10 +188,12 @@ def _after(
     stiffness[0] -= first == 0
     stiffness[-1] -= last == chain.n - 1
     start = np.zeros((last - first + 1, PROBES)) if errors is None else errors[window]
+    contacts = Contacts(chain, seed)
+    coefficients = initial.coefficients[window].astype(np.float64)
     moved, doubt, slider = _carried(
-        _rows(chain, initial, events, seed, first),
+        _rows(contacts, initial, events, first),
         forces_of(FLOAT64, initial.tensions.astype(np.float64), chain.sin_alpha)[window],
-        np.array([_threshold(chain, value) for value in initial.coefficients[window].tolist()]),
+        chain.friction + contacts.excesses(coefficients),
         stiffness, chain.friction, abs(chain.sin_alpha), start, rounding,
     )  # fmt: skip
     told = _DOUBTS[doubt].format(slider + first + 1) if doubt != _NONE else ""
@@ -203,16 +204,8 @@ def _after(
     return after, told
 
 
-def _threshold(chain: Chain, coefficient: Any) -> float:
-    """Return the force at which a slider with this static coefficient starts."""
-    if chain.sigma_mu == 0:
-        return chain.friction + chain.excess
-    above = max(Fraction(float(coefficient)) - chain.mu_d, Fraction(0))
-    return chain.friction + float(above) * chain.cos_alpha
-
-
 def _rows(
-    chain: Chain, initial: State, events: Sequence[Event], seed: int, first: int
+    contacts: Contacts, initial: State, events: Sequence[Event], first: int
 ) -> NDArray[np.float64]:
     """Return (time, stops, slider, sign, threshold after a stop, event), a row for each slider."""
     rows = np.array(
@@ -227,8 +220,8 @@ def _rows(
     for slider in np.unique(rows[stops, 2]):
         own = np.flatnonzero(stops & (rows[:, 2] == slider))
         n = first + int(slider) + 1
-        drawn = disorder.static_coefficients(chain, seed, n, int(initial.draws[n - 1]), own.size)
-        rows[own, 4] = [_threshold(chain, value) for value in drawn.tolist()]
+        drawn = contacts.coefficients(n, int(initial.draws[n - 1]), own.size)
+        rows[own, 4] = contacts.chain.friction + contacts.excesses(drawn)
     return rows
 
 

@@ -8,16 +8,20 @@ solver is the search: nothing here proves that no other event comes first.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
-from exactcreep.model import disorder
+from numpy.typing import NDArray
+
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic
-from exactcreep.motion.modes import Flow, Run, forces_of, incline, tensions_at
+from exactcreep.motion.modes import Flow, Run, tensions_at
+from exactcreep.motion.replay import Replay
 
 
 class StrayRoot(ArithmeticError):
@@ -39,14 +43,10 @@ class Course:
 
     Attributes
     ----------
-    forces : ndarray, shape (n,)
-        Non-frictional forces at the present theta.
+    state : State
+        At rest, at the present theta; in the numbers of `arithmetic`.
     load : number
         ``l0 theta``.
-    travel : ndarray, shape (n,)
-        Displacements since the start.
-    thresholds : ndarray, shape (n,)
-        ``mu_s cos(alpha)`` as it acts.
     """
 
     def __init__(
@@ -60,40 +60,49 @@ class Course:
     ) -> None:
         self.chain = chain
         self.arithmetic = arithmetic
-        self.seed = seed
+        self.contacts = Contacts(chain, seed)
         self.refine = refine
-        self.cosine, weight = incline(arithmetic, chain)
-        self.forces = forces_of(arithmetic, tensions_at(arithmetic, start), weight)
-        self.friction = arithmetic.number(chain.mu_d) * self.cosine
+        self.weight = arithmetic.times_cosine(chain, chain.tan_alpha)
+        self.state = start
         self.load = arithmetic.number(chain.l0) * arithmetic.number(start.theta)
-        self.travel = arithmetic.zeros(chain.n)
         self.begins = True  # nothing has happened yet: it may be unstable as it stands
-        self.draws = [int(k) for k in start.draws]
-        self.thresholds = arithmetic.zeros(chain.n)
-        for n, coefficient in enumerate(start.coefficients.tolist()):
-            acting = max(Fraction(coefficient), chain.mu_d) if chain.sigma_mu else chain.mu_s
-            self.thresholds[n] = arithmetic.number(acting) * self.cosine
+        self.replay = self._replay(())
+
+    @property
+    def travel(self) -> NDArray[Any]:
+        """Displacements since the start, shape (n,)."""
+        return self.state.displacements
+
+    def _replay(self, events: Iterable[Event]) -> Replay:
+        return Replay(self.chain, self.state, events, self.arithmetic, self.contacts)
 
     def unstable(self) -> bool:
         """Return whether a slider exceeds its threshold, by more than rounding, at the start."""
         rounding = 1 + self.arithmetic.number(self.arithmetic.roundoff) * 2**16
-        return self.begins and bool(any(abs(self.forces) > self.thresholds * rounding))
+        return self.begins and any(
+            bool(abs(force) > self.threshold(n) * rounding)
+            for n, force in enumerate(self.replay.flow.forces.tolist())
+        )
 
     def load_of(self, theta: Fraction) -> Any:
         """Return ``l0 theta``."""
         return self.arithmetic.number(self.chain.l0 * theta)
 
+    def threshold(self, slider: int) -> Any:
+        """Return the force that holds a slider (from 0) at rest at present."""
+        return self.replay.threshold(slider)
+
     def ramp(self, load: Any) -> None:
         """Take theta to ``load / l0``."""
-        change = load - self.load
-        if self.chain.n > 1:
-            self.forces[0] = self.forces[0] - change
-            self.forces[-1] = self.forces[-1] + change
+        tensions = tensions_at(self.arithmetic, self.state) - (load - self.load)
+        theta = load / self.arithmetic.number(self.chain.l0)
+        self.state = replace(self.state, tensions=tensions, theta=theta)
         self.load = load
+        self.replay = self._replay(())
 
     def starting_load(self, slider: int, sign: int) -> Any:
         """Return ``l0 theta_c`` at which the end slider `slider` (from 0) starts with `sign`."""
-        room = sign * self.thresholds[slider] - self.forces[slider]
+        room = sign * self.threshold(slider) - self.replay.flow.forces[slider]
         return self.load - room if slider == 0 else self.load + room
 
     def enter(self, events: Sequence[Event]) -> Flow:
@@ -105,41 +114,19 @@ class Course:
         if not self.unstable():
             self.ramp(self.starting_load(first.sliders[0] - 1, first.signs[0]))
         self.begins = False
-        flow = Flow(self.arithmetic, self.forces, self.friction)
-        before: Event | None = None
-        for event in events:
-            # at the same instant: a reversal, or a slider that already stood at its threshold
-            if before is not None and event.time != before.time:
-                self.advance(flow, event, event.time - before.time)
-            sliders = [n - 1 for n in event.sliders]
-            if event.kind is EventKind.START:
-                flow.start(sliders, event.signs)
-            else:
-                flow.stop(sliders)
-                self._draw(sliders)
-            before = event
-        return flow
-
-    def _draw(self, sliders: Sequence[int]) -> None:
-        if self.chain.sigma_mu == 0:
-            return
-        for n in sliders:
-            value = disorder.static_coefficient(self.chain, self.seed, n + 1, self.draws[n])
-            self.draws[n] += 1
-            acting = max(Fraction(value), self.chain.mu_d)
-            self.thresholds[n] = self.arithmetic.number(acting) * self.cosine
+        self.replay = self._replay(events)
+        for phase in self.replay:
+            if phase.lasts and self.refine:
+                phase.span = self.time(
+                    self.replay.flow, phase.runs, phase.events[0], float(phase.span)
+                )
+        return self.replay.flow
 
     def rearrange(self, events: Sequence[Event]) -> None:
         """Go through a whole rearrangement."""
-        flow = self.enter(events)
-        self.forces = flow.forces
-        self.travel = self.travel + flow.moved
-
-    def advance(self, flow: Flow, event: Event, guess: float) -> None:
-        """Let the flow go on until `event`, expected after the time `guess`."""
-        runs = flow.runs()
-        time = self.time(flow, runs, event, guess) if self.refine else guess
-        flow.advance(runs, self.arithmetic.number(time))
+        self.enter(events)
+        self.state = self.replay.state()
+        self.replay = self._replay(())
 
     def time(self, flow: Flow, runs: Sequence[Run], event: Event, guess: float) -> Any:
         """Return the time from now on at which the condition of `event` holds."""
@@ -159,7 +146,7 @@ class Course:
         self, flow: Flow, runs: Sequence[Run], slider: int, sign: int, t: Any
     ) -> tuple[Any, Any, Any]:
         """Return ``mu_s c - sign F`` of a resting slider (from 0) at `t`, and two derivatives."""
-        value, slope, bend = self.thresholds[slider] - sign * flow.forces[slider], 0, 0
+        value, slope, bend = self.threshold(slider) - sign * flow.forces[slider], 0, 0
         for n in (slider - 1, slider + 1):
             if any(n in run.sliders for run in runs):
                 shift, velocity, acceleration = slider_motion(runs, n, t)

@@ -21,12 +21,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
-from exactcreep.motion.solution import Motion, Solution
+from exactcreep.motion.solution import Motion
 
 
 class Ends(NamedTuple):
@@ -446,26 +444,6 @@ class Flow:
         return ModalPiece(t_min, t_max, initial, moved, runs)
 
 
-class Replay(NamedTuple):
-    """A rearrangement rebuilt from its events.
-
-    Attributes
-    ----------
-    solution : Solution
-    residuals : tuple
-        For each event how far its condition is from holding, as in `Event`.
-    displacements, velocities, tensions : ndarray
-        At the last event: displacement since the start of the rearrangement, shape (n,),
-        velocities just before the last event's stops, shape (n,), and tensions, shape (n - 1,).
-    """
-
-    solution: Solution
-    residuals: tuple[Any, ...]
-    displacements: NDArray[Any]
-    velocities: NDArray[Any]
-    tensions: NDArray[Any]
-
-
 def tensions_at(arithmetic: Arithmetic, state: State) -> NDArray[Any]:
     """Return the tensions of a state as numbers of this arithmetic."""
     return arithmetic.vector(state.tensions.tolist())
@@ -481,103 +459,5 @@ def forces_of(arithmetic: Arithmetic, tensions: NDArray[Any], weight: Any) -> ND
 
 def incline(arithmetic: Arithmetic, chain: Chain) -> tuple[Any, Any]:
     """Return cos(alpha) and sin(alpha)."""
-    tangent = chain.tan_alpha
-    square = arithmetic.number(1 + tangent * tangent)
-    if arithmetic is FLOAT64:
-        return chain.cos_alpha, chain.sin_alpha
-    cosine = 1 / arithmetic.sqrt(square)
-    return cosine, arithmetic.number(tangent) * cosine
-
-
-def solution_from_events(
-    chain: Chain,
-    initial: State,
-    events: Iterable[Event | tuple[Any, EventKind | str, Sequence[int], Sequence[int]]],
-    arithmetic: Arithmetic = FLOAT64,
-    *,
-    seed: int = 0,
-) -> Replay:
-    """Return the motion that a list of events describes, with the residual of every event.
-
-    Parameters
-    ----------
-    chain : Chain
-    initial : State
-        At rest, at theta_c.
-    events : iterable of Event or (time, kind, sliders, signs)
-        In order; a residual that an `Event` brings along is not used.
-    arithmetic : Arithmetic
-    seed : int
-        Keys the coefficients that were drawn at stops (for the residuals of later starts).
-
-    Guarantee
-    ---------
-    Between events the motion is the closed form for the given event times, in float64 to a few
-    ulp of the largest displacement; the residuals measure what the event times leave.
-    """
-    with arithmetic.active():
-        return _replayed(chain, initial, events, arithmetic, seed)
-
-
-def _replayed(
-    chain: Chain, initial: State, events: Iterable[Any], arithmetic: Arithmetic, seed: int
-) -> Replay:
-    cosine, weight = incline(arithmetic, chain)
-    friction = chain.friction if arithmetic is FLOAT64 else arithmetic.number(chain.mu_d) * cosine
-    tensions = tensions_at(arithmetic, initial)
-    flow = Flow(arithmetic, forces_of(arithmetic, tensions, weight), friction)
-    start = Motion(
-        arithmetic.vector(initial.displacements.tolist()),
-        arithmetic.zeros(chain.n),
-        flow.forces.copy(),
-    )
-    drawn: dict[int, int] = {}  # slider -> number of its last draw
-    pieces: list[ModalPiece] = []
-    residuals: list[Any] = []
-    stopped_now: set[int] = set()
-    ending = flow.velocities.copy()
-    now: Any = None
-    for item in events:
-        time, kind, sliders, signs = (
-            (item.time, item.kind, item.sliders, item.signs) if isinstance(item, Event) else item
-        )
-        numbers = [int(n) - 1 for n in sliders]
-        if now is None:
-            now = time
-        elif time != now:
-            runs = flow.runs()
-            pieces.append(flow.piece(now, time, start, runs))
-            flow.advance(runs, time - now)
-            now = time
-            stopped_now = set()
-        ending = flow.velocities.copy()
-        if EventKind(kind) is EventKind.STOP:
-            residuals.append(max(abs(flow.velocities[n]) for n in numbers))
-            flow.stop(numbers)
-            for n in numbers:
-                drawn[n] = drawn.get(n, int(initial.draws[n]) - 1) + 1
-            stopped_now.update(numbers)
-            continue
-        distances = []
-        for n in numbers:
-            coefficient = _coefficient(chain, initial, seed, n, drawn.get(n))
-            short = arithmetic.number(coefficient) * cosine - abs(flow.forces[n])
-            # a reversal, or an unstable start, exceeds its threshold: the condition holds
-            exceeds = n in stopped_now or not pieces
-            distances.append(max(short, arithmetic.number(0)) if exceeds else abs(short))
-        residuals.append(max(distances))
-        flow.start(numbers, [int(sign) for sign in signs])
-    tensions = tensions + np.diff(flow.moved)
-    solution = Solution(pieces, start)
-    return Replay(solution, tuple(residuals), flow.moved, ending, tensions)
-
-
-def _coefficient(chain: Chain, initial: State, seed: int, n: int, draw: int | None) -> Any:
-    """Return the static coefficient that acts at slider n (from 0): never below mu_d."""
-    if chain.sigma_mu == 0:
-        return chain.mu_s
-    if draw is None:
-        value = initial.coefficients[n]
-    else:
-        value = disorder.static_coefficient(chain, seed, n + 1, draw)
-    return max(Fraction(float(value)), chain.mu_d)
+    cosine, sine = Fraction(1), chain.tan_alpha
+    return arithmetic.times_cosine(chain, cosine), arithmetic.times_cosine(chain, sine)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
@@ -21,7 +22,7 @@ from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.condition import condition
 from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
-from exactcreep.motion.modes import solution_from_events
+from exactcreep.motion.replay import Replay
 from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.draws import KEPT
@@ -150,10 +151,7 @@ def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
             low[end] += error[0] + way * theta[1]
 
     coefficient, coefficient_low = _halves(state.coefficients)
-    above = ((coefficient - mu_d[0]) - mu_d[1]) + coefficient_low
-    excess = np.maximum(above, 0.0) * cosine
-    if chain.sigma_mu == 0:
-        excess[coefficient == nearest_float(chain.mu_s)] = chain.excess
+    excess = Contacts(chain, seed).excesses(coefficient, coefficient_low)
 
     work = Work(
         cell=_table(layout.CELLS, m),
@@ -324,9 +322,7 @@ class ExactSimulation(Simulation):
         chain, signs = self.chain, self._cell(layout.SIDE)
         velocities = self._cell(layout.SPEED) * signs
         tensions = self._tensions()
-        largest = chain.mu_s
-        if chain.sigma_mu != 0:
-            largest = max(Fraction(float(self._cell(layout.COEFFICIENT).max())), chain.mu_d)
+        largest = Contacts(chain).acting(self._cell(layout.COEFFICIENT).max())
         # every event adds a few roundings of the largest force
         size = chain.friction + float(abs(tensions).max(initial=0.0) + abs(velocities).max())
         slack = 16 * 2.0**-53 * int(self.work.whole[layout.NUMBER]) * size
@@ -505,11 +501,7 @@ class Exact(Solver):
             draws=state.draws,
             theta=simulation._theta() if events else state.theta,
         )
-        replay = solution_from_events(chain, initial, events, seed=seed)
-        events = tuple(
-            Event(e.time, e.kind, e.sliders, e.signs, residual)
-            for e, residual in zip(events, replay.residuals, strict=True)
-        )
+        replay = Replay(chain, initial, events, contacts=Contacts(chain, seed))
         found = condition(chain, initial, events, seed=seed)
         tally = simulation.tally
         outcome, told = Outcome.AT_REST, ""
@@ -532,7 +524,7 @@ class Exact(Solver):
             evidence=evidence,
             state=simulation.state(),
             velocities=simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE),
-            sol=replay.solution,
+            sol=replay.solution(),
             undecided=tally.undecided,
             draws_below_mu_d=tally.draws_below_mu_d,
             solver=self.name,

@@ -17,13 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS
-from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind, acting_coefficient, start_direction
+from exactcreep.model.contact import Event, EventKind, start_direction
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import (
-    FLOAT64,
     Arithmetic,
     Undecided,
     balls_of,
@@ -122,10 +121,9 @@ class Mechanics:
         self.tally = Tally()
         self.evaluations = 0
         self.slips = np.zeros(chain.n, dtype=np.int64)
+        self.contacts = Contacts(chain, seed)
         self.cosine, self.weight = incline(arithmetic, chain)
-        self.friction = (
-            chain.friction if arithmetic is FLOAT64 else arithmetic.number(chain.mu_d) * self.cosine
-        )
+        self.friction = arithmetic.times_cosine(chain, chain.mu_d)
         self.l0 = arithmetic.number(chain.l0)
         self.field = CosineField(chain.tan_alpha)
         self.tensions = tensions_at(arithmetic, state)
@@ -134,7 +132,7 @@ class Mechanics:
         self.draws = state.draws.astype(np.int64)
         self.theta = arithmetic.number(state.theta)
         self.forces = forces_of(arithmetic, self.tensions, self.weight)
-        self.thresholds = arithmetic.vector([self.threshold(n) for n in range(chain.n)])
+        self.thresholds = self.contacts.thresholds(self.coefficients, arithmetic)
         largest = max(abs(self.forces)) + max(self.thresholds)
         self.force_slack = 4 * arithmetic.roundoff * largest
         self.theta_slack: Any = 0  # of l0 theta
@@ -161,15 +159,11 @@ class Mechanics:
 
     def acting(self, n: int) -> Fraction:
         """Return the static coefficient that acts at slider `n` (from 0), exactly."""
-        if self.chain.sigma_mu == 0:
-            return self.chain.mu_s
-        return acting_coefficient(Fraction(float(self.coefficients[n])), self.chain.mu_d)
+        return self.contacts.acting(self.coefficients[n])
 
     def threshold(self, n: int) -> Any:
         """Return ``mu_s cos(alpha)`` as it acts at slider `n` (from 0)."""
-        if self.arithmetic is FLOAT64 and self.chain.sigma_mu == 0:
-            return self.chain.times_cosine(self.chain.mu_s)
-        return self.arithmetic.number(self.acting(n)) * self.cosine
+        return self.contacts.holds(self.coefficients[n], self.arithmetic)
 
     def _exactly(self, state: State) -> Exact | None:
         try:
@@ -639,11 +633,9 @@ class Mechanics:
         """Draw the next static coefficient of slider `n` (from 0)."""
         k = int(self.draws[n])
         self.draws[n] += 1
-        if self.chain.sigma_mu == 0:
-            return
-        drawn = disorder.static_coefficient(self.chain, self.seed, n + 1, k)
-        self.coefficients[n] = drawn
-        self.tally.draws_below_mu_d += Fraction(drawn) < self.chain.mu_d
+        drawn = self.contacts.coefficient(n + 1, k)
+        self.coefficients[n] = float(drawn)
+        self.tally.draws_below_mu_d += self.contacts.is_low(drawn)
         self.thresholds[n] = self.threshold(n)
 
     def _start(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
@@ -759,7 +751,7 @@ class Mechanics:
         self.tally = Tally(**snapshot["tally"])
         exact = snapshot["exact"]
         self.exact = exact and Exact(list(exact.forces), list(exact.displacements), exact.theta)
-        self.thresholds = self.arithmetic.vector([self.threshold(n) for n in range(self.chain.n)])
+        self.thresholds = self.contacts.thresholds(self.coefficients, self.arithmetic)
         self.flow = None
         if snapshot["flow"] is not None:
             flow = Flow(self.arithmetic, self.forces, self.friction)

@@ -20,10 +20,12 @@ from numpy.typing import NDArray
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.endless import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.solver import (
@@ -108,12 +110,10 @@ def _work(chain: Chain, state: State, laws: Laws, keep_events: bool) -> Work:
     inner["displacement"] = state.displacements.astype(np.float64)
     inner["coefficient"] = state.coefficients.astype(np.float64)
     inner["draws"] = state.draws
-    if laws.random:
-        coefficients = inner["coefficient"]
-        below = coefficients < laws.mu_d
-        inner["threshold"] = np.where(below, laws.friction, coefficients * laws.cosine)
-    else:
-        inner["threshold"] = chain.times_cosine(chain.mu_s)
+    coefficients = inner["coefficient"]
+    held = Contacts(chain).thresholds(coefficients, FLOAT64)
+    # the compiled steps give a contact that acts as mu_d the friction force, rounded once
+    inner["threshold"] = np.where(coefficients < laws.mu_d, laws.friction, held)
     now = np.zeros(1, dtype=NOW)
     now["theta"] = float(state.theta)
     lanes = np.zeros((OLD_B + 1, n + 2))

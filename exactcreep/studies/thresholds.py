@@ -940,7 +940,7 @@ class _Rerun:
             if n not in others or partner is None or partner.event.kind is not EventKind.START
         )
         if last.kind is EventKind.STOP and slider + 1 in last.sliders:  # a reversal
-            return course.thresholds[slider] - sign * flow.forces[slider]
+            return course.threshold(slider) - sign * flow.forces[slider]
         return course.least_margin(flow, slider, sign, event.event.time - last.time)
 
     def tie(self, log: list[LoggedRearrangement], one: LoggedEvent, other: LoggedEvent) -> Any:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from fractions import Fraction
 
 import numpy as np
 import pytest
 import scipy.linalg
 
-from exactcreep import Chain, EventKind, State
 from exactcreep.motion.arithmetic import FLOAT64, balls_of, digits_of
 from exactcreep.motion.modes import (
     Ends,
     RunMotion,
     compliance,
     modes,
-    solution_from_events,
     stiffness,
 )
 
@@ -119,33 +116,6 @@ def test_a_run_with_two_free_ends_is_uniformly_accelerated_as_a_whole():
         displacement, velocity = motion.moved(t)
         assert displacement.mean() == pytest.approx(3.5 / 3 * t + 0.25 / 2 * t * t, rel=1e-14)
         assert velocity.mean() == pytest.approx(3.5 / 3 + 0.25 * t, rel=1e-14)
-
-
-def test_a_lone_slip_is_rebuilt_from_its_two_events():
-    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="1/4")
-    threshold = chain.times_cosine(chain.mu_s)
-    state = State.prepared(chain, [chain.sin_alpha - threshold])
-    replay = solution_from_events(
-        chain,
-        state,
-        [(0.0, EventKind.START, (2,), (1,)), (math.pi, EventKind.STOP, (2,), (1,))],
-    )
-    middle = replay.solution(math.pi / 2)
-    assert replay.displacements.tolist() == [0.0, pytest.approx(2 * chain.excess, rel=1e-15)]
-    assert middle.velocities[1] == pytest.approx(chain.excess, rel=1e-15)
-    assert middle.forces[1] == pytest.approx(chain.friction, rel=1e-15)
-    assert middle.forces[0] - state.forces(chain)[0] == pytest.approx(chain.excess, rel=1e-15)
-    assert max(replay.residuals) <= 1e-16
-
-
-def test_a_wrong_event_time_shows_in_its_residual():
-    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="1/4")
-    state = State.prepared(chain, [chain.sin_alpha - chain.times_cosine(chain.mu_s)])
-    late = math.pi + 1e-9
-    replay = solution_from_events(
-        chain, state, [(0.0, "start", (2,), (1,)), (late, "stop", (2,), (1,))]
-    )
-    assert replay.residuals[1] == pytest.approx(chain.excess * 1e-9, rel=1e-6)
 
 
 def test_balls_are_written_and_read_back_bit_for_bit():

@@ -28,7 +28,7 @@ from exactcreep import (
     rearrange,
 )
 from exactcreep.limits import Limits, Stop
-from exactcreep.motion.modes import solution_from_events
+from exactcreep.motion.replay import Replay
 from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.exact import ExactSimulation
 from tests.paper import paper_chain
@@ -157,8 +157,7 @@ def test_all_crossings_of_grazing_avalanches_are_found_with_bounded_work():
         assert simulation.report()["root_evaluations"] <= 4 * 200
         lowered = chain.times_cosine(chain.mu_s - chain.tan_alpha)
         initial = State.prepared(chain, [-lowered], theta=lowered)
-        replay = solution_from_events(chain, initial, events)
-        assert max(replay.residuals) < 1e-13
+        assert max(Replay(chain, initial, events).residuals()) < 1e-13
 
 
 def test_below_mu_d_the_second_slider_stays():

@@ -1,0 +1,290 @@
+"""A rearrangement from its events: the motion that they describe, phase by phase.
+
+Between two instants at which something happens the runs move in closed form. What has to be known
+of that motion (positions at any time, how far each event's condition is from holding, energies,
+whether the law of friction is kept) is asked of its phases as they pass::
+
+    replay = Replay(chain, initial, events)
+    for phase in replay:
+        ...  # replay.flow is the chain at the beginning of the phase: phase.runs move for phase.span
+        phase.arrive()
+        ...  # replay.flow is the chain at its end, phase.time, before anything happens
+        for event in phase.events:
+            ...  # just before the event
+            phase.happen(event)
+            ...  # and just after it
+    end = replay.state()
+
+What is left out of this is done when the next phase is asked for: ``for phase in replay: pass``
+goes to the end.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Contacts
+from exactcreep.model.numbers import same
+from exactcreep.model.state import State
+from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
+from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of, tensions_at
+from exactcreep.motion.solution import Motion, Solution
+
+
+class Energies(NamedTuple):
+    """Where energy went since the start of a rearrangement, unit ``m g**2 tau_dyn**2``.
+
+    Attributes
+    ----------
+    elastic, kinetic : number
+        Gain of elastic energy, and kinetic energy at present.
+    gravity, friction : number
+        Work of gravity on the sliders, and energy that friction took.
+    lost : number
+        Kinetic energy that stops took away: zero but for the error of their times.
+    """
+
+    elastic: Any
+    kinetic: Any
+    gravity: Any
+    friction: Any
+    lost: Any
+
+    @property
+    def left(self) -> Any:
+        """What the other terms leave over: zero but for rounding."""
+        return self.gravity - self.friction - self.elastic - self.kinetic - self.lost
+
+
+class Replay:
+    """The motion that a list of events describes.
+
+    Parameters
+    ----------
+    chain : Chain
+    initial : State
+        At rest, at theta_c.
+    events : iterable of Event
+        In order; their residuals are not used. They may be made while the replay goes on.
+    arithmetic : Arithmetic
+        Iteration and all methods are to be used inside its `active`.
+    contacts : Contacts, optional
+        The coefficients that are drawn at stops; default those of seed 0.
+
+    Attributes
+    ----------
+    flow : Flow
+        The chain at present: forces, velocities, directions, displacements since the start.
+    now : number
+        The present time since the start, unit tau_dyn.
+    start : Motion
+        At the beginning.
+    draws : dict of int to int
+        How many coefficients each slider (from 0) that has stopped has had.
+
+    Guarantee
+    ---------
+    Between events the motion is the closed form for the given event times, in float64 to a few
+    ulp of the largest displacement since; in balls an enclosure.
+    """
+
+    def __init__(
+        self,
+        chain: Chain,
+        initial: State,
+        events: Iterable[Event],
+        arithmetic: Arithmetic = FLOAT64,
+        contacts: Contacts | None = None,
+    ) -> None:
+        self.chain = chain
+        self.initial = initial
+        self.events = events
+        self.arithmetic = arithmetic
+        self.contacts = Contacts(chain) if contacts is None else contacts
+        self.weight = arithmetic.times_cosine(chain, chain.tan_alpha)
+        self.tensions = tensions_at(arithmetic, initial)
+        forces = forces_of(arithmetic, self.tensions, self.weight)
+        self.flow = Flow(arithmetic, forces, arithmetic.times_cosine(chain, chain.mu_d))
+        self.start = Motion(
+            arithmetic.vector(initial.displacements.tolist()),
+            arithmetic.zeros(chain.n),
+            self.flow.forces.copy(),
+        )
+        self.now: Any = arithmetic.number(0)
+        self.draws: dict[int, int] = {}
+        self.moves = False  # whether anything has moved yet
+        self.just_stopped: set[int] = set()
+        self._thresholds: dict[int, Any] = {}
+        self._path: Any = arithmetic.number(0)  # travelled by all sliders together
+        self._lost: Any = arithmetic.number(0)
+
+    def __iter__(self) -> Iterator[Phase]:
+        """Yield the phases in order; the first ends at once, with the first events."""
+        for events in _instants(self.events):
+            phase = Phase(self, events, self.flow.runs())
+            yield phase
+            phase.finish()
+
+    # -- the contacts at present ---------------------------------------------------------------
+
+    def coefficient(self, n: int) -> Any:
+        """Return the present static coefficient of slider `n` (from 0), as drawn."""
+        if n not in self.draws:
+            return self.initial.coefficients[n]
+        return self.contacts.coefficient(n + 1, self.draws[n] - 1)
+
+    def threshold(self, n: int) -> Any:
+        """Return the force that holds slider `n` (from 0) at rest at present."""
+        if n not in self._thresholds:
+            self._thresholds[n] = self.contacts.holds(self.coefficient(n), self.arithmetic)
+        return self._thresholds[n]
+
+    # -- what is asked of the motion at present ------------------------------------------------
+
+    def residual(self, event: Event) -> Any:
+        """Return how far the condition of an event, which is about to happen, is from holding.
+
+        For a stop the largest ``|velocity|``, for a start the largest distance of ``|F|`` from
+        the threshold; beyond it, a slider that has just stopped, or a chain that was unstable
+        as it stood, starts rightly.
+        """
+        numbers = [slider - 1 for slider in event.sliders]
+        if event.kind is EventKind.STOP:
+            return max(abs(self.flow.velocities[n]) for n in numbers)
+        zero = self.arithmetic.number(0)
+        lacking = {n: self.threshold(n) - abs(self.flow.forces[n]) for n in numbers}
+        return max(
+            max(short, zero) if n in self.just_stopped or not self.moves else abs(short)
+            for n, short in lacking.items()
+        )
+
+    def energies(self) -> Energies:
+        """Return where energy went since the start."""
+        flow, before = self.flow, self.tensions
+        change = np.diff(flow.moved)
+        dot, zero = self.arithmetic.dot, self.arithmetic.number(0)
+        return Energies(
+            elastic=dot(change, before) + dot(change, change) / 2 if change.size else zero,
+            kinetic=dot(flow.velocities, flow.velocities) / 2,
+            gravity=self.weight * flow.moved.sum(),
+            friction=flow.friction * self._path,
+            lost=self._lost,
+        )
+
+    def state(self) -> State:
+        """Return the chain as it is at present; in motion, without its velocities."""
+        initial, moved = self.initial, self.flow.moved
+        coefficients, draws = initial.coefficients.copy(), initial.draws.copy()
+        for n, count in self.draws.items():
+            draws[n] = count
+            coefficients[n] = float(self.coefficient(n))
+        return State(
+            tensions=self.tensions + np.diff(moved),
+            displacements=self.start.positions + moved,
+            coefficients=coefficients,
+            draws=draws,
+            theta=initial.theta,
+        )
+
+    def solution(self) -> Solution:
+        """Return the closed form of the whole motion, from the start to the last event."""
+        pieces = [phase.piece() for phase in self if phase.lasts]
+        return Solution(pieces, self.start)
+
+    def residuals(self) -> tuple[Any, ...]:
+        """Return the residual of every event, see `residual`."""
+        found = []
+        for phase in self:
+            phase.arrive()
+            for event in phase.events:
+                found.append(self.residual(event))
+                phase.happen(event)
+        return tuple(found)
+
+
+class Phase:
+    """The time between two instants of a `Replay`, and the events at its end.
+
+    Attributes
+    ----------
+    events : tuple of Event
+        At its end, in order: a stop comes before the starts of the same instant.
+    runs : list of Run
+        What moves.
+    time : number
+        When it ends.
+    span : number
+        How long it lasts; a consumer may set another one before it passes.
+    """
+
+    def __init__(self, replay: Replay, events: Sequence[Event], runs: list[Run]) -> None:
+        self.replay = replay
+        self.events = tuple(events)
+        self.runs = runs
+        self.time = replay.arithmetic.number(events[0].time)
+        self.lasts = not same(self.time, replay.now)
+        self.span = self.time - replay.now if self.lasts else replay.arithmetic.number(0)
+        self._arrived = False
+        self._happened = 0
+
+    def piece(self) -> ModalPiece:
+        """Return the motion as a function of time, before the phase has passed."""
+        replay = self.replay
+        return replay.flow.piece(replay.now, self.time, replay.start, self.runs)
+
+    def arrive(self) -> None:
+        """Let the phase pass, once."""
+        if self._arrived:
+            return
+        self._arrived = True
+        replay, flow = self.replay, self.replay.flow
+        replay.now = self.time
+        if not self.lasts:
+            return
+        before = flow.moved.copy()
+        flow.advance(self.runs, self.span)
+        for run in self.runs:
+            part = slice(run.first, run.first + run.motion.p)
+            travelled = (flow.moved[part] - before[part]) * flow.signs[part]
+            replay._path = replay._path + travelled.sum()
+        replay.moves = replay.moves or bool(self.runs)
+        replay.just_stopped = set()
+
+    def happen(self, event: Event, only: Iterable[int] | None = None) -> None:
+        """Let the next event happen: to all its sliders, or to those (from 0) in `only`."""
+        self._happened += 1
+        replay, flow = self.replay, self.replay.flow
+        signs = {n - 1: sign for n, sign in zip(event.sliders, event.signs, strict=True)}
+        numbers = list(signs if only is None else only)
+        if event.kind is EventKind.START:
+            flow.start(numbers, [int(signs[n]) for n in numbers])
+            return
+        for n in numbers:
+            replay._lost = replay._lost + flow.velocities[n] * flow.velocities[n] / 2
+            replay.draws[n] = replay.draws.get(n, int(replay.initial.draws[n])) + 1
+            replay._thresholds.pop(n, None)
+        flow.stop(numbers)
+        replay.just_stopped.update(numbers)
+
+    def finish(self) -> None:
+        """Do what is left of the phase."""
+        self.arrive()
+        for event in self.events[self._happened :]:
+            self.happen(event)
+
+
+def _instants(events: Iterable[Event]) -> Iterator[list[Event]]:
+    """Yield the events of each instant."""
+    together: list[Event] = []
+    for event in events:
+        if together and not same(event.time, together[0].time):
+            yield together
+            together = []
+        together.append(event)
+    if together:
+        yield together

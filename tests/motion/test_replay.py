@@ -1,0 +1,203 @@
+"""A rearrangement replayed from its events: positions, residuals, contacts and energies."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Event, EventKind, State, rearrange
+from exactcreep.model.contacts import Contacts
+from exactcreep.motion.arithmetic import FLOAT64, Arithmetic, balls_of, digits_of
+from exactcreep.motion.replay import Replay
+from exactcreep.solvers.solver import Rearrangement
+
+START, STOP = EventKind.START, EventKind.STOP
+
+
+def lone_slip(length: float = math.pi) -> tuple[Chain, State, list[Event]]:
+    """Return two sliders of which the lower one slips for a time of `length`, at threshold."""
+    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="1/4")
+    state = State.prepared(chain, [chain.sin_alpha - chain.times_cosine(chain.mu_s)])
+    return chain, state, [Event(0.0, START, (2,), (1,), 0.0), Event(length, STOP, (2,), (1,), 0.0)]
+
+
+def avalanche(seed: int, n: int = 6, sigma: str = "0.05") -> Rearrangement:
+    """Return an avalanche of more than ten events from a seeded stretched state."""
+    rng = random.Random(seed)
+    while True:
+        chain = Chain(n, 1, "0.1", "0.3", sigma, tan_alpha=Fraction(rng.randint(-8, 8), 100))
+        tensions = [rng.uniform(-0.5, 0.5) for _ in range(n - 1)]
+        result = rearrange(chain, State.prepared(chain, tensions, seed=7), direction=0, seed=7)
+        if len(result.events) > 10:
+            return result
+
+
+def replayed(result: Rearrangement, arithmetic: Arithmetic = FLOAT64) -> Replay:
+    """Return the replay of a rearrangement that was drawn with seed 7."""
+    contacts = Contacts(result.chain, 7)
+    return Replay(result.chain, result.initial, result.events, arithmetic, contacts)
+
+
+def test_a_lone_slip_is_rebuilt_from_its_two_events() -> None:
+    chain, state, events = lone_slip()
+    replay = Replay(chain, state, events)
+    middle = replay.solution()(math.pi / 2)
+    assert replay.flow.moved.tolist() == [0.0, pytest.approx(2 * chain.excess, rel=1e-15)]
+    assert middle.velocities[1] == pytest.approx(chain.excess, rel=1e-15)
+    assert middle.forces[1] == pytest.approx(chain.friction, rel=1e-15)
+    assert middle.forces[0] - state.forces(chain)[0] == pytest.approx(chain.excess, rel=1e-15)
+    assert max(Replay(chain, state, events).residuals()) <= 1e-16
+
+
+def test_a_wrong_event_time_shows_in_its_residual() -> None:
+    chain, state, late = lone_slip(math.pi + 1e-9)
+    residuals = Replay(chain, state, late).residuals()
+    assert residuals[1] == pytest.approx(chain.excess * 1e-9, rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_each_event_that_is_moved_by_1e_9_has_a_residual_that_says_so(seed: int) -> None:
+    result = avalanche(seed)
+    honest = replayed(result).residuals()
+    assert max(honest) < 1e-13
+    for number, event in enumerate(result.events):
+        before, after = result.events[:number], result.events[number + 1 :]
+        alone = all(other.time != event.time for other in (*before, *after))
+        if not alone:
+            continue  # its partner of the same instant would have to move with it
+        moved = (*before, replace(event, time=event.time + 1e-9), *after)
+        flow = replayed(replace(result, events=(*before, event)))
+        for phase in flow:
+            phase.arrive()
+            if phase.events[0] is event:
+                rate = abs(rate_of(flow, event))
+        residual = replayed(replace(result, events=moved)).residuals()[number]
+        assert residual == pytest.approx(rate * 1e-9, rel=1e-3)
+
+
+def rate_of(replay: Replay, event: Event) -> float:
+    """Return how fast the condition of a lone slider's event changes just before it."""
+    flow, n = replay.flow, event.sliders[0] - 1
+    if event.kind is STOP:
+        return float(flow.forces[n] - flow.friction * flow.signs[n])
+    return float(sum(flow.velocities[m] for m in (n - 1, n + 1) if 0 <= m < replay.chain.n))
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("sigma", ["0", "0.05"])
+def test_a_replay_ends_in_the_state_that_the_solver_reached(seed: int, sigma: str) -> None:
+    result = avalanche(seed, sigma=sigma)
+    replay = replayed(result)
+    for _ in replay:
+        pass
+    end, known = replay.state(), result.state
+    assert np.abs(end.tensions - known.tensions).max() < 1e-13
+    assert np.abs(end.displacements - known.displacements).max() < 1e-13
+    assert np.array_equal(end.coefficients, known.coefficients)
+    assert np.array_equal(end.draws, known.draws)
+    assert end.theta == result.theta
+    assert not replay.flow.signs.any()
+
+
+def test_what_a_consumer_leaves_out_is_done_for_it() -> None:
+    result = avalanche(3)
+    ends = []
+    for mode in range(3):
+        replay = replayed(result)
+        for phase in replay:
+            if mode >= 1:
+                phase.arrive()
+                assert replay.now == phase.time
+            for event in phase.events[: len(phase.events) if mode == 2 else 0]:
+                phase.happen(event)
+        ends.append(replay.flow.moved.tolist())
+    assert ends[0] == ends[1] == ends[2]
+
+
+@pytest.mark.parametrize("arithmetic", [FLOAT64, digits_of(200)], ids=lambda a: a.name)
+def test_the_energies_of_every_phase_close(arithmetic: Arithmetic) -> None:
+    result = avalanche(1)
+    replay = replayed(result, arithmetic)
+    phases = 0
+    for phase in replay:
+        phase.arrive()
+        energies = replay.energies()
+        assert energies.friction >= 0
+        assert energies.kinetic >= 0
+        rounding = 1e-14 if arithmetic is FLOAT64 else 1e-50
+        assert abs(energies.left) <= rounding
+        phases += 1
+    assert phases > 5
+    assert replay.energies().kinetic == 0
+
+
+def test_a_stop_at_a_finite_speed_loses_its_kinetic_energy() -> None:
+    chain, state, early = lone_slip(math.pi / 2)
+    replay = Replay(chain, state, early)
+    for _ in replay:
+        pass
+    energies = replay.energies()
+    assert energies.lost == pytest.approx(chain.excess**2 / 2, rel=1e-14)
+    assert abs(energies.left) < 1e-16
+
+
+def test_in_balls_a_replay_encloses_the_certified_end() -> None:
+    chain = Chain(3, 1, "0.1", "0.3", "0.05", tan_alpha="0.02")
+    state = State.prepared(chain, ["0.3", "-0.2"], seed=7)
+    result = rearrange(chain, state, direction=0, seed=7, solver="certified")
+    arithmetic = balls_of(result.report["precision_bits"])
+    with arithmetic.active():
+        replay = replayed(result, arithmetic)
+        assert all(residual.contains(0) for residual in replay.residuals())
+        for ours, theirs in zip(
+            replay.state().displacements, result.state.displacements, strict=True
+        ):
+            assert ours.overlaps(theirs)
+            assert ours.rad() < 1e-25
+
+
+# -- the contacts ----------------------------------------------------------------------------------
+
+
+def test_a_coefficient_below_mu_d_acts_as_mu_d() -> None:
+    chain = Chain(4, 1, "0.5", "0.5", "0.2", tan_alpha="0.1")
+    contacts = Contacts(chain, 3)
+    drawn = [contacts.coefficient(n, k) for n in range(1, 5) for k in range(20)]
+    low = [c for c in drawn if c < 0.5]
+    assert 0 < len(low) < len(drawn)
+    for c in drawn:
+        assert contacts.is_low(c) == (c in low)
+        assert contacts.acting(c) == max(Fraction(c), Fraction(1, 2))
+    excesses = contacts.excesses(np.array(drawn))
+    assert np.array_equal(excesses == 0, [c in low for c in drawn])
+
+
+@pytest.mark.parametrize("sigma", ["0", "0.2"])
+def test_a_threshold_is_the_same_number_in_every_arithmetic(sigma: str) -> None:
+    chain = Chain(3, 1, "0.5", "0.6", sigma, tan_alpha="0.1")
+    contacts, balls, digits = Contacts(chain, 11), balls_of(200), digits_of(150)
+    for slider in range(1, 4):
+        for draw in range(6):
+            plain = contacts.threshold(slider, draw, FLOAT64)
+            with balls.active():
+                sure = contacts.threshold(slider, draw, balls)
+                assert sure.rad() < 1e-50
+                assert abs(float(sure - plain)) <= 1.5 * 2**-53
+            assert abs(float(contacts.threshold(slider, draw, digits) - plain)) <= 1.5 * 2**-53
+            coefficient = np.array([float(contacts.coefficient(slider, draw))])
+            assert contacts.thresholds(coefficient, FLOAT64)[0] == plain
+            kernel = chain.friction + contacts.excesses(coefficient)[0]
+            assert kernel == pytest.approx(plain, rel=3e-16)
+
+
+def test_without_scatter_a_coefficient_of_its_own_counts_until_the_slider_stops() -> None:
+    chain = Chain(2, 1, "0.5", "0.6", tan_alpha="0")
+    contacts = Contacts(chain)
+    assert contacts.acting(0.6) == Fraction(3, 5)
+    assert contacts.acting(0.75) == Fraction(3, 4)
+    assert contacts.coefficient(1, 5) == Fraction(3, 5)
