@@ -6,7 +6,7 @@ whether the law of friction is kept) is asked of its phases as they pass::
 
     replay = Replay(chain, initial, events)
     for phase in replay:
-        ...  # replay.flow is the chain at the beginning of the phase: phase.runs move for phase.span
+        ...  # replay.flow is the chain as the phase begins: phase.runs move for phase.span
         phase.arrive()
         ...  # replay.flow is the chain at its end, phase.time, before anything happens
         for event in phase.events:
