@@ -10,8 +10,9 @@ import pytest
 
 from exactcreep import Chain, Creep, Cycles, GaussianSteps, InputError, Outcome, State, creep
 from exactcreep import Path as ThetaPath
+from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint as checkpoints
-from exactcreep.quasistatic.loop import PhysicsWarning, Progress, resume
+from exactcreep.quasistatic.loop import PhysicsWarning, resume
 from exactcreep.quasistatic.result import load_members, save_members
 
 TWO = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")

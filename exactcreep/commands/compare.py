@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from exactcreep.commands.options import Force, Json, SceneName, Settings, parsed_settings
-from exactcreep.commands.progress import phase_bar
+from exactcreep.commands.progress import Display
 
 if TYPE_CHECKING:
     from exactcreep.studies.comparison import Comparison, Contestant
@@ -55,14 +55,14 @@ def compare(
         check_output(plot, "plot", force=force)
         check_picture(plot)
     chosen = wanted.settings()[0]
-    with phase_bar() as progress:
+    with Display(quiet=json) as display:
         found = measured(
             wanted.experiment(chosen),
             dt=dt,
             locate=locate,
             digits=whole_number(digits, "digits", least=1),
             events=whole_number(events, "events", least=1),
-            progress=progress,
+            progress=display.show,
         )
     if plot is not None:
         draw_comparison(found, plot, title=wanted.title or wanted.name)

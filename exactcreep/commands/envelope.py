@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from exactcreep.commands.options import Force, Json
+from exactcreep.commands.progress import Display
 
 BROKEN_STATUS = 1
 _WIDTH = 150  # of the table where it goes to a file or a pipe
@@ -46,13 +47,8 @@ def envelope(
     target = None if out is None else output_directory(out, "out") / "envelope.csv"
     if target is not None:
         check_output(target, "out", force=force)
-    on_terminal = sys.stderr.isatty()
-
-    def tell(name: str, number: int, count: int) -> None:
-        if on_terminal or not quick or number % 10 == 1:
-            sys.stderr.write(f"{number} of {count}: {name}\n")
-
-    cells = measured(quick=quick, progress=tell)
+    with Display("envelope", quiet=json) as display:
+        cells = measured(quick=quick, progress=display.show)
     failure = None
     if target is not None:
         try:

@@ -5,126 +5,105 @@ from __future__ import annotations
 import math
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
-from typing import TYPE_CHECKING, Any
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from exactcreep.quasistatic.loop import Progress
-    from exactcreep.studies.sweeps import SweepProgress
+    from exactcreep.progress import Progress
 
 COMPILING = "compiling the kernel, once; the next start finds it ready"
-_SECONDS_BETWEEN_LINES = 5.0
+_BETWEEN_LINES = 5.0  # seconds
+_BETWEEN_FRAMES = 0.1
 
 
-class RunBar(AbstractContextManager["RunBar"]):
-    """Progress of a run on standard error: members, half-cycles, time left."""
+class Display(AbstractContextManager["Display"]):
+    """Shows on standard error how far a computation has come, and how long the rest may take.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    name : str
+        Of what is computed; default what the computation says itself.
+    quiet : bool
+        Without a terminal, say nothing but that the compiler is at work.
+    """
+
+    def __init__(self, name: str = "", *, quiet: bool = False) -> None:
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-        from rich.progress import TimeRemainingColumn as TimeLeft
+        from rich.progress import BarColumn, TextColumn
+        from rich.progress import Progress as Bar
 
-        self.console = Console(stderr=True)
-        columns: list[Any] = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
-        columns += [TextColumn("half-cycles,"), TimeLeft(), TextColumn("left")]
-        on_terminal = self.console.is_terminal
-        self.bar = Progress(*columns, console=self.console, transient=True, disable=not on_terminal)
-        self.task = self.bar.add_task("starting", total=None)
-        self.begin: float | None = None  # of the run, after compilation
-        self.next_line = math.inf if on_terminal else -math.inf
+        self.name, self.compiling = name, False
+        self.bar: Bar | None = None
+        console = Console(stderr=True)
+        if console.is_terminal:
+            far = TextColumn("{task.fields[far]}")
+            columns = (TextColumn("{task.description}"), BarColumn(), far)
+            self.bar = Bar(*columns, console=console, transient=True)
+            self.task = self.bar.add_task(name or "starting", total=None, far="")
+            self.pause, self.next = _BETWEEN_FRAMES, -math.inf
+        else:
+            self.pause, self.next = _BETWEEN_LINES, time.monotonic() + _BETWEEN_LINES
+            if quiet:
+                self.next = math.inf
 
-    def __enter__(self) -> RunBar:
-        self.bar.start()
+    def __enter__(self) -> Display:
+        if self.bar is not None:
+            self.bar.start()
         return self
 
     def __exit__(self, *error: object) -> None:
-        self.bar.stop()
+        self.stop()
+
+    def stop(self) -> None:
+        """Take the bar away."""
+        if self.bar is not None:
+            self.bar.stop()
 
     def show(self, progress: Progress) -> None:
-        """Show how far the run has come."""
-        if progress.phase == "compiling":
-            self.console.print(COMPILING)
-            return
-        several = progress.members > 1
-        who = f"member {progress.member}/{progress.members}" if several else "running"
-        # members are taken as equally long, so that the time left is that of all of them
-        total = progress.total * progress.members
-        done = progress.half_cycles + progress.total * (progress.member - 1)
-        self.bar.update(self.task, description=who, total=total, completed=done)
-        now = time.monotonic()
-        if self.begin is None:
-            self.begin = now
-        if now >= self.next_line:
-            self.next_line = now + _SECONDS_BETWEEN_LINES
-            # the first half-cycles say little about the last
-            known = done > total // 1000
-            left = (
-                f", about {(now - self.begin) * (total - done) / done:.0f} s left" if known else ""
-            )
-            sys.stderr.write(
-                f"{who}: {progress.half_cycles} of {progress.total} half-cycles,"
-                f" {progress.events} events{left}\n"
-            )
-            sys.stderr.flush()
-
-
-class SweepBar(AbstractContextManager["SweepBar"]):
-    """Progress of a sweep on standard error: cells, events per second, time left."""
-
-    def __init__(self, name: str) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-
-        self.name = name
-        self.console = Console(stderr=True)
-        on_terminal = self.console.is_terminal
-        columns: list[Any] = [TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn()]
-        columns += [TextColumn("cells{task.fields[told]}")]
-        self.bar = Progress(*columns, console=self.console, transient=True, disable=not on_terminal)
-        self.task = self.bar.add_task(name, total=None, told="")
-        self.next_line = math.inf if on_terminal else time.monotonic()
-        self.compiling = False
-
-    def __enter__(self) -> SweepBar:
-        self.bar.start()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        self.bar.stop()
-
-    def show(self, progress: SweepProgress) -> None:
-        """Show how far the sweep has come."""
+        """Show how far the computation has come."""
         if progress.phase == "compiling" and not self.compiling:
             self.compiling = True
-            self.console.print(COMPILING)
-        told = f", {progress.events_per_second:.3g} events/s" if progress.events else ""
-        if progress.seconds_left > 0:
-            told += f", about {_duration(progress.seconds_left)} left"
-        self.bar.update(self.task, total=progress.total, completed=progress.cells, told=told)
-        now = time.monotonic()
-        if now >= self.next_line:
-            self.next_line = now + _SECONDS_BETWEEN_LINES
-            sys.stderr.write(
-                f"{self.name}: {progress.cells} of {progress.total} cells ({progress.found} found"
-                f" saved){told}\n"
-            )
+            self._write(COMPILING)
+        if time.monotonic() < self.next:
+            return
+        self.next = time.monotonic() + self.pause
+        what, far = self._what(progress), _far(progress)
+        if self.bar is None:
+            self._write(f"{what}: {far}")
+            return
+        # members are taken as equally long, so that the bar is that of all of them
+        total = progress.total * progress.members or None
+        done = progress.done + progress.total * (progress.member - 1)
+        self.bar.update(self.task, description=what, far=far, total=total, completed=done)
+
+    def _write(self, line: str) -> None:
+        if self.bar is not None:
+            self.bar.console.print(line)
+        else:
+            sys.stderr.write(f"{line}\n")
             sys.stderr.flush()
+
+    def _what(self, progress: Progress) -> str:
+        what = f"{self.name or progress.phase} {progress.text}".strip()
+        several = progress.members > 1
+        return f"member {progress.member}/{progress.members}" if several else what
+
+
+def _far(progress: Progress) -> str:
+    """Return how much is done, how fast, and how long the rest may take."""
+    far = f"{progress.done:.0f}" + (f" of {progress.total:.0f}" if progress.total else "")
+    far += f" {progress.counted}"
+    if not progress.counted:
+        far = f"{100 * progress.done / progress.total:.0f} %"
+    if progress.found:
+        far += f" ({progress.found} found saved)"
+    if progress.events:
+        far += f", {progress.events_per_second:.3g} events/s"
+    left = progress.seconds_left
+    return far if math.isnan(left) else f"{far}, about {_duration(left)} left"
 
 
 def _duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{rest:02d}"
-
-
-@contextmanager
-def phase_bar() -> Iterator[Callable[[str, float], None]]:
-    """Yield what shows a phase and the fraction done, on standard error, on a terminal only."""
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("starting", total=1.0)
-        yield lambda phase, fraction: bar.update(task, description=phase, completed=fraction)

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from exactcreep.commands.options import Force, Workers
-from exactcreep.commands.progress import SweepBar
+from exactcreep.commands.progress import Display
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from exactcreep.progress import Progress
     from exactcreep.scene import Scene
     from exactcreep.studies.catalogue import Picture
-    from exactcreep.studies.sweeps import SweepProgress
     from exactcreep.studies.tables import Table
 
 ALL = "all"
@@ -60,8 +60,8 @@ def reproduce(
     check_files(chosen, out, force=force)
     begin = time.perf_counter()
     for picture in chosen:
-        with SweepBar(picture.name) as bar:
-            data = data_of(picture, quick=quick, workers=count, progress=bar.show)
+        with Display(picture.name) as display:
+            data = data_of(picture, quick=quick, workers=count, progress=display.show)
         tables = picture.tables(data)
         write(picture, data, tables, out)
         for table in tables:
@@ -86,7 +86,7 @@ def data_of(
     *,
     quick: bool,
     workers: int | None = None,
-    progress: Callable[[SweepProgress], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> dict[str, xr.Dataset]:
     """Return the sweeps of a picture by the names of their scenes."""
     from exactcreep.scene import load_scene

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -10,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from exactcreep.commands.progress import COMPILING, RunBar
+from exactcreep.commands.progress import Display
 
 if TYPE_CHECKING:
     from exactcreep.limits import Limits
     from exactcreep.quasistatic.experiment import Experiment
-    from exactcreep.quasistatic.loop import Keeper, Progress
+    from exactcreep.quasistatic.loop import Keeper
     from exactcreep.quasistatic.result import Creep
 
 LIMIT_STATUS = 3
@@ -62,12 +61,12 @@ def run_session(
             raise InputError("plot", str(plot), "needs x_G among what is recorded")
     status = 0
     results: list[Creep]
-    with RunBar() as bar, warnings.catch_warnings():
+    with Display(quiet=as_json) as display, warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # the summary and the JSON say it
         try:
             results = run_members(
                 experiments,
-                progress=_tell_compiling if as_json else bar.show,
+                progress=display.show,
                 limits=limits,
                 keeper=keeper,
                 captured=captured,
@@ -101,8 +100,3 @@ def run_session(
         typer.echo(f"exactcreep: interrupted; exactcreep resume {keeper.path} goes on", err=True)
     if status:
         raise typer.Exit(status)
-
-
-def _tell_compiling(progress: Progress) -> None:
-    if progress.phase == "compiling":
-        sys.stderr.write(f"{COMPILING}\n")

@@ -17,7 +17,7 @@ from exactcreep.commands.options import (
     Workers,
     parsed_settings,
 )
-from exactcreep.commands.progress import SweepBar
+from exactcreep.commands.progress import Display
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,7 +84,7 @@ def sweep(
         executor = None
         if scheduler is not None:
             executor = stack.enter_context(_cluster(scheduler))
-        bar = stack.enter_context(SweepBar(wanted.name))
+        display = stack.enter_context(Display(wanted.name))
         count = None if workers is None else whole_number(workers, "workers", least=1)
         try:
             dataset = run_sweep(
@@ -93,10 +93,10 @@ def sweep(
                 workers=count,
                 out=folder,
                 resume=resume,
-                progress=bar.show,
+                progress=display.show,
             )
         except KeyboardInterrupt:
-            bar.bar.stop()
+            display.stop()
             typer.echo(f"exactcreep: interrupted; --out {folder} --resume goes on", err=True)
             raise typer.Exit(130) from None
     _summarise(dataset, folder)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from exactcreep.commands.options import Json, MaxSeconds
+from exactcreep.commands.progress import Display
 from exactcreep.commands.session import LIMIT_STATUS
 
 if TYPE_CHECKING:
@@ -85,22 +86,23 @@ def threshold(
 
     chain = Chain(n, l0, mu_d, mu_s, tan_alpha=tan_alpha)
     try:
-        found = thresholds.threshold(
-            chain,
-            cycles=_whole(cycles, "cycles"),
-            digits=_whole(digits, "digits"),
-            low=low,
-            high=high,
-            points=_whole(points, "points"),
-            bracket=bracket,
-            windows=windows,
-            refine=_whole(refine, "refine"),
-            start_tension=start_tension,
-            seeds=_whole(seeds, "seeds"),
-            solver=solver,
-            progress=None if json else _Shown().show,
-            max_seconds=max_seconds,
-        )
+        with Display(quiet=json) as display:
+            found = thresholds.threshold(
+                chain,
+                cycles=_whole(cycles, "cycles"),
+                digits=_whole(digits, "digits"),
+                low=low,
+                high=high,
+                points=_whole(points, "points"),
+                bracket=bracket,
+                windows=windows,
+                refine=_whole(refine, "refine"),
+                start_tension=start_tension,
+                seeds=_whole(seeds, "seeds"),
+                solver=solver,
+                progress=display.show,
+                max_seconds=max_seconds,
+            )
     except thresholds.GivenUp as limit:
         typer.echo(f"exactcreep: {limit}", err=True)
         raise typer.Exit(LIMIT_STATUS) from None
@@ -118,25 +120,6 @@ def _whole(text: str, field: str) -> int:
     from exactcreep.model.numbers import whole_number
 
     return whole_number(text, field, least=-(10**9))
-
-
-class _Shown:
-    """A line on standard error that says how far the search has come."""
-
-    def __init__(self) -> None:
-        from rich.console import Console
-
-        self.console = Console(stderr=True)
-        self.last = ""
-
-    def show(self, phase: str, done: int, total: int) -> None:
-        """Show a phase of the search, about every hundredth of it."""
-        line = f"{phase} {done}" + (f"/{total}" if total > done else "")
-        if self.console.is_terminal and done % max(total // 100, 1) == 0:
-            self.console.print(line.ljust(len(self.last)), end="\r")
-            self.last = line
-            if done == total:
-                self.console.print(" " * len(line), end="\r")
 
 
 def _print(found: Threshold) -> None:

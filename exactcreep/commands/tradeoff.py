@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from exactcreep.commands.options import Force, Json, SceneName, Settings, parsed_settings
-from exactcreep.commands.progress import phase_bar
+from exactcreep.commands.progress import Display
 
 if TYPE_CHECKING:
     from exactcreep.studies.tradeoff import Score, Tradeoff
@@ -52,8 +52,8 @@ def tradeoff(
         check_picture(plot)
     chosen = wanted.settings()[0]
     experiment = wanted.experiment(chosen)
-    with phase_bar() as progress:
-        measured = measure(experiment, budget=budget, progress=progress)
+    with Display(quiet=json) as display:
+        measured = measure(experiment, budget=budget, progress=display.show)
     if plot is not None:
         draw_tradeoff(measured, plot, title=wanted.title or wanted.name)
     if json:

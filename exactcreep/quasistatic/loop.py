@@ -29,6 +29,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
+from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.march import March
@@ -44,32 +45,6 @@ _WARNINGS = {
 
 class PhysicsWarning(UserWarning):
     """A run has left the model's physical range; the result counts how often."""
-
-
-@dataclass(frozen=True)
-class Progress:
-    """How far a run has come.
-
-    Attributes
-    ----------
-    phase : str
-        ``compiling`` (once, before the first run on a machine) or ``running``.
-    half_cycles, total : int
-        Targets reached, and targets of the drive.
-    events : int
-    seconds : float
-        Wall time of the run, without compilation.
-    member, members : int
-        Which of several experiments it is, from 1.
-    """
-
-    phase: str
-    half_cycles: int
-    total: int
-    events: int
-    seconds: float
-    member: int = 1
-    members: int = 1
 
 
 class Interrupted(KeyboardInterrupt):

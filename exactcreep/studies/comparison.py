@@ -24,6 +24,7 @@ from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.verdict import Evidence
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.itinerary import Course, slider_motion
+from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import creep
@@ -216,7 +217,7 @@ def compare(
     locate: bool = False,
     digits: int = 30,
     events: int = 1000,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> Comparison:
     """Return how exact and Verlet fare beside the certified solver, with the same disorder.
 
@@ -233,7 +234,7 @@ def compare(
     events : int
         About how many certified events to compare; the drive may end before.
     progress : callable, optional
-        Called with what is done, and how much of it (0 to 1).
+        Called with a `Progress`.
 
     Returns
     -------
@@ -263,7 +264,7 @@ def compare(
     }
     for name, given in options.items():
         solver_named(name, given)
-    say = progress or (lambda what, done: None)
+    say = reporter(progress)
     path, ends = _broken_drive(experiment, most)
     say("certified", 0.0)
     truth = _Taken.of(

@@ -29,6 +29,7 @@ from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.condition import PROMISE
+from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.loop import PhysicsWarning, creep
 from exactcreep.quasistatic.result import Creep
@@ -299,7 +300,7 @@ def envelope(
     seed: int = 1,
     most_seconds: float | None = None,
     most_compared: int | None = None,
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
     chosen: Sequence[Extreme] | None = None,
 ) -> list[Cell]:
     """Return how every solver stands every extreme.
@@ -315,7 +316,7 @@ def envelope(
     most_compared : int, optional
         Rearrangements of each extreme that are compared one by one; default 20 if quick, else 200.
     progress : callable, optional
-        Called with the extreme's name, its number and how many there are.
+        Called with a `Progress` before each extreme.
     chosen : sequence of Extreme, optional
         Default: `extremes`.
 
@@ -332,9 +333,10 @@ def envelope(
     )
     cells: list[Cell] = []
     every = list(extremes(quick=quick) if chosen is None else chosen)
-    for number, extreme in enumerate(every, 1):
-        if progress is not None:
-            progress(f"{extreme.quantity} = {extreme.value}", number, len(every))
+    report = reporter(progress)
+    for number, extreme in enumerate(every):
+        text = f"{extreme.quantity} = {extreme.value}"
+        report("running", number, len(every), "extremes", text=text)
         cells.extend(_cells(extreme, seed, limit, steps))
     return cells
 

@@ -18,7 +18,6 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -29,9 +28,10 @@ from numpy.typing import NDArray
 
 from exactcreep import __version__
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.loop import PhysicsWarning, Progress, run_members
+from exactcreep.quasistatic.loop import PhysicsWarning, run_members
 from exactcreep.quasistatic.result import output_directory
 from exactcreep.scene import Scene, load_scene
 
@@ -67,40 +67,6 @@ _FEWEST_AHEAD = 64  # cells handed to an executor beyond those that have finishe
 _GLANCE = 0.25  # seconds between two reports of progress
 
 
-@dataclass(frozen=True)
-class SweepProgress:
-    """How far a sweep has come.
-
-    Attributes
-    ----------
-    phase : str
-        ``compiling`` (once, before the first run on a machine) or ``running``.
-    cells, total : int
-        Cells finished, those found saved included, and cells of the grid.
-    found : int
-        Cells that an earlier sweep had saved.
-    events : int
-        Events of the cells computed now.
-    seconds : float
-        Since the start.
-    seconds_left : float
-        An estimate from half-cycles and sliders; nan before the first cell has finished.
-    """
-
-    phase: str
-    cells: int
-    total: int
-    found: int
-    events: int
-    seconds: float
-    seconds_left: float
-
-    @property
-    def events_per_second(self) -> float:
-        """Events of finished cells per second of wall time."""
-        return self.events / self.seconds if self.seconds > 0 else 0.0
-
-
 class _Stopped(Exception):
     """The sweep was interrupted while this cell was being computed."""
 
@@ -128,7 +94,7 @@ def sweep(
     workers: int | None = None,
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
-    progress: Callable[[SweepProgress], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
 ) -> xr.Dataset:
     """Run every member of a scene and return the results as one labelled grid.
 
@@ -147,7 +113,7 @@ def sweep(
     resume : bool
         Take the cells that `out` holds instead of computing them again.
     progress : callable, optional
-        Called with a `SweepProgress` about four times a second.
+        Called with a `Progress` about four times a second.
 
     Returns
     -------
@@ -307,7 +273,7 @@ class _Board:
         self,
         experiments: list[Experiment],
         todo: list[int],
-        progress: Callable[[SweepProgress], None] | None,
+        progress: Callable[[Progress], None] | None,
     ) -> None:
         self.progress = progress
         self.signals: Signals | None = None
@@ -319,26 +285,31 @@ class _Board:
         self.last = -math.inf
         # a slider of a half-cycle costs about the same everywhere
         self.weights = {i: experiments[i].drive.half_cycles * experiments[i].chain.n for i in todo}
-        self.left = sum(self.weights.values())
+        self.weight = sum(self.weights.values())
         self.done = 0
 
     def add(self, index: int, value: Mapping[str, Any]) -> None:
         self.cells += 1
         self.events += value["events"]
         self.done += self.weights[index]
-        self.left -= self.weights[index]
 
     def show(self, *, now: bool = False) -> None:
         moment = time.perf_counter()
         if self.progress is None or not (now or moment - self.last >= _GLANCE):
             return
         self.last = moment
-        seconds = moment - self.begin
-        left = seconds * self.left / self.done if self.done else math.nan
         compiling = self.signals is not None and self.signals.compiling
-        phase = "compiling" if compiling else "running"
         self.progress(
-            SweepProgress(phase, self.cells, self.total, self.found, self.events, seconds, left)
+            Progress(
+                "compiling" if compiling else "running",
+                self.cells,
+                self.total,
+                self.events,
+                moment - self.begin,
+                counted="cells",
+                found=self.found,
+                work=self.done / self.weight if self.weight else 1.0,
+            )
         )
 
 

@@ -36,6 +36,7 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
 from exactcreep.motion.itinerary import Course, StrayRoot
+from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.decimals import Enclosure, enclosure
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
@@ -220,7 +221,7 @@ def threshold(
     start_tension: Any = None,
     seeds: int = 0,
     solver: str = "certified",
-    progress: Callable[[str, int, int], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
     max_seconds: Number | None = None,
 ) -> Threshold:
     """Return the lowest amplitude at which a chain with ``sigma_mu = 0`` creeps.
@@ -253,7 +254,7 @@ def threshold(
         Which decides about the bracket: ``certified``, ``mpmath`` or ``exact`` (float64: at most
         12 digits, and a wider bracket where rounding does not tell so many).
     progress : callable, optional
-        Called with the phase, how much of it is done, and its total.
+        Called with a `Progress`.
     max_seconds : number, optional
         Come back after so much wall time with what has been found; `reason` then says so.
 
@@ -313,7 +314,7 @@ def threshold(
             preparations[seed] = None
         except OutOfTime as limit:
             return replace(found, preparations=preparations, reason=str(limit))
-        asked.say("preparations", seed, asked.seeds)
+        asked.say("preparations", seed, asked.seeds, "starts")
     return replace(found, preparations=preparations)
 
 
@@ -329,7 +330,7 @@ class _Asked:
     refine: int
     seeds: int
     solver: str
-    progress: Callable[[str, int, int], None] | None
+    say: Callable[..., None]
 
     @classmethod
     def of(
@@ -342,7 +343,7 @@ class _Asked:
         refine: Any,
         seeds: Any,
         solver: Any,
-        progress: Callable[[str, int, int], None] | None,
+        progress: Callable[[Progress], None] | None,
     ) -> _Asked:
         if not isinstance(chain, Chain):
             raise InputError("chain", chain, "must be a Chain")
@@ -369,12 +370,8 @@ class _Asked:
             refined,
             whole_number(seeds, "seeds", least=0, most=10**6),
             solver,
-            progress,
+            reporter(progress),
         )
-
-    def say(self, phase: str, done: int, total: int) -> None:
-        if self.progress is not None:
-            self.progress(phase, done, total)
 
     def options(self) -> dict[str, Any]:
         """Return the options of the solver that decides."""
@@ -631,7 +628,7 @@ class _Search:
             for k in range(1, points + 1):
                 amplitude = begin + (end - begin) * k / points
                 creeps = self.question.creeps(amplitude)
-                self.asked.say("scan", k, points)
+                self.asked.say("scan", k, points, "amplitudes")
                 if creeps != creeping:
                     found = True
                     self.found.append((before, amplitude, creeps))
@@ -741,7 +738,7 @@ class _Search:
 
     def _tried(self, amplitude: Fraction, question: _Question | None = None) -> _Trial:
         self.trials += 1
-        self.asked.say("deciding runs", self.trials, self.trials)
+        self.asked.say("deciding", self.trials, 0, "runs")
         return (question or self.question).tried(amplitude, self.asked.solver, self.asked.options())
 
     def _guess(self, low: Fraction, high: Fraction) -> Fraction:
@@ -773,8 +770,9 @@ class _Search:
         """Return what float64 has the chain do after many more cycles at `amplitude`."""
         changes: list[tuple[int, float]] = []
         for times in _LATER:
-            self.asked.say("cycles beyond", times, _LATER[-1])
             later = replace(self.question, cycles=times * self.question.cycles)
+            most = _LATER[-1] * self.question.cycles
+            self.asked.say("behaviour below", later.cycles, most, "cycles")
             trial = later.tried(amplitude, "exact", {})
             outcome, evidence = _outcome(trial, later.half_cycles)
             if outcome is not None and not trial.creeps:

@@ -33,6 +33,7 @@ from exactcreep.model.drive import Cycles, Drive, Path
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
+from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.registry import solver_named
@@ -286,7 +287,7 @@ def tradeoff(
     experiment: Experiment,
     *,
     budget: Any = DEFAULT_BUDGET,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Callable[[Progress], None] | None = None,
     contestants: Sequence[Contestant] | None = None,
     truth: Contestant = TRUTH,
 ) -> Tradeoff:
@@ -299,7 +300,7 @@ def tradeoff(
     budget : number
         About how many seconds to spend, at least 1; compilation comes on top.
     progress : callable, optional
-        Called with what is being done and the fraction done.
+        Called with a `Progress`.
     contestants : sequence of Contestant, optional
         Default: `ladder`.
     truth : Contestant
@@ -326,7 +327,11 @@ def tradeoff(
     field_of = list(ladder(chain) if contestants is None else contestants)
     scores = [Score(one) for one in field_of]
     begin = time.perf_counter()
-    tell = progress or (lambda phase, fraction: None)
+    report = reporter(progress)
+
+    def tell(what: str, share: float) -> None:
+        report("measuring", share, text=what)
+
     race = _Race(experiment, scores, seconds, tell, truth)
     race.warm_up()
     race.take_times()

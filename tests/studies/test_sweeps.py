@@ -19,6 +19,7 @@ import xarray as xr
 
 from exactcreep import creep
 from exactcreep.model.numbers import InputError
+from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint
 from exactcreep.scene import Scene, load_scene
 from exactcreep.studies import sweeps
@@ -122,11 +123,11 @@ def test_nothing_is_recorded_that_the_scene_does_not_ask_for(scene: Scene) -> No
 
 
 def test_progress_counts_cells_and_ends_complete(scene: Scene) -> None:
-    seen: list[sweeps.SweepProgress] = []
+    seen: list[Progress] = []
     grid = sweep(scene, progress=seen.append)
-    assert [a.cells <= b.cells for a, b in itertools.pairwise(seen)] == [True] * (len(seen) - 1)
+    assert [a.done <= b.done for a, b in itertools.pairwise(seen)] == [True] * (len(seen) - 1)
     last = seen[-1]
-    assert (last.cells, last.total, last.found) == (12, 12, 0)
+    assert (last.done, last.total, last.found) == (12, 12, 0)
     assert last.events == int(grid["events"].sum())
     assert last.events_per_second > 0
     assert last.seconds_left == 0
@@ -155,7 +156,7 @@ def test_a_resumed_sweep_computes_only_what_is_missing(
 
 def test_a_grid_that_grows_keeps_its_cells(scene: Scene, tmp_path: Path) -> None:
     sweep(scene, out=tmp_path)
-    seen: list[sweeps.SweepProgress] = []
+    seen: list[Progress] = []
     larger = scene.with_settings({"vary.run.seed": [1, 2, 3, 4]})
     grown = sweep(larger, out=tmp_path, resume=True, progress=seen.append)
     assert seen[-1].found == 12
@@ -224,7 +225,7 @@ def test_a_sweep_that_is_killed_goes_on_where_it_was(tmp_path: Path, number: int
         assert int(partial["finished"].sum()) == len(kept)
         assert partial["velocity"].isnull().sum() == 12 - len(kept)
     scene = load_scene(path)
-    seen: list[sweeps.SweepProgress] = []
+    seen: list[Progress] = []
     resumed = sweep(scene, out=out, resume=True, progress=seen.append)
     assert seen[0].found == len(kept)
     assert resumed.identical(sweep(scene))
@@ -319,8 +320,8 @@ def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
     def entries() -> list[list[str]]:
         return [line.split() for line in diary.read_text().splitlines()] if diary.exists() else []
 
-    def watch(progress: sweeps.SweepProgress) -> None:
-        if killed or progress.cells < 3:
+    def watch(progress: Progress) -> None:
+        if killed or progress.done < 3:
             return
         ended = {tuple(words[1:]) for words in entries() if words[0] == "end"}
         busy = [words for words in entries() if tuple(words[1:]) not in ended]

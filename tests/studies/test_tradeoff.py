@@ -12,6 +12,7 @@ from exactcreep.laws import prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
+from exactcreep.progress import Progress
 from exactcreep.quasistatic.loop import Experiment, creep
 from exactcreep.studies.contests import draw_tradeoff
 from exactcreep.studies.tradeoff import Contestant, ladder, tradeoff
@@ -34,12 +35,12 @@ FIELD = (
 
 @pytest.fixture(scope="module")
 def measured():
-    told: list[tuple[str, float]] = []
+    told: list[Progress] = []
     found = tradeoff(
         experiment_of(),
         budget=4,
         contestants=FIELD,
-        progress=lambda phase, fraction: told.append((phase, fraction)),
+        progress=told.append,
     )
     return found, told
 
@@ -101,10 +102,10 @@ def test_times_are_positive_and_relative_to_exact(measured):
 def test_the_measurement_keeps_to_its_budget_and_says_how_far_it_is(measured):
     found, told = measured
     assert found.seconds < 30
-    fractions = [fraction for _, fraction in told]
+    fractions = [progress.done for progress in told]
     assert fractions == sorted(fractions)
     assert fractions[-1] == 1.0
-    assert len({phase for phase, _ in told}) > 10
+    assert len({progress.text for progress in told}) > 10
 
 
 def test_the_advice_is_one_sentence_that_names_what_was_measured(measured):

@@ -1,0 +1,92 @@
+"""How far a long computation has come: one value that every one of them hands to its caller."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+_TOO_FEW = 1e-3  # of the whole: the first half-cycles say little about the last
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a computation has come.
+
+    Attributes
+    ----------
+    phase : str
+        What is being done: ``compiling`` (once, before the first run on a machine), ``running``,
+        or a part of a study.
+    done, total : number
+        How much of it, in what `counted` names; total is 0 where it is not known.
+    events : int
+        Start and stop events so far, where they are counted.
+    seconds : float
+        Wall time of the phase, without compilation; of a resumed run, over all sessions.
+    member, members : int
+        Which of several experiments it is, from 1.
+    counted : str
+        ``half-cycles``, ``cells``, ...; "" where `done` is a share of `total`.
+    text : str
+        What of the phase is at hand: a solver, an extreme.
+    found : int
+        How many of `done` an earlier computation had saved.
+    work : float or None
+        Which part of the work is done, between 0 and 1, where ``done / total`` does not tell.
+    """
+
+    phase: str
+    done: float
+    total: float
+    events: int = 0
+    seconds: float = 0.0
+    member: int = 1
+    members: int = 1
+    counted: str = "half-cycles"
+    text: str = ""
+    found: int = 0
+    work: float | None = None
+
+    @property
+    def half_cycles(self) -> int:
+        """Of a run: targets reached."""
+        return int(self.done)
+
+    @property
+    def events_per_second(self) -> float:
+        """Events per second of wall time."""
+        return self.events / self.seconds if self.seconds > 0 else 0.0
+
+    @property
+    def seconds_left(self) -> float:
+        """An estimate of the time to the end, further members taken as equally long; else nan."""
+        share = self.work
+        if share is None:
+            share = self.done / self.total if self.total else 0.0
+        if share <= _TOO_FEW:
+            return math.nan
+        return self.seconds * (self.members - self.member + 1 - share) / share
+
+
+def reporter(progress: Callable[[Progress], None] | None) -> Callable[..., None]:
+    """Return what tells `progress`, if there is any, how far a study has come.
+
+    It is called with a phase, how much of it is done, its total, what these count and a text;
+    a new phase starts the clock anew.
+    """
+    now, begin = "", time.perf_counter()
+
+    def report(
+        phase: str, done: float, total: float = 1, counted: str = "", *, text: str = ""
+    ) -> None:
+        nonlocal now, begin
+        moment = time.perf_counter()
+        if phase != now:
+            now, begin = phase, moment
+        if progress is not None:
+            seconds = moment - begin
+            progress(Progress(phase, done, total, seconds=seconds, counted=counted, text=text))
+
+    return report

@@ -1,0 +1,174 @@
+"""How far a computation has come: the same value from all of them, and one display of it."""
+
+from __future__ import annotations
+
+import io
+import math
+import sys
+from collections.abc import Callable
+from dataclasses import FrozenInstanceError
+from typing import Any
+
+import pytest
+
+from exactcreep.commands import progress as display
+from exactcreep.commands.progress import COMPILING, Display
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles
+from exactcreep.progress import Progress, reporter
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.loop import creep, run_members
+from exactcreep.scene import load_scene
+from exactcreep.studies.comparison import compare
+from exactcreep.studies.envelope import envelope, extremes
+from exactcreep.studies.sweeps import sweep
+from exactcreep.studies.thresholds import threshold
+
+CHAIN = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+DRIVE = Cycles("0.01", 40)
+COMPUTATIONS: dict[str, tuple[str, Callable[[Callable[[Progress], None]], Any]]] = {
+    "creep": ("half-cycles", lambda hear: creep(CHAIN, DRIVE, progress=hear)),
+    "members": (
+        "half-cycles",
+        lambda hear: run_members([Experiment.of(CHAIN, DRIVE)] * 3, progress=hear),
+    ),
+    "sweep": (
+        "cells",
+        lambda hear: sweep(
+            load_scene("two-sliders-cycles").with_settings(
+                {"drive.cycles": 5, "vary.run.seed": [0, 1, 2]}
+            ),
+            progress=hear,
+        ),
+    ),
+    "threshold": (
+        "amplitudes",
+        lambda hear: threshold(CHAIN, solver="exact", digits=6, progress=hear),
+    ),
+    "compare": ("", lambda hear: compare(Experiment.of(CHAIN, DRIVE), events=20, progress=hear)),
+    "envelope": (
+        "extremes",
+        lambda hear: envelope(chosen=extremes(quick=True)[:1], most_compared=0, progress=hear),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", COMPUTATIONS)
+def test_every_long_computation_hands_on_the_same_kind_of_progress(name: str) -> None:
+    counted, compute = COMPUTATIONS[name]
+    heard: list[Progress] = []
+    compute(heard.append)
+    assert heard
+    assert all(isinstance(progress, Progress) for progress in heard)
+    assert counted in {progress.counted for progress in heard}
+    for progress in heard:
+        assert progress.phase
+        assert 0 <= progress.done <= (progress.total or math.inf)
+        assert progress.seconds >= 0
+        assert 1 <= progress.member <= progress.members
+
+
+def test_progress_is_frozen_and_knows_the_half_cycles_of_a_run() -> None:
+    progress = Progress("running", 12, 40, 33, 2.0)
+    assert progress.half_cycles == 12
+    assert progress.events_per_second == 16.5
+    with pytest.raises(FrozenInstanceError):
+        progress.done = 13  # type: ignore[misc]
+
+
+def test_the_time_left_is_in_proportion_and_counts_the_members_that_follow() -> None:
+    assert Progress("running", 10, 40, seconds=3.0).seconds_left == 9.0
+    assert Progress("running", 40, 40, seconds=3.0).seconds_left == 0.0
+    assert Progress("running", 10, 40, seconds=3.0, member=2, members=4).seconds_left == 33.0
+    # where the count does not tell: a tenth of the work is in half of the cells
+    assert Progress("running", 5, 10, seconds=3.0, work=0.1).seconds_left == pytest.approx(27)
+    for unknown in (
+        Progress("running", 0, 40, seconds=3.0),
+        Progress("running", 7, 0, seconds=3.0),
+        Progress("running", 1, 10**6, seconds=3.0),
+    ):
+        assert math.isnan(unknown.seconds_left)
+
+
+def test_a_study_that_nobody_listens_to_reports_to_nobody_and_a_new_phase_has_a_new_clock(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    moments = iter([100.0, 101.0, 103.0, 110.0, 110.5])
+    monkeypatch.setattr("exactcreep.progress.time.perf_counter", lambda: next(moments))
+    heard: list[Progress] = []
+    report = reporter(heard.append)
+    report("scan", 1, 2, "amplitudes")
+    report("scan", 2, 2, "amplitudes")
+    report("refining", 0.25)
+    report("refining", 0.5, text="edge 3")
+    assert [progress.seconds for progress in heard] == [0.0, 2.0, 0.0, 0.5]
+    assert (heard[3].text, heard[3].total, heard[3].counted) == ("edge 3", 1, "")
+    monkeypatch.undo()
+    reporter(None)("scan", 1, 2)
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def shown(
+    monkeypatch: pytest.MonkeyPatch, screen: io.StringIO, heard: list[Progress], **words: Any
+) -> str:
+    monkeypatch.setattr(sys, "stderr", screen)
+    for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "120")
+    with Display(**words) as bar:
+        for progress in heard:
+            bar.show(progress)
+            if bar.bar is not None:
+                bar.bar.refresh()
+    return screen.getvalue()
+
+
+def test_away_from_a_terminal_a_line_is_written_every_few_seconds_and_none_at_first(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    now = 0.0
+    monkeypatch.setattr(display.time, "monotonic", lambda: now)
+    screen = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", screen)
+    with Display() as lines:
+        for k in range(1, 9):
+            now = 2.0 * k
+            lines.show(Progress("running", 10 * k, 80, 7 * k, now))
+    assert screen.getvalue().splitlines() == [
+        "running: 30 of 80 half-cycles, 3.5 events/s, about 0:00:10 left",
+        "running: 60 of 80 half-cycles, 3.5 events/s, about 0:00:04 left",
+    ]
+
+
+def test_away_from_a_terminal_a_short_or_quiet_computation_says_nothing_but_that_it_compiles(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    short = [Progress("running", 1, 2), Progress("running", 2, 2)]
+    assert shown(monkeypatch, io.StringIO(), short) == ""
+    compiled = [Progress("compiling", 0, 2), *short, Progress("compiling", 0, 2)]
+    assert shown(monkeypatch, io.StringIO(), compiled) == f"{COMPILING}\n"
+    monkeypatch.setattr(display, "_BETWEEN_LINES", 0.0)
+    assert shown(monkeypatch, io.StringIO(), compiled, quiet=True) == f"{COMPILING}\n"
+    assert len(shown(monkeypatch, io.StringIO(), short).splitlines()) == 2
+
+
+@pytest.mark.parametrize(
+    ("progress", "name", "told"),
+    [
+        (Progress("running", 5, 80, 35, 2.0, 2, 4), "", ("member 2/4", "5 of 80 half-cycles")),
+        (Progress("running", 3, 10, counted="cells", found=2), "map", ("map", "(2 found saved)")),
+        (Progress("measuring", 0.25, 1, counted="", text="exact"), "", ("measuring exact", "25 %")),
+        (Progress("deciding", 7, 0, counted="runs"), "", ("deciding", "7 runs")),
+    ],
+)  # fmt: skip
+def test_on_a_terminal_a_bar_names_what_is_done_and_goes_away(
+    monkeypatch: pytest.MonkeyPatch, progress: Progress, name: str, told: tuple[str, str]
+) -> None:
+    said = shown(monkeypatch, Terminal(), [progress], name=name)
+    assert all(word in said for word in told)
+    assert said.endswith("\x1b[2K")  # the line is erased at the end
