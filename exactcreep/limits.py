@@ -24,7 +24,7 @@ class Stop(Enum):
     DONE = "done"
     """Every target was reached."""
     BUDGET = "budget"
-    """The events or the memory that were allowed are used up."""
+    """The events or the memory that were allowed are used up, or there is a pause."""
     DEADLINE = "deadline"
     """The time is over, or the user interrupted."""
     RUNAWAY = "runaway"
@@ -52,6 +52,8 @@ class Limits:
         When it has to end, on the clock of `time.perf_counter`; inf: never.
     why : str
         What a result says that ends for `at`.
+    pause : float
+        When a simulation hands over what it has, on the same clock, if only it has come on.
     interrupted : callable, optional
         Returns whether the user wants it to end now.
     used : int
@@ -62,6 +64,7 @@ class Limits:
     bytes: int | None = None
     at: float = math.inf
     why: str = ""
+    pause: float = math.inf
     interrupted: Callable[[], bool] | None = None
     used: int = 0
 
@@ -116,11 +119,17 @@ class Limits:
         if self.passed():
             raise OutOfTime(self.reason(Stop.DEADLINE))
 
-    def stop(self, events: int) -> Stop | None:
-        """Return why a computation ends that has used so many events; None: it goes on."""
+    def stop(self, events: int, *, further: bool = True) -> Stop | None:
+        """Return why a computation ends that has used so many events; None: it goes on.
+
+        It does not pause as long as it has not come any `further`.
+        """
         if events >= self.events_left:
             return Stop.BUDGET
-        return Stop.DEADLINE if self.passed() else None
+        if self.passed():
+            return Stop.DEADLINE
+        paused = further and self.pause < math.inf and time.perf_counter() >= self.pause
+        return Stop.BUDGET if paused else None
 
     def reason(self, stop: Stop) -> str:
         """Return the sentence for what ended because of these limits; "" if it did not."""

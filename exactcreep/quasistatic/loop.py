@@ -300,30 +300,26 @@ def run_members(
     """
     kept: list[Mapping[str, Any] | None] = list(captured or [None] * len(experiments))
     results: list[Creep] = []
+
+    def save(march: March, index: int, *, if_due: bool) -> None:
+        if keeper is None or (if_due and not keeper.due()):
+            return
+        kept[index] = march.capture()
+        keeper.keep(list(zip(experiments, kept, strict=True)))
+
     with _deferred_interrupt() as interrupted:
         limits = replace(limits, interrupted=interrupted)
         for index, experiment in enumerate(experiments):
             begin = time.perf_counter()
             march = March(experiment, kept[index])
             show = partial(_show, progress, march, index + 1, len(experiments))
-
-            def save(march: March = march, index: int = index) -> None:
-                if keeper is not None:
-                    kept[index] = march.capture()
-                    keeper.keep(list(zip(experiments, kept, strict=True)))
-
             if not march.ended:
+                save(march, index, if_due=True)
                 compiling = _warm_up(experiment, partial(show, "compiling"))
                 limits = limits.later(compiling)
-                _advance(
-                    march,
-                    limits,
-                    begin=begin + compiling,
-                    show=partial(show, "running"),
-                    due=keeper.due if keeper is not None else lambda: False,
-                    save=save,
-                )
-                save()
+                hear = partial(show, "running"), partial(save, march, index, if_due=True)
+                _advance(march, limits, begin + compiling, hear)
+                save(march, index, if_due=False)
             result = march.result()
             _warn(result)
             results.append(result)
@@ -349,15 +345,12 @@ def _warn(result: Creep) -> None:
 
 
 def _advance(
-    march: March,
-    limits: Limits,
-    *,
-    begin: float,
-    show: Callable[[], None],
-    due: Callable[[], bool],
-    save: Callable[[], None],
+    march: March, limits: Limits, begin: float, hear: Sequence[Callable[[], None]]
 ) -> None:
-    """Go on until the drive ends, the solver gives up, or a limit is reached."""
+    """Go on until the drive ends, the solver gives up, or a limit is reached.
+
+    About ten times a second those that `hear` of it are called.
+    """
     march.outcome, march.reason = None, ""
     simulation, before = march.simulation, march.seconds
     reached_with = simulation.tally.events  # when the last target was reached
@@ -365,21 +358,18 @@ def _advance(
     def take(stretch: Stretch) -> str:
         nonlocal reached_with
         march.take(stretch)
+        march.seconds = before + time.perf_counter() - begin
+        for tell in hear:
+            tell()
         events = simulation.tally.events
         if stretch.completed:
             reached_with = events
-        march.seconds = before + time.perf_counter() - begin
-        show()
-        if due():
-            save()
         if limits.bytes is not None and march.bytes > limits.bytes:
             return limits.full
         if limits.events is not None:
             return ""
         return _endless(march.experiment.chain, events - reached_with)
 
-    if due():
-        save()
     while not march.ended and march.outcome is None:
         left = limits.after(simulation.tally.events)
         drive, until = march.experiment.drive, march.done + march.room

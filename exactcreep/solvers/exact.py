@@ -246,13 +246,12 @@ class ExactSimulation(Simulation):
         travel = np.empty(count)
         rows: dict[str, list[Any]] = {name: [] for name in ("x", "tension", "slips")}
         logs: list[dict[str, NDArray[Any]]] = []
-        last = int(self.work.whole[layout.EVENTS]) + limits.events_left
-        last_step = int(self.work.whole[layout.STEPS]) + 4 * limits.events_left + 1000
-        done, stop = 0, Stop.DONE
-        reason = layout.DONE
-        while done < count:
+        begun = events = int(self.work.whole[layout.EVENTS])
+        done, reason = 0, layout.DONE
+        stop: Stop | None = None
+        while stop is None:
             upto = done + 1 if each else count
-            left = last - int(self.work.whole[layout.EVENTS])
+            left = begun + limits.events_left - events
             reason, reached = self._advance(
                 high[done:upto], low[done:upto], travel[done:upto], left, single=False
             )
@@ -267,15 +266,10 @@ class ExactSimulation(Simulation):
                 if "slips" in self.record:
                     rows["slips"].append(self.work.tally[layout.SLIPS, self._inner].copy())
                 self.work.tally[layout.SLIPS] = 0
+            events = int(self.work.whole[layout.EVENTS])
             if reason in (layout.RUNAWAY, layout.ENDLESS):
                 break
-            now = int(self.work.whole[layout.EVENTS]), int(self.work.whole[layout.STEPS])
-            if reason == layout.BUDGET and (now[0] >= last or now[1] >= last_step):
-                stop = Stop.BUDGET
-                break
-            if done < count and limits.passed():
-                stop = Stop.DEADLINE
-                break
+            stop = Stop.DONE if done == count else limits.stop(events - begun)
         recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
         widths = {"x": self.chain.n, "tension": self.chain.n - 1, "slips": self.chain.n}
         for name in rows:
@@ -285,13 +279,13 @@ class ExactSimulation(Simulation):
             empty = self._drain()
             for name in empty:
                 recorded[name] = np.concatenate([log[name] for log in logs] + [empty[name]])
+        if stop is not None:
+            return Stretch(done, recorded, stop, limits.reason(stop))
         if reason == layout.RUNAWAY:
             return Stretch(done, recorded, Stop.RUNAWAY, NEVER_STOPS)
-        if reason == layout.ENDLESS:
-            if self.never_rests():
-                return Stretch(done, recorded, Stop.RUNAWAY, NEVER_RESTS)
-            return Stretch(done, recorded, Stop.LIMIT, _ENDLESS)
-        return Stretch(done, recorded, stop, limits.reason(stop))
+        if self.never_rests():
+            return Stretch(done, recorded, Stop.RUNAWAY, NEVER_RESTS)
+        return Stretch(done, recorded, Stop.LIMIT, _ENDLESS)
 
     def _advance(
         self,

@@ -191,7 +191,8 @@ class FieldSimulation(Simulation):
 
     def _early(self) -> Stop | None:
         """Return why `follow` has to come back; None: it need not."""
-        return self.limits.stop(self.tally.events - self.begun)
+        events = self.tally.events - self.begun
+        return self.limits.stop(events, further=events > 0)
 
     def _columns(self) -> list[str]:
         names = ["x_G", *(name for name in ("x", "tension", "slips") if name in self.record)]

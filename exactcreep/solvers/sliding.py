@@ -293,16 +293,12 @@ class SlidingSimulation(Simulation):
     def follow(
         self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
     ) -> Stretch:
-        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`.
-
-        For `limits`, every slider of every half-cycle counts as an event.
-        """
+        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         if not _held(self.chain):
-            stop = Stop.RUNAWAY if _too_steep(self.chain) else Stop.LIMIT
-            return Stretch(0, {}, stop, _not_held_because(self.chain))
+            lost = Stop.RUNAWAY if _too_steep(self.chain) else Stop.LIMIT
+            return Stretch(0, {}, lost, _not_held_because(self.chain))
         self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n = self.chain.n
-        asked, count = count, min(count, max(1, limits.events_left // n))
         kind: Any = object if self.exact else np.float64
 
         def rows(name: str, width: int, dtype: Any = kind) -> NDArray[Any]:
@@ -312,8 +308,9 @@ class SlidingSimulation(Simulation):
         x_rows, tension_rows = rows("x", n), rows("tension", n - 1)
         slip_rows = rows("slips", n, np.int64)
         before = self._totals.copy()
-        done, most = 0, 1 if self.exact else max(1, _PAUSE // n)
-        while done < count and not (done and limits.passed()):
+        done, most = 0, 1 if self.exact else max(1, min(_PAUSE, limits.events_left) // n)
+        stop: Stop | None = None
+        while stop is None:
             part = slice(done, min(done + most, count))
             out = (x_g[part], x_rows[part], tension_rows[part], slip_rows[part])
             if self.exact:
@@ -321,7 +318,8 @@ class SlidingSimulation(Simulation):
             else:
                 self._follow_compiled(drive, first + done, *out)
             done = part.stop
-        _, gave_way, starts, stops = (self._totals - before).tolist()
+            _, gave_way, starts, stops = (self._totals - before).tolist()
+            stop = Stop.DONE if done == count else limits.stop(int(starts + stops))
         self.tally.undecided += int(gave_way)
         self.tally.slips += int(starts)
         self.tally.events += int(starts) + int(stops)
@@ -329,7 +327,6 @@ class SlidingSimulation(Simulation):
         for name, table in (("x", x_rows), ("tension", tension_rows), ("slips", slip_rows)):
             if name in self.record:
                 recorded[name] = table[:done]
-        stop = Stop.DEADLINE if done < count else Stop.BUDGET if done < asked else Stop.DONE
         return Stretch(done, recorded, stop, limits.reason(stop))
 
     def _follow_compiled(

@@ -26,8 +26,8 @@ RECORDS = ("x_G", "x", "tension", "slips", "events")
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
-_BLOCK_SECONDS = 0.1  # between two stretches of an advance
-_LONGEST_BLOCK = 1 << 18  # targets, events; bounds the memory of a stretch
+_STRETCH_SECONDS = 0.1  # of an advance that somebody watches
+_LONGEST_STRETCH = 1 << 18  # targets; bounds the memory of a stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -260,26 +260,25 @@ def advance(
     start, before = done, simulation.tally.events
     parts: list[Mapping[str, NDArray[Any]]] = []
     held = 0  # bytes
-    targets, events = 2, 64  # of the next stretch
-    if take is None and limits.bytes is None:  # nobody waits for it
-        targets, events = 1024, limits.events_left
+    watched = take is not None or limits.bytes is not None
+    targets = 2 if watched else 1024  # of the next stretch
     stop, reason = Stop.DONE, ""
     while done < until:
-        past = simulation.tally.events
-        left = limits.after(past - before)
+        left = limits.after(simulation.tally.events - before)
         if limits.bytes is not None and held > limits.bytes:
             stop, reason = Stop.BUDGET, limits.full
             break
         if (early := left.stop(0)) is not None:
             stop, reason = early, left.reason(early)
             break
-        earlier = time.perf_counter()
-        allowed = replace(limits, events=min(events, left.events_left), used=0)
-        stretch = simulation.follow(drive, done + 1, min(targets, until - done), allowed)
-        faster = _BLOCK_SECONDS / max(time.perf_counter() - earlier, 1e-9)
+        begin = time.perf_counter()
+        pause = begin + _STRETCH_SECONDS if watched else math.inf
+        stretch = simulation.follow(
+            drive, done + 1, min(targets, until - done), replace(left, pause=pause)
+        )
+        faster = _STRETCH_SECONDS / max(time.perf_counter() - begin, 1e-9)
+        targets = min(max(int(stretch.completed * faster), 1), 8 * targets, _LONGEST_STRETCH)
         done += stretch.completed
-        targets = _adapted(stretch.completed, faster, targets)
-        events = _adapted(simulation.tally.events - past, faster, events)
         told = None
         if take is not None:
             told = take(stretch)
@@ -293,11 +292,6 @@ def advance(
             stop, reason = Stop.LIMIT, told
             break
     return Stretch(done - start, _joined(parts), stop, reason)
-
-
-def _adapted(achieved: int, faster: float, now: int) -> int:
-    """Return how many take about `_BLOCK_SECONDS`, at most 8 times `now`."""
-    return max(1, min(int(max(achieved, 1) * faster), 8 * now, _LONGEST_BLOCK))
 
 
 def _joined(parts: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:

@@ -46,10 +46,8 @@ from exactcreep.solvers.stepping import (
     MOVING,
     NOW,
     OLD_B,
-    PAUSED,
     REST,
     ROW,
-    ROWS,
     RUNAWAY,
     SIGN,
     SLIDER,
@@ -301,16 +299,17 @@ class VerletSimulation(Simulation):
         tension = np.empty((count if wanted[1] else 0, n - 1))
         slips = np.empty((count if wanted[2] else 0, n), dtype=np.int64)
         rows = []
-        done, code = 0, ROWS
-        last_event = int(work.now["events"][0]) + limits.events_left
-        while code in (ROWS, PAUSED):
+        done = 0
+        begun = events = int(work.now["events"][0])
+        stop: Stop | None = None
+        while stop is None:
             work.spent[0] = 0
             code, more = follow(
                 self._laws,
                 work,
                 targets[done:],
                 first + done,
-                last_event - int(work.now["events"][0]),
+                begun + limits.events_left - events,
                 x_G[done:],
                 x[done:],
                 tension[done:],
@@ -320,8 +319,8 @@ class VerletSimulation(Simulation):
             done += more
             rows.append(work.rows[: int(work.written[0])].copy())
             work.written[0] = 0
-            if code in (ROWS, PAUSED) and limits.passed():
-                break
+            events = int(work.now["events"][0])
+            stop = _STOPS.get(code) or limits.stop(events - begun)
         self._count()
         recorded: dict[str, NDArray[Any]] = {"x_G": x_G[:done]}
         for name, values, asked in zip(
@@ -334,7 +333,6 @@ class VerletSimulation(Simulation):
             for name in ROW.names or ():
                 if name != "residual":
                     recorded["event_" + name] = kept[name].copy()
-        stop = _STOPS.get(code, Stop.DEADLINE)
         return Stretch(done, recorded, stop, _REASONS.get(code) or limits.reason(stop))
 
     def state(self) -> State:
