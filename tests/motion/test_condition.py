@@ -15,7 +15,7 @@ import pytest
 
 from exactcreep import Chain, Evidence, InputError, Outcome, State, rearrange
 from exactcreep.motion.arithmetic import digits_of
-from exactcreep.motion.condition import MARGIN, PROBES, PROMISE, carried, condition
+from exactcreep.motion.condition import PROMISE, carried, condition
 from exactcreep.motion.itinerary import Course
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Rearrangement
@@ -119,8 +119,6 @@ def test_the_estimate_is_deterministic() -> None:
     again = condition(chain, result.initial, result.events, seed=3)
     assert again == condition(chain, result.initial, result.events, seed=3)
     assert again.error == result.error
-    assert PROBES >= 12
-    assert MARGIN >= 3
 
 
 def five_sliders(extra: Fraction, **options: object) -> Rearrangement:
