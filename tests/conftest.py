@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import pytest
+
+from exactcreep.cli import status
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -14,6 +20,50 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         if item.get_closest_marker("slow") or item.get_closest_marker("benchmark"):
             item.add_marker(pytest.mark.timeout(0))
     items.sort(key=lambda item: item.path.stem != "test_notebooks")
+
+
+@dataclass(frozen=True)
+class Told:
+    """The status that a command left with, and what it printed."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> Any:
+        """The object that ``--json`` printed."""
+        return json.loads(self.out)
+
+    @property
+    def sentence(self) -> str:
+        """The one sentence by which a command refuses what it is given."""
+        lines = self.err.strip().splitlines()
+        assert self.code == 2, self.err
+        assert self.out == ""
+        assert len(lines) == 1
+        assert lines[0].startswith("exactcreep: ")
+        assert "defect" not in lines[0]
+        return lines[0].removeprefix("exactcreep: ")
+
+
+Command = Callable[..., Told]
+
+
+@pytest.fixture
+def command(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Command:
+    """Return a function that runs the program on words, in the test's own directory."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "100")
+
+    def call(*words: str) -> Told:
+        capsys.readouterr()
+        code = status(words)
+        return Told(code, *capsys.readouterr())
+
+    return call
 
 
 @pytest.fixture

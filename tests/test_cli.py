@@ -7,56 +7,20 @@ import signal
 import sys
 import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from exactcreep import Creep, resume
 from exactcreep.cli import status
 from exactcreep.quasistatic.result import load_members
+from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun, finished, wait_until
 
 QUICK = ["run", "six-sliders-cycles", "--set", "drive.cycles=10"]
 
 
-class Told:
-    """What a command printed, and its status."""
-
-    def __init__(self, code: int, out: str, err: str) -> None:
-        self.code, self.out, self.err = code, out, err
-
-    @property
-    def json(self) -> Any:
-        return json.loads(self.out)
-
-    @property
-    def sentence(self) -> str:
-        """The one line that an error makes."""
-        lines = self.err.strip().splitlines()
-        assert self.code == 2
-        assert self.out == ""
-        assert len(lines) == 1
-        assert lines[0].startswith("exactcreep: ")
-        return lines[0].removeprefix("exactcreep: ")
-
-
-@pytest.fixture
-def run(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Any:
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "100")
-
-    def call(*words: str) -> Told:
-        code = status(list(words))
-        out, err = capsys.readouterr()
-        return Told(code, out, err)
-
-    return call
-
-
-def test_json_is_one_object_with_the_numbers_of_the_run(run: Any) -> None:
-    told = run(*QUICK, "--json", "--seed", "4")
+def test_json_is_one_object_with_the_numbers_of_the_run(command: Command) -> None:
+    told = command(*QUICK, "--json", "--seed", "4")
     assert told.code == 0
     names = {"velocity", "velocity_error", "outcome", "evidence", "solver", "half_cycles",
              "rearrangements", "events", "slips", "undecided", "seconds"}  # fmt: skip
@@ -67,8 +31,8 @@ def test_json_is_one_object_with_the_numbers_of_the_run(run: Any) -> None:
     assert told.json["events"] >= told.json["slips"] >= told.json["rearrangements"] > 0
 
 
-def test_a_scene_with_members_prints_what_each_one_sets(run: Any) -> None:
-    told = run("run", "chain-jumps", "--set", "drive.cycles=3", "--json")
+def test_a_scene_with_members_prints_what_each_one_sets(command: Command) -> None:
+    told = command("run", "chain-jumps", "--set", "drive.cycles=3", "--json")
     members = told.json["members"]
     assert len(members) == 16
     assert members[9]["set"] == {
@@ -82,15 +46,16 @@ def test_a_scene_with_members_prints_what_each_one_sets(run: Any) -> None:
     assert len({member["x_G"] for member in members}) > 2
 
 
-def test_a_number_that_is_not_finite_is_null(run: Any) -> None:
-    told = run("run", "two-sliders-cycles", "--set", "drive.cycles=1", "--json")
+def test_a_number_that_is_not_finite_is_null(command: Command) -> None:
+    told = command("run", "two-sliders-cycles", "--set", "drive.cycles=1", "--json")
     assert told.json["velocity"] is None
     assert told.json["velocity_error"] is None
 
 
-def test_numbers_asked_with_digits_are_decimal_strings(run: Any) -> None:
-    told = run("run", "two-sliders-cycles", "--set", "drive.cycles=4", "--set", "chain.sigma_mu=0",
-               "--solver", "mpmath", "--digits", "40", "--json")  # fmt: skip
+def test_numbers_asked_with_digits_are_decimal_strings(command: Command) -> None:
+    sure = ("--set", "drive.cycles=4", "--set", "chain.sigma_mu=0")
+    told = command("run", "two-sliders-cycles", *sure, "--solver", "mpmath", "--digits", "40",
+                   "--json")  # fmt: skip
     assert told.code == 0
     velocity = told.json["velocity"]
     assert isinstance(velocity, str)
@@ -99,8 +64,10 @@ def test_numbers_asked_with_digits_are_decimal_strings(run: Any) -> None:
     assert velocity.startswith("9.70142500145331")
 
 
-def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(run: Any) -> None:
-    told = run(*QUICK)
+def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
+    command: Command,
+) -> None:
+    told = command(*QUICK)
     assert told.code == 0
     assert re.search(r"velocity per half-cycle +2[78]\.\d+ ± 0\.\d+", told.out)
     assert re.search(r"paper, Eq\. \(vitesse_seuil\) +27\.8172", told.out)
@@ -108,31 +75,34 @@ def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(run: 
     assert "computed" in told.out
 
 
-def test_the_summary_of_members_counts_how_many_creep_cycle_or_rest(run: Any) -> None:
-    told = run("run", "two-sliders-cycles", "--set", "vary.drive.amplitude=[0.0003,0.001]",
-               "--set", "drive.cycles=20", "--set", "chain.sigma_mu=0")  # fmt: skip
+def test_the_summary_of_members_counts_how_many_creep_cycle_or_rest(command: Command) -> None:
+    told = command("run", "two-sliders-cycles", "--set", "vary.drive.amplitude=[0.0003,0.001]",
+                   "--set", "drive.cycles=20", "--set", "chain.sigma_mu=0")  # fmt: skip
     assert "2 members: 1 at_rest, 1 creeping" in told.out
 
 
-def test_the_data_and_the_picture_are_written(run: Any, tmp_path: Path) -> None:
-    told = run(*QUICK, "--out", "run.nc", "--plot", "run.png", "--record", "x_G,slips", "--json")
+def test_the_data_and_the_picture_are_written(command: Command, tmp_path: Path) -> None:
+    output = ("--out", "run.nc", "--plot", "run.png", "--record", "x_G,slips")
+    told = command(*QUICK, *output, "--json")
     loaded = Creep.load(tmp_path / "run.nc")
     assert loaded.velocity == told.json["velocity"]
     assert set(loaded.recorded) == {"x_G", "slips"}
     assert (tmp_path / "run.png").read_bytes().startswith(b"\x89PNG")
     several = ["run", "chain-jumps", "--set", "drive.cycles=3"]
-    assert run(*several, "--out", "jumps.nc", "--plot", "jumps.pdf").code == 0
+    assert command(*several, "--out", "jumps.nc", "--plot", "jumps.pdf").code == 0
     assert len(load_members(tmp_path / "jumps.nc")) == 16
     assert (tmp_path / "jumps.pdf").read_bytes().startswith(b"%PDF")
 
 
 @pytest.mark.parametrize("option", ["--out", "--plot", "--checkpoint"])
-def test_nothing_is_overwritten_without_force(run: Any, tmp_path: Path, option: str) -> None:
+def test_nothing_is_overwritten_without_force(
+    command: Command, tmp_path: Path, option: str
+) -> None:
     name = {"--out": "a.nc", "--plot": "a.png", "--checkpoint": "a.ckpt"}[option]
     (tmp_path / name).write_text("precious")
-    assert "exists" in run(*QUICK, option, name).sentence
+    assert "exists" in command(*QUICK, option, name).sentence
     assert (tmp_path / name).read_text() == "precious"
-    assert run(*QUICK, option, name, "--force").code == 0
+    assert command(*QUICK, option, name, "--force").code == 0
     assert b"precious" not in (tmp_path / name).read_bytes()
 
 
@@ -163,19 +133,19 @@ def test_nothing_is_overwritten_without_force(run: Any, tmp_path: Path, option: 
     ],
 )
 def test_bad_input_is_one_sentence_and_status_2(
-    run: Any, tmp_path: Path, words: list[str], told: str
+    command: Command, tmp_path: Path, words: list[str], told: str
 ) -> None:
-    assert told in run(*words).sentence
+    assert told in command(*words).sentence
     assert not list(tmp_path.iterdir())
 
 
 def test_a_directory_that_cannot_be_written_is_refused_before_the_run(
-    run: Any, tmp_path: Path
+    command: Command, tmp_path: Path
 ) -> None:
     if os.geteuid() == 0:
         pytest.skip("root may write everywhere")
     (tmp_path / "closed").mkdir(mode=0o500)
-    assert "can be written" in run(*QUICK, "--out", "closed/run.nc").sentence
+    assert "can be written" in command(*QUICK, "--out", "closed/run.nc").sentence
 
 
 def test_debug_shows_the_traceback() -> None:
@@ -185,9 +155,11 @@ def test_debug_shows_the_traceback() -> None:
         status(["--debug", "run", "six-slider"])
 
 
-def test_a_limit_leaves_with_status_3_and_the_partial_result(run: Any, tmp_path: Path) -> None:
-    told = run("run", "six-sliders-cycles", "--set", "drive.cycles=100000", "--max-events", "20000",
-               "--out", "run.nc", "--json")  # fmt: skip
+def test_a_limit_leaves_with_status_3_and_the_partial_result(
+    command: Command, tmp_path: Path
+) -> None:
+    told = command("run", "six-sliders-cycles", "--set", "drive.cycles=100000",
+                   "--max-events", "20000", "--out", "run.nc", "--json")  # fmt: skip
     assert told.code == 3
     assert told.json["outcome"] == "limit"
     assert told.json["reason"] == "max_events = 20000 was reached"
@@ -195,13 +167,13 @@ def test_a_limit_leaves_with_status_3_and_the_partial_result(run: Any, tmp_path:
 
 
 def test_what_was_computed_is_told_even_if_it_cannot_be_written(
-    run: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*files: object) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", full)
-    told = run(*QUICK, "--out", "run.nc", "--json")
+    told = command(*QUICK, "--out", "run.nc", "--json")
     assert told.code == 2
     assert told.json["outcome"] == "creeping"
     assert "No space left on device" in told.err
@@ -222,13 +194,13 @@ def test_the_kernel_is_compiled_once_and_the_first_start_says_so(tmp_path: Path)
     assert counted < (first - second) / 5  # the compiler's time is not the run's
 
 
-def test_resume_prints_what_an_uninterrupted_run_prints(run: Any, tmp_path: Path) -> None:
+def test_resume_prints_what_an_uninterrupted_run_prints(command: Command, tmp_path: Path) -> None:
     scene = ["run", "chain-jumps", "--set", "drive.cycles=20"]
-    whole = run(*scene, "--json").json
+    whole = command(*scene, "--json").json
     most = max(member["events"] for member in whole["members"])
-    part = run(*scene, "--json", "--max-events", str(most - 1), "--checkpoint", "a.ckpt")
+    part = command(*scene, "--json", "--max-events", str(most - 1), "--checkpoint", "a.ckpt")
     assert part.code == 3
-    again = run("resume", "a.ckpt", "--json", "--out", "a.nc").json
+    again = command("resume", "a.ckpt", "--json", "--out", "a.nc").json
     for objects in (whole, again):
         for member in objects["members"]:
             assert member.pop("seconds") > 0
@@ -236,9 +208,9 @@ def test_resume_prints_what_an_uninterrupted_run_prints(run: Any, tmp_path: Path
     assert len(load_members(tmp_path / "a.nc")) == 16
 
 
-def test_resume_refuses_what_is_no_checkpoint(run: Any, tmp_path: Path) -> None:
+def test_resume_refuses_what_is_no_checkpoint(command: Command, tmp_path: Path) -> None:
     (tmp_path / "a.ckpt").write_text("PK")
-    assert "is not a checkpoint of exactcreep" in run("resume", "a.ckpt").sentence
+    assert "is not a checkpoint of exactcreep" in command("resume", "a.ckpt").sentence
 
 
 def size(path: Path) -> int:
@@ -293,32 +265,35 @@ def test_help_waits_for_no_compiler() -> None:
     assert "Exit status" in told.stdout
 
 
-def test_every_command_has_help_with_an_example(run: Any) -> None:
-    told = run("--help")
+def test_every_command_has_help_with_an_example(command: Command) -> None:
+    told = command("--help")
     commands = re.findall(r"^│ ([a-z]+) ", told.out, re.MULTILINE)
     assert {"scenes", "run", "resume"} <= set(commands)
-    for command in commands:
-        assert "exactcreep " + command in run(command, "--help").out
+    for name in commands:
+        assert "exactcreep " + name in command(name, "--help").out
 
 
-def test_scenes_lists_every_scene_and_shows_one(run: Any, tmp_path: Path) -> None:
-    listed = {scene["name"]: scene["members"] for scene in run("scenes", "--json").json["scenes"]}
+def test_scenes_lists_every_scene_and_shows_one(command: Command, tmp_path: Path) -> None:
+    scenes = command("scenes", "--json").json["scenes"]
+    listed = {scene["name"]: scene["members"] for scene in scenes}
     assert listed["chain-jumps"] == 16
-    assert all(name in run("scenes").out for name in listed)
-    (tmp_path / "mine.toml").write_text(run("scenes", "--show", "six-sliders-cycles").out)
+    assert all(name in command("scenes").out for name in listed)
+    (tmp_path / "mine.toml").write_text(command("scenes", "--show", "six-sliders-cycles").out)
     short = ["--set", "drive.cycles=5", "--json"]
-    mine = run("run", "mine.toml", *short).json
-    assert mine["x_G"] == run("run", "six-sliders-cycles", *short).json["x_G"]
+    mine = command("run", "mine.toml", *short).json
+    assert mine["x_G"] == command("run", "six-sliders-cycles", *short).json["x_G"]
 
 
-def test_the_version_is_printed(run: Any) -> None:
-    assert re.fullmatch(r"exactcreep \d+\.\d+\.\d+\n", run("--version").out)
+def test_the_version_is_printed(command: Command) -> None:
+    assert re.fullmatch(r"exactcreep \d+\.\d+\.\d+\n", command("--version").out)
 
 
-def test_the_summary_says_how_many_rearrangements_are_too_long_for_the_promise(run: Any) -> None:
+def test_the_summary_says_how_many_rearrangements_are_too_long_for_the_promise(
+    command: Command,
+) -> None:
     scene = ("run", "thirty-sliders-cycles", "--set", "drive.cycles=40")
-    count = run(*scene, "--json").json["long_rearrangements"]
+    count = command(*scene, "--json").json["long_rearrangements"]
     assert count > 1
-    told = run(*scene).out
+    told = command(*scene).out
     assert f"{count} rearrangements of more than 200 events, for which 1e-12" in told
-    assert "accuracy" not in run(*QUICK).out
+    assert "accuracy" not in command(*QUICK).out

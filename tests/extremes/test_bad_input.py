@@ -44,6 +44,7 @@ from exactcreep.cli import status
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
 from exactcreep.studies.thresholds import GivenUp
+from tests.conftest import Command
 from tests.processes import finished
 
 GOOD = {"n": 3, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
@@ -282,27 +283,17 @@ def test_a_scene_spoiled_anywhere_makes_members_or_one_sentence(changes: list[An
 
 
 @pytest.fixture
-def told(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Callable[..., str]:
+def told(command: Command, tmp_path: Path) -> Callable[..., str]:
     """Return a function that runs a command which must be refused, and returns the sentence."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "100")
+
+    def files() -> dict[Path, bytes]:
+        return {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
 
     def call(*words: str) -> str:
-        before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-        code = status(words)
-        out, err = capsys.readouterr()
-        assert code == 2, (code, err)
-        assert out == ""
-        lines = err.strip().splitlines()
-        assert len(lines) == 1
-        assert lines[0].startswith("exactcreep: ")
-        assert "Traceback" not in err
-        assert "defect" not in err
-        after = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
-        assert after == before
-        return lines[0]
+        before = files()
+        sentence = command(*words).sentence
+        assert files() == before
+        return sentence
 
     return call
 
@@ -313,9 +304,9 @@ ONE_FILE = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("command", ONE_FILE)
+@pytest.mark.parametrize("name", ONE_FILE)
 def test_no_command_reads_what_is_not_for_it(
-    command: str, told: Callable[..., str], tmp_path: Path
+    name: str, told: Callable[..., str], tmp_path: Path
 ) -> None:
     files = {
         "latin": b'title = "G\xe9minard"',
@@ -325,12 +316,12 @@ def test_no_command_reads_what_is_not_for_it(
         "checkpoint": b"exactcreep checkpoint 1\n",
         "scene.toml": b"[chain]\nn = 2\n",
     }
-    for name, content in files.items():
-        (tmp_path / name).write_bytes(content)
+    for file, content in files.items():
+        (tmp_path / file).write_bytes(content)
     (tmp_path / "folder").mkdir()
     (tmp_path / "loop").symlink_to("loop")
-    for name in [*files, "folder", "loop", "none", "a" * 300, "/dev/zero", ""]:
-        told(command, name, *ONE_FILE[command])
+    for file in [*files, "folder", "loop", "none", "a" * 300, "/dev/zero", ""]:
+        told(name, file, *ONE_FILE[name])
 
 
 def test_a_number_of_a_million_digits_is_refused_without_being_read(
@@ -399,7 +390,7 @@ def test_one_file_does_not_serve_two_purposes(told: Callable[..., str], tmp_path
 
 
 def test_a_file_that_cannot_be_begun_is_named(
-    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device", ".x.abc")
@@ -408,10 +399,11 @@ def test_a_file_that_cannot_be_begun_is_named(
     for option in ("out", "checkpoint"):
         name = str(tmp_path / "new")
         words = ["run", "two-sliders-cycles", "--set", "drive.cycles=1", "--json"]
-        assert status([*words, f"--{option}", name]) == 2
-        told = capsys.readouterr().err.strip().splitlines()[-1]
-        assert told.startswith(f"exactcreep: {option} = ")
-        assert "No space left" in told
+        told = command(*words, f"--{option}", name)
+        assert told.code == 2
+        last = told.err.strip().splitlines()[-1]
+        assert last.startswith(f"exactcreep: {option} = ")
+        assert "No space left" in last
 
 
 def test_a_time_beyond_the_largest_float_is_refused(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from exactcreep import Creep
-from exactcreep.cli import status
 from exactcreep.quasistatic.result import load_members
+from tests.conftest import Command
 from tests.processes import finished
 
 # One process compiles; each attempt is a fork of it, so that a kill costs milliseconds. An attempt
@@ -94,12 +94,10 @@ def test_a_command_killed_24_times_at_random_writes_the_file_of_an_uninterrupted
 
 
 def test_a_file_that_is_not_the_run_s_is_refused_and_left_as_it_is(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    command: Command, tmp_path: Path
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     scene = ["run", "two-sliders-cycles", "--set", "drive.cycles=3"]
-    assert status([*scene, "--checkpoint", "a.ckpt", "--out", "a.nc"]) == 0
-    capsys.readouterr()
+    assert command(*scene, "--checkpoint", "a.ckpt", "--out", "a.nc").code == 0
     good = (tmp_path / "a.ckpt").read_bytes()
     header, body = good.split(b"\n", 1)
     spoiled = {
@@ -115,14 +113,8 @@ def test_a_file_that_is_not_the_run_s_is_refused_and_left_as_it_is(
     }
     for name, content in spoiled.items():
         (tmp_path / name).write_bytes(content)
-        assert status(["resume", name, "--json"]) == 2, name
-        out, err = capsys.readouterr()
-        assert out == ""
-        assert err.startswith(f"exactcreep: checkpoint = '{name}'")
-        assert len(err.strip().splitlines()) == 1
+        assert command("resume", name, "--json").sentence.startswith(f"checkpoint = '{name}'")
         assert (tmp_path / name).read_bytes() == content
-    assert status(["resume", "a.ckpt", "--json"]) == 0
-    assert status([*scene, "--checkpoint", "a.ckpt"]) == 2
-    assert "exists" in capsys.readouterr().err
-    assert status(["resume", "a.ckpt", "--out", "a.nc"]) == 2
-    assert "exists" in capsys.readouterr().err
+    assert command("resume", "a.ckpt", "--json").code == 0
+    assert "exists" in command(*scene, "--checkpoint", "a.ckpt").sentence
+    assert "exists" in command("resume", "a.ckpt", "--out", "a.nc").sentence

@@ -10,7 +10,6 @@ import pytest
 from PIL import Image
 
 from exactcreep import Chain, Cycles, GaussianSteps, creep
-from exactcreep.cli import status
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.animation import (
@@ -20,6 +19,7 @@ from exactcreep.studies.animation import (
     largest_avalanche,
 )
 from exactcreep.studies.portraits import draw_portrait, portrait
+from tests.conftest import Command
 
 CHAIN = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 DRIVE = Cycles("0.004", 20)
@@ -92,21 +92,18 @@ def test_a_portrait_of_any_chain_can_be_drawn(n: int) -> None:
     assert figure.axes[0].get_ylabel()
 
 
-def test_the_command_show_writes_a_picture_and_keeps_files(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_the_command_show_writes_a_picture_and_keeps_files(command: Command) -> None:
     words = ["run", "six-sliders-cycles", "--set", "drive.cycles=5"]
-    assert status([*words, "--out", "run.nc"]) == 0
-    assert status(["show", "run.nc", "--half-cycle", "4"]) == 0
+    assert command(*words, "--out", "run.nc").code == 0
+    assert command("show", "run.nc", "--half-cycle", "4").code == 0
     with Image.open("run.png") as shown:
         assert min(shown.size) > 500
-    assert status(["show", "run.nc"]) == 2  # run.png exists
-    assert status(["show", "run.nc", "--half-cycle", "11", "--out", "b.png"]) == 2
-    assert "at most 10" in capsys.readouterr().err
-    assert status(["show", "run.nc", "--member", "2", "--out", "b.png"]) == 2
+    assert "exists" in command("show", "run.nc").sentence  # run.png does
+    late = command("show", "run.nc", "--half-cycle", "11", "--out", "b.png")
+    assert "at most 10" in late.sentence
+    assert "member = " in command("show", "run.nc", "--member", "2", "--out", "b.png").sentence
     assert not Path("b.png").exists()
-    assert status(["show", "missing.nc"]) == 2
+    assert "missing.nc" in command("show", "missing.nc").sentence
 
 
 # --- animations ----------------------------------------------------------------------------------
@@ -183,13 +180,11 @@ def test_the_animation_has_the_frames_that_were_asked_for(experiment, tmp_path: 
     assert (first != last).any()
 
 
-def test_the_command_animate_writes_a_gif(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    words = ["animate", "two-sliders-cycles", "--frames", "2"]
-    assert status([*words, "--rearrangement", "3", "--out", "a.gif"]) == 0
-    assert "rearrangement 3, half-cycle 1: 2 events in 3.142 tau_dyn" in capsys.readouterr().out
-    assert status([*words, "--rearrangement", "3", "--out", "a.gif"]) == 2  # it exists
-    assert status([*words, "--rearrangement", "3", "--out", "a.mp4"]) == 2
-    assert status([*words, "--rearrangement", "-1", "--out", "b.gif"]) == 2
+def test_the_command_animate_writes_a_gif(command: Command) -> None:
+    words = ["animate", "two-sliders-cycles", "--frames", "2", "--rearrangement"]
+    drawn = command(*words, "3", "--out", "a.gif")
+    assert drawn.code == 0
+    assert "rearrangement 3, half-cycle 1: 2 events in 3.142 tau_dyn" in drawn.out
+    assert "exists" in command(*words, "3", "--out", "a.gif").sentence
+    assert "a.mp4" in command(*words, "3", "--out", "a.mp4").sentence
+    assert "rearrangement = " in command(*words, "-1", "--out", "b.gif").sentence
