@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from decimal import Context, Decimal
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -94,6 +95,50 @@ def digits_and_radii(
         for value, radius in zip(known, radii, strict=True)
     ]
     return np.array(texts, dtype=str).reshape(array.shape), np.array(radii).reshape(array.shape)
+
+
+def as_written(
+    name: str, values: NDArray[Any], digits: int | None
+) -> dict[str, NDArray[Any]]:
+    """Return `values` by the names they have in files.
+
+    Numbers that are not floats become the nearest floats, with their decimals and radii beside
+    them under names of their own; `digits` is 17 unless it is known.
+    """
+    if values.dtype != object:
+        return {name: values}
+    texts, radii = digits_and_radii(values, digits or 17)
+    return {name: floats(values), f"{name}_decimal": texts, f"{name}_radius": radii}
+
+
+def quantity(name: str) -> str:
+    """Return the name of the numbers of which `name` are, in files, the decimals or the radii."""
+    for companion in ("_decimal", "_radius", "_exact"):
+        name = name.removesuffix(companion)
+    return name
+
+
+def as_claimed(written: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Return what `as_written` wrote: an `Enclosure` for every number that has decimals.
+
+    Its radius holds the rounding to decimals as well.
+    """
+    claimed = {name: values for name, values in written.items() if quantity(name) == name}
+    for name in claimed:
+        if f"{name}_decimal" in written:
+            texts, radii = written[f"{name}_decimal"], written[f"{name}_radius"]
+            known = np.empty(texts.shape, dtype=object)
+            for place, text in np.ndenumerate(texts):
+                radius = Fraction(float(radii[place])) + _rounding(str(text))
+                known[place] = Enclosure(Fraction(str(text)), radius)
+            claimed[name] = known
+    return claimed
+
+
+def _rounding(text: str) -> Fraction:
+    """Return the most by which a number was rounded to the decimal `text`."""
+    exponent = Decimal(text).as_tuple().exponent
+    return Fraction(10) ** int(exponent) / 2 if Fraction(text) else Fraction(0)
 
 
 def _float_above(value: Fraction) -> float:

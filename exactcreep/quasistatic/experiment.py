@@ -18,8 +18,9 @@ from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
 from exactcreep.quasistatic.decimals import enclosure
+from exactcreep.solvers.records import RECORDS
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import RECORDS, Solver
+from exactcreep.solvers.solver import Solver
 
 DRIVES: dict[str, type[Drive]] = {
     kind.kind: kind for kind in (Cycles, GaussianSteps, Path, TemperatureRecord)

@@ -17,25 +17,16 @@ from exactcreep.limits import Stop
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
-from exactcreep.quasistatic.decimals import Enclosure, digits_and_radii, enclosure, floats
+from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
+from exactcreep.solvers.records import record_arrays
 from exactcreep.solvers.solver import Simulation, Stretch, Tally
 
 _MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however long the run
 _BLOCKS = 32  # of the block averages behind the standard error
 _FEWEST_BLOCKS = 8  # below, their scatter says too little
 _LEAST_BYTES = 500  # of memory for a slider
-_EVENT_COLUMNS = {
-    "event_half_cycle": np.int64,
-    "event_rearrangement": np.int64,
-    "event_number": np.int64,
-    "event_theta": np.float64,
-    "event_time": np.float64,
-    "event_kind": np.int8,
-    "event_slider": np.int64,
-    "event_sign": np.int8,
-}
 
 
 class March:
@@ -63,6 +54,7 @@ class March:
         self.crossings = 0
         self.gaps = _gaps(experiment) if self.watch_gaps else np.empty(0)
         self.beyond_one = 0
+        self.nothing = record_arrays(dict.fromkeys(experiment.record, ()), chain.n)
         self.blocks: dict[str, list[NDArray[Any]]] = {}
         begin = _mean(experiment.initial.displacements)
         self.tail: list[Enclosure] = [begin, begin]  # x_G at the last two targets
@@ -107,22 +99,14 @@ class March:
             self.done += stretch.completed
             self._mark()
         for name, values in recorded.items():
-            kind = "events" if name.startswith("event_") else name
-            if kind in experiment.record and len(values):
-                self._keep(name, values)
+            if name in self.nothing and len(values):
+                for part, array in as_written(name, values, experiment.digits).items():
+                    self.blocks.setdefault(part, []).append(array)
+                    self.bytes += array.nbytes
         if stretch.stop.final:
             runaway = stretch.stop is Stop.RUNAWAY
             self.outcome = Outcome.RUNAWAY if runaway else Outcome.LIMIT
             self.reason = stretch.reason
-
-    def _keep(self, name: str, values: NDArray[Any]) -> None:
-        parts = {name: floats(values) if values.dtype == object else values}
-        if values.dtype == object:
-            texts, radii = digits_and_radii(values, self.experiment.digits or 17)
-            parts |= {f"{name}_decimal": texts, f"{name}_radius": radii}
-        for part, array in parts.items():
-            self.blocks.setdefault(part, []).append(array)
-            self.bytes += array.nbytes
 
     def _mark(self) -> None:
         if self.done == self.burn_in:
@@ -174,12 +158,6 @@ class March:
         simulation, experiment = self.simulation, self.experiment
         tally = copy.copy(simulation.tally)
         state = simulation.state()
-        recorded = self.recorded()
-        if "x_G" in experiment.record:
-            recorded.setdefault("x_G", np.empty(0))
-        if "events" in experiment.record:  # there may have been none
-            for name, kind in _EVENT_COLUMNS.items():
-                recorded.setdefault(name, np.empty(0, dtype=kind))
         burn_in, velocity = self._measured()
         value = math.nan if velocity is None else nearest_float(velocity.middle)
         error = self.samples.error(burn_in)
@@ -203,7 +181,7 @@ class March:
             warnings=self._warnings(tally),
             seconds=self.seconds,
             state=state,
-            recorded=recorded,
+            recorded=self.nothing | self.recorded(),
             report=simulation.report(),
         )
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -24,44 +24,44 @@ from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, file_name, nearest_float, ratio_of, ratio_text
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.quasistatic.decimals import Enclosure, digits_and_radii, enclosure, floats
+from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats, quantity
 from exactcreep.quasistatic.experiment import DRIVES, Experiment
+from exactcreep.solvers.records import (
+    EVENT_TABLE,
+    FORCE,
+    HALF_CYCLE_TABLE,
+    LENGTH,
+    NUMBER,
+    RECORDS,
+    Column,
+    Schema,
+    lists_columns,
+    record_arrays,
+)
 
 FORMAT = "exactcreep result 2"
 PICTURES = (".png", ".pdf", ".svg")
-_DIMENSIONS = {
-    "x_G": ("half_cycle",),
-    "x": ("half_cycle", "slider"),
-    "tension": ("half_cycle", "spring"),
-    "slips": ("half_cycle", "slider"),
-}
-_UNITS = {
-    "theta": "1",
-    "x_G": "g tau_dyn^2",
-    "x": "g tau_dyn^2",
-    "tension": "m g",
-    "displacement": "g tau_dyn^2",
-    "coefficient": "1",
-    "draws": "1",
-    "slips": "1",
-    "event_time": "tau_dyn",
-    "event_theta": "1",
-}
-_MEANINGS = {
-    "theta": "dilation at the end of the half-cycle",
-    "x_G": "displacement of the centre of mass",
-    "x": "displacement of each slider",
-    "tension": "tension of the spring below each slider",
-    "slips": "slips of each slider within the half-cycle",
-    "event_half_cycle": "number of the half-cycle, from 1",
-    "event_rearrangement": "number of the rearrangement, from 0",
-    "event_number": "number of the event within its rearrangement, from 0",
-    "event_theta": "dilation at which the chain rearranges",
-    "event_time": "time since the start of the rearrangement",
-    "event_kind": "0 start, 1 stop",
-    "event_slider": "number of the slider, from 1",
-    "event_sign": "+1 downhill, -1 uphill",
-}
+
+
+class _StateRow(NamedTuple):
+    """What a state holds."""
+
+    tension: Annotated[
+        Any, Column("float64", FORCE, "tension of the spring below each slider", ("spring",))
+    ]
+    displacement: Annotated[
+        Any, Column("float64", LENGTH, "displacement of each slider", ("slider",))
+    ]
+    coefficient: Annotated[
+        Any, Column("float64", NUMBER, "static coefficient of each slider", ("slider",))
+    ]
+    draws: Annotated[
+        Any, Column("int64", NUMBER, "coefficients drawn by each slider", ("slider",))
+    ]
+    theta: Annotated[Any, Column("float64", NUMBER, "dilation")]
+
+
+_INITIAL, _FINAL = (Schema("", _StateRow, prefix) for prefix in ("initial_", "final_"))
 _COUNTS = (
     "half_cycles",
     "burn_in",
@@ -195,6 +195,7 @@ class Creep:
         return out
 
     @cached_property
+    @lists_columns(HALF_CYCLE_TABLE, EVENT_TABLE)
     def dataset(self) -> xr.Dataset:
         """What was recorded, labelled, with all that is needed to make it again.
 
@@ -211,51 +212,34 @@ class Creep:
         return coordinates
 
     def _variables(self) -> dict[str, Any]:
-        variables: dict[str, Any] = {}
-
-        def add(name: str, dimensions: tuple[str, ...], values: Any, quantity: str = "") -> None:
-            about = {}
-            if (quantity or name) in _UNITS:
-                about["units"] = _UNITS[quantity or name]
-            if name in _MEANINGS:
-                about["long_name"] = _MEANINGS[name]
-            variables[name] = (dimensions, values, about)
-
+        written = dict(self.recorded)
         if self.experiment.record:
-            theta = self.drive.targets(1, self.half_cycles, self.seed)
-            add("theta", ("half_cycle",), theta)
-        for name, values in self.recorded.items():
-            quantity = name.removesuffix("_decimal").removesuffix("_radius")
-            dimensions = _DIMENSIONS.get(quantity, ("event",))
-            add(name, dimensions, values, quantity)
-        for moment, state in (("initial", self.experiment.initial), ("final", self.state)):
-            for name, dimension in (
-                ("tension", "spring"),
-                ("displacement", "slider"),
-                ("coefficient", "slider"),
-                ("draws", "slider"),
-            ):
-                field_name = name if name == "draws" else f"{name}s"
-                self._add_exact(add, f"{moment}_{name}", dimension, getattr(state, field_name))
-            add(f"{moment}_theta", (), nearest_float(enclosure(state.theta).middle), "theta")
+            written["theta"] = self.drive.targets(1, self.half_cycles, self.seed)
+        variables = _labelled(HALF_CYCLE_TABLE, written) | _labelled(EVENT_TABLE, written)
+        variables |= _labelled(_INITIAL, self._written("initial", self.experiment.initial))
+        variables |= _labelled(_FINAL, self._written("final", self.state))
         for name, value in self.drive.parameters().items():
             if isinstance(value, (list, tuple)):
                 texts = np.array([_text(item) for item in value], dtype=str)
                 variables[f"drive_{name}"] = (f"drive_{name}_index", texts)
         return variables
 
-    def _add_exact(self, add: Any, name: str, dimension: str, values: NDArray[Any]) -> None:
-        quantity = name.partition("_")[2]
-        if values.dtype != object:
-            add(name, (dimension,), values, quantity)
-            return
-        add(name, (dimension,), floats(values), quantity)
-        middles = [ratio_text(enclosure(value).middle) for value in values.tolist()]
-        add(f"{name}_exact", (dimension,), np.array(middles, dtype=str), quantity)
-        texts, radii = digits_and_radii(values, self.experiment.digits or 17)
-        if radii.any():
-            add(f"{name}_decimal", (dimension,), texts, quantity)
-            add(f"{name}_radius", (dimension,), radii, quantity)
+    def _written(self, moment: str, state: State) -> dict[str, Any]:
+        """Return a state by the names it has in files."""
+        written: dict[str, Any] = {
+            f"{moment}_draws": state.draws,
+            f"{moment}_theta": nearest_float(enclosure(state.theta).middle),
+        }
+        for name in ("tension", "displacement", "coefficient"):
+            values = getattr(state, f"{name}s")
+            parts = as_written(f"{moment}_{name}", values, self.experiment.digits)
+            if values.dtype == object:
+                middles = [ratio_text(enclosure(value).middle) for value in values.tolist()]
+                parts[f"{moment}_{name}_exact"] = np.array(middles, dtype=str)
+                if not parts[f"{moment}_{name}_radius"].any():
+                    del parts[f"{moment}_{name}_radius"], parts[f"{moment}_{name}_decimal"]
+            written |= parts
+        return written
 
     def _attributes(self) -> dict[str, Any]:
         about: dict[str, Any] = {"format": FORMAT, "version": __version__}
@@ -318,7 +302,8 @@ class Creep:
         """Return the result that `dataset` shows."""
         about = data.attrs
         experiment = _experiment(data)
-        names = [name for name in data.data_vars if _is_recorded(str(name))]
+        kept = record_arrays(dict.fromkeys(RECORDS, ()), 1)
+        names = [name for name in map(str, data.data_vars) if quantity(name) in kept]
         exact = None
         if "velocity_exact" in about:
             exact = Enclosure(
@@ -336,14 +321,21 @@ class Creep:
             warnings=json.loads(about["warnings"]),
             seconds=float(about["seconds"]),
             state=_state(data, "final", float(data["final_theta"])),
-            recorded={str(name): data[name].to_numpy() for name in names},
+            recorded={name: data[name].to_numpy() for name in names},
             report=json.loads(about["report"]),
         )
 
 
-def _is_recorded(name: str) -> bool:
-    quantity = name.removesuffix("_decimal").removesuffix("_radius")
-    return quantity in _DIMENSIONS or quantity.startswith("event_")
+def _labelled(table: Schema[Any], written: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the variables of a dataset: what of `written` is a quantity of `table`."""
+    variables: dict[str, Any] = {}
+    for name, values in written.items():
+        column = table.columns.get(quantity(name))
+        if column is not None:
+            about = column.attributes if name in table.columns else {"units": column.unit}
+            dimensions = (table.dimension, *column.across) if table.dimension else column.across
+            variables[name] = (dimensions, values, about)
+    return variables
 
 
 _RATIOS = ("amplitude", "sigma_theta", "theta", "kappa", "T0")

@@ -212,11 +212,10 @@ class CertifiedSimulation(FieldSimulation):
                 for name, values in rows.items():
                     del values[kept[name] :]
                 self._go_back()
-        new = len(rows["event_time"]) - kept["event_time"] if "event_time" in rows else 0
+        events, begin = rows.get("events", []), kept.get("events", 0)
+        new = len(events) - begin
         again = min(new, self.repeated)  # handed out before, and not once more
-        for name in rows:
-            if again and name.startswith("event_"):
-                del rows[name][kept[name] : kept[name] + again]
+        del events[begin : begin + again]
         self.repeated -= again
         self.handed_out += new - again
         if stop is None:
@@ -265,8 +264,7 @@ class CertifiedSimulation(FieldSimulation):
         limits, self.limits = self.limits, replace(self.limits, events=None)
         try:
             while self.behind is not None and self.behind < q:
-                unseen: dict[str, list[Any]] = {name: [] for name in self._columns()}
-                stop = super()._to_target(drive, self.behind, unseen)
+                stop = super()._to_target(drive, self.behind, self._rows())
                 if stop is not None:
                     return stop
                 self.behind += 1

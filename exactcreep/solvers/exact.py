@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contact import Event
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
@@ -27,6 +27,7 @@ from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.draws import KEPT
 from exactcreep.solvers.layout import PAD
+from exactcreep.solvers.records import EVENT_TABLE, joined, logged_events, record_arrays
 from exactcreep.solvers.solver import (
     ONE_REARRANGEMENT,
     Rearrangement,
@@ -52,28 +53,10 @@ class Work(NamedTuple):
 
 
 _CAPTURED = ("cell", "tally", "real", "whole")
-_COLUMNS = {
-    "event_half_cycle": layout.LOG_TARGET,
-    "event_rearrangement": layout.LOG_REARRANGEMENT,
-    "event_number": layout.LOG_NUMBER,
-    "event_kind": layout.LOG_KIND,
-    "event_slider": layout.LOG_SLIDER,
-    "event_sign": layout.LOG_SIGN,
-}
-
-
 _ENDLESS = (
     f"an avalanche has neither ended nor been proved to run away after {layout.LONGEST_AVALANCHE}"
     " events; at tan_alpha = mu_d it may go round for ever"
 )
-_EVENT_COLUMNS = [
-    layout.LOG_NUMBER,
-    layout.LOG_KIND,
-    layout.LOG_SLIDER,
-    layout.LOG_SIGN,
-    layout.LOG_TIME,
-    layout.LOG_RESIDUAL,
-]
 
 
 def _split(value: Fraction) -> tuple[float, float]:
@@ -242,43 +225,34 @@ class ExactSimulation(Simulation):
         seed = int(self.work.whole[layout.SEED : layout.SEED + 1].view(np.uint64)[0])
         high, low = self._targets(drive, first, count, seed)
         self.work.whole[layout.TARGET] = first
-        each = bool({"x", "tension", "slips"} & set(self.record))
         travel = np.empty(count)
-        rows: dict[str, list[Any]] = {name: [] for name in ("x", "tension", "slips")}
+        each = {"x": self._displacements, "tension": self._tensions, "slips": self._slips}
+        rows: dict[str, list[Any]] = {name: [] for name in each if name in self.record}
         logs: list[dict[str, NDArray[Any]]] = []
         begun = events = int(self.work.whole[layout.EVENTS])
         done, reason = 0, layout.DONE
         stop: Stop | None = None
         while stop is None:
-            upto = done + 1 if each else count
+            upto = done + 1 if rows else count
             left = begun + limits.events_left - events
             reason, reached = self._advance(
                 high[done:upto], low[done:upto], travel[done:upto], left, single=False
             )
             done += reached
             if self.work.whole[layout.LOGGED]:
-                logs.append(self._drain())
-            if each and reached:
-                if "x" in self.record:
-                    rows["x"].append(self._displacements())
-                if "tension" in self.record:
-                    rows["tension"].append(self._tensions())
-                if "slips" in self.record:
-                    rows["slips"].append(self.work.tally[layout.SLIPS, self._inner].copy())
+                logs.append(self._drain()[0])
+            if rows and reached:
+                for name, values in rows.items():
+                    values.append(each[name]())
                 self.work.tally[layout.SLIPS] = 0
             events = int(self.work.whole[layout.EVENTS])
             if reason in (layout.RUNAWAY, layout.ENDLESS):
                 break
             stop = Stop.DONE if done == count else limits.stop(events - begun)
         recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
-        widths = {"x": self.chain.n, "tension": self.chain.n - 1, "slips": self.chain.n}
-        for name in rows:
-            if name in self.record:
-                recorded[name] = np.array(rows[name]).reshape(done, widths[name])
+        recorded |= record_arrays(rows, self.chain.n)
         if "events" in self.record:
-            empty = self._drain()
-            for name in empty:
-                recorded[name] = np.concatenate([log[name] for log in logs] + [empty[name]])
+            recorded |= joined([EVENT_TABLE.from_rows(()), *logs])
         if stop is not None:
             return Stretch(done, recorded, stop, limits.reason(stop))
         if reason == layout.RUNAWAY:
@@ -322,20 +296,32 @@ class ExactSimulation(Simulation):
         slack = 16 * 2.0**-53 * int(self.work.whole[layout.NUMBER]) * size
         return never_rests(FLOAT64, chain, tensions, velocities, signs, largest, slack)
 
-    def _drain(self) -> dict[str, NDArray[Any]]:
-        """Return the event log by column, and empty it."""
+    def _drain(self) -> tuple[dict[str, NDArray[Any]], NDArray[np.float64]]:
+        """Return the event log as the columns of `EVENT_TABLE` and residuals, and empty it."""
         count = int(self.work.whole[layout.LOGGED])
         self.work.whole[layout.LOGGED] = 0
-        log = self.work.log[:count]
-        columns: dict[str, NDArray[Any]] = {
-            name: log[:, column].astype(np.int64) for name, column in _COLUMNS.items()
-        }
-        for name in ("event_kind", "event_sign"):
-            columns[name] = columns[name].astype(np.int8)
-        columns["event_time"] = log[:, layout.LOG_TIME].copy()
-        theta = log[:, layout.LOG_THETA] + log[:, layout.LOG_THETA_LOW]
-        columns["event_theta"] = theta / nearest_float(self.chain.l0)
-        return columns
+        log = self.work.log[:count].T
+        theta = (log[layout.LOG_THETA] + log[layout.LOG_THETA_LOW]) / nearest_float(self.chain.l0)
+        columns = EVENT_TABLE.arrays(
+            {
+                "half_cycle": log[layout.LOG_TARGET],
+                "rearrangement": log[layout.LOG_REARRANGEMENT],
+                "number": log[layout.LOG_NUMBER],
+                "theta": theta,
+                "time": log[layout.LOG_TIME],
+                "kind": log[layout.LOG_KIND],
+                "slider": log[layout.LOG_SLIDER],
+                "sign": log[layout.LOG_SIGN],
+            }
+        )
+        return columns, log[layout.LOG_RESIDUAL].copy()
+
+    def _events(self) -> list[Event]:
+        """Return the logged events with their residuals, and empty the log."""
+        return [event for _, event in logged_events(*self._drain())]
+
+    def _slips(self) -> NDArray[np.int64]:
+        return self.work.tally[layout.SLIPS, self._inner].copy()
 
     def _displacements(self) -> NDArray[np.float64]:
         moved = self._cell(layout.TRAVEL_LOW) + self._cell(layout.X)
@@ -470,7 +456,7 @@ class Exact(Solver):
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         simulation = ExactSimulation(chain, state, seed, ("events",))
         work = simulation.work
-        logs: list[NDArray[Any]] = []
+        logged: list[Event] = []
         reason, limit = layout.ONE_DONE, ""
         for target in _targets(chain, direction):
             if work.whole[layout.REARRANGEMENTS]:
@@ -483,11 +469,8 @@ class Exact(Solver):
                 )
                 if (stop := limits.stop(int(work.whole[layout.EVENTS]))) is not None:
                     limit = limits.reason(stop)
-                count = int(work.whole[layout.LOGGED])
-                logs.append(work.log[:count, _EVENT_COLUMNS])
-                work.whole[layout.LOGGED] = 0
-        rows = np.concatenate(logs) if logs else np.empty((0, 6))
-        events = _events(rows)
+                logged += simulation._events()
+        events = tuple(logged)
         initial = State(
             tensions=_shifted(chain, state, work),
             displacements=state.displacements,
@@ -539,9 +522,7 @@ class Exact(Solver):
             reason = layout.BUDGET
             while reason in (layout.BUDGET, layout.LOG_FULL):
                 reason, _ = kernel.follow(*work, target, np.zeros(1), np.empty(1), 1, True)
-                count = int(work.whole[layout.LOGGED])
-                yield from _events(work.log[:count, _EVENT_COLUMNS])
-                work.whole[layout.LOGGED] = 0
+                yield from simulation._events()
 
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
@@ -571,26 +552,3 @@ def _shifted(chain: Chain, state: State, work: Work) -> NDArray[np.float64]:
     rest = float(error[0]) + (before[1] - float(work.real[layout.THETA_LOW]))
     total, error = _two_sum(tension, float(change[0]))
     return total + (error + (rest + tension_low))
-
-
-def _events(rows: NDArray[Any]) -> tuple[Event, ...]:
-    """Return the logged rows (number, kind, slider, sign, time, residual) as events."""
-    events: list[Event] = []
-    begin = 0
-    while begin < len(rows):
-        end = begin
-        while end < len(rows) and rows[end, 0] == rows[begin, 0] and rows[end, 1] == rows[begin, 1]:
-            end += 1
-        group = rows[begin:end]
-        group = group[np.argsort(group[:, 2], kind="stable")]
-        events.append(
-            Event(
-                time=float(group[0, 4]),
-                kind=EventKind.START if group[0, 1] == layout.START else EventKind.STOP,
-                sliders=tuple(int(i) for i in group[:, 2]),
-                signs=tuple(int(i) for i in group[:, 3]),
-                residual=float(group[:, 5].max()),
-            )
-        )
-        begin = end
-    return tuple(events)

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contact import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, whole_number
 from exactcreep.model.state import State
@@ -27,13 +27,13 @@ from exactcreep.motion.arithmetic import (
 from exactcreep.motion.roots import SearchLimit
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.mechanics import Mechanics
+from exactcreep.solvers.records import record_arrays, rows_of
 from exactcreep.solvers.solver import (
     ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
     Stretch,
-    record_arrays,
     refuse_no_slips,
     refuse_records,
 )
@@ -174,7 +174,7 @@ class FieldSimulation(Simulation):
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         self.limits = limits
         self.begun = self.tally.events
-        rows: dict[str, list[Any]] = {name: [] for name in self._columns()}
+        rows = self._rows()
         done, reason = 0, ""
         stop: Stop | None = None
         while stop is None:
@@ -187,18 +187,17 @@ class FieldSimulation(Simulation):
                 stop = Stop.DONE if done == count else self._early()
         if stop is Stop.RUNAWAY:
             reason = self.mechanics.proof
-        return Stretch(done, record_arrays(rows), stop, reason or limits.reason(stop))
+        recorded = record_arrays(rows, self.chain.n)
+        return Stretch(done, recorded, stop, reason or limits.reason(stop))
 
     def _early(self) -> Stop | None:
         """Return why `follow` has to come back; None: it need not."""
         events = self.tally.events - self.begun
         return self.limits.stop(events, further=events > 0)
 
-    def _columns(self) -> list[str]:
-        names = ["x_G", *(name for name in ("x", "tension", "slips") if name in self.record)]
-        if "events" in self.record:
-            names += _EVENT_COLUMNS
-        return names
+    def _rows(self) -> dict[str, list[Any]]:
+        """Return an empty list for everything that is recorded; see `record_arrays`."""
+        return {name: [] for name in ("x_G", *self.record)}
 
     def _to_target(self, drive: Drive, q: int, rows: dict[str, list[Any]]) -> Stop | None:
         """Take the chain to target q, and return why it was not reached; None: it was."""
@@ -248,22 +247,11 @@ class FieldSimulation(Simulation):
         mechanics.slips[:] = 0
 
     def _log(self, event: Event, q: int, rows: dict[str, list[Any]]) -> None:
-        if "event_time" not in rows:
-            return
-        mechanics = self.mechanics
-        for slider, sign in zip(event.sliders, event.signs, strict=True):
-            row = (
-                q,
-                self.tally.rearrangements - 1,
-                mechanics.event_number - 1,
-                mechanics.theta,
-                event.time,
-                0 if event.kind is EventKind.START else 1,
-                slider,
-                sign,
+        if "events" in rows:
+            number, mechanics = self.tally.rearrangements - 1, self.mechanics
+            rows["events"] += rows_of(
+                event, q, number, mechanics.event_number - 1, mechanics.theta
             )
-            for name, value in zip(_EVENT_COLUMNS, row, strict=True):
-                rows[name].append(value)
 
     def state(self) -> State:
         """Return the present state."""
@@ -289,18 +277,6 @@ class FieldSimulation(Simulation):
     def report(self) -> dict[str, Any]:
         """Return precision and work counts."""
         return mechanics_report(self.mechanics)
-
-
-_EVENT_COLUMNS = [
-    "event_half_cycle",
-    "event_rearrangement",
-    "event_number",
-    "event_theta",
-    "event_time",
-    "event_kind",
-    "event_slider",
-    "event_sign",
-]
 
 
 @dataclass(frozen=True)

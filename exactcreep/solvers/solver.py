@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
@@ -20,9 +20,14 @@ from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.solution import Solution
+from exactcreep.solvers.records import (
+    EVENT_TABLE,
+    HALF_CYCLE_TABLE,
+    RECORDS,
+    joined,
+    lists_columns,
+)
 
-RECORDS = ("x_G", "x", "tension", "slips", "events")
-"""What a simulation can record; see `Stretch`."""
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
@@ -116,6 +121,7 @@ class Tally:
     """Rearrangements of so many events that float64 does not promise 1e-12 (of `exact`)."""
 
 
+@lists_columns(HALF_CYCLE_TABLE, EVENT_TABLE)
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """What `Simulation.follow` and `advance` came to.
@@ -126,12 +132,8 @@ class Stretch:
         Targets reached in this call.
     recorded : mapping of str to ndarray
         ``x_G`` (completed,), and if asked for ``x`` (completed, n), ``tension`` (completed,
-        n - 1), ``slips`` (completed, n; slips of each slider in the half-cycle), each at the
-        end of a half-cycle. If ``events`` was asked for, columns with one row per slider
-        of an event: ``event_half_cycle`` (the target's number, from 1),
-        ``event_rearrangement`` (from 0), ``event_number`` (within the rearrangement, from 0; rows
-        of a set share it), ``event_theta``, ``event_time``, ``event_kind`` (0 start, 1 stop),
-        ``event_slider`` (from 1), ``event_sign``.
+        n - 1), ``slips`` (completed, n), each at the end of a half-cycle; if ``events`` was asked
+        for, the columns of `EVENT_TABLE`.
     stop : Stop
         Why it ended.
     reason : str
@@ -291,17 +293,8 @@ def advance(
         if told and done < until:
             stop, reason = Stop.LIMIT, told
             break
-    return Stretch(done - start, _joined(parts), stop, reason)
-
-
-def _joined(parts: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
-    """Return what was recorded in several stretches as if in one."""
-    joined: dict[str, NDArray[Any]] = {"x_G": np.empty(0)}
-    for name in dict.fromkeys(name for part in parts for name in part):
-        columns = [part[name] for part in parts if name in part]
-        filled = [column for column in columns if len(column)]
-        joined[name] = np.concatenate(filled) if filled else columns[0]
-    return joined
+    recorded = {"x_G": np.empty(0)} | joined(parts)
+    return Stretch(done - start, recorded, stop, reason)
 
 
 def refuse_no_slips(chain: Chain) -> None:
@@ -322,14 +315,3 @@ def refuse_records(
     for name in record:
         if name not in known:
             raise InputError("record", name, "must be one of " + ", ".join(known) + why)
-
-
-def record_arrays(rows: dict[str, list[Any]]) -> dict[str, NDArray[Any]]:
-    """Return the recorded lists as arrays of the types that `Stretch` names."""
-    whole = {"slips", "event_half_cycle", "event_rearrangement", "event_number", "event_slider"}
-    small = {"event_kind", "event_sign"}
-    arrays: dict[str, NDArray[Any]] = {}
-    for name, values in rows.items():
-        kind: Any = np.int64 if name in whole else np.int8 if name in small else None
-        arrays[name] = np.array(values, dtype=kind)
-    return arrays

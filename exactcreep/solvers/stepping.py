@@ -20,6 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from exactcreep.model.disorder import STREAM_COEFFICIENT, normal_deviate, philox
+from exactcreep.solvers.records import EVENT_TABLE
 
 MOST_STEPS = 10**9
 """Steps of one rearrangement after which it is given up."""
@@ -92,19 +93,7 @@ NOW = np.dtype(
         ("target", np.int64),
     ]
 )
-ROW = np.dtype(
-    [
-        ("half_cycle", np.int64),
-        ("rearrangement", np.int64),
-        ("number", np.int64),
-        ("theta", np.float64),
-        ("time", np.float64),
-        ("kind", np.int8),
-        ("slider", np.int64),
-        ("sign", np.int8),
-        ("residual", np.float64),
-    ]
-)
+ROW = np.dtype([*EVENT_TABLE.dtype, ("residual", np.float64)])
 
 
 class Work(NamedTuple):

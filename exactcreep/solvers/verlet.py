@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contact import Event
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
@@ -28,6 +28,7 @@ from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.endless import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
+from exactcreep.solvers.records import EVENT_TABLE, joined, logged_events
 from exactcreep.solvers.solver import (
     ONE_REARRANGEMENT,
     Rearrangement,
@@ -236,20 +237,9 @@ class _Course:
 def _new_events(work: Work) -> list[Event]:
     """Return the events whose rows have been written, and clear the rows."""
     rows = work.rows[: int(work.written[0])]
-    events: list[Event] = []
-    for number in np.unique(rows["number"]):
-        part = rows[rows["number"] == number]
-        events.append(
-            Event(
-                time=float(part["time"][0]),
-                kind=EventKind.STOP if part["kind"][0] else EventKind.START,
-                sliders=tuple(part["slider"].tolist()),
-                signs=tuple(part["sign"].tolist()),
-                residual=float(part["residual"].max()),
-            )
-        )
+    columns = EVENT_TABLE.arrays(rows)
     work.written[0] = 0
-    return events
+    return [event for _, event in logged_events(columns, rows["residual"])]
 
 
 def _report(laws: Laws, work: Work) -> dict[str, Any]:
@@ -317,7 +307,7 @@ class VerletSimulation(Simulation):
                 wanted,
             )
             done += more
-            rows.append(work.rows[: int(work.written[0])].copy())
+            rows.append(EVENT_TABLE.arrays(work.rows[: int(work.written[0])]))
             work.written[0] = 0
             events = int(work.now["events"][0])
             stop = _STOPS.get(code) or limits.stop(events - begun)
@@ -329,10 +319,7 @@ class VerletSimulation(Simulation):
             if asked:
                 recorded[name] = values[:done]
         if "events" in self._record:
-            kept = np.concatenate(rows)
-            for name in ROW.names or ():
-                if name != "residual":
-                    recorded["event_" + name] = kept[name].copy()
+            recorded |= joined(rows)
         return Stretch(done, recorded, stop, _REASONS.get(code) or limits.reason(stop))
 
     def state(self) -> State:

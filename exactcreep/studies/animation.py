@@ -23,6 +23,7 @@ from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.motion.solution import Motion
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.records import logged_events
 from exactcreep.solvers.solver import Rearrangement, Simulation, Stretch, advance
 from exactcreep.studies.figures import INKS, STYLE
 
@@ -119,38 +120,25 @@ def _place(experiment: Experiment, number: int) -> tuple[int, int, Itinerary]:
     """Return the half-cycle of a rearrangement, the first one there, and its itinerary."""
     simulation = _simulation(experiment)
     first_there: dict[int, int] = {}
-    parts: list[dict[str, NDArray[Any]]] = []
+    half_cycle = 0
+    itinerary: list[Any] = []
 
     def take(stretch: Stretch) -> str:
-        rows = {k: v for k, v in stretch.recorded.items() if k.startswith("event_")}
-        for half_cycle in np.unique(rows["event_half_cycle"]).tolist():
-            there = rows["event_rearrangement"][rows["event_half_cycle"] == half_cycle]
-            first_there.setdefault(int(half_cycle), int(there.min()))
-        chosen = rows["event_rearrangement"] == number
-        if chosen.any():
-            parts.append({name: values[chosen] for name, values in rows.items()})
-        return "found" if rows["event_rearrangement"].max(initial=-1) > number else ""
+        nonlocal half_cycle
+        for row, event in logged_events(stretch.recorded):
+            if row.rearrangement > number:
+                return "found"
+            first_there.setdefault(row.half_cycle, row.rearrangement)
+            if row.rearrangement == number:
+                half_cycle = row.half_cycle
+                itinerary.append(event.signature)
+        return ""
 
     advance(simulation, experiment.drive, experiment.drive.half_cycles, take=take)
-    if not parts:
+    if not itinerary:
         count = simulation.tally.rearrangements
         raise InputError("rearrangement", number, f"must be one of the run's {count}, from 0")
-    found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    half_cycle = int(found["event_half_cycle"][0])
-    return half_cycle, first_there[half_cycle], _itinerary(found)
-
-
-def _itinerary(rows: dict[str, NDArray[Any]]) -> Itinerary:
-    kinds = (EventKind.START.value, EventKind.STOP.value)
-    signatures = []
-    events = np.stack([rows["event_number"], rows["event_kind"]], axis=1)
-    for number, kind in dict.fromkeys(map(tuple, events.tolist())):
-        here = (rows["event_number"] == number) & (rows["event_kind"] == kind)
-        order = np.argsort(rows["event_slider"][here], kind="stable")
-        sliders = tuple(rows["event_slider"][here][order].tolist())
-        signs = tuple(int(sign) for sign in rows["event_sign"][here][order])
-        signatures.append((kinds[kind], sliders, signs))
-    return tuple(signatures)
+    return half_cycle, first_there[half_cycle], tuple(itinerary)
 
 
 def _checked(avalanche: Avalanche, itinerary: Itinerary) -> Avalanche:

@@ -10,10 +10,9 @@ energy balance. It shares the closed form of a run with the solvers, and none of
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
@@ -28,7 +27,7 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.modes import Flow, Run, RunMotion, forces_of, incline
-from exactcreep.quasistatic.decimals import enclosure
+from exactcreep.quasistatic.decimals import as_claimed, enclosure
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
@@ -579,45 +578,16 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
 def _of_creep(result: Creep, seed: int | None, most: int) -> Audit:
     if seed is not None and seed != result.seed:
         raise InputError("seed", seed, f"must be that of the run, {result.seed}")
-    chain, recorded = result.chain, result.recorded
-    columns = dict(recorded)
-    times = list(_known(recorded, "event_time"))
-    thetas = list(_known(recorded, "event_theta"))
-    for name, known in (("event_time", times), ("event_theta", thetas)):
-        if known:
-            column = np.empty(len(known), dtype=object)
-            column[:] = known
-            columns[name] = column
+    chain, columns = result.chain, as_claimed(result.recorded)
     log = rearrangements(columns)
     bits = result.report.get("precision_bits")
-    exact = [time.middle if isinstance(time, _Claim) else time for time in times]
-    arithmetic, digits = _arithmetic(exact, bits, result.experiment.digits)
+    times = columns["event_time"].tolist()
+    arithmetic, digits = _arithmetic(times, bits, result.experiment.digits)
     start = result.experiment.initial
     auditor = _Auditor(chain, start, result.seed, arithmetic, digits, most)
     with arithmetic.active(), suppress(_Enough):
         _follow(auditor, result, log)
     return _audited(auditor, len(log), sum(len(one.events) for one in log))
-
-
-@dataclass(frozen=True)
-class _Claim:
-    """A recorded number: a decimal, and how far it may be off."""
-
-    middle: Fraction
-    radius: Fraction
-
-
-def _known(recorded: Any, name: str) -> Iterator[Any]:
-    """Yield the numbers of a column, from their decimals where it has them."""
-    if f"{name}_decimal" not in recorded:
-        if name in recorded:
-            yield from recorded[name].tolist()
-        return
-    texts, radii = recorded[f"{name}_decimal"].tolist(), recorded[f"{name}_radius"].tolist()
-    for text, radius in zip(texts, radii, strict=True):
-        exponent = Decimal(text).as_tuple().exponent
-        rounding = Fraction(10) ** int(exponent) / 2 if Fraction(text) else Fraction(0)
-        yield _Claim(Fraction(text), Fraction(radius) + rounding)
 
 
 def _arithmetic(
@@ -666,27 +636,16 @@ def _follow(auditor: _Auditor, result: Creep, log: list[LoggedRearrangement]) ->
         while r < len(log) and log[r].half_cycle == q:
             one = log[r]
             auditor.place = (r, None)
-            claimed = one.theta
-            radius = claimed.radius if isinstance(claimed, _Claim) else Fraction(0)
-            middle = claimed.middle if isinstance(claimed, _Claim) else exact(claimed)
+            middle, radius = enclosure(one.theta)
             error = nearest_float(radius * chain.l0)
             if arithmetic is FLOAT64:
                 error += 4 * 2.0**-52 * max(auditor.load, abs(nearest_float(middle * chain.l0)))
             auditor.room = auditor.floor() + error
             auditor.ramped = r > 0 or _at_threshold(auditor)
             ramp(number(middle), target, auditor.room, "a rearrangement")
-            radii = [
-                nearest_float(e.time.radius) if isinstance(e.time, _Claim) else 0.0
-                for e in one.events
-            ]
-            plain = tuple(
-                type(e)(exact(e.time.middle), e.kind, e.sliders, e.signs, 0)
-                if isinstance(e.time, _Claim)
-                else e
-                for e in one.events
-            )
+            radii = [nearest_float(enclosure(event.time).radius) for event in one.events]
             ended = r + 1 < len(log) or result.outcome is not Outcome.RUNAWAY
-            auditor.rearrangement(one._replace(events=plain), radii, error, ended)
+            auditor.rearrangement(one, radii, error, ended)
             r += 1
         auditor.place = (None, None)
         ramp(target, target, auditor.room, "a target")

@@ -29,6 +29,7 @@ from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import creep
 from exactcreep.quasistatic.result import Creep
+from exactcreep.solvers.records import joined
 from exactcreep.solvers.registry import solver_named
 from exactcreep.studies.eventlog import (
     LoggedEvent,
@@ -377,15 +378,11 @@ class _Taken:
                 say(min(1.0, events / most))
             if stretch.stop.final or (most is not None and events >= most):
                 break
-        columns = {
-            name: np.concatenate([part[name] for part in parts])
-            for name in parts[0]
-            if name.startswith("event_")
-        }
-        x = np.concatenate([part["x"] for part in parts])
+        recorded = joined(parts)
+        x = recorded["x"]
         known = [enclosure(value).radius for value in x.ravel().tolist()]
         radii = np.array([nearest_float(radius) for radius in known])
-        log = rearrangements(columns)
+        log = rearrangements(recorded)
         return cls(log, numbered(log), x, radii, simulation.evidence)
 
 

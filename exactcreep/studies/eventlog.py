@@ -8,10 +8,9 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contact import Event
 from exactcreep.model.numbers import InputError
-
-_KINDS = (EventKind.START, EventKind.STOP)
+from exactcreep.solvers.records import logged_events
 
 
 class LoggedRearrangement(NamedTuple):
@@ -75,18 +74,10 @@ def rearrangements(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrange
     """
     if "event_time" not in recorded:
         raise InputError("record", list(recorded), "must include events")
-    columns = ("rearrangement", "number", "kind", "half_cycle", "theta", "time", "slider", "sign")
-    rows = zip(*(recorded[f"event_{name}"].tolist() for name in columns), strict=True)
     out: list[LoggedRearrangement] = []
-    for _, group in groupby(rows, key=lambda row: row[0]):
-        events = []
-        # number, kind and time; a set of sliders shares all three
-        for (_, kind, _), parts in groupby(group, key=lambda row: (row[1], row[2], row[5])):
-            first, *others = parts
-            moved = sorted((slider, sign) for *_, slider, sign in (first, *others))
-            sliders, signs = zip(*moved, strict=True)
-            events.append(Event(first[5], _KINDS[kind], sliders, signs, 0))
-        out.append(LoggedRearrangement(first[3], first[4], tuple(events)))
+    for _, group in groupby(logged_events(recorded), key=lambda pair: pair[0].rearrangement):
+        rows, events = zip(*group, strict=True)
+        out.append(LoggedRearrangement(rows[0].half_cycle, rows[0].theta, events))
     return out
 
 

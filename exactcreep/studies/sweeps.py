@@ -34,20 +34,14 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import PhysicsWarning, run_members
 from exactcreep.quasistatic.result import output_directory
 from exactcreep.scene import Scene, load_scene
+from exactcreep.solvers.records import HALF_CYCLE_TABLE, LENGTH
 
 FORMAT = "exactcreep sweep 1"
 _CELL_FORMAT = "exactcreep cell 1"
-_RECORDED = {
-    "theta": ((), "1"),
-    "x_G": ((), "g tau_dyn^2"),
-    "x": (("slider",), "g tau_dyn^2"),
-    "tension": (("spring",), "m g"),
-    "slips": (("slider",), "1"),
-}
 _NUMBERS = {
-    "velocity": ("g tau_dyn^2 per half-cycle", "mean displacement of x_G per half-cycle"),
-    "velocity_error": ("g tau_dyn^2 per half-cycle", "standard error of velocity"),
-    "x_G": ("g tau_dyn^2", "displacement of the centre of mass at the end"),
+    "velocity": (f"{LENGTH} per half-cycle", "mean displacement of x_G per half-cycle"),
+    "velocity_error": (f"{LENGTH} per half-cycle", "standard error of velocity"),
+    "x_G": (LENGTH, "displacement of the centre of mass at the end"),
 }
 _COUNTS = {
     "half_cycles": "targets reached",
@@ -533,7 +527,7 @@ def _recorded(
 ) -> dict[str, Any]:
     """Return what was recorded, cells stacked, filled up to the longest and widest."""
     variables: dict[str, Any] = {}
-    for name, (inner, units) in _RECORDED.items():
+    for name, quantity in HALF_CYCLE_TABLE.columns.items():
         found = [None if value is None else value["recorded"].get(name) for value in values]
         arrays = [array for array in found if array is not None]
         if not arrays:
@@ -545,8 +539,8 @@ def _recorded(
             if array is not None:
                 cell[tuple(slice(length) for length in array.shape)] = array
         variables[f"recorded_{name}"] = (
-            (*dims, "half_cycle", *inner),
+            (*dims, HALF_CYCLE_TABLE.dimension, *quantity.across),
             stacked.reshape(*shape, *size),
-            {"units": units},
+            quantity.attributes,
         )
     return variables

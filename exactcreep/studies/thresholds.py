@@ -456,11 +456,10 @@ class _Question:
         record = ("x_G", "tension", "events")
         simulation = algorithm.simulation(self.chain, self.start, 0, record)
         stretch = self._followed(simulation, amplitude)
-        recorded = stretch.recorded
-        columns = {name: rows for name, rows in recorded.items() if name.startswith("event_")}
+        recorded = dict(stretch.recorded)
         if solver != "exact":  # a time leads to the root of a condition: no more is asked of it
-            times = [enclosure(time).middle for time in columns["event_time"].tolist()]
-            columns["event_time"] = np.array([*times, None], dtype=object)[:-1]
+            times = [enclosure(time).middle for time in recorded["event_time"].tolist()]
+            recorded["event_time"] = np.array([*times, None], dtype=object)[:-1]
         tensions = list(recorded["tension"][-3:])
         if len(tensions) < 3:
             tensions = [self.start.tensions, *tensions[-2:]]
@@ -471,7 +470,7 @@ class _Question:
             creeps = known.middle > ADVANCE
             if abs(known.middle - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
                 evidence = Evidence.UNDECIDED
-        return _Trial(creeps, evidence, rearrangements(columns), (tensions[0], tensions[-1]))
+        return _Trial(creeps, evidence, rearrangements(recorded), (tensions[0], tensions[-1]))
 
     def _followed(self, simulation: Simulation, amplitude: Fraction) -> Stretch:
         """Take a simulation through all cycles, or to a runaway.

@@ -21,7 +21,7 @@ import tracemalloc
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from itertools import groupby, pairwise
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -36,6 +36,7 @@ from exactcreep.model.verdict import Outcome
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.records import logged_events
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Rearrangement, Simulation, Solver
 
@@ -681,7 +682,7 @@ class _Log:
     def __init__(self, simulation: Simulation, drive: Drive) -> None:
         self.simulation = simulation
         self.drive = drive
-        self.events: list[tuple[int, tuple[int, ...], tuple[int, ...]]] = []
+        self.events: list[tuple[Any, ...]] = []
 
     def extend(self, most: int, deadline: float) -> None:
         """Go on until there are `most` events, the drive ends, or the time is over."""
@@ -689,19 +690,10 @@ class _Log:
         while done < self.drive.half_cycles and len(self.events) < most:
             stretch = self.simulation.follow(self.drive, done + 1, 1, Limits(16))
             done += stretch.completed
-            self._read(stretch.recorded)
+            self.events += [event.signature for _, event in logged_events(stretch.recorded)]
             if stretch.stop.final or time.perf_counter() > deadline:
                 break
         del self.events[most:]
-
-    def _read(self, recorded: Mapping[str, NDArray[Any]]) -> None:
-        columns = ("event_rearrangement", "event_number", "event_kind", "event_slider",
-                   "event_sign")
-        rows = list(zip(*(recorded[name].tolist() for name in columns), strict=True))
-        # an event has one row for each of its sliders
-        for _, group in groupby(rows, key=lambda row: row[:2]):
-            _, _, kinds, sliders, signs = zip(*group, strict=True)
-            self.events.append((kinds[0], sliders, signs))
 
 
 def _reaches(simulation: Simulation, theta: Fraction) -> bool:

@@ -1,0 +1,239 @@
+"""What a simulation records: the columns of its tables, with their types, units and meanings.
+
+A table is declared once, by the fields of one of its rows. Solvers make their arrays through its
+schema, datasets take their labels from it, and studies read rows and events back through it.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby
+from typing import Annotated, Any, Generic, NamedTuple, TypeVar, get_type_hints
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.contact import Event, EventKind
+
+LENGTH = "g tau_dyn^2"
+FORCE = "m g"
+TIME = "tau_dyn"
+NUMBER = "1"
+_KINDS = (EventKind.START, EventKind.STOP)  # as the column of kinds numbers them
+
+Row = TypeVar("Row", bound=tuple[Any, ...])
+Thing = TypeVar("Thing")
+
+
+class Column(NamedTuple):
+    """One quantity of a table.
+
+    Attributes
+    ----------
+    dtype : str
+        In files. In memory, a solver with digits of its own keeps its numbers where this is
+        float64.
+    unit : str
+    meaning : str
+    across : tuple of str
+        What a row has one number for: ``slider``, ``spring``; empty if it has a single number.
+    """
+
+    dtype: str
+    unit: str
+    meaning: str
+    across: tuple[str, ...] = ()
+
+    def array(self, values: Sequence[Any] | NDArray[Any], n: int = 1) -> NDArray[Any]:
+        """Return `values`, one for each row, as a new array; `n` is the number of sliders."""
+        array = np.array(values, dtype=None if self.dtype == "float64" else self.dtype)
+        if array.dtype != object:
+            array = array.astype(self.dtype, copy=False)
+        sizes = {"slider": n, "spring": n - 1}
+        return array.reshape(len(values), *(sizes[name] for name in self.across))
+
+    @property
+    def attributes(self) -> dict[str, str]:
+        """What a dataset says about this quantity."""
+        return {"units": self.unit, "long_name": self.meaning}
+
+
+@dataclass(frozen=True)
+class Schema(Generic[Row]):
+    """The columns of a table.
+
+    Attributes
+    ----------
+    dimension : str
+        What one row is.
+    row : type
+        A named tuple whose fields are annotated by their `Column`.
+    prefix : str
+        Of the columns' names where several tables stand side by side.
+    """
+
+    dimension: str
+    row: type[Row]
+    prefix: str = ""
+
+    @cached_property
+    def fields(self) -> dict[str, Column]:
+        """The columns by the fields of a row."""
+        hints = get_type_hints(self.row, include_extras=True)
+        return {name: hint.__metadata__[0] for name, hint in hints.items()}
+
+    @cached_property
+    def columns(self) -> dict[str, Column]:
+        """The columns by their full names."""
+        return {self.prefix + name: column for name, column in self.fields.items()}
+
+    @property
+    def dtype(self) -> list[tuple[str, str]]:
+        """Names and types of one row, for a structured array."""
+        return [(name, column.dtype) for name, column in self.fields.items()]
+
+    def arrays(self, values: Any, n: int = 1) -> dict[str, NDArray[Any]]:
+        """Return new arrays by full names, from a mapping (or a structured array) by fields."""
+        return {
+            self.prefix + name: column.array(values[name], n)
+            for name, column in self.fields.items()
+        }
+
+    def from_rows(self, rows: Sequence[Row], n: int = 1) -> dict[str, NDArray[Any]]:
+        """Return the columns of `rows`, of the right types also where there are none."""
+        values = zip(*rows, strict=True) if rows else ((),) * len(self.fields)
+        return self.arrays(dict(zip(self.fields, values, strict=True)), n)
+
+    def rows(self, recorded: Mapping[str, NDArray[Any]]) -> Iterator[Row]:
+        """Yield the rows of the recorded columns."""
+        values = (recorded[name].tolist() for name in self.columns)
+        return map(self.row._make, zip(*values, strict=True))  # type: ignore[attr-defined]
+
+    def __str__(self) -> str:
+        """Return a line for each column: its name, type, unit and meaning."""
+        table = [
+            [name, " x ".join([column.dtype, *column.across]), column.unit, column.meaning]
+            for name, column in self.columns.items()
+        ]
+        widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
+        lines = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in table]
+        return "\n".join([inspect.getdoc(self.row) or self.dimension, "", *lines])
+
+
+class HalfCycle(NamedTuple):
+    """A row for each half-cycle, or target of another drive: what is known at its end."""
+
+    theta: Annotated[Any, Column("float64", NUMBER, "dilation at the end of the half-cycle")]
+    x_G: Annotated[Any, Column("float64", LENGTH, "displacement of the centre of mass")]
+    x: Annotated[Any, Column("float64", LENGTH, "displacement of each slider", ("slider",))]
+    tension: Annotated[
+        Any, Column("float64", FORCE, "tension of the spring below each slider", ("spring",))
+    ]
+    slips: Annotated[
+        Any, Column("int64", NUMBER, "slips of each slider within the half-cycle", ("slider",))
+    ]
+
+
+class EventRow(NamedTuple):
+    """A row for each slider of an event; those of one event differ in slider and sign alone."""
+
+    half_cycle: Annotated[int, Column("int64", NUMBER, "number of the half-cycle, from 1")]
+    rearrangement: Annotated[int, Column("int64", NUMBER, "number of the rearrangement, from 0")]
+    number: Annotated[
+        int, Column("int64", NUMBER, "number of the event within its rearrangement, from 0")
+    ]
+    theta: Annotated[Any, Column("float64", NUMBER, "dilation at which the chain rearranges")]
+    time: Annotated[Any, Column("float64", TIME, "time since the start of the rearrangement")]
+    kind: Annotated[int, Column("int8", NUMBER, "0 start, 1 stop")]
+    slider: Annotated[int, Column("int64", NUMBER, "number of the slider, from 1")]
+    sign: Annotated[int, Column("int8", NUMBER, "+1 downhill, -1 uphill")]
+
+
+HALF_CYCLE_TABLE = Schema("half_cycle", HalfCycle)
+EVENT_TABLE = Schema("event", EventRow, "event_")
+RECORDS = (*(name for name in HALF_CYCLE_TABLE.columns if name != "theta"), "events")
+"""What a simulation can record; theta is known from the drive."""
+
+
+def record_arrays(rows: Mapping[str, Sequence[Any]], n: int) -> dict[str, NDArray[Any]]:
+    """Return what was recorded as arrays by the names of their columns.
+
+    Parameters
+    ----------
+    rows : mapping
+        Of each record asked for: its value at every target, or for ``events`` `EventRow`.
+    n : int
+        Sliders of the chain.
+    """
+    arrays: dict[str, NDArray[Any]] = {}
+    for name, values in rows.items():
+        if name == "events":
+            arrays |= EVENT_TABLE.from_rows(values)
+        else:
+            arrays[name] = HALF_CYCLE_TABLE.columns[name].array(values, n)
+    return arrays
+
+
+def joined(parts: Sequence[Mapping[str, NDArray[Any]]]) -> dict[str, NDArray[Any]]:
+    """Return what was recorded in several parts as if in one."""
+    names = dict.fromkeys(name for part in parts for name in part)
+    return {name: np.concatenate([part[name] for part in parts if name in part]) for name in names}
+
+
+def rows_of(
+    event: Event, half_cycle: int, rearrangement: int, number: int, theta: Any
+) -> list[EventRow]:
+    """Return the rows of an event, one for each of its sliders."""
+    kind = _KINDS.index(event.kind)
+    return [
+        EventRow(half_cycle, rearrangement, number, theta, event.time, kind, slider, sign)
+        for slider, sign in zip(event.sliders, event.signs, strict=True)
+    ]
+
+
+def logged_events(
+    recorded: Mapping[str, NDArray[Any]], residuals: NDArray[Any] | None = None
+) -> Iterator[tuple[EventRow, Event]]:
+    """Yield every recorded event behind the row of its first slider.
+
+    Parameters
+    ----------
+    recorded : mapping
+        With the columns of `EVENT_TABLE`.
+    residuals : ndarray, optional
+        Of each row; they are not recorded, and zero by default.
+    """
+    rows = list(EVENT_TABLE.rows(recorded))
+    known = [0] * len(rows) if residuals is None else residuals.tolist()
+
+    def which(pair: tuple[EventRow, Any]) -> tuple[Any, ...]:
+        row, _ = pair
+        return (row.rearrangement, row.number, row.kind, row.time)
+
+    for _, group in groupby(zip(rows, known, strict=True), key=which):
+        pairs = sorted(group, key=lambda pair: pair[0].slider)
+        first = pairs[0][0]
+        yield (
+            first,
+            Event(
+                time=first.time,
+                kind=_KINDS[first.kind],
+                sliders=tuple(row.slider for row, _ in pairs),
+                signs=tuple(row.sign for row, _ in pairs),
+                residual=max(residual for _, residual in pairs),
+            ),
+        )
+
+
+def lists_columns(*tables: Schema[Any]) -> Callable[[Thing], Thing]:
+    """Return a decorator that ends a docstring with the columns of `tables`."""
+
+    def extended(thing: Thing) -> Thing:
+        if thing.__doc__ is not None:
+            thing.__doc__ = "\n\n".join([inspect.cleandoc(thing.__doc__), *map(str, tables)])
+        return thing
+
+    return extended

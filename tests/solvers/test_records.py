@@ -1,0 +1,149 @@
+"""The tables that simulations record: declared once, and the same from every solver."""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.drive import Cycles
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Outcome
+from exactcreep.quasistatic.loop import creep
+from exactcreep.quasistatic.result import Creep
+from exactcreep.scene import load_scene
+from exactcreep.solvers.records import (
+    EVENT_TABLE,
+    HALF_CYCLE_TABLE,
+    RECORDS,
+    joined,
+    logged_events,
+    record_arrays,
+    rows_of,
+)
+from exactcreep.solvers.registry import SOLVERS, solver_named
+from exactcreep.solvers.solver import Stretch
+from exactcreep.studies.sweeps import sweep
+from tests.paper import paper_chain
+
+EVENTS_HAPPEN = sorted(set(SOLVERS) - {"sliding"})
+MOVES, STILL = Cycles("0.004", 1), Cycles("0.000001", 1)
+COLUMNS = HALF_CYCLE_TABLE.columns | EVENT_TABLE.columns
+RECORDED = [name for name in COLUMNS if name != "theta"]
+"""The dilation is known from the drive."""
+STEEP = Chain(3, 1000, "1/2", "3/5", "1/100", tan_alpha=1)
+
+
+@pytest.mark.parametrize("drive", [MOVES, STILL], ids=["events", "no events"])
+@pytest.mark.parametrize("name", EVENTS_HAPPEN)
+def test_every_solver_records_exactly_the_columns_of_the_tables(name: str, drive: Cycles) -> None:
+    chain = paper_chain(3)
+    simulation = solver_named(name, {}).simulation(chain, State.relaxed(chain), 0, RECORDS)
+    stretch = simulation.follow(drive, 1, 2)
+    assert stretch.completed == 2
+    assert (simulation.tally.events > 0) == (drive is MOVES)
+    assert sorted(stretch.recorded) == sorted(RECORDED)
+    sizes = {"slider": 3, "spring": 2}
+    lengths = set()
+    for column_name, array in stretch.recorded.items():
+        column = COLUMNS[column_name]
+        # a solver with digits of its own keeps its numbers
+        own = column.dtype == "float64" and array.dtype == object and array.size > 0
+        assert own or array.dtype == column.dtype
+        assert array.shape[1:] == tuple(sizes[across] for across in column.across)
+        if column_name in EVENT_TABLE.columns:
+            lengths.add(len(array))
+        else:
+            assert len(array) == 2
+    (length,) = lengths
+    assert (length > 0) == (drive is MOVES)
+
+
+@pytest.mark.parametrize("drive", [MOVES, STILL], ids=["events", "no events"])
+@pytest.mark.parametrize("solver", ["exact", "reference", "verlet", "certified"])
+def test_a_file_holds_every_column_with_its_type_unit_and_meaning(
+    solver: str, drive: Cycles, tmp_path: Path
+) -> None:
+    result = creep(paper_chain(3), drive, solver=solver, record=RECORDS)
+    result.save(tmp_path / "run.nc")
+    data = Creep.load(tmp_path / "run.nc").dataset
+    for table in (HALF_CYCLE_TABLE, EVENT_TABLE):
+        for name, column in table.columns.items():
+            assert data[name].dtype == column.dtype
+            assert data[name].dims == (table.dimension, *column.across)
+            assert data[name].attrs["units"] == column.unit
+            assert data[name].attrs["long_name"] == column.meaning
+    companions = [name for name in data.data_vars if name.endswith(("_decimal", "_radius"))]
+    recorded = {name for name in companions if not name.startswith(("initial_", "final_"))}
+    exact = {"x_G", "x", "tension", *(["event_theta", "event_time"] if drive is MOVES else [])}
+    expected = {f"{name}_{kind}" for name in exact for kind in ("decimal", "radius")}
+    assert recorded == (expected if solver == "certified" else set())
+    for name in companions:
+        about = data[name.removesuffix("_decimal").removesuffix("_radius")]
+        assert data[name].attrs["units"] == about.attrs["units"]
+        assert data[name].dims == about.dims
+
+
+def test_a_run_that_reaches_no_target_has_every_column_that_was_asked_for(tmp_path: Path) -> None:
+    result = creep(STEEP, Cycles("0.01", 5), record=("x_G", "x", "tension", "slips"))
+    assert result.outcome is Outcome.RUNAWAY
+    assert result.half_cycles == 0
+    expected = {"x_G": (0,), "x": (0, 3), "tension": (0, 2), "slips": (0, 3)}
+    assert {name: array.shape for name, array in result.recorded.items()} == expected
+    scene = tmp_path / "steep.toml"
+    scene.write_text(
+        '[chain]\nn = 3\nl0 = 1000\nmu_d = "1/2"\nmu_s = "3/5"\nsigma_mu = "1/100"\n'
+        'tan_alpha = 1\n[drive]\nkind = "cycles"\namplitude = "0.01"\ncycles = 5\n'
+        '[run]\nrecord = ["x"]\n[vary]\n"chain.tan_alpha" = ["1/4", 1]\n',
+        encoding="utf-8",
+    )
+    found = sweep(load_scene(scene))
+    assert found.recorded_x.shape == (2, 10, 3)
+    assert np.isnan(found.recorded_x[1]).all()
+
+
+def test_events_are_read_as_they_were_written() -> None:
+    starts = Event(0.0, EventKind.START, (1, 3), (1, -1), 0)
+    stop = Event(1.5, EventKind.STOP, (1,), (1,), 0)
+    reversal = Event(1.5, EventKind.START, (1,), (-1,), 0)
+    rows = []
+    for number, event in enumerate((starts, stop, reversal)):
+        rows += rows_of(event, 4, 2, number, 0.125)
+    rows += rows_of(starts, 5, 3, 0, 0.25)
+    recorded = record_arrays({"events": rows}, 3)
+    # sliders of a simultaneous set may be logged in any order
+    swapped = {name: array[[1, 0, 2, 3, 4, 5]] for name, array in recorded.items()}
+    for columns in (recorded, swapped):
+        read = list(logged_events(columns))
+        assert [event for _, event in read] == [starts, stop, reversal, starts]
+        assert [(r.half_cycle, r.rearrangement, r.number, r.theta) for r, _ in read] == [
+            (4, 2, 0, 0.125), (4, 2, 1, 0.125), (4, 2, 2, 0.125), (5, 3, 0, 0.25),
+        ]  # fmt: skip
+    residuals = np.array([1.0, 3.0, 2.0, 0.0, 5.0, 4.0])
+    largest = [event.residual for _, event in logged_events(recorded, residuals)]
+    assert largest == [3.0, 2.0, 0.0, 5.0]
+
+
+def test_parts_are_joined_whether_or_not_they_hold_anything() -> None:
+    event = Event(0.5, EventKind.STOP, (2,), (1,), 0)
+    part = record_arrays({"x_G": [0.25], "events": rows_of(event, 1, 0, 0, 0.1)}, 2)
+    nothing = record_arrays({"x_G": (), "x": (), "events": ()}, 2)
+    together = joined([nothing, part, {}, part])
+    assert list(together) == ["x_G", "x", *EVENT_TABLE.columns]
+    assert together["event_slider"].tolist() == [2, 2]
+    assert together["x"].shape == (0, 2)
+    for name, array in together.items():
+        assert array.dtype == COLUMNS[name].dtype
+
+
+@pytest.mark.parametrize("thing", [Stretch, Creep.dataset], ids=["Stretch", "Creep.dataset"])
+def test_docstrings_list_every_column_with_unit_and_meaning(thing: object) -> None:
+    lines = (inspect.getdoc(thing) or "").splitlines()
+    for name, column in COLUMNS.items():
+        (line,) = (line for line in lines if line.startswith(f"{name} "))
+        assert f" {column.unit} " in line
+        assert line.endswith(column.meaning)
