@@ -381,7 +381,7 @@ def long_chain_ratio(*, turns: int, half_cycles: int) -> tuple[float, float, flo
 
 
 @njit(nogil=True)
-def _spin(turns):  # type: ignore[no-untyped-def]
+def _spin(turns):
     x = 1
     for _ in range(turns):
         x = (x * 1664525 + 1013904223) & 0xFFFFFFFF

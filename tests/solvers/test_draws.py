@@ -16,13 +16,13 @@ FIRST = 0.5 - 2.0**-54
 
 
 @njit(error_model="numpy")
-def by_eights(q, out):  # type: ignore[no-untyped-def]
+def by_eights(q, out):
     for column in range(0, q.shape[1], BATCH):
         write_deviates(load(q, 0, column), out, 0, column)
 
 
 @njit(error_model="numpy")
-def one_by_one(words, centred, out):  # type: ignore[no-untyped-def]
+def one_by_one(words, centred, out):
     for j in range(words.size):
         centred[j] = disorder.centred(words[j])
         out[j] = disorder.normal_deviate(words[j])
@@ -70,7 +70,7 @@ def test_words_about_the_edge_of_the_central_formula_give_the_same_deviates_in_l
 
 
 @njit(error_model="numpy")
-def fill_rows(rows, seed, slider, batch):  # type: ignore[no-untyped-def]
+def fill_rows(rows, seed, slider, batch):
     fill(rows, 1, seed, slider, batch)
 
 

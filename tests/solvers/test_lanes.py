@@ -99,7 +99,7 @@ BELOW, NOT_ABOVE = range(2)
 
 
 @njit(error_model="numpy")
-def operate(operands, choices, vectors, numbers, masks):  # type: ignore[no-untyped-def]
+def operate(operands, choices, vectors, numbers, masks):
     """Apply every operation to every strip of eight columns."""
     for s in range(choices.size):
         j = 8 * s
@@ -227,7 +227,7 @@ def test_bit_j_of_a_comparison_belongs_to_lane_j_and_nan_is_not_compared(outcome
 
 
 @njit(error_model="numpy")
-def copy_eight(source, row, column, target, to_row, to_column):  # type: ignore[no-untyped-def]
+def copy_eight(source, row, column, target, to_row, to_column):
     store(target, to_row, to_column, load(source, row, column))
 
 
@@ -244,7 +244,7 @@ def test_load_and_store_reach_eight_cells_at_any_column_and_no_other():
 
 
 @njit(error_model="numpy")
-def within_rows(source, row, lane, target):  # type: ignore[no-untyped-def]
+def within_rows(source, row, lane, target):
     put(target, row + 1, take(source, row) + everywhere(source, row, lane))
     return element(source, row, lane)
 
@@ -260,7 +260,7 @@ def test_rows_of_eight_are_taken_put_and_read_lane_by_lane():
 
 
 @njit(error_model="numpy")
-def turned(source, target):  # type: ignore[no-untyped-def]
+def turned(source, target):
     put(target, 0, turned_right(take(source, 0)))
     put(target, 1, turned_left(take(source, 0)))
 
@@ -274,7 +274,7 @@ def test_turning_brings_the_outermost_lane_to_the_other_end():
 
 
 @njit(error_model="numpy")
-def store_then_load(array, column):  # type: ignore[no-untyped-def]
+def store_then_load(array, column):
     """Return how far eight cells have come that were raised by 1, then read one column later."""
     store(array, 0, column, load(array, 0, column) + spread(1.0))
     return largest(load(array, 0, column + 1))
@@ -287,7 +287,7 @@ def test_what_is_stored_is_seen_by_an_overlapping_load():
 
 
 @njit(error_model="numpy")
-def fused_scalars(operands, out):  # type: ignore[no-untyped-def]
+def fused_scalars(operands, out):
     for j in range(out.size):
         out[j] = fused_scalar(operands[0, j], operands[1, j], operands[2, j])
 
@@ -299,7 +299,7 @@ def test_the_scalar_fused_operation_is_the_one_of_the_lanes(outcome):
 
 
 @njit(error_model="numpy")
-def take_apart(operands, mantissas, exponents, turned):  # type: ignore[no-untyped-def]
+def take_apart(operands, mantissas, exponents, turned):
     """Split every strip into mantissas and exponents; turn its lanes round one by one."""
     for s in range(operands.size // EIGHT):
         a = load(operands, 0, EIGHT * s)
@@ -325,7 +325,7 @@ def test_positive_normal_numbers_come_apart_as_in_numpy_and_lanes_one_by_one():
 
 
 @njit(error_model="numpy")
-def eight_upper_bits(w, out):  # type: ignore[no-untyped-def]
+def eight_upper_bits(w, out):
     store(out, 0, 0, upper_bits(w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]))
 
 
@@ -340,11 +340,11 @@ def test_the_upper_bits_of_words_become_whole_numbers():
 
 
 def test_the_stack_is_aligned_where_that_was_asked_for():
-    def raised(array):  # type: ignore[no-untyped-def]
+    def raised(array):
         align_stack()
         store(array, 0, 0, load(array, 0, 0) + spread(1.0))
 
-    def as_it_comes(array):  # type: ignore[no-untyped-def]
+    def as_it_comes(array):
         store(array, 0, 0, load(array, 0, 0) + spread(1.0))
 
     for function, count in ((raised, 1), (as_it_comes, 0)):
@@ -357,7 +357,7 @@ def test_the_stack_is_aligned_where_that_was_asked_for():
 
 
 @njit(error_model="numpy")
-def lowest_bits(masks, out):  # type: ignore[no-untyped-def]
+def lowest_bits(masks, out):
     for k in range(masks.size):
         out[k] = lowest_bit(masks[k])
 
