@@ -13,6 +13,11 @@ def paper_chain(n: int, sigma_mu: str = "0.01", **changed: object) -> Chain:
     return Chain(n=n, sigma_mu=sigma_mu, **(PAPER | changed))
 
 
+def captions(n: int) -> Chain:
+    """Return a chain as in the captions, without random coefficients."""
+    return paper_chain(n, "0")
+
+
 def event_rows(stretch: Stretch) -> list[tuple[int, ...]]:
     """Return number, kind, slider and sign of every event that was recorded, in order."""
     names = ("event_number", "event_kind", "event_slider", "event_sign")

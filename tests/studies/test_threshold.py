@@ -16,13 +16,9 @@ from exactcreep.model.numbers import InputError
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.studies import thresholds
 from exactcreep.studies.thresholds import threshold
-from tests.paper import paper_chain
+from tests.paper import captions
 
 FLOAT = {"solver": "exact", "digits": 9}
-
-
-def captions(n: int) -> Chain:
-    return paper_chain(n, "0")
 
 
 def pythagorean() -> Chain:

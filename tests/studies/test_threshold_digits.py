@@ -11,11 +11,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.studies import thresholds
 from exactcreep.studies.thresholds import threshold
-from tests.paper import paper_chain
-
-
-def captions(n: int) -> Chain:
-    return paper_chain(n, "0")
+from tests.paper import captions
 
 
 def bounds(found: thresholds.Threshold) -> tuple[Fraction, Fraction]:
