@@ -21,10 +21,11 @@ from typing import Any
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
-from exactcreep.model.numbers import InputError, file_name
+from exactcreep.model.numbers import InputError
 from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.files import file_name
 from exactcreep.solvers.registry import SOLVERS
 
 MOST_MEMBERS = 1_000_000

@@ -381,7 +381,7 @@ def test_a_checkpoint_that_cannot_be_written_leaves_the_last_one(
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(InputError, match="No space left"):
         checkpoints.write(file, {"nothing": 0})
     monkeypatch.undo()
     assert same(resume(file), whole)

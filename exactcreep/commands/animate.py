@@ -48,7 +48,7 @@ def animate(
         exactcreep animate thirty-sliders-cycles
     """
     from exactcreep.model.numbers import InputError, whole_number
-    from exactcreep.quasistatic.result import check_output
+    from exactcreep.quasistatic.files import check_output
     from exactcreep.scene import load_scene
     from exactcreep.studies.animation import draw_avalanche, find_avalanche, largest_avalanche
 

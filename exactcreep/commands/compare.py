@@ -45,7 +45,7 @@ def compare(
     """
     from exactcreep.commands.answer import as_json
     from exactcreep.model.numbers import whole_number
-    from exactcreep.quasistatic.result import check_output, check_picture
+    from exactcreep.quasistatic.files import check_output, check_picture
     from exactcreep.scene import load_scene
     from exactcreep.studies.comparison import compare as measured
     from exactcreep.studies.contests import draw_comparison

@@ -39,8 +39,8 @@ def envelope(
     from rich.table import Table
 
     from exactcreep.commands.answer import as_json
-    from exactcreep.quasistatic.checkpoint import write_atomically
-    from exactcreep.quasistatic.result import check_output, output_directory
+    from exactcreep.model.numbers import InputError
+    from exactcreep.quasistatic.files import check_output, output_directory, write_file
     from exactcreep.studies.envelope import defects, to_csv
     from exactcreep.studies.envelope import envelope as measured
 
@@ -52,8 +52,8 @@ def envelope(
     failure = None
     if target is not None:
         try:
-            write_atomically(target, to_csv(cells).encode())
-        except OSError as error:
+            write_file(target, to_csv(cells).encode(), "out")
+        except InputError as error:
             failure = error  # the disk may be full: what was measured is told all the same
     broken = defects(cells)
     if json:

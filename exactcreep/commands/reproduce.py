@@ -73,7 +73,7 @@ def reproduce(
 
 def check_files(pictures: list[Picture], out: Path, *, force: bool) -> None:
     """Make the directory, and raise `InputError` if a file may not be written."""
-    from exactcreep.quasistatic.result import check_output, output_directory
+    from exactcreep.quasistatic.files import check_output, output_directory
 
     output_directory(out, "out")
     for picture in pictures:
@@ -116,6 +116,8 @@ def write(
     """Write the picture twice, its data and its table."""
     import matplotlib as mpl
 
+    from exactcreep.quasistatic.files import write_file
+    from exactcreep.quasistatic.result import netcdf
     from exactcreep.studies.figures import STYLE, save_picture
 
     stem = out / picture.name
@@ -123,16 +125,13 @@ def write(
         figure = picture.draw(data, tables)
         for ending in ("png", "pdf"):
             save_picture(figure, stem.with_name(f"{picture.name}.{ending}"))
-    path = stem.with_name(f"{picture.name}.nc")
-    path.unlink(missing_ok=True)
-    for name, dataset in data.items():
-        group = None if len(data) == 1 else name
-        dataset.to_netcdf(path, mode="a", group=group, engine="h5netcdf")
+    groups = {name if len(data) > 1 else None: dataset for name, dataset in data.items()}
+    write_file(stem.with_name(f"{picture.name}.nc"), netcdf(groups), "out")
     text = "".join(
         table.to_csv() if number == 0 else table.to_csv(header=False)
         for number, table in enumerate(tables)
     )
-    stem.with_name(f"{picture.name}.csv").write_text(text, encoding="utf-8")
+    write_file(stem.with_name(f"{picture.name}.csv"), text.encode(), "out")
 
 
 def print_table(table: Table) -> None:

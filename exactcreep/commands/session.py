@@ -45,8 +45,9 @@ def run_session(
     from exactcreep.commands import answer
     from exactcreep.model.numbers import InputError
     from exactcreep.model.verdict import Outcome
+    from exactcreep.quasistatic.files import check_output, check_picture
     from exactcreep.quasistatic.loop import Interrupted, PhysicsWarning, run_members
-    from exactcreep.quasistatic.result import check_output, check_picture, save_members
+    from exactcreep.quasistatic.result import save_members
 
     named = {} if keeper is None else {Path(keeper.path).resolve(): "checkpoint"}
     for path, option in ((out, "out"), (plot, "plot")):
@@ -86,7 +87,7 @@ def run_session(
 
             draw_run(results, plot, settings=settings, title=title)
             written.append(plot)
-    except (InputError, OSError) as error:
+    except InputError as error:
         failure = error  # the disk may be full: what was computed is told all the same
     if as_json:
         typer.echo(answer.as_json(answer.json_of_run(results, settings, scene)))

@@ -38,7 +38,8 @@ def show(
     import matplotlib as mpl
 
     from exactcreep.model.numbers import whole_number
-    from exactcreep.quasistatic.result import check_output, check_picture, load_members
+    from exactcreep.quasistatic.files import check_output, check_picture
+    from exactcreep.quasistatic.result import load_members
     from exactcreep.studies.figures import STYLE, save_picture
     from exactcreep.studies.portraits import draw_portrait, portrait
 

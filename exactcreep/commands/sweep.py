@@ -62,7 +62,7 @@ def sweep(
         exactcreep sweep my-scene.toml --scheduler tcp://10.0.0.1:8786 --out plateaus --resume
     """
     from exactcreep.model.numbers import InputError, whole_number
-    from exactcreep.quasistatic.result import check_output, check_picture
+    from exactcreep.quasistatic.files import check_output, check_picture
     from exactcreep.scene import load_scene
     from exactcreep.studies.sweeps import sweep as run_sweep
 

@@ -41,7 +41,7 @@ def tradeoff(
     from rich.console import Console
 
     from exactcreep.commands.answer import as_json, print_heading
-    from exactcreep.quasistatic.result import check_output, check_picture
+    from exactcreep.quasistatic.files import check_output, check_picture
     from exactcreep.scene import load_scene
     from exactcreep.studies.contests import draw_tradeoff
     from exactcreep.studies.tradeoff import tradeoff as measure

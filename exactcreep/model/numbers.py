@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import numbers
-import os
 import re
 from decimal import Decimal
 from fractions import Fraction
@@ -146,29 +145,6 @@ def whole_number(value: Any, field: str, *, least: int, most: int | None = None)
     if number.denominator != 1 or number < least or (most is not None and number > most):
         raise InputError(field, value, allowed)
     return int(number)
-
-
-def file_name(value: Any, field: str) -> str:
-    """Return `value` as the name of a file.
-
-    Raises
-    ------
-    InputError
-        If it is neither a string nor a path, is empty or too long, or holds a null character.
-    """
-    if not isinstance(value, (str, os.PathLike)):
-        raise InputError(field, value, "must be the name of a file")
-    name = os.fspath(value)
-    if not isinstance(name, str) or not name or "\0" in name:
-        raise InputError(field, value, "must be a file, named without null characters")
-    try:
-        os.lstat(name)
-    except FileNotFoundError:
-        pass
-    except (OSError, UnicodeError) as error:
-        reason = getattr(error, "strerror", None) or "no such name can be"
-        raise InputError(field, name, f"must be the name of a file: {reason}") from None
-    return name
 
 
 def nearest_float(value: Fraction) -> float:

@@ -11,7 +11,6 @@ import hashlib
 import json
 import os
 import re
-import tempfile
 from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -19,7 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from exactcreep.model.numbers import InputError, file_name
+from exactcreep.model.numbers import InputError
+from exactcreep.quasistatic.files import file_name, write_file
 
 VERSION = 2
 """Of the solvers' arrays, too: it steps when a row or a cell of theirs is added."""
@@ -152,35 +152,16 @@ def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:
 
 
 def write(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
-    """Write a checkpoint; whatever happens, `path` holds the previous one or the new one."""
-    write_atomically(Path(path), to_bytes(content))
+    """Write a checkpoint; whatever happens, `path` holds the previous one or the new one.
 
-
-def write_atomically(path: Path, data: bytes) -> None:
-    """Replace the file `path` by `data`, in one piece or not at all, even if the power fails."""
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        os.chmod(temporary, 0o666 & ~_umask())
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-    if os.name == "posix":  # the new name, too, must be on the disk
-        folder = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
-
-
-def _umask() -> int:
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    TypeError
+        If it would hold what a checkpoint cannot hold.
+    """
+    write_file(path, to_bytes(content), "checkpoint")
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:

@@ -32,8 +32,9 @@ from exactcreep.model.verdict import Outcome
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.files import check_output
 from exactcreep.quasistatic.march import March
-from exactcreep.quasistatic.result import Creep, check_output
+from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.solver import Stretch, advance
 
 _WARNINGS = {
@@ -262,9 +263,8 @@ class Keeper:
         }
         try:
             checkpoint.write(self.path, content)
-        except (TypeError, OSError) as error:
-            reason = getattr(error, "strerror", None) or error
-            raise InputError("checkpoint", self.path, f"cannot be written: {reason}") from None
+        except TypeError as error:
+            raise InputError("checkpoint", self.path, f"cannot be written: {error}") from None
         self._last = time.monotonic()
 
 

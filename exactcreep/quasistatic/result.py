@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -13,19 +13,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
+import h5netcdf
 import h5py
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from xarray.backends import H5NetCDFStore
 
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError, file_name, nearest_float, ratio_of, ratio_text
+from exactcreep.model.numbers import InputError, nearest_float, ratio_of, ratio_text
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats, quantity
 from exactcreep.quasistatic.experiment import DRIVES, Experiment
+from exactcreep.quasistatic.files import check_output, file_name, write_file
 from exactcreep.solvers.records import (
     EVENT_TABLE,
     FORCE,
@@ -40,7 +43,6 @@ from exactcreep.solvers.records import (
 )
 
 FORMAT = "exactcreep result 2"
-PICTURES = (".png", ".pdf", ".svg")
 
 
 class _StateRow(NamedTuple):
@@ -428,50 +430,16 @@ def _state(data: xr.Dataset, moment: str, theta: Any) -> State:
     )
 
 
-def check_output(path: str | os.PathLike[str], field_name: str, *, force: bool) -> Path:
-    """Return `path` if a file can be written there.
+def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview:
+    """Return the NetCDF file that holds datasets in groups; None is the root.
 
-    Raises
-    ------
-    InputError
-        If it is a directory, exists and `force` is not given, or its directory cannot be written.
+    It is made in memory: HDF5 brings the whole process down when a disk is full.
     """
-    name = file_name(path, field_name)
-    target = Path(name)
-    if target.is_dir():
-        raise InputError(field_name, name, "must be a file, not a directory")
-    if target.exists() and not force:
-        raise InputError(field_name, name, "exists and is not overwritten without force")
-    if not target.parent.is_dir():
-        raise InputError(field_name, name, "must lie in a directory that exists")
-    if not os.access(target.parent, os.W_OK):
-        raise InputError(field_name, name, "must lie in a directory that can be written")
-    return target
-
-
-def output_directory(path: str | os.PathLike[str], field_name: str) -> Path:
-    """Return `path` as a directory for output, made if it does not exist.
-
-    Raises
-    ------
-    InputError
-        If it is a file, or cannot be made.
-    """
-    name = file_name(path, field_name)
-    target = Path(name)
-    if target.exists() and not target.is_dir():
-        raise InputError(field_name, name, "must be a directory")
-    try:
-        target.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(field_name, name, f"cannot be made: {error.strerror}") from None
-    return target
-
-
-def check_picture(path: Path) -> None:
-    """Raise `InputError` unless the name ends like that of a picture."""
-    if path.suffix.lower() not in PICTURES:
-        raise InputError("plot", str(path), "must end in " + ", ".join(PICTURES))
+    buffer = io.BytesIO()
+    with h5netcdf.File(buffer, "w") as file:
+        for group, dataset in groups.items():
+            dataset.dump_to_store(H5NetCDFStore(file, group=group, mode="a"))
+    return buffer.getbuffer()
 
 
 def save_members(
@@ -484,29 +452,13 @@ def save_members(
     InputError
         If the file exists and `force` is not given, or it cannot be written.
     """
-    target = check_output(path, "out", force=force)
-    try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-    except OSError as error:
-        reason = f"cannot be written: {error.strerror}"
-        raise InputError("out", os.fspath(path), reason) from None
-    os.close(handle)
-    try:
-        if len(results) == 1:
-            results[0].dataset.to_netcdf(temporary, engine="h5netcdf")
-        else:
-            about = {"format": FORMAT, "version": __version__, "members": len(results)}
-            xr.Dataset(attrs=about).to_netcdf(temporary, engine="h5netcdf")
-            for number, result in enumerate(results, 1):
-                result.dataset.to_netcdf(
-                    temporary, mode="a", group=f"member_{number}", engine="h5netcdf"
-                )
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, target)
-    except OSError as error:
-        raise InputError("out", os.fspath(path), f"cannot be written: {error}") from None
-    finally:
-        Path(temporary).unlink(missing_ok=True)
+    check_output(path, "out", force=force)
+    groups: dict[str | None, xr.Dataset] = {None: results[0].dataset}
+    if len(results) != 1:
+        about = {"format": FORMAT, "version": __version__, "members": len(results)}
+        groups = {None: xr.Dataset(attrs=about)}
+        groups |= {f"member_{k}": result.dataset for k, result in enumerate(results, 1)}
+    write_file(path, netcdf(groups), "out")
 
 
 def load_members(path: str | os.PathLike[str]) -> list[Creep]:

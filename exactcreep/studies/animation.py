@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import itertools
 import os
 from collections import Counter
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
@@ -23,6 +23,7 @@ from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.motion.solution import Motion
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.files import write_file
 from exactcreep.solvers.records import logged_events
 from exactcreep.solvers.solver import Rearrangement, Simulation, Stretch, advance
 from exactcreep.studies.figures import INKS, STYLE
@@ -171,18 +172,17 @@ def draw_avalanche(
         pictures = [stage.picture(k) for k in range(frames)]
     palette = pictures[frames // 2].quantize(128, dither=Image.Dither.NONE)
     shown = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
-    try:
-        shown[0].save(
-            Path(path),
-            format="GIF",
-            save_all=True,
-            append_images=shown[1:],
-            duration=[_PERIOD] * (frames - 1) + [_LINGER],
-            loop=0,
-            optimize=False,
-        )
-    except OSError as error:
-        raise InputError("out", os.fspath(path), f"cannot be written: {error.strerror}") from None
+    drawn = io.BytesIO()
+    shown[0].save(
+        drawn,
+        format="GIF",
+        save_all=True,
+        append_images=shown[1:],
+        duration=[_PERIOD] * (frames - 1) + [_LINGER],
+        loop=0,
+        optimize=False,
+    )
+    write_file(path, drawn.getbuffer(), "out")
 
 
 class _Stage:

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.quasistatic.result import check_picture
+from exactcreep.quasistatic.files import check_picture
 from exactcreep.studies.comparison import Comparison, Contestant
 from exactcreep.studies.figures import INKS, STYLE, picture, save_picture
 from exactcreep.studies.tradeoff import Score, Tradeoff

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.result import Creep, check_picture
+from exactcreep.quasistatic.files import check_picture, write_file
+from exactcreep.quasistatic.result import Creep
 
 INKS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#999999")
 """Okabe and Ito's colours, which everybody can tell apart."""
@@ -54,11 +56,10 @@ def save_picture(figure: Figure, path: Path | str) -> None:
     """
     target = Path(path)
     check_picture(target)
-    try:
-        with mpl.rc_context(STYLE):
-            figure.savefig(target)
-    except OSError as error:
-        raise InputError("plot", str(path), f"cannot be written: {error.strerror}") from None
+    drawn = io.BytesIO()
+    with mpl.rc_context(STYLE):
+        figure.savefig(drawn, format=target.suffix[1:].lower())
+    write_file(target, drawn.getbuffer(), "plot")
 
 
 def symbol_of(key: str) -> str:

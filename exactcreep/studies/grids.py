@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 
 from exactcreep.laws import LAWS, law_values
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.result import check_picture
+from exactcreep.quasistatic.files import check_picture
 from exactcreep.studies.drawing import EXACT, VELOCITY, points
 from exactcreep.studies.figures import INKS, STYLE, picture, save_picture, setting_text, symbol_of
 from exactcreep.studies.tables import Cell, Row, cells

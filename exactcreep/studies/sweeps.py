@@ -12,7 +12,6 @@ import hashlib
 import json
 import math
 import os
-import tempfile
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -31,8 +30,9 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float, wh
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.files import output_directory, write_file
 from exactcreep.quasistatic.loop import PhysicsWarning, run_members
-from exactcreep.quasistatic.result import output_directory
+from exactcreep.quasistatic.result import netcdf
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.records import HALF_CYCLE_TABLE, LENGTH
 
@@ -250,14 +250,7 @@ class Store:
 
     def finish(self, dataset: xr.Dataset) -> None:
         """Write the grid as ``sweep.nc``, in one piece or not at all."""
-        handle, temporary = tempfile.mkstemp(prefix=".sweep.", dir=self.folder)
-        os.close(handle)
-        try:
-            dataset.to_netcdf(temporary, engine="h5netcdf")
-            os.chmod(temporary, 0o644)
-            os.replace(temporary, self.folder / "sweep.nc")
-        finally:
-            Path(temporary).unlink(missing_ok=True)
+        write_file(self.folder / "sweep.nc", netcdf({None: dataset}), "out")
 
 
 class _Board:

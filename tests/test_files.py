@@ -1,0 +1,188 @@
+"""Files are written in one piece or not at all: killed, interrupted, or on a full disk."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import xarray as xr
+
+from exactcreep.model.numbers import InputError
+from exactcreep.quasistatic import files
+from exactcreep.quasistatic.files import write_file
+from exactcreep.quasistatic.result import netcdf
+from tests.processes import PATIENCE, PROGRAM, finished
+
+QUICK = ("run", "two-sliders-cycles", "--json", "--set", "drive.cycles=20000")
+OLD, NEW = b"old" * 100, b"new" * 300_000
+
+
+def left(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_a_file_is_made_with_the_permissions_that_the_mask_leaves(tmp_path: Path) -> None:
+    for mask, mode in ((0o022, 0o644), (0o077, 0o600), (0o002, 0o664)):
+        before = os.umask(mask)
+        try:
+            write_file(tmp_path / "a", OLD, "out")
+            write_file(tmp_path / "a", memoryview(NEW), "out")
+        finally:
+            os.umask(before)
+        assert (tmp_path / "a").stat().st_mode & 0o777 == mode
+        assert (tmp_path / "a").read_bytes() == NEW
+        assert left(tmp_path) == ["a"]
+
+
+@pytest.mark.parametrize("step", ["open", "fsync", "replace"])
+@pytest.mark.parametrize("error", [KeyboardInterrupt, SystemExit, OSError, MemoryError])
+def test_an_interrupted_writer_leaves_the_old_file_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, step: str, error: type[BaseException]
+) -> None:
+    write_file(tmp_path / "a", OLD, "out")
+
+    def interrupted(*arguments: object, **words: object) -> None:
+        raise error(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(files.os, step, interrupted)
+        with pytest.raises(InputError if error is OSError else error) as told:
+            write_file(tmp_path / "a", NEW, "checkpoint")
+    if error is OSError:
+        assert str(told.value).startswith("checkpoint = ")
+        assert str(told.value).endswith("cannot be written: No space left on device")
+    assert (tmp_path / "a").read_bytes() == OLD
+    assert left(tmp_path) == ["a"]
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
+def test_a_writer_killed_at_random_leaves_the_old_file_or_the_new_one(tmp_path: Path) -> None:
+    moments, target, length = random.Random(5), tmp_path / "a", 400_000
+    write_file(target, bytes(length), "out")
+    for _ in range(60):
+        before = target.read_bytes()
+        child = os.fork()
+        if child == 0:
+            for k in itertools.count(before[0] + 1):
+                write_file(target, bytes([k % 256]) * length, "out")
+        end = time.monotonic() + PATIENCE
+        while target.read_bytes() == before and time.monotonic() < end:
+            time.sleep(0.001)
+        time.sleep(moments.uniform(0, 0.005))
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        found = target.read_bytes()
+        assert found in (bytes([k]) * length for k in range(256))
+
+
+FULL_DISKS = """
+import os, resource, signal, sys
+from contextlib import contextmanager
+from pathlib import Path
+import numpy as np
+import xarray as xr
+from exactcreep import Chain, Cycles, creep
+from exactcreep.cli import status
+from exactcreep.commands import reproduce
+from exactcreep.model.numbers import InputError
+from exactcreep.quasistatic import checkpoint
+from exactcreep.studies import figures
+
+@contextmanager
+def full_disk(name):  # no file in it can be longer than 20 kB
+    os.chdir(name)
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
+    try:
+        yield
+    except InputError as error:
+        print("told:", error, file=sys.stderr)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        os.chdir("..")
+
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+result = creep(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.01", 5000))
+run = ["run", "two-sliders-cycles", "--set", "drive.cycles=5000", "--json"]
+sweep = ["sweep", "two-sliders-cycles", "--set", "drive.cycles=2000", "--set", "run.record=x_G"]
+sweep += ["--set", "vary.run.seed=[0,1]", "--workers", "1", "--resume", "--out"]
+assert status(run) == 0
+with full_disk("result"):
+    result.save("it", force=True)
+with full_disk("run"):
+    assert status([*run, "--out", "it", "--force"]) == 2
+with full_disk("picture"):
+    figures.draw_run([result], "it.png")
+with full_disk("sweep"):
+    assert status([*sweep, "."]) == 2
+with full_disk("checkpoint"):
+    checkpoint.write("it", {"values": np.zeros(9000)})
+with full_disk("reproduce"):
+    class Blank:
+        name = "it"
+        draw = staticmethod(lambda data, tables: figures.picture(0.1, 0.1))
+    data = {name: xr.Dataset({"v": ("t", np.arange(9000))}) for name in "ab"}
+    reproduce.write(Blank, data, [], Path("."))
+print("goes on")
+"""
+WRITERS = {"result": "it", "run": "it", "picture": "it.png", "sweep": "sweep.nc",
+           "checkpoint": "it", "reproduce": "it.nc"}  # fmt: skip
+
+
+@pytest.mark.skipif(os.name != "posix", reason="needs limits on the size of files")
+def test_on_a_full_disk_every_writer_says_so_and_keeps_what_was_there(tmp_path: Path) -> None:
+    for writer, name in WRITERS.items():
+        (tmp_path / writer).mkdir()
+        (tmp_path / writer / name).write_bytes(OLD)
+    script = f"import os; os.chdir({str(tmp_path)!r})\n{FULL_DISKS}"
+    done = finished(sys.executable, "-c", script)
+    assert (done.returncode, done.stdout.split("\n")[-2]) == (0, "goes on"), done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stderr.count("cannot be written: File too large") == len(WRITERS)
+    for writer, name in WRITERS.items():
+        assert (tmp_path / writer / name).read_bytes() == OLD
+    assert not [path for path in tmp_path.rglob("*") if path.suffix == ".part"]
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """Yield a directory on a disk of 100 kB."""
+    folder = tmp_path / "disk"
+    folder.mkdir()
+    mounted = sys.platform == "linux" and os.geteuid() == 0 and subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", "size=100k", "none", str(folder)],
+        check=False, capture_output=True,
+    ).returncode == 0  # fmt: skip
+    if not mounted:
+        pytest.skip("only root can mount a small disk")
+    yield folder
+    subprocess.run(["umount", str(folder)], check=True)
+
+
+def test_a_result_too_large_for_its_disk_is_told_and_nothing_is_left(small_disk: Path) -> None:
+    for out in ("a.nc", "b.nc"):
+        done = finished(*PROGRAM, *QUICK, "--out", str(small_disk / out))
+        assert done.returncode == 2
+        assert json.loads(done.stdout)["half_cycles"] == 40_000
+        assert done.stderr.strip().endswith("cannot be written: No space left on device")
+        assert left(small_disk) == []
+
+
+def test_groups_of_one_netcdf_file_are_the_datasets_that_were_given(tmp_path: Path) -> None:
+    one = xr.Dataset({"v": ("t", [1.0, 2.0])}, {"t": [3, 4]}, {"title": "one"})
+    other = xr.Dataset({"w": (("t", "s"), [["a", "bcd"]]), "none": ("e", [0.0][:0])})
+    write_file(tmp_path / "a.nc", netcdf({None: xr.Dataset(attrs={"n": 2}), "x": one, "y": other}),
+               "out")  # fmt: skip
+    for group, dataset in (("x", one), ("y", other)):
+        found = xr.load_dataset(tmp_path / "a.nc", group=group, engine="h5netcdf")
+        assert found.identical(dataset)
+    assert xr.load_dataset(tmp_path / "a.nc", engine="h5netcdf").attrs == {"n": 2}
