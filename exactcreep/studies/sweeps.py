@@ -246,7 +246,7 @@ class Store:
     def save(self, name: str, value: Mapping[str, Any]) -> None:
         """Write a cell, in one piece or not at all."""
         content = {"format": _CELL_FORMAT, "name": name, "value": dict(value)}
-        checkpoint.write(self._path(name), content)
+        write_file(self._path(name), checkpoint.to_bytes(content), "out")
 
     def finish(self, dataset: xr.Dataset) -> None:
         """Write the grid as ``sweep.nc``, in one piece or not at all."""

@@ -175,8 +175,8 @@ def test_a_full_disk_loses_no_finished_cell(
         real(handle)
 
     with monkeypatch.context() as patch:
-        patch.setattr(sweeps.checkpoint.os, "fsync", full)
-        with pytest.raises(OSError, match="No space left"):
+        patch.setattr(os, "fsync", full)
+        with pytest.raises(InputError, match="No space left"):
             sweep(scene, out=tmp_path / "out")
     saved = list((tmp_path / "out" / "cells").iterdir())
     assert 0 < len(saved) < 12
