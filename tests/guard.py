@@ -38,6 +38,8 @@ IGNORED = {
     "*.seconds": "a measured time",
     "*/seconds_*": "a measured speed",
     "commands/plan */json/*/seconds": "a predicted time, from a measured speed",
+    "*--max-bytes */json/[!or]*": "memory is looked at between stretches, which follow the clock",
+    "resumed/*-sliding/early/*": "its events are counted between stretches, which follow the clock",
     "*.version": "the version of the build",
     "commands/--version/out": "the version of the build",
     "commands/tradeoff */json/[!s]*": "of as many runs as the given seconds allow",
