@@ -98,7 +98,8 @@ class Arithmetic(ABC):
     def times_cosine(self, chain: Chain, value: Fraction) -> Any:
         """Return ``value cos(alpha)``: weights and friction forces, unit ``m g``."""
         tangent = chain.tan_alpha
-        return self.number(value) * (1 / self.sqrt(self.number(1 + tangent * tangent)))
+        cosine = 1 / self.sqrt(self.number(1 + tangent * tangent))
+        return cosine if value == 1 else self.number(value) * cosine  # a product widens a ball
 
     def sign(self, x: Any, slack: Any = 0) -> int:
         """Return the sign of `x`, known up to an error of at most `slack`.
