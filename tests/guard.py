@@ -125,6 +125,8 @@ def recorded(builds: Mapping[str, Path], options: Sequence[str], *, cached: bool
         running = {}
         try:
             for name, build in builds.items():
+                if not (build / "exactcreep" / "__init__.py").is_file():  # lest another be found
+                    raise SystemExit(f"guard: {build} holds no exactcreep")
                 here = Path(folder, name, "here")
                 here.mkdir(parents=True)
                 own = {"PYTHONPATH": str(build), "COLUMNS": "240", "MPLBACKEND": "Agg",
