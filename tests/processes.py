@@ -6,7 +6,8 @@ import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 PATIENCE = 300
@@ -30,10 +31,15 @@ def finished(*words: str, **changed: str) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
-def begun(*words: str, **options: Any) -> subprocess.Popen[str]:
-    """Return a process that goes on beside the test; `options` are those of `Popen`."""
+@contextmanager
+def begun(*words: str, **options: Any) -> Iterator[subprocess.Popen[str]]:
+    """Yield a process that goes on beside the test, and end it; `options` are those of `Popen`."""
     piped = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    return subprocess.Popen(words, env=environment(), text=True, **piped | options)
+    with subprocess.Popen(words, env=environment(), text=True, **piped | options) as process:
+        try:
+            yield process
+        finally:
+            process.kill()
 
 
 def wait_until(reached: Callable[[], bool], process: subprocess.Popen[str]) -> None:

@@ -8,7 +8,9 @@ import os
 import signal
 import sys
 from collections import Counter
+from collections.abc import Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
 from multiprocessing import get_context
 from pathlib import Path
 from subprocess import Popen
@@ -24,7 +26,7 @@ from exactcreep.quasistatic import checkpoint
 from exactcreep.scene import Scene, load_scene
 from exactcreep.studies import sweeps
 from exactcreep.studies.sweeps import finished_cell, sweep
-from tests.processes import PATIENCE, begun, finished, wait_until
+from tests.processes import begun, finished, wait_until
 
 TEXT = """
 [chain]
@@ -266,10 +268,14 @@ def test_events_and_workers_of_an_executor_are_refused(scene: Scene) -> None:
 # --- a cluster -----------------------------------------------------------------------------------
 
 
-def launched(module: str, *words: str, log: Path) -> Popen[str]:
-    with log.open("ab") as file:
-        return begun(sys.executable, "-m", f"distributed.cli.{module}", *words,
-                     stdout=file, stderr=file, cwd=log.parent)  # fmt: skip
+@contextmanager
+def launched(log: Path, module: str, *words: str) -> Iterator[Popen[str]]:
+    program = (sys.executable, "-m", f"distributed.cli.{module}", *words)
+    with (
+        log.open("ab") as file,
+        begun(*program, stdout=file, stderr=file, cwd=log.parent) as process,
+    ):
+        yield process
 
 
 class Logged(Executor):
@@ -331,23 +337,15 @@ def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
             os.kill(killed[0], signal.SIGKILL)
 
     where = ["--scheduler-file", str(address)]
-    processes = [
-        launched("dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard",
-                 "--no-show", *where, log=log)
-    ]  # fmt: skip
-    try:
-        processes += [
-            launched("dask_worker", *where, "--nthreads", "1", "--no-nanny", "--no-dashboard",
-                     "--host", "127.0.0.1", "--name", f"worker-{k}", log=log)
-            for k in range(2)
-        ]  # fmt: skip
-        wait_until(address.exists, processes[0])
-        with cluster(str(address)) as executor:
-            grid = sweep(scene, executor=Logged(executor, diary), out=out, progress=watch)
-    finally:
-        for process in processes:
-            process.kill()
-            process.wait(PATIENCE)
+    here = ("--host", "127.0.0.1", "--no-dashboard", *where)
+    with ExitStack() as running:
+        scheduler = launched(log, "dask_scheduler", "--port", "0", "--no-show", *here)
+        wait_until(address.exists, running.enter_context(scheduler))
+        for _ in range(2):
+            worker = launched(log, "dask_worker", "--nthreads", "1", "--no-nanny", *here)
+            running.enter_context(worker)
+        executor = running.enter_context(cluster(str(address)))
+        grid = sweep(scene, executor=Logged(executor, diary), out=out, progress=watch)
     assert killed, log.read_text()
     assert len(saved) >= 3
     begun = Counter(words[2] for words in entries() if words[0] == "begin")
