@@ -11,7 +11,7 @@ from exactcreep.commands.options import Force, Json, SceneName, Settings, parsed
 from exactcreep.commands.progress import Display
 
 if TYPE_CHECKING:
-    from exactcreep.studies.comparison import Comparison, Contestant
+    from exactcreep.studies.comparison import Comparison, Standing
 
 
 def compare(
@@ -90,9 +90,9 @@ def _print(found: Comparison, name: str, title: str) -> None:
     table = Table(box=None, padding=(0, 1), header_style="bold", pad_edge=False)
     table.add_column("", no_wrap=True)
     rows: dict[str, list[str]] = {}
-    for contestant in found.contestants:
-        table.add_column(contestant.label, no_wrap=True)
-        for key, text in _rows(contestant).items():
+    for standing in found.contestants:
+        table.add_column(standing.contestant.label, no_wrap=True)
+        for key, text in _rows(standing).items():
             rows.setdefault(key, []).append(text)
     for key, texts in rows.items():
         table.add_row(key, *texts)
@@ -106,18 +106,18 @@ def _print(found: Comparison, name: str, title: str) -> None:
         )
 
 
-def _rows(contestant: Contestant) -> dict[str, str]:
-    """Return what a contestant's column says, by the name of the row."""
+def _rows(standing: Standing) -> dict[str, str]:
+    """Return what a solver's column says, by the name of the row."""
     from exactcreep.commands.answer import measured
 
-    out = {"events that agree": str(contestant.agreed)}
-    out["first that differs"] = _told(contestant.own) if contestant.differs else "none"
-    out["  certified instead"] = _told(contestant.certified) if contestant.differs else ""
-    tie = contestant.tie
+    out = {"events that agree": str(standing.agreed)}
+    out["first that differs"] = _told(standing.own) if standing.differs else "none"
+    out["  certified instead"] = _told(standing.known) if standing.differs else ""
+    tie = standing.tie
     out["how close the tie"] = "" if tie is None else f"{tie.condition} off by {tie.margin:.2g}"
-    out["position error before"] = f"{contestant.error_before:.2g}"
-    out["position error, largest"] = f"{contestant.error_after:.2g}"
-    run = contestant.creep
+    out["position error before"] = f"{standing.error_before:.2g}"
+    out["position error, largest"] = f"{standing.error_after:.2g}"
+    run = standing.creep
     out["velocity"] = measured(run)
     out["slips per half-cycle"] = f"{run.slips / max(run.half_cycles, 1):.4g}"
     out["half-cycles"] = str(run.half_cycles)

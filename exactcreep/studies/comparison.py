@@ -9,18 +9,18 @@ motion, how far positions were off until then and after, and what remains of the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import pairwise
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from exactcreep.limits import Limits
+from exactcreep.limits import Limits, Stop
+from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
-from exactcreep.model.drive import Path
+from exactcreep.model.drive import Drive, Path
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
+from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.itinerary import Course, slider_motion
@@ -29,15 +29,10 @@ from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import creep
 from exactcreep.quasistatic.result import Creep
-from exactcreep.solvers.records import joined
 from exactcreep.solvers.registry import solver_named
-from exactcreep.studies.eventlog import (
-    LoggedEvent,
-    LoggedRearrangement,
-    first_difference,
-    numbered,
-    rearrangements,
-)
+from exactcreep.solvers.solver import advance
+from exactcreep.studies.contest import Agreement, Contestant, Walk, agree, walk
+from exactcreep.studies.eventlog import LoggedEvent, rearrangements
 
 MOST_EVENTS = 100_000
 """Certified events that may be compared: some minutes of the certified solver."""
@@ -78,63 +73,37 @@ class Tie:
 
 
 @dataclass(frozen=True, eq=False)
-class Contestant:
-    """One solver against the certified one.
+class Standing(Agreement):
+    """How one solver stands beside the certified one.
+
+    Its events carry the half-cycles of the drive; its errors are those of displacements, unit
+    ``g tau_dyn**2``.
 
     Attributes
     ----------
-    solver : str
-    options : mapping
-    agreed : int
-        Events before the first that differs (all of them, if none does).
-    own, certified : LoggedEvent or None
-        The first events that differ; half-cycles are those of the drive.
+    contestant : Contestant
     tie : Tie or None
-    compared : int
-        Rest states before the first event that differs.
-    error_before, error_after : float
-        Largest difference of a slider's position at any rest before the first event that differs
-        (nan if there is none), and anywhere; unit ``g tau_dyn**2``.
-    errors : ndarray
-        The same at every rest that was compared.
+        At the first event that differs.
     creep : Creep
         The run behind the statistics.
     """
 
-    solver: str
-    options: Mapping[str, Any]
-    agreed: int
-    own: LoggedEvent | None
-    certified: LoggedEvent | None
+    contestant: Contestant
     tie: Tie | None
-    compared: int
-    error_before: float
-    error_after: float
-    errors: NDArray[np.float64]
     creep: Creep
 
-    @property
-    def differs(self) -> bool:
-        """Whether an event differs."""
-        return self.own is not None or self.certified is not None
-
-    @property
-    def label(self) -> str:
-        """How it is called in tables and pictures."""
-        return ", ".join([self.solver, *(f"{k} = {v}" for k, v in self.options.items())])
-
     def summary(self) -> dict[str, Any]:
-        """Return the contestant by names, ready for JSON."""
+        """Return the standing by names, ready for JSON."""
         run = self.creep
         return {
-            "solver": self.solver,
-            "options": dict(self.options),
+            "solver": self.contestant.solver,
+            "options": dict(self.contestant.options),
             "events_agreed": self.agreed,
             "first_difference": None
             if not self.differs
             else {
                 "own": None if self.own is None else self.own.summary(),
-                "certified": None if self.certified is None else self.certified.summary(),
+                "certified": None if self.known is None else self.known.summary(),
                 "tie": None if self.tie is None else self.tie.summary(),
             },
             "rests_compared": self.compared,
@@ -168,7 +137,7 @@ class Comparison:
         Of the certified run.
     radius : float
         Largest radius of its positions.
-    contestants : tuple of Contestant
+    contestants : tuple of Standing
         ``exact`` first.
     """
 
@@ -179,7 +148,7 @@ class Comparison:
     half_cycles: int
     evidence: Evidence
     radius: float
-    contestants: tuple[Contestant, ...]
+    contestants: tuple[Standing, ...]
 
     @property
     def velocity_difference(self) -> float:
@@ -212,8 +181,11 @@ class Comparison:
 
 
 def compare(
-    experiment: Experiment,
+    chain: Chain | Experiment,
+    drive: Drive | None = None,
     *,
+    seed: int | None = None,
+    start: State | None = None,
     dt: Any = "0.01",
     locate: bool = False,
     digits: int = 30,
@@ -224,8 +196,14 @@ def compare(
 
     Parameters
     ----------
-    experiment : Experiment
-        Chain, drive, seed and start; its solver and what it records do not matter.
+    chain : Chain or Experiment
+        An experiment, e.g. of a scene, brings its drive, seed and start; its solver and what it
+        records do not matter.
+    drive : Cycles, GaussianSteps, Path or TemperatureRecord
+    seed : int, optional
+        Of the disorder: static coefficients and random dilations; default 0.
+    start : State, optional
+        Default: the relaxed chain. A start that is not at rest is first rearranged.
     dt : number
         Verlet's time step, unit tau_dyn.
     locate : bool
@@ -247,7 +225,7 @@ def compare(
     ------
     InputError
         If an argument is out of range, nothing happens in the experiment, or the first thing that
-        happens never ends.
+        happens is too long for the certified solver, or never ends.
 
     Notes
     -----
@@ -255,57 +233,83 @@ def compare(
     those of the equations, as far as its evidence says ``PROVED``. Statistics come from runs of the
     whole drive, or of its first 200 000 events.
     """
-    if not isinstance(experiment, Experiment):
-        raise InputError("experiment", experiment, "must be an Experiment, e.g. of a scene")
+    experiment = _experiment(chain, drive, seed, start)
     most = whole_number(events, "events", least=1, most=MOST_EVENTS)
-    options = {
-        "exact": {},
-        "verlet": {"dt": dt, **({"locate": True} if locate else {})},
-        "certified": {"digits": digits},
-    }
-    for name, given in options.items():
-        solver_named(name, given)
+    verlet = {"dt": dt, **({"locate": True} if locate else {})}
+    contestants = Contestant("exact"), Contestant("verlet", verlet)
+    certified = Contestant("certified", {"digits": digits})
+    for one in (*contestants, certified):
+        one.algorithm()
     say = reporter(progress)
     path, ends = _broken_drive(experiment, most)
     say("certified", 0.0)
-    truth = _Taken.of(
+    truth = walk(
+        certified,
         experiment,
-        "certified",
-        options["certified"],
         path,
-        most,
-        lambda done: say("certified", done),
+        path.half_cycles,
+        enough=most,
+        limits=Limits(_beyond(MOST_EVENTS)),
+        say=lambda done: say("certified", min(1.0, done / most)),
     )
-    targets = truth.x.shape[0]
-    if targets == 0:
+    if truth.reached == 0:
         raise InputError("scene", "a first rearrangement without end", "must come to rest once")
-    contestants = []
-    for name in ("exact", "verlet"):
-        say(name, 0.0)
-        course = _Taken.of(experiment, name, options[name], path, None, None, targets)
+    standings = []
+    for contestant in contestants:
+        say(contestant.solver, 0.0)
+        limits = Limits(_beyond(len(truth.events)))
+        own = walk(contestant, experiment, path, truth.reached, limits=limits)
         run = creep(
             experiment.chain,
             experiment.drive,
             seed=experiment.seed,
             start=experiment.start,
-            solver=name,
+            solver=contestant.solver,
             max_events=_STATISTICS_EVENTS,
-            progress=lambda p, name=name: say(  # type: ignore[misc]
+            progress=lambda p, name=contestant.solver: say(  # type: ignore[misc]
                 f"{name}, statistics", p.half_cycles / max(p.total, 1)
             ),
-            **options[name],
+            **contestant.options,
         )
-        contestants.append(_judged(experiment, name, options[name], path, course, truth, ends, run))
+        agreement = agree(own, truth)
+        standings.append(
+            Standing(
+                agreed=agreement.agreed,
+                own=_placed(agreement.own, ends),
+                known=_placed(agreement.known, ends),
+                compared=agreement.compared,
+                errors=agreement.errors,
+                contestant=contestant,
+                tie=_tie(experiment, path, truth, agreement) if agreement.differs else None,
+                creep=run,
+            )
+        )
+    radii = [enclosure(value).radius for value in truth.x.ravel().tolist()]
     return Comparison(
         experiment=experiment,
         digits=digits,
-        events=len(truth.events),
-        rearrangements=len(truth.log),
-        half_cycles=ends[targets - 1] if targets else 0,
+        events=sum(event.half_cycle <= truth.reached for event in truth.events),
+        rearrangements=sum(one.half_cycle <= truth.reached for one in truth.log),
+        half_cycles=ends[truth.reached - 1],
         evidence=truth.evidence,
-        radius=float(truth.radii.max()) if truth.radii.size else 0.0,
-        contestants=tuple(contestants),
+        radius=nearest_float(max(radii)),
+        contestants=tuple(standings),
     )
+
+
+def _experiment(chain: Any, drive: Any, seed: Any, start: Any) -> Experiment:
+    """Return the experiment that `compare` is asked about."""
+    if not isinstance(chain, Experiment):
+        return Experiment.of(chain, drive, seed=0 if seed is None else seed, start=start)
+    for name, given in (("drive", drive), ("seed", seed), ("start", start)):
+        if given is not None:
+            raise InputError(name, given, "must not be given beside an experiment, which has one")
+    return chain
+
+
+def _beyond(events: int) -> int:
+    """Return after how many events a walk that need not be longer than `events` is cut short."""
+    return 2 * events + 100
 
 
 def _broken_drive(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
@@ -320,130 +324,37 @@ def _broken_drive(experiment: Experiment, events: int) -> tuple[Path, list[int]]
     theta: list[Fraction] = []
     ends: list[int] = []
     for q in range(1, drive.half_cycles + 1):
-        before: float | None = None  # theta_c of the rearrangement before
-        reached = False
-        while not reached:
-            stretch = simulation.follow(drive, q, 1, Limits(events))
-            for one in rearrangements(stretch.recorded):
-                here = float(one.theta)
-                if before is not None and before != here:
-                    theta.append((Fraction(before) + Fraction(here)) / 2)
-                    ends.append(q)
-                before = here
-            reached = bool(stretch.completed) or stretch.stop.final
-            if simulation.tally.events >= 2 * events + 100 and theta and not reached:
-                return Path(theta), ends  # a half-cycle may have more events than memory holds
+        loads: list[float] = []  # theta_c of the rearrangements of this half-cycle
+        for most in (_beyond(events), _beyond(MOST_EVENTS)):  # the latter of the very first alone
+            left = Limits(most).after(simulation.tally.events)
+            stretch = advance(simulation, drive, q, left, done=q - 1)
+            loads += [float(one.theta) for one in rearrangements(stretch.recorded)]
+            if stretch.stop is not Stop.BUDGET or theta or len(set(loads)) > 1:
+                break
+        between = [(Fraction(a) + Fraction(b)) / 2 for a, b in pairwise(loads) if a != b]
+        theta += between
+        ends += [q] * len(between)
+        if stretch.stop is Stop.BUDGET and theta:
+            break  # a half-cycle may have more events than memory holds
         theta.append(drive.exact_target(q, seed))
         ends.append(q)
-        if stretch.stop.final or simulation.tally.events >= events:
+        if stretch.stop is not Stop.DONE or simulation.tally.events >= events:
             break
     if simulation.tally.events == 0:
         raise InputError("scene", "no events", "must drive the chain so far that a slider slips")
     return Path(theta), ends
 
 
-@dataclass(frozen=True, eq=False)
-class _Taken:
-    """What one solver made of the broken drive."""
-
-    log: list[LoggedRearrangement]
-    events: list[LoggedEvent]
-    x: NDArray[Any]
-    radii: NDArray[np.float64]
-    evidence: Evidence
-
-    @classmethod
-    def of(
-        cls,
-        experiment: Experiment,
-        solver: str,
-        options: Mapping[str, Any],
-        path: Path,
-        most: int | None,
-        say: Callable[[float], None] | None,
-        targets: int | None = None,
-    ) -> _Taken:
-        """Return how far a solver came in about `most` events, or to all `targets`."""
-        simulation = solver_named(solver, dict(options)).simulation(
-            experiment.chain, experiment.initial, experiment.seed, ("x_G", "x", "events")
-        )
-        parts: list[Mapping[str, NDArray[Any]]] = []
-        done, total = 0, path.half_cycles if targets is None else targets
-        while done < total:
-            stretch = simulation.follow(path, done + 1, 1, Limits(1 << 40))
-            parts.append(stretch.recorded)
-            done += stretch.completed
-            events = simulation.tally.events
-            if say is not None and most is not None:
-                say(min(1.0, events / most))
-            if stretch.stop.final or (most is not None and events >= most):
-                break
-        recorded = joined(parts)
-        x = recorded["x"]
-        known = [enclosure(value).radius for value in x.ravel().tolist()]
-        radii = np.array([nearest_float(radius) for radius in known])
-        log = rearrangements(recorded)
-        return cls(log, numbered(log), x, radii, simulation.evidence)
-
-
-def _judged(
-    experiment: Experiment,
-    solver: str,
-    options: Mapping[str, Any],
-    path: Path,
-    course: _Taken,
-    truth: _Taken,
-    ends: list[int],
-    run: Creep,
-) -> Contestant:
-    """Return how a solver's course stands beside the certified one."""
-    size = min(len(course.x), len(truth.x))
-    errors = np.array(
-        [_distance(a, b) for a, b in zip(course.x[:size], truth.x[:size], strict=True)]
-    )
-    differs = first_difference(course.events, truth.events)
-    agreed, own, certified = (len(truth.events), None, None) if differs is None else differs
-    until = size
-    tie = None
-    for event in (own, certified):
-        if event is not None:
-            until = min(until, event.half_cycle - 1)
-    if own is not None or certified is not None:
-        tie = _tie(experiment, path, truth, own, certified)
-
-    def placed(event: LoggedEvent | None) -> LoggedEvent | None:
-        return None if event is None else event._replace(half_cycle=ends[event.half_cycle - 1])
-
-    return Contestant(
-        solver=solver,
-        options=dict(options),
-        agreed=agreed,
-        own=placed(own),
-        certified=placed(certified),
-        tie=tie,
-        compared=until,
-        error_before=float(errors[:until].max()) if until else math.nan,
-        error_after=float(errors.max()) if errors.size else math.nan,
-        errors=errors,
-        creep=run,
-    )
-
-
-def _distance(a: NDArray[Any], b: NDArray[Any]) -> float:
-    """Return the largest difference of two lists of positions, exactly and then rounded."""
-    pairs = zip(a.tolist(), b.tolist(), strict=True)
-    return max(nearest_float(abs(enclosure(x).middle - enclosure(y).middle)) for x, y in pairs)
+def _placed(event: LoggedEvent | None, ends: Sequence[int]) -> LoggedEvent | None:
+    """Return an event with the half-cycle of the drive instead of that of the broken drive."""
+    return None if event is None else event._replace(half_cycle=ends[event.half_cycle - 1])
 
 
 def _tie(
-    experiment: Experiment,
-    path: Path,
-    truth: _Taken,
-    own: LoggedEvent | None,
-    certified: LoggedEvent | None,
+    experiment: Experiment, path: Path, truth: Walk, agreement: Agreement
 ) -> Tie:
     """Return how close the certified motion comes to the other side's event."""
-    chain = experiment.chain
+    chain, own, certified = experiment.chain, agreement.own, agreement.known
     course = Course(chain, experiment.initial, FLOAT64, seed=experiment.seed, refine=False)
     claimed = own if own is not None and not _later(own, certified) else certified
     assert claimed is not None  # two runs that differ have an event that does
@@ -466,10 +377,10 @@ def _tie(
     shared = _plain(truth.log[claimed.rearrangement].events[: claimed.number])
     flow = course.enter(shared)
     runs, last = flow.runs(), shared[-1]
-    claimed_time = _seconds(claimed.event.time)
+    claimed_time = _instant(claimed.event.time)
     apart = None
     if other is not None and not _later(other, claimed):
-        apart = abs(claimed_time - _seconds(other.event.time))
+        apart = abs(claimed_time - _instant(other.event.time))
     since = max(claimed_time - last.time, 0.0)
     moving = {n for run in runs for n in run.sliders}
     if claimed.event.kind is EventKind.STOP and slider in moving:
@@ -489,10 +400,11 @@ def _later(a: LoggedEvent, b: LoggedEvent | None) -> bool:
 
 def _plain(events: Sequence[Event]) -> list[Event]:
     """Return events with their times in float64."""
-    return [replace(event, time=_seconds(event.time)) for event in events]
+    return [replace(event, time=_instant(event.time)) for event in events]
 
 
-def _seconds(time: Any) -> float:
+def _instant(time: Any) -> float:
+    """Return a time, unit tau_dyn, in float64."""
     return nearest_float(enclosure(time).middle)
 
 

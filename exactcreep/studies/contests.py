@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from exactcreep.quasistatic.files import check_picture
-from exactcreep.studies.comparison import Comparison, Contestant
+from exactcreep.studies.comparison import Comparison, Standing
 from exactcreep.studies.figures import INKS, STYLE, picture, save_picture
 from exactcreep.studies.tradeoff import Score, Tradeoff
 
@@ -30,8 +30,8 @@ def draw_comparison(comparison: Comparison, path: Path | str, *, title: str = ""
     with mpl.rc_context(STYLE):
         figure = picture(6.0, 6.0)
         above, below = figure.subplots(2, 1)
-        for contestant, ink in zip(comparison.contestants, INKS, strict=False):
-            _draw_course(above, contestant, ink)
+        for standing, ink in zip(comparison.contestants, INKS, strict=False):
+            _draw_course(above, standing, ink)
         above.set_yscale("log")
         above.set_xlabel("rest states, one after each rearrangement")
         above.set_ylabel(r"largest error of $\tilde{x}_n$ ($g\,\tau_\mathrm{dyn}^2$)")
@@ -52,16 +52,16 @@ def draw_comparison(comparison: Comparison, path: Path | str, *, title: str = ""
         save_picture(figure, path)
 
 
-def _draw_course(axes: Axes, contestant: Contestant, ink: str) -> None:
-    errors = np.maximum(contestant.errors, _FLOOR)
-    axes.plot(np.arange(1, errors.size + 1), errors, color=ink, label=contestant.label)
-    if contestant.compared < errors.size:
+def _draw_course(axes: Axes, standing: Standing, ink: str) -> None:
+    errors = np.maximum(standing.errors, _FLOOR)
+    axes.plot(np.arange(1, errors.size + 1), errors, color=ink, label=standing.contestant.label)
+    if standing.compared < errors.size:
         axes.axvline(
-            contestant.compared + 0.5,
+            standing.compared + 0.5,
             color=ink,
             linestyle="--",
             linewidth=0.8,
-            label=f"{contestant.solver}: first event that differs",
+            label=f"{standing.contestant.solver}: first event that differs",
         )
 
 

@@ -5,7 +5,9 @@ displacements at the end are held against those of the certified solver (in the 
 against the closed solution in rational arithmetic). What it promises of one rearrangement is
 measured apart: from the same state at rest, so that no error of the past hides or makes one. A
 solver either keeps what it promises, or says by itself that it does not: an undecided comparison,
-a limit, or a refusal.
+a limit, or a refusal. Where the truth itself is not known, nothing is said of the others.
+
+Runs are limited by their events, never by the clock: every machine comes to the same verdicts.
 """
 
 from __future__ import annotations
@@ -13,12 +15,12 @@ from __future__ import annotations
 import csv
 import io
 import math
-import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,36 +32,46 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.condition import PROMISE
 from exactcreep.progress import Progress, reporter
-from exactcreep.quasistatic.decimals import enclosure, floats
+from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import PhysicsWarning, creep
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.solver import Rearrangement
+from exactcreep.studies.contest import Contestant, Rest, Walk, agree, apart, rests_along, settled
 from exactcreep.studies.energy import two_slider_ledger
 
 ROUNDING = 32 * 2.0**-52
-"""The same of one event, in a run whose rearrangements have few of them: errors add up."""
+"""What a displacement of float64 may be off at the end of a run, over the largest force, for each
+event of the run: errors add up, and the rearrangements of these runs have few events."""
 
-CONTESTANTS: dict[str, dict[str, Any]] = {
-    "exact": {},
-    "reference": {},
-    "mpmath": {"digits": 30},
-    "verlet": {"dt": "0.01"},
-}
-"""Solvers that are held against the certified one, and their options."""
+CONTESTANTS = (
+    Contestant("exact"),
+    Contestant("reference"),
+    Contestant("mpmath", {"digits": 30}),
+    Contestant("verlet", {"dt": "0.01"}),
+)
+"""Solvers that are held against the truth."""
+
+MOST_EVENTS = 20_000
+"""Events of the certified solver at each extreme: a minute of it. What is longer has no truth."""
 
 WITHIN, FLAGGED, REFUSED, STEPPED, BROKEN = "within", "flagged", "refused", "stepped", "broken"
+NO_TRUTH = "no truth"
 """Verdicts of a cell.
 
 ``within`` its promise; ``flagged`` by the program itself (undecided comparisons, an estimated
 error or a number of events beyond the promise, or a limit);
 ``refused`` with a sentence; ``stepped``: Verlet promises no more than its order in dt;
-``broken``: a promise that was neither kept nor flagged, which is a defect.
+``broken``: a promise that was neither kept nor flagged, which is a defect; ``no truth``: the
+certified run has more events than it may have, is undecided or was refused.
 """
 
 
 _LONGEST = 2000
 """Events of a rearrangement that is compared."""
+_ASTRAY = 2_000_000
+"""Events of a run with a known end that is given up: exact proves a runaway after a million."""
 _SHORT = 30
 """Sliders of a chain whose ends move like those of a longer one."""
 
@@ -108,7 +120,7 @@ class Cell:
     quantity, value, solver : str
     error : float
         Largest error of a displacement at the end, unit ``g tau_dyn**2``; nan if the itinerary
-        is another one or nothing was computed.
+        is another one, nothing was computed, or there is no truth.
     allowed : float
         What the solver promises of it; inf for Verlet.
     worst : float
@@ -120,7 +132,7 @@ class Cell:
     seconds : float
     outcome, evidence : str
     verdict : str
-        One of `WITHIN`, `FLAGGED`, `REFUSED`, `STEPPED` and `BROKEN`.
+        One of `WITHIN`, `FLAGGED`, `REFUSED`, `STEPPED`, `BROKEN` and `NO_TRUTH`.
     remark : str
         Why, if there is more to say.
     """
@@ -279,14 +291,11 @@ def _apart_from_a_short_chain(result: Creep) -> float:
     """
     parameters = result.chain.parameters() | {"n": _SHORT}
     truth = _truth(Chain(**parameters), result.drive)
-    proved = [enclosure(x) for x in truth.state.displacements.tolist()]
-    half = len(proved) // 2
-    if truth.evidence is not Evidence.PROVED or any(x.middle for x in proved[half - 2 : half + 2]):
+    proved, moved = truth.state.displacements, result.state.displacements.tolist()
+    half = proved.size // 2
+    if truth.evidence is not Evidence.PROVED or floats(proved[half - 2 : half + 2]).any():
         return math.nan  # the two ends may feel each other
-    moved = result.state.displacements.tolist()
-    pairs = zip(moved[:half] + moved[-half:], proved, strict=True)
-    apart = max(abs(Fraction(x) - true.middle) for x, true in pairs)
-    return nearest_float(apart) if not any(moved[half:-half]) else math.inf
+    return apart(moved[:half] + moved[-half:], proved) if not any(moved[half:-half]) else math.inf
 
 
 @cache
@@ -298,7 +307,7 @@ def envelope(
     *,
     quick: bool = False,
     seed: int = 1,
-    most_seconds: float | None = None,
+    most_events: int = MOST_EVENTS,
     most_compared: int | None = None,
     progress: Callable[[Progress], None] | None = None,
     chosen: Sequence[Extreme] | None = None,
@@ -311,8 +320,9 @@ def envelope(
         See `extremes`.
     seed : int
         Of the disorder.
-    most_seconds : float, optional
-        For each run; what takes longer ends in a limit. Default 1 if quick, else 60.
+    most_events : int
+        Of the certified solver at each extreme, in its run, and in the rearrangements that are
+        compared one by one. What has more has no truth.
     most_compared : int, optional
         Rearrangements of each extreme that are compared one by one; default 20 if quick, else 200.
     progress : callable, optional
@@ -325,9 +335,7 @@ def envelope(
     InputError
         If an argument is out of range.
     """
-    limit = (1.0 if quick else 60.0) if most_seconds is None else most_seconds
-    if not limit > 0:
-        raise InputError("most_seconds", most_seconds, "must be positive")
+    most = whole_number(most_events, "most_events", least=1)
     steps = whole_number(
         (20 if quick else 200) if most_compared is None else most_compared, "most_compared", least=0
     )
@@ -337,37 +345,54 @@ def envelope(
     for number, extreme in enumerate(every):
         text = f"{extreme.quantity} = {extreme.value}"
         report("running", number, len(every), "extremes", text=text)
-        cells.extend(_cells(extreme, seed, limit, steps))
+        cells.extend(_cells(extreme, seed, most, steps))
     return cells
 
 
-def _cells(
-    extreme: Extreme, seed: int, most_seconds: float, most_compared: int
-) -> Iterator[Cell]:
-    truth: Creep | None = None
-    walk: list[Step] = []
-    if extreme.truth != "law":
-        options = {"digits": 30} if extreme.truth == "certified" else {}
-        truth, cell = _ran(extreme, extreme.truth, options, seed, most_seconds, None)
-        yield cell
-        if extreme.truth == "certified" and truth is not None:
-            walk = list(_walk(extreme, seed, truth, most_compared, most_seconds))
-    for solver, options in CONTESTANTS.items():
-        if extreme.truth == "law" and solver != "exact":
-            continue  # the others need hours for what the law knows
-        cell = _ran(extreme, solver, options, seed, most_seconds, truth)[1]
-        yield _with_steps(cell, _steps(extreme.chain, walk, solver, options, seed, most_seconds))
+class Truth(NamedTuple):
+    """The run that others are held against, or None, and why there is none."""
+
+    run: Creep | None
+    missing: str = ""
+
+    @classmethod
+    def of(cls, ran: Creep | InputError) -> Truth:
+        """Return a run as the truth, if it came to its end and had to assume no tie."""
+        if isinstance(ran, InputError):
+            return cls(None, str(ran))
+        if ran.outcome is Outcome.LIMIT:
+            return cls(None, ran.reason)
+        if ran.undecided:
+            return cls(None, f"{ran.undecided} comparisons undecided")
+        return cls(ran)
+
+
+def _cells(extreme: Extreme, seed: int, most_events: int, most_compared: int) -> Iterator[Cell]:
+    if extreme.known is not None:  # the other solvers need hours for what the law knows
+        exact = CONTESTANTS[0]
+        yield _cell(extreme, exact, _ran(extreme, exact, seed, None), Truth(None))
+        return
+    best = Contestant(extreme.truth, {"digits": 30} if extreme.truth == "certified" else {})
+    ran = _ran(extreme, best, seed, most_events)
+    truth = Truth.of(ran)
+    yield _cell(extreme, best, ran, truth)
+    steps: list[Step] = []
+    if extreme.truth == "certified" and not isinstance(ran, InputError):
+        steps = list(_steps(extreme, best, seed, most_events, most_compared))
+    for contestant in CONTESTANTS:
+        ran = _ran(extreme, contestant, seed, most_events if truth.run is None else _ASTRAY)
+        cell = _cell(extreme, contestant, ran, truth)
+        yield _with_steps(cell, _stepwise(extreme.chain, steps, contestant, seed))
 
 
 class Step(NamedTuple):
-    """One rearrangement: the rest from which it starts, the way on, and what was proved of it."""
+    """One rearrangement: the rest from which it starts, and what was proved of it."""
 
-    state: State
-    way: int
-    proved: Rearrangement
+    rest: Rest
+    proved: Walk
 
 
-class Steps(NamedTuple):
+class Stepwise(NamedTuple):
     """How a solver's single rearrangements compare with what was proved of them."""
 
     worst: float
@@ -377,86 +402,57 @@ class Steps(NamedTuple):
     """Those astray or beyond the promise that the solver does not call undecided."""
 
 
-def _walk(
-    extreme: Extreme, seed: int, truth: Creep, most: int, most_seconds: float
-) -> Iterator[Step]:
-    """Yield the first rearrangements along the way of the exact solver."""
-    if truth.outcome is Outcome.LIMIT:
-        return  # one of them is too long for the certified solver
-    chain, drive = extreme.chain, extreme.drive
-    state = extreme.start(seed)
-    taken, begin = 0, time.perf_counter()
-    for q in range(drive.half_cycles + 1):
-        target = drive.exact_target(q, seed) if q else None
-        while taken < most and time.perf_counter() - begin < most_seconds:
-            now = enclosure(state.theta).middle
-            # the start may have to be rearranged at its own theta
-            way = 0 if target is None else int(target > now) - int(target < now)
-            if target is not None and way == 0:
-                break
-            found = rearrange(chain, state, direction=way, seed=seed, max_events=_LONGEST)
-            passed = target is not None and way * (enclosure(found.theta).middle - target) > 0
-            if not found.events or passed:
-                break
-            if found.outcome is not Outcome.AT_REST:
-                return
-            proved = rearrange(
-                chain, state, direction=way, seed=seed, solver="certified", digits=30,
-                max_events=2 * _LONGEST, max_seconds=most_seconds,
-            )  # fmt: skip
-            taken += 1
-            yield Step(state, way, proved)
-            state = found.state
-            if way == 0:
-                break
+def _rearranged(chain: Chain, rest: Rest, contestant: Contestant, seed: int) -> Rearrangement:
+    return rearrange(
+        chain, rest.state, direction=rest.way, seed=seed, solver=contestant.solver,
+        max_events=2 * _LONGEST, **contestant.options,
+    )  # fmt: skip
 
 
 def _steps(
-    chain: Chain, walk: Sequence[Step], solver: str, options: dict[str, Any], seed: int,
-    most_seconds: float,
-) -> Steps:  # fmt: skip
-    """Return how a solver does in the rearrangements of a walk."""
+    extreme: Extreme, best: Contestant, seed: int, most_events: int, most: int
+) -> Iterator[Step]:
+    """Yield the first rearrangements along the way of the exact solver that can be proved."""
+    experiment = Experiment.of(
+        extreme.chain, extreme.drive, seed=seed, start=extreme.start(seed)
+    )
+    events = 0
+    for rest in islice(rests_along(experiment, _LONGEST), most):
+        found = _rearranged(extreme.chain, rest, best, seed)
+        if settled(found):
+            yield Step(rest, Walk.of(found, tensions=True))
+        events += len(found.events)
+        if events >= most_events:
+            return
+
+
+def _stepwise(
+    chain: Chain, steps: Sequence[Step], contestant: Contestant, seed: int
+) -> Stepwise:
+    """Return how a solver does in single rearrangements."""
     worst, compared, astray, unsaid = math.nan, 0, 0, 0
     force = _largest_force(chain)
-    begin = time.perf_counter()
-    for state, way, proved in walk:
-        if proved.outcome is not Outcome.AT_REST or proved.evidence is not Evidence.PROVED:
-            continue
-        if time.perf_counter() - begin > most_seconds:
-            break
+    for rest, proved in steps:
         try:
-            found = rearrange(
-                chain, state, direction=way, seed=seed, solver=solver, max_events=2 * _LONGEST,
-                **options,
-            )  # fmt: skip
+            found = _rearranged(chain, rest, contestant, seed)
         except InputError:
             break
         compared += 1
         said = found.evidence is Evidence.UNDECIDED
-        if found.itinerary != proved.itinerary:
+        agreement = agree(Walk.of(found, tensions=True), proved)
+        if not agreement.compared:
             astray += 1
             unsaid += not said
             continue
-        apart = _apart(found.state, proved.state)
-        unsaid += apart > PROMISE * force and not said
-        worst = max(apart, 0.0 if math.isnan(worst) else worst)
-    return Steps(worst / force, compared, astray, unsaid)
+        unsaid += agreement.error_before > PROMISE * force and not said
+        worst = max(agreement.error_before, 0.0 if math.isnan(worst) else worst)
+    return Stepwise(worst / force, compared, astray, unsaid)
 
 
-def _apart(one: State, other: State) -> float:
-    """Return the largest distance of two states in a tension or a displacement."""
-    pairs = zip(
-        [*one.tensions.tolist(), *one.displacements.tolist()],
-        [*other.tensions.tolist(), *other.displacements.tolist()],
-        strict=True,
-    )
-    return nearest_float(max(abs(enclosure(a).middle - enclosure(b).middle) for a, b in pairs))
-
-
-def _with_steps(cell: Cell, steps: Steps) -> Cell:
+def _with_steps(cell: Cell, steps: Stepwise) -> Cell:
     """Return a cell with what was measured of single rearrangements, and judged by it, too."""
     verdict = cell.verdict
-    if verdict in (WITHIN, FLAGGED) and steps.unsaid:
+    if verdict in (WITHIN, FLAGGED, NO_TRUTH) and steps.unsaid:
         verdict = BROKEN
     elif verdict == WITHIN and steps.worst > PROMISE:
         verdict = FLAGGED
@@ -466,35 +462,37 @@ def _with_steps(cell: Cell, steps: Steps) -> Cell:
 
 
 def _ran(
-    extreme: Extreme,
-    solver: str,
-    options: dict[str, Any],
-    seed: int,
-    most_seconds: float,
-    truth: Creep | None,
-) -> tuple[Creep | None, Cell]:
-    begin = time.perf_counter()
+    extreme: Extreme, contestant: Contestant, seed: int, most_events: int | None
+) -> Creep | InputError:
+    """Return a solver's run, or why it refused."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)  # they are counted in the result
-            result = creep(
-                extreme.chain, extreme.drive, seed=seed, solver=solver, start=extreme.start(seed),
-                record=(), max_seconds=None if extreme.truth == "law" else most_seconds,
-                **options,
+            return creep(
+                extreme.chain, extreme.drive, seed=seed, solver=contestant.solver,
+                start=extreme.start(seed), record=(), max_events=most_events,
+                **contestant.options,
             )  # fmt: skip
     except InputError as refusal:
-        cell = Cell(extreme.quantity, extreme.value, solver, math.nan, math.nan, math.nan, 0, 0,
-                    0, 0, time.perf_counter() - begin, "", "", REFUSED, str(refusal))  # fmt: skip
-        return None, cell
-    allowed = _allowed(extreme, solver, result)
+        return refusal
+
+
+def _cell(
+    extreme: Extreme, contestant: Contestant, result: Creep | InputError, truth: Truth
+) -> Cell:
+    """Return how a run stands beside the truth."""
+    name = (extreme.quantity, extreme.value, contestant.solver)
+    if isinstance(result, InputError):
+        return Cell(*name, math.nan, math.nan, math.nan, 0, 0, 0, 0, 0.0, "", "", REFUSED,
+                    str(result))  # fmt: skip
+    allowed = _allowed(extreme, contestant.solver, result)
     error, remark = _error(extreme, result, truth)
     told = ", ".join(f"{name}: {count}" for name, count in result.warnings.items())
-    cell = Cell(
-        extreme.quantity, extreme.value, solver, error, allowed, math.nan, 0, 0, result.events,
-        result.half_cycles, result.seconds, result.outcome.value, result.evidence.value,
-        _verdict(solver, result, error, allowed, truth), "; ".join(filter(None, (remark, told))),
+    return Cell(
+        *name, error, allowed, math.nan, 0, 0, result.events, result.half_cycles, result.seconds,
+        result.outcome.value, result.evidence.value,
+        _verdict(result, error, allowed, truth.run), "; ".join(filter(None, (remark, told))),
     )  # fmt: skip
-    return result, cell
 
 
 def _largest_force(chain: Chain) -> float:
@@ -515,35 +513,33 @@ def _allowed(extreme: Extreme, solver: str, result: Creep) -> float:
     return (1 + result.events) * each * _largest_force(extreme.chain) + travelled
 
 
-def _error(extreme: Extreme, result: Creep, truth: Creep | None) -> tuple[float, str]:
+def _error(extreme: Extreme, result: Creep, truth: Truth) -> tuple[float, str]:
+    """Return the error of a run's displacements at its end, and a remark."""
     if extreme.known is not None:
         return extreme.known(result), ""
-    if truth is None or result.solver == truth.solver:
+    known = truth.run
+    if known is None:
+        return math.nan, f"no truth: {truth.missing}"
+    if result is known:
         radius = result.report.get("largest_radius", 0.0)
         return (float(radius) if result.outcome is not Outcome.RUNAWAY else math.nan), ""
-    if result.outcome is Outcome.RUNAWAY and truth.outcome is Outcome.RUNAWAY:
+    if result.outcome is Outcome.RUNAWAY and known.outcome is Outcome.RUNAWAY:
         return math.nan, "proved to run away"
-    if (result.events, result.half_cycles) != (truth.events, truth.half_cycles):
-        return math.nan, f"{result.events} events, certified {truth.events}"
-    apart = [
-        abs(Fraction(float(ours)) - Fraction(float(theirs)))
-        for ours, theirs in zip(
-            floats(result.state.displacements), floats(truth.state.displacements), strict=True
-        )
-    ]
-    return nearest_float(max(apart)), ""
+    if (result.events, result.half_cycles) != (known.events, known.half_cycles):
+        return math.nan, f"{result.events} events, certified {known.events}"
+    return apart(floats(result.state.displacements), floats(known.state.displacements)), ""
 
 
-def _verdict(solver: str, result: Creep, error: float, allowed: float, truth: Creep | None) -> str:
-    if solver == "verlet":
+def _verdict(result: Creep, error: float, allowed: float, truth: Creep | None) -> str:
+    if result.solver == "verlet":
         return STEPPED
     if error <= allowed:
         return WITHIN
+    if truth is None and math.isnan(error):
+        return NO_TRUTH
     if result.outcome is Outcome.LIMIT or result.evidence is Evidence.UNDECIDED:
         return FLAGGED
     if result.long_rearrangements:
-        return FLAGGED
-    if truth is not None and truth.outcome is Outcome.LIMIT:
         return FLAGGED
     if result.outcome is Outcome.RUNAWAY and (truth is None or truth.outcome is Outcome.RUNAWAY):
         return WITHIN  # the moment of the proof is the solver's own

@@ -18,9 +18,8 @@ import math
 import statistics
 import time
 import tracemalloc
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
@@ -29,16 +28,15 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive, Path
+from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Outcome
 from exactcreep.progress import Progress, reporter
-from exactcreep.quasistatic.decimals import enclosure, floats
+from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.records import logged_events
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import Rearrangement, Simulation, Solver
+from exactcreep.solvers.solver import Simulation, Solver, advance
+from exactcreep.studies.contest import Contestant, Walk, agree, rests_between, settled, walk
 
 TIME_STEPS = ("0.3", "0.1", "0.03", "0.01", "0.003", "0.001")
 """The ladder of Verlet's time steps."""
@@ -54,36 +52,7 @@ _SAMPLES = 200  # single rearrangements: "wrong" to half a percent
 _LONGEST_LOG = 20_000  # certified events, however large the budget: a log that is kept whole
 _SIGMAS = 3.0  # standard errors within which a bias counts as none
 _SHARES = {"time": 0.35, "rearrangements": 0.25, "events": 0.1, "bias": 0.3}
-
-
-@dataclass(frozen=True)
-class Contestant:
-    """A solver with its options."""
-
-    solver: str
-    options: Mapping[str, Any] = field(default_factory=dict)
-
-    @property
-    def label(self) -> str:
-        """How it is called in tables and pictures."""
-        words = [self.solver]
-        if "dt" in self.options:
-            words.append(f"dt = {self.options['dt']}")
-        if self.options.get("locate"):
-            words.append("located")
-        if "digits" in self.options:
-            words.append(f"{self.options['digits']} digits")
-        return ", ".join(words)
-
-    @property
-    def is_fast(self) -> bool:
-        """Whether it is compiled, so that whole half-cycles can be timed."""
-        return self.solver in ("exact", "sliding", "verlet")
-
-    def algorithm(self) -> Solver:
-        """Return the solver."""
-        return solver_named(self.solver, dict(self.options))
-
+_COMPILED = ("exact", "sliding", "verlet")  # so fast that whole half-cycles can be timed
 
 TRUTH = Contestant("certified", {"digits": 50})
 """What single rearrangements and events are compared with."""
@@ -191,6 +160,9 @@ class Tradeoff:
     left_out : int
         Rearrangements that were not compared, because certifying one would have taken more than a
         twentieth of the budget: the long ones.
+    no_truth : int
+        Rearrangements that were not compared, because what they should be compared with gave up,
+        or had to assume a tie.
     seconds : float
         How long the measurement took.
     truth : Contestant
@@ -203,6 +175,7 @@ class Tradeoff:
     velocity_error: float
     events_compared: int
     left_out: int
+    no_truth: int
     seconds: float
     truth: Contestant = TRUTH
 
@@ -253,6 +226,7 @@ class Tradeoff:
             "velocity_error": self.velocity_error if finite(self.velocity_error) else None,
             "events_compared": self.events_compared,
             "long_rearrangements_left_out": self.left_out,
+            "rearrangements_without_truth": self.no_truth,
             "truth": {"solver": self.truth.solver, "options": dict(self.truth.options)},
             "advice": self.advice,
             "seconds": self.seconds,
@@ -350,6 +324,7 @@ def tradeoff(
         velocity_error=race.velocity_error,
         events_compared=race.events_compared,
         left_out=race.left_out,
+        no_truth=race.no_truth,
         seconds=time.perf_counter() - begin,
         truth=truth,
     )
@@ -370,12 +345,13 @@ class _Race:
         self.scores = scores
         self.budget = budget
         self.tell = tell
-        self.truth = truth.algorithm()
+        self.truth = truth
         self.velocity = math.nan
         self.velocity_error = math.nan
         self.events_compared = 0
         self.events_per_half_cycle = 0.0
         self.left_out = 0
+        self.no_truth = 0
         self.algorithms = [one.contestant.algorithm() for one in scores]
 
     def _simulation(self, algorithm: Solver, record: tuple[str, ...] = ()) -> Simulation:
@@ -394,14 +370,16 @@ class _Race:
                 if record and score.contestant.solver == "sliding":
                     continue
                 simulation = algorithm.simulation(small, state, 0, record)
-                simulation.follow(Cycles("1/10", 1), 1, 2, Limits(1000))
+                advance(simulation, Cycles("1/10", 1), 2)
             if excess and score.contestant.solver != "sliding":
                 algorithm.rearrange(small, state, 1, 0)
 
     def take_times(self) -> None:
-        """Time in turns all contestants that need less than a tenth of a second for an event."""
+        """Time in turns all contestants that are compiled."""
         share = self.budget * _SHARES["time"]
-        racing = [place for place, one in enumerate(self.scores) if one.contestant.is_fast]
+        racing = [
+            place for place, one in enumerate(self.scores) if one.contestant.solver in _COMPILED
+        ]
         each = share / len(racing) / (_ROUNDS + 1)
         laps = {
             place: _Lap(self._simulation(self.algorithms[place]), self.experiment, each)
@@ -461,10 +439,10 @@ class _Race:
             if one.contestant.solver != "sliding"
         ]
         allowance = share / (len(racing) + 1)
-        exact = solver_named("exact", {})
+        exact, truth = solver_named("exact", {}), self.truth.algorithm()
         pace_of_truth = 0.0
         begin = time.perf_counter()
-        for count, (state, way) in enumerate(self._rest_states()):
+        for count, (state, way) in enumerate(rests_between(self.experiment)):
             if count >= _SAMPLES or time.perf_counter() > deadline:
                 break
             fraction = max(count / _SAMPLES, (time.perf_counter() - begin) / share)
@@ -474,12 +452,15 @@ class _Race:
                 self.left_out += 1
                 continue
             clock = time.perf_counter()
-            known = self.truth.rearrange(chain, state, way, seed)
-            if known.outcome is not Outcome.AT_REST or not known.events:
+            proved = truth.rearrange(chain, state, way, seed)
+            took = time.perf_counter() - clock
+            if not proved.events:
                 continue
-            pace_of_truth = max(
-                pace_of_truth, (time.perf_counter() - clock) / len(known.events)
-            )
+            pace_of_truth = max(pace_of_truth, took / len(proved.events))
+            if not settled(proved):
+                self.no_truth += 1
+                continue
+            known = Walk.of(proved)
             for place in racing:
                 if spent[place] > allowance:
                     continue
@@ -488,60 +469,45 @@ class _Race:
                 took = time.perf_counter() - clock
                 spent[place] += took
                 paces[place].append(took / max(len(found.events), 1))
+                agreement = agree(Walk.of(found), known)
                 score = self.scores[place]
                 score.compared += 1
-                if found.itinerary != known.itinerary:
-                    score.different += 1
+                if agreement.compared:
+                    errors[place].append(agreement.error_before)
                 else:
-                    errors[place].append(_position_error(found, known))
+                    score.different += 1
         for score, values in zip(self.scores, errors, strict=True):
             if score.contestant.solver == "sliding":
                 score.notes.append("the sliding limit has no rearrangements")
             elif values:
                 score.error, score.error_high = statistics.median(values), max(values)
         for score, pace in zip(self.scores, paces, strict=True):
-            if pace and not score.contestant.is_fast:
+            if pace and score.contestant.solver not in _COMPILED:
                 score.notes.append("time per event of single rearrangements, times events")
                 self._take_down(score, [one * self.events_per_half_cycle for one in pace])
-
-    def _rest_states(self) -> Iterator[tuple[State, int]]:
-        """Yield rest states of the scene at random dilations between targets, and the way on."""
-        drive, seed = self.experiment.drive, self.experiment.seed
-        simulation = self._simulation(solver_named("exact", {}))
-        rng = np.random.default_rng(seed)
-        before = exact_number(self.experiment.initial.theta, "theta")
-        for q in range(1, drive.half_cycles + 1):
-            target = drive.exact_target(q, seed)
-            way = (target > before) - (target < before)
-            if q > 2 and way != 0:
-                places = sorted(rng.random(4).tolist())
-                for place in places:
-                    between = before + (target - before) * Fraction(place)
-                    if not _reaches(simulation, between):
-                        return
-                    yield simulation.state(), way
-            if not _reaches(simulation, target):
-                return
-            before = target
 
     def compare_events(self) -> None:
         """Compare the events from the start of the scene with the truth."""
         share = self.budget * _SHARES["events"]
-        drive = self.experiment.drive
-        truth = _Log(self._simulation(self.truth, ("events",)), drive)
         self.tell("certified events", 0.6)
-        truth.extend(_LONGEST_LOG, time.perf_counter() + share / 2)
+        truth = self._events(self.truth, _LONGEST_LOG, share / 2)
         self.events_compared = len(truth.events)
-        for place, (score, algorithm) in enumerate(zip(self.scores, self.algorithms, strict=True)):
-            if score.contestant.solver == "sliding":
+        for place, score in enumerate(self.scores):
+            contestant = score.contestant
+            if contestant.solver == "sliding":
                 continue
-            self.tell(f"events: {score.contestant.label}", 0.6 + 0.1 * place / len(self.scores))
-            log = _Log(self._simulation(algorithm, ("events",)), drive)
-            allowed = share / (8 if score.contestant.is_fast else 4)
-            log.extend(self.events_compared, time.perf_counter() + allowed)
-            both = list(zip(log.events, truth.events, strict=False))
-            score.agreed = next((k for k, (a, b) in enumerate(both) if a != b), len(both))
-            score.agreed_all = score.agreed == len(both)
+            self.tell(f"events: {contestant.label}", 0.6 + 0.1 * place / len(self.scores))
+            allowed = share / (8 if contestant.solver in _COMPILED else 4)
+            agreement = agree(self._events(contestant, self.events_compared, allowed), truth)
+            score.agreed, score.agreed_all = agreement.agreed, not agreement.differs
+
+    def _events(self, contestant: Contestant, enough: int, seconds: float) -> Walk:
+        """Return a solver's events from the start of the scene, as far as the time allows."""
+        drive = self.experiment.drive
+        return walk(
+            contestant, self.experiment, drive, drive.half_cycles, enough=enough,
+            limits=Limits(at=time.perf_counter() + seconds), record=("events",),
+        )  # fmt: skip
 
     def measure_bias(self) -> None:
         """Measure the mean velocity of every contestant against that of the exact solver."""
@@ -550,7 +516,7 @@ class _Race:
         racing = [
             one
             for one in self.scores
-            if one.contestant.is_fast
+            if one.contestant.solver in _COMPILED
             and one.contestant.solver != "exact"
             and not math.isnan(one.seconds)
         ]
@@ -572,20 +538,9 @@ class _Race:
 
     def _positions(self, algorithm: Solver, most: int, seconds: float) -> NDArray[np.float64]:
         """Return x_G at as many targets as the time allows."""
-        simulation = self._simulation(algorithm)
-        deadline = time.perf_counter() + seconds
-        parts: list[NDArray[np.float64]] = [np.empty(0)]
-        done = 0
-        while done < most and time.perf_counter() < deadline:
-            stretch = simulation.follow(
-                self.experiment.drive, done + 1, min(most - done, 1000), Limits(5_000
-            ))
-            if stretch.completed:
-                parts.append(floats(stretch.recorded["x_G"]))
-                done += stretch.completed
-            if stretch.stop.final:
-                break
-        return np.concatenate(parts)
+        limits = Limits(at=time.perf_counter() + seconds)
+        stretch = advance(self._simulation(algorithm), self.experiment.drive, most, limits)
+        return floats(stretch.recorded.get("x_G", np.empty(0)))
 
     def measure_memory(self) -> None:
         """Measure how much memory a simulation takes."""
@@ -625,7 +580,6 @@ class _Lap:
         self.experiment = experiment
         self.seconds = seconds
         self.done = 0
-        self.most_events = 16  # of one call: doubled as long as calls are short
         self.block = 0
         self.fresh = simulation.capture()
 
@@ -657,61 +611,12 @@ class _Lap:
         if self.done + wanted > drive.half_cycles:
             self.simulation.restore(self.fresh)
             self.done = 0
-        events, completed = self.simulation.tally.events, 0
-        begin = now = time.perf_counter()
-        while completed < wanted and now - begin < seconds:
-            before = now
-            stretch = self.simulation.follow(
-                drive, self.done + 1, wanted - completed, Limits(self.most_events
-            ))
-            completed += stretch.completed
-            self.done += stretch.completed
-            if stretch.stop.final:
-                break
-            now = time.perf_counter()
-            if now - before < min(0.05, seconds / 8):
-                self.most_events = min(2 * self.most_events, 1 << 24)
-        return _Split(
-            time.perf_counter() - begin, completed, self.simulation.tally.events - events
-        )
-
-
-class _Log:
-    """The events of a simulation from its start, as comparable signatures."""
-
-    def __init__(self, simulation: Simulation, drive: Drive) -> None:
-        self.simulation = simulation
-        self.drive = drive
-        self.events: list[tuple[Any, ...]] = []
-
-    def extend(self, most: int, deadline: float) -> None:
-        """Go on until there are `most` events, the drive ends, or the time is over."""
-        done = 0
-        while done < self.drive.half_cycles and len(self.events) < most:
-            stretch = self.simulation.follow(self.drive, done + 1, 1, Limits(16))
-            done += stretch.completed
-            self.events += [event.signature for _, event in logged_events(stretch.recorded)]
-            if stretch.stop.final or time.perf_counter() > deadline:
-                break
-        del self.events[most:]
-
-
-def _reaches(simulation: Simulation, theta: Fraction) -> bool:
-    """Take a simulation to the dilation `theta`; return whether it got there."""
-    path = Path([theta])
-    while True:
-        stretch = simulation.follow(path, 1, 1, Limits(1_000_000))
-        if stretch.completed or stretch.stop.final:
-            return bool(stretch.completed)
-
-
-def _position_error(found: Rearrangement, known: Rearrangement) -> float:
-    """Return the largest difference of the final displacements."""
-    pairs = zip(
-        found.state.displacements.tolist(), known.state.displacements.tolist(), strict=True
-    )
-    gaps = [abs(enclosure(a).middle - enclosure(b).middle) for a, b in pairs]
-    return nearest_float(max(gaps))
+        events, begin = self.simulation.tally.events, time.perf_counter()
+        limits = Limits(at=begin + seconds)
+        stretch = advance(self.simulation, drive, self.done + wanted, limits, done=self.done)
+        took = time.perf_counter() - begin
+        self.done += stretch.completed
+        return _Split(took, stretch.completed, self.simulation.tally.events - events)
 
 
 def _mean_velocity(

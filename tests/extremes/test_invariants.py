@@ -225,15 +225,16 @@ def test_verlet_shares_every_event_up_to_the_reported_one_and_not_that(
         return
     found = compare(experiment, dt=dt, locate=locate, events=200)
     assert found.evidence is Evidence.PROVED
-    for contestant in found.contestants:
+    for standing in found.contestants:
+        contestant = standing.contestant
         own = events_of(case, contestant.solver, **contestant.options)
-        agreed = contestant.agreed
+        agreed = standing.agreed
         assert own[:agreed] == truth[:agreed]
-        first = contestant.own, contestant.certified
+        first = standing.own, standing.known
         # the same event may come at a theta on the other side of a breakpoint of the comparison
         if None not in first and len({event.half_cycle for event in first if event}) == 1:
             assert own[agreed] != truth[agreed]
-        if contestant.solver == "exact" and not contestant.creep.undecided:
+        if contestant.solver == "exact" and not standing.creep.undecided:
             assert agreed == found.events
 
 

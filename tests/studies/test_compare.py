@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from fractions import Fraction
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,8 @@ from exactcreep import cli
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
-from exactcreep.model.verdict import Evidence
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.comparison import Comparison, compare
 from exactcreep.studies.contests import draw_comparison
@@ -46,8 +49,8 @@ class TestSixSliders:
         assert verlet.differs
         assert verlet.agreed < found().events
         assert verlet.own is not None
-        assert verlet.certified is not None
-        assert verlet.own.signature != verlet.certified.signature
+        assert verlet.known is not None
+        assert verlet.own.signature != verlet.known.signature
 
     def test_the_tie_is_as_close_as_verlet_s_errors_are_large(self) -> None:
         verlet = found().contestants[1]
@@ -64,6 +67,52 @@ class TestSixSliders:
         assert fine.agreed > coarse.agreed
         shared = coarse.compared
         assert np.median(fine.errors[:shared]) < np.median(coarse.errors[:shared]) / 5
+
+
+def told(comparison: Comparison) -> dict[str, Any]:
+    """Return what a comparison says, but for the times it took."""
+    summary = comparison.summary()
+    for contestant in summary["contestants"]:
+        del contestant["seconds"]
+    return summary
+
+
+class TestArguments:
+    chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    drive = Cycles("0.002", 2)
+
+    def test_a_chain_and_a_drive_are_compared_like_their_experiment(self) -> None:
+        start = State.prepared(self.chain, [Fraction(1, 8), 0], seed=3)
+        given = Experiment.of(self.chain, self.drive, seed=3, start=start, solver="reference")
+        one = compare(given, events=60)
+        other = compare(self.chain, self.drive, seed=3, start=start, events=60)
+        assert told(one) == told(other)
+        for changed in ({"start": start}, {"seed": 3}):
+            assert told(compare(self.chain, self.drive, events=60, **changed)) != told(one)
+
+    @pytest.mark.parametrize("name", ["drive", "seed", "start"])
+    def test_an_experiment_takes_no_other_drive_seed_or_start(self, name: str) -> None:
+        given = {"drive": self.drive, "seed": 0, "start": State.relaxed(self.chain)}
+        with pytest.raises(InputError) as refused:
+            compare(Experiment.of(self.chain, self.drive), **{name: given[name]})
+        assert refused.value.field == name
+
+    @pytest.mark.parametrize("missing", ["chain", "drive"])
+    def test_a_chain_needs_a_drive(self, missing: str) -> None:
+        given = {"chain": self.chain, "drive": self.drive} | {missing: None}
+        with pytest.raises(InputError) as refused:
+            compare(given["chain"], given["drive"])
+        assert refused.value.field == missing
+
+
+def test_a_runaway_is_compared_until_the_last_rest_before_it() -> None:
+    steep = Chain(3, 1000, "0.5", "0.6", "0.05", tan_alpha="0.53")
+    found = compare(steep, Cycles("0.0003", 30), seed=3)
+    assert (found.rearrangements, found.events) == (1, 2)
+    for standing in found.contestants:
+        assert not standing.differs
+        assert (standing.agreed, standing.compared) == (2, 1)
+        assert standing.creep.outcome is Outcome.RUNAWAY
 
 
 def test_a_chain_that_never_slips_cannot_be_compared() -> None:

@@ -1,0 +1,295 @@
+"""A solver held against the truth: which events they share, and how far apart sliders rest.
+
+Whatever is asked of a contestant, it is asked in the same way: both sides are taken over the same
+rests, each leaves a `Walk`, and `agree` says how far the two walks are the same. What neither side
+has come to is no difference: a walk that was cut short is silent about all that comes after it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.limits import NO_LIMITS, Limits, Stop
+from exactcreep.model.drive import Drive, Path
+from exactcreep.model.numbers import exact_number, nearest_float
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.quasistatic.decimals import enclosure
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.records import joined
+from exactcreep.solvers.registry import rearrange, solver_named
+from exactcreep.solvers.solver import Rearrangement, Solver, advance
+from exactcreep.studies.eventlog import (
+    LoggedEvent,
+    LoggedRearrangement,
+    first_difference,
+    numbered,
+    rearrangements,
+)
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A solver with its options."""
+
+    solver: str
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def label(self) -> str:
+        """How it is called in tables and pictures."""
+        words = [self.solver]
+        if "dt" in self.options:
+            words.append(f"dt = {self.options['dt']}")
+        if self.options.get("locate"):
+            words.append("located")
+        if "digits" in self.options:
+            words.append(f"{self.options['digits']} digits")
+        return ", ".join(words)
+
+    def algorithm(self) -> Solver:
+        """Return the solver."""
+        return solver_named(self.solver, dict(self.options))
+
+
+class Rest(NamedTuple):
+    """A state at rest, and the way on: +1 dilates, -1 contracts, 0 leaves theta as it stands."""
+
+    state: State
+    way: int
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """What a solver did: its events, and where the sliders rested at the end of every target.
+
+    Attributes
+    ----------
+    log : list of LoggedRearrangement
+    x : ndarray, shape (targets, numbers)
+        Displacements at each target that was reached (of a single rearrangement: at its end).
+    ended : bool
+        Whether it proved a runaway or gave up by itself, so that it has nothing more to say; a
+        walk that was cut short might have gone on.
+    evidence : Evidence
+    """
+
+    log: list[LoggedRearrangement]
+    x: NDArray[Any]
+    ended: bool
+    evidence: Evidence
+
+    @classmethod
+    def of(cls, found: Rearrangement, *, tensions: bool = False) -> Walk:
+        """Return a single rearrangement as a walk to one rest.
+
+        Parameters
+        ----------
+        found : Rearrangement
+        tensions : bool
+            Whether tensions stand before the displacements.
+        """
+        state = found.state
+        numbers = [*state.tensions.tolist()] if tensions else []
+        x = np.array([[*numbers, *state.displacements.tolist()]], dtype=object)
+        at_rest = found.outcome is Outcome.AT_REST
+        log = [LoggedRearrangement(1, found.theta, found.events)]
+        return cls(log, x if at_rest else x[:0], not at_rest, found.evidence)
+
+    @property
+    def reached(self) -> int:
+        """How many targets were reached."""
+        return len(self.x)
+
+    @cached_property
+    def events(self) -> list[LoggedEvent]:
+        """All events in order, with their places."""
+        return numbered(self.log)
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """How far a walk agrees with the one that is known.
+
+    Attributes
+    ----------
+    agreed : int
+        Events before the first that differs, or all that both walks have.
+    own, known : LoggedEvent or None
+        The first events that differ; one of them None: it has no further event there; both: no
+        event differs.
+    compared : int
+        Rests before the first event that differs.
+    errors : ndarray, shape (rests,)
+        Largest difference of a number, at every rest that both walks reached.
+    """
+
+    agreed: int
+    own: LoggedEvent | None
+    known: LoggedEvent | None
+    compared: int
+    errors: NDArray[np.float64]
+
+    @property
+    def differs(self) -> bool:
+        """Whether an event differs."""
+        return self.own is not None or self.known is not None
+
+    @property
+    def error_before(self) -> float:
+        """The largest error before the first event that differs; nan if there is no rest."""
+        return float(self.errors[: self.compared].max()) if self.compared else math.nan
+
+    @property
+    def error_after(self) -> float:
+        """The largest error anywhere; nan if there is no rest."""
+        return float(self.errors.max()) if self.errors.size else math.nan
+
+
+def agree(own: Walk, known: Walk) -> Agreement:
+    """Return which events of two walks are the same, and how far apart their rests are.
+
+    Events are the same if their places, kinds, sliders and directions are. An event is missing
+    from a walk that has reached the target on whose way it happened, or that ended by itself while
+    the other one reached that target; what a walk that was cut short has not come to, is not.
+    """
+    difference = first_difference(own.events, known.events)
+    shared = min(len(own.events), len(known.events))
+    agreed, mine, other = (shared, None, None) if difference is None else difference
+    if mine is None and other is not None and not _missed(other, own, known):
+        other = None
+    if other is None and mine is not None and not _missed(mine, known, own):
+        mine = None
+    size = min(own.reached, known.reached)
+    compared = min(size, *(one.half_cycle - 1 for one in (mine, other) if one is not None), size)
+    pairs = zip(own.x[:size], known.x[:size], strict=True)
+    errors = np.array([apart(ours, theirs) for ours, theirs in pairs])
+    return Agreement(agreed, mine, other, compared, errors)
+
+
+def _missed(event: LoggedEvent, silent: Walk, telling: Walk) -> bool:
+    """Return whether a walk should have had an event that the other one tells of."""
+    last = telling.reached if silent.ended else silent.reached
+    return event.half_cycle <= max(last, silent.reached)
+
+
+def apart(one: Sequence[Any] | NDArray[Any], other: Sequence[Any] | NDArray[Any]) -> float:
+    """Return the largest difference of two lists of numbers, exactly and then rounded; nan of none.
+
+    Of numbers with a radius, it is that of their middles.
+    """
+    pairs = zip(one, other, strict=True)
+    gaps = [abs(enclosure(a).middle - enclosure(b).middle) for a, b in pairs]
+    return nearest_float(max(gaps)) if gaps else math.nan
+
+
+def settled(found: Rearrangement) -> bool:
+    """Return whether a rearrangement can serve as the truth: it came to rest, no tie assumed."""
+    return found.outcome is Outcome.AT_REST and not found.undecided
+
+
+def walk(
+    contestant: Contestant,
+    experiment: Experiment,
+    drive: Drive,
+    until: int,
+    *,
+    enough: float = math.inf,
+    limits: Limits = NO_LIMITS,
+    record: tuple[str, ...] = ("x", "events"),
+    say: Callable[[int], None] | None = None,
+) -> Walk:
+    """Return what a solver makes of the first targets of a drive.
+
+    Parameters
+    ----------
+    contestant : Contestant
+    experiment : Experiment
+        Chain, seed and start; its own drive and solver play no part.
+    drive : Drive
+    until : int
+        The last target, from 1.
+    enough : int, optional
+        Events after which no further target is begun.
+    limits : Limits
+        The walk is cut short where they are used up, between two events.
+    record : tuple of str
+        ``events``, and ``x`` if the rests are to be compared, too.
+    say : callable, optional
+        Called with the number of events, target by target.
+    """
+    simulation = contestant.algorithm().simulation(
+        experiment.chain, experiment.initial, experiment.seed, record
+    )
+    parts: list[Mapping[str, NDArray[Any]]] = []
+    reached, stop = 0, Stop.DONE
+    while reached < until and stop is Stop.DONE and simulation.tally.events < enough:
+        left = limits.after(simulation.tally.events)
+        stretch = advance(simulation, drive, reached + 1, left, done=reached)
+        parts.append(stretch.recorded)
+        reached, stop = reached + stretch.completed, stretch.stop
+        if say is not None:
+            say(simulation.tally.events)
+    columns = joined(parts)
+    width = experiment.chain.n if "x" in record else 0
+    x = columns["x"] if reached and width else np.empty((reached, width))
+    log = rearrangements(columns) if parts else []
+    return Walk(log, x, stop.final, simulation.evidence)
+
+
+def rests_along(experiment: Experiment, longest: int) -> Iterator[Rest]:
+    """Yield every rest along the way of the exact solver from which a rearrangement starts.
+
+    What a rearrangement hands on is rounded to float64, so that every solver can start from it.
+    The way ends before a rearrangement of more than `longest` events, or one without end.
+    """
+    chain, drive, seed = experiment.chain, experiment.drive, experiment.seed
+    state = experiment.initial
+    for q in range(drive.half_cycles + 1):
+        # before the first target: the start may have to be rearranged at its own theta
+        target = drive.exact_target(q, seed) if q else None
+        while True:
+            now = enclosure(state.theta).middle
+            way = 0 if target is None else int(target > now) - int(target < now)
+            if target is not None and way == 0:
+                break
+            found = rearrange(chain, state, direction=way, seed=seed, max_events=longest)
+            passed = target is not None and way * (enclosure(found.theta).middle - target) > 0
+            if not found.events or passed:
+                break
+            if found.outcome is not Outcome.AT_REST:
+                return
+            yield Rest(state, way)
+            state = found.state
+            if way == 0:
+                break
+
+
+def rests_between(experiment: Experiment) -> Iterator[Rest]:
+    """Yield rests along the way of the exact solver at random dilations, four to a half-cycle.
+
+    The first two half-cycles, which the start still shapes, are left out.
+    """
+    chain, drive, seed = experiment.chain, experiment.drive, experiment.seed
+    simulation = solver_named("exact", {}).simulation(chain, experiment.initial, seed, ())
+    rng = np.random.default_rng(seed)
+    before = exact_number(experiment.initial.theta, "theta")
+    for q in range(1, drive.half_cycles + 1):
+        target = drive.exact_target(q, seed)
+        way = int(target > before) - int(target < before)
+        places = sorted(rng.random(4).tolist()) if q > 2 and way else []
+        for place in (*map(Fraction, places), Fraction(1)):
+            between = before + (target - before) * place
+            if advance(simulation, Path([between]), 1).stop is not Stop.DONE:
+                return
+            if place < 1:
+                yield Rest(simulation.state(), way)
+        before = target
