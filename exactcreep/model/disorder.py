@@ -145,7 +145,7 @@ def _product(typing_context: Any, a: Any, b: Any) -> Any:
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def philox(seed, stream, n, block):  # type: ignore[no-untyped-def]
+def philox(seed, stream, n, block):
     """Return the four words of block `block` of (seed, stream, n): Philox 4x64-10."""
     c0 = np.uint64(block) + np.uint64(1)  # NumPy steps the counter before it uses it
     c1 = np.uint64(n)
@@ -167,7 +167,7 @@ def philox(seed, stream, n, block):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _logarithm(x):  # type: ignore[no-untyped-def]
+def _logarithm(x):
     """Return ln x for a positive normal x, within 1 ulp, from +, -, * and / alone."""
     bits = np.float64(x).view(np.int64)
     exponent = (bits >> 52) - 1022
@@ -184,7 +184,7 @@ def _logarithm(x):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def _fraction(numerator, denominator, r):  # type: ignore[no-untyped-def]
+def _fraction(numerator, denominator, r):
     """Return the two polynomials of degree 7 at r."""
     top = numerator[0]
     low = denominator[0]
@@ -195,7 +195,7 @@ def _fraction(numerator, denominator, r):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def normal_tail(q):  # type: ignore[no-untyped-def]
+def normal_tail(q):
     """Return the normal deviate of the probability 1/2 + q for abs(q) > `CENTRAL`."""
     r = 0.5 - abs(q)
     r = math.sqrt(-_logarithm(r))
@@ -208,13 +208,13 @@ def normal_tail(q):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def centred(word):  # type: ignore[no-untyped-def]
+def centred(word):
     """Return the probability of a word, the centre of one of 2**53 cells, minus 1/2."""
     return np.float64(np.int64(word >> np.uint64(11))) * CELL + CENTRE
 
 
 @njit(cache=True, nogil=True, forceinline=True)
-def normal_deviate(word):  # type: ignore[no-untyped-def]
+def normal_deviate(word):
     """Return the normal deviate of a 64-bit word, within 4 ulp.
 
     The upper 53 bits, centred in their cell, are the probability; the inverse distribution
@@ -228,7 +228,7 @@ def normal_deviate(word):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def deviates(seed, stream, n, first, out):  # type: ignore[no-untyped-def]
+def deviates(seed, stream, n, first, out):
     """Fill `out` with the deviates `first`, `first` + 1, ... of (seed, stream, n)."""
     k = first
     i = 0
@@ -242,7 +242,7 @@ def deviates(seed, stream, n, first, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def first_deviates(seed, out):  # type: ignore[no-untyped-def]
+def first_deviates(seed, out):
     """Fill `out` with deviate k = 0 of the coefficients of sliders 1, 2, ..., `out.size`."""
     for i in range(out.size):
         out[i] = normal_deviate(philox(seed, STREAM_COEFFICIENT, i + 1, 0)[0])

@@ -226,7 +226,7 @@ def _rows(
 
 
 @njit(cache=True, nogil=True)
-def _turned(word):  # type: ignore[no-untyped-def]
+def _turned(word):
     """Return the next word of the generator of signs (Marsaglia's xorshift)."""
     word ^= word << np.uint64(13)
     word ^= word >> np.uint64(7)
@@ -234,12 +234,12 @@ def _turned(word):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _sign(word, p):  # type: ignore[no-untyped-def]
+def _sign(word, p):
     return 1.0 if (word >> np.uint64(p)) & np.uint64(1) else -1.0
 
 
 @njit(cache=True, nogil=True)
-def _spread(errors, i):  # type: ignore[no-untyped-def]
+def _spread(errors, i):
     """Return `MARGIN` times the root mean square of one slider's errors."""
     total = 0.0
     for p in range(1, _COLUMNS):
@@ -248,7 +248,7 @@ def _spread(errors, i):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _move(x, f, stiffness, i, p, length):  # type: ignore[no-untyped-def]
+def _move(x, f, stiffness, i, p, length):
     """Move slider i in column p, and change the forces accordingly."""
     x[i, p] += length
     f[i - 1, p] += length
@@ -257,7 +257,7 @@ def _move(x, f, stiffness, i, p, length):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _expand(series, x, v, f, push, bias, side, stiffness, window, step):  # type: ignore[no-untyped-def]
+def _expand(series, x, v, f, push, bias, side, stiffness, window, step):
     """Let `step` pass without rounding; return how many orders of the motion `series` holds."""
     first, last = window
     shape = (last - first + 3, _COLUMNS)
@@ -302,7 +302,7 @@ def _expand(series, x, v, f, push, bias, side, stiffness, window, step):  # type
 
 
 @njit(cache=True, nogil=True)
-def _extremum(slope, orders, at_0):  # type: ignore[no-untyped-def]
+def _extremum(slope, orders, at_0):
     """Return the value of a function where its slope changes its sign in (0, 1), nan if nowhere.
 
     `slope` holds the coefficients of its derivative, `at_0` is its value at 0.
@@ -330,7 +330,7 @@ def _extremum(slope, orders, at_0):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _missed(series, slope, side, v, f, thresholds, off, own, window, orders, step):  # type: ignore[no-untyped-def]
+def _missed(series, slope, side, v, f, thresholds, off, own, window, orders, step):
     """Return what came within its error of an event inside a step, and the slider.
 
     A margin has an extremum inside a step where a mover's acceleration changes its sign, or where
@@ -358,7 +358,7 @@ def _missed(series, slope, side, v, f, thresholds, off, own, window, orders, ste
 
 
 @njit(cache=True, nogil=True)
-def _close(gap, shift, before, own):  # type: ignore[no-untyped-def]
+def _close(gap, shift, before, own):
     """Return whether two events are closer to each other than their errors, but not one."""
     total = 0.0
     for p in range(1, _COLUMNS):
@@ -367,18 +367,18 @@ def _close(gap, shift, before, own):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True)
-def _slope(v, i):  # type: ignore[no-untyped-def]
+def _slope(v, i):
     """Return how fast the force on a resting slider grows."""
     return v[i - 1, 0] + v[i + 1, 0]
 
 
 @njit(cache=True, nogil=True)
-def _acceleration(f, side, push, i):  # type: ignore[no-untyped-def]
+def _acceleration(f, side, push, i):
     return f[i, 0] - push[0] * side[i] if side[i] != 0.0 else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):  # type: ignore[no-untyped-def]
+def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):
     """Carry `errors` of the displacements at the start through the events.
 
     `rounding` holds what is added on the way: `ROUNDING`, `BIAS` and `_CONSTANTS`, or zeros.

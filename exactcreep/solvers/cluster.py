@@ -124,7 +124,7 @@ _POLISH = 4
 
 
 @inlined
-def _expand(cell, series, friction, first, strips):  # type: ignore[no-untyped-def]
+def _expand(cell, series, friction, first, strips):
     """Fill value and first derivative of the window that begins in column `first` of `cell`.
 
     Returns whether a slider has started without any force beyond friction.
@@ -153,7 +153,7 @@ def _expand(cell, series, friction, first, strips):  # type: ignore[no-untyped-d
 
 
 @inlined
-def _differentiate_one(series, begin, end):  # type: ignore[no-untyped-def]
+def _differentiate_one(series, begin, end):
     """Do what `_differentiate` does for a window of one strip, whose outer lanes are at rest."""
     moves = take(series, MOVES)
     rests = take(series, RESTS)
@@ -170,7 +170,7 @@ def _differentiate_one(series, begin, end):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _differentiate_two(series, begin, end):  # type: ignore[no-untyped-def]
+def _differentiate_two(series, begin, end):
     """Do what `_differentiate` does for a window of two strips, whose outer lanes are at rest."""
     moves = take(series, MOVES)
     rests = take(series, RESTS)
@@ -198,7 +198,7 @@ def _differentiate_two(series, begin, end):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _one_order(series, strips, k):  # type: ignore[no-untyped-def]
+def _one_order(series, strips, k):
     """Complete row k + 1 of all strips and begin row k + 2."""
     before = spread(0.0)
     y = take(series, MOVES) * take(series, k)
@@ -217,7 +217,7 @@ def _one_order(series, strips, k):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _two_orders(series, strips, k):  # type: ignore[no-untyped-def]
+def _two_orders(series, strips, k):
     """Complete rows k + 1 and k + 2 of all strips and begin row k + 3."""
     before = spread(0.0)
     before_2 = before
@@ -246,7 +246,7 @@ def _two_orders(series, strips, k):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _differentiate(series, strips, begin, end):  # type: ignore[no-untyped-def]
+def _differentiate(series, strips, begin, end):
     """Complete the derivatives begin + 1 .. end - 1 of all margins.
 
     Row `begin` is complete: it holds the movers' derivative of the velocity and, one order behind,
@@ -266,7 +266,7 @@ def _differentiate(series, strips, begin, end):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _largest_late(series, strips):  # type: ignore[no-untyped-def]
+def _largest_late(series, strips):
     """Return the largest derivatives of the orders 10 and 11 in the window."""
     even = magnitude(take(series, _LANEWISE))
     odd = magnitude(take(series, _LANEWISE + 1))
@@ -277,7 +277,7 @@ def _largest_late(series, strips):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _watched(cell, i):  # type: ignore[no-untyped-def]
+def _watched(cell, i):
     """Return the mask of the lanes that move or have a moving neighbour."""
     moving = magnitude(load(cell, SIDE, i))
     moving = moving + magnitude(load(cell, SIDE, i - 1)) + magnitude(load(cell, SIDE, i + 1))
@@ -285,7 +285,7 @@ def _watched(cell, i):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _candidate(cell, series, friction, first, strips):  # type: ignore[no-untyped-def]
+def _candidate(cell, series, friction, first, strips):
     """Return the lane whose margin seems to end first and when, from three derivatives each.
 
     A guess that only costs time if it is wrong. Lane -1: none within the `HORIZON`.
@@ -330,7 +330,7 @@ def _candidate(cell, series, friction, first, strips):  # type: ignore[no-untype
 
 
 @inlined
-def _margin(series, row, lane, orders, t):  # type: ignore[no-untyped-def]
+def _margin(series, row, lane, orders, t):
     """Return value and slope at t of the series of one slider."""
     u = t * t
     v = u * u
@@ -371,7 +371,7 @@ def _margin(series, row, lane, orders, t):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):  # type: ignore[no-untyped-def]
+def _clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):
     """Return whether a margin (as a distance from the end of its range) is positive on (0, t).
 
     `begins`: it is known to leave zero upwards at 0; `ends`: it is known to vanish at t.
@@ -393,7 +393,7 @@ def _clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):  # type:
 
 
 @inlined
-def _at_both_ends(series, row, lane):  # type: ignore[no-untyped-def]
+def _at_both_ends(series, row, lane):
     """Return value and slope of one margin at the beginning and the end of the step."""
     return (
         element(series, row, lane),
@@ -404,7 +404,7 @@ def _at_both_ends(series, row, lane):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t):  # type: ignore[no-untyped-def]
+def _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t):
     """Return a bound of the rounding error of one margin on [0, t]."""
     scale = abs(at_0) + abs(at_1) + t * (abs(slope_0) + abs(slope_1))
     if cell[SIDE, i] != 0.0:
@@ -413,7 +413,7 @@ def _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t):  # type: ignore[n
 
 
 @inlined
-def _falls(slope, bound):  # type: ignore[no-untyped-def]
+def _falls(slope, bound):
     """Return whether a margin at the end of its range is sure to leave it there.
 
     Its slope must take it through its rounding bound within 1/64 tau_dyn. If value and slope both
@@ -423,7 +423,7 @@ def _falls(slope, bound):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _doubt(cell, whole, i):  # type: ignore[no-untyped-def]
+def _doubt(cell, whole, i):
     """Count a slider as undecided, once in a rearrangement however many steps look at it."""
     if cell[DOUBTED, i] != whole[REARRANGEMENTS]:
         cell[DOUBTED, i] = whole[REARRANGEMENTS]
@@ -431,7 +431,7 @@ def _doubt(cell, whole, i):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _first_crossing(  # type: ignore[no-untyped-def]
+def _first_crossing(
     cell, series, real, whole, i, row, lane, orders, upper, t
 ):
     """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
@@ -520,7 +520,7 @@ def _first_crossing(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _refine(cell, series, real, whole, i, row, lane, orders, t):  # type: ignore[no-untyped-def]
+def _refine(cell, series, real, whole, i, row, lane, orders, t):
     """Return the root near t of one margin by Halley's method, inf if it strays."""
     side = cell[SIDE, i]
     threshold = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
@@ -558,7 +558,7 @@ def _refine(cell, series, real, whole, i, row, lane, orders, t):  # type: ignore
 
 
 @inlined
-def _evaluate(series, strips, orders, even_tail, odd_tail, t):  # type: ignore[no-untyped-def]
+def _evaluate(series, strips, orders, even_tail, odd_tail, t):
     """Fill displacements, margins and slopes at t, and bounds of fourth derivatives until then.
 
     `even_tail`, `odd_tail` are the largest derivatives of the orders 10 and 11 in the window. Two
@@ -618,7 +618,7 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):  # type: ignore[n
 
 
 @inlined
-def _suspects(cell, series, friction, first, s, t):  # type: ignore[no-untyped-def]
+def _suspects(cell, series, friction, first, s, t):
     """Return the masks of the lanes of one strip not proved to stay in range on (0, t].
 
     The first mask is for the lower end of the range, the second for the upper.
@@ -661,7 +661,7 @@ def _suspects(cell, series, friction, first, s, t):  # type: ignore[no-untyped-d
 
 
 @compiled
-def _tangential(cell, count, series, first, last):  # type: ignore[no-untyped-def]
+def _tangential(cell, count, series, first, last):
     """Find the sliders that have started but do not get away, return how many.
 
     Velocity and acceleration are zero: the first derivative that is not decides, and if it points
@@ -683,7 +683,7 @@ def _tangential(cell, count, series, first, last):  # type: ignore[no-untyped-de
 
 
 @inlined
-def _together(cell, count, series, real, whole, first, contenders, t):  # type: ignore[no-untyped-def]
+def _together(cell, count, series, real, whole, first, contenders, t):
     """Keep the sliders whose event is at t, within its rounding bound; return how many.
 
     All contenders are looked at again, once t is known: which slider was found first must not
@@ -720,7 +720,7 @@ def _together(cell, count, series, real, whole, first, contenders, t):  # type: 
 
 
 @inlined
-def _own_root(  # type: ignore[no-untyped-def]
+def _own_root(
     cell, series, real, i, lane, strips, orders, even_tail, odd_tail, t
 ):
     """Polish the root of the candidate, and certify its own margin before it.
@@ -765,7 +765,7 @@ def _own_root(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def step(cell, count, series, real, whole, first, last):  # type: ignore[no-untyped-def]
+def step(cell, count, series, real, whole, first, last):
     """Advance the movers of columns first + 1 .. last - 1 to their first event.
 
     Returns

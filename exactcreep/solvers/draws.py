@@ -45,7 +45,7 @@ KEPT = 2 * BATCH
 
 
 @inlined
-def _fraction(numerator, denominator, r):  # type: ignore[no-untyped-def]
+def _fraction(numerator, denominator, r):
     top = spread(numerator[0])
     low = spread(denominator[0])
     for k in range(1, 8):
@@ -55,7 +55,7 @@ def _fraction(numerator, denominator, r):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _logarithm(x):  # type: ignore[no-untyped-def]
+def _logarithm(x):
     one = spread(1.0)
     two = spread(2.0)
     m = mantissa(x)
@@ -72,7 +72,7 @@ def _logarithm(x):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def write_deviates(q, deviate, row, column):  # type: ignore[no-untyped-def]
+def write_deviates(q, deviate, row, column):
     """Write the normal deviates of the eight probabilities 1/2 + q to deviate[row, column ..].
 
     No operation is fused and none reordered, so that every lane has the bits of
@@ -95,7 +95,7 @@ def write_deviates(q, deviate, row, column):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def fill(deviate, row, seed, slider, batch):  # type: ignore[no-untyped-def]
+def fill(deviate, row, seed, slider, batch):
     """Write draws 8 batch .. 8 batch + 7 of a slider to their columns of deviate[row]."""
     a, b, c, d = philox(seed, STREAM_COEFFICIENT, slider, 2 * batch)
     e, f, g, h = philox(seed, STREAM_COEFFICIENT, slider, 2 * batch + 1)

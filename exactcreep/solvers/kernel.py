@@ -120,14 +120,14 @@ _CALM = 64
 
 
 @inlined
-def _two_sum(a, b):  # type: ignore[no-untyped-def]
+def _two_sum(a, b):
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
 
 
 @inlined
-def _plus(high, low, term):  # type: ignore[no-untyped-def]
+def _plus(high, low, term):
     """Return (high + low) + term as two floats."""
     total, error = _two_sum(high, term)
     error += low
@@ -136,7 +136,7 @@ def _plus(high, low, term):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _log(real, whole, log, kind, i, sign, residual):  # type: ignore[no-untyped-def]
+def _log(real, whole, log, kind, i, sign, residual):
     if whole[LOGGING] == 0:
         return
     row = whole[LOGGED]
@@ -154,14 +154,14 @@ def _log(real, whole, log, kind, i, sign, residual):  # type: ignore[no-untyped-
 
 
 @inlined
-def _coefficient(real, deviate):  # type: ignore[no-untyped-def]
+def _coefficient(real, deviate):
     """Return the static coefficient of a deviate, and how far it lies above mu_d."""
     mu = real[MEAN] + real[WIDTH] * deviate
     return mu, (mu - real[MU_D]) - real[MU_D_LOW]
 
 
 @inlined
-def _renew(cell, real, whole, i, deviate):  # type: ignore[no-untyped-def]
+def _renew(cell, real, whole, i, deviate):
     """Give slider i the static coefficient of a deviate."""
     mu, above = _coefficient(real, deviate)
     cell[COEFFICIENT, i] = mu
@@ -172,7 +172,7 @@ def _renew(cell, real, whole, i, deviate):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _draw_ahead(deviate, whole, i, k):  # type: ignore[no-untyped-def]
+def _draw_ahead(deviate, whole, i, k):
     """Make the batch after that of draw k.
 
     Nobody waits for it: the processor makes it while it goes on with the batch at hand.
@@ -181,7 +181,7 @@ def _draw_ahead(deviate, whole, i, k):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _draw(cell, count, deviate, real, whole, i):  # type: ignore[no-untyped-def]
+def _draw(cell, count, deviate, real, whole, i):
     """Give slider i its next static coefficient."""
     k = count[DRAWS, i]
     count[DRAWS, i] = k + 1
@@ -194,7 +194,7 @@ def _draw(cell, count, deviate, real, whole, i):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _place_ends(cell, real, whole):  # type: ignore[no-untyped-def]
+def _place_ends(cell, real, whole):
     """Give the forces at sliders 1 and N the present theta."""
     n = whole[N]
     if n > 1:
@@ -204,24 +204,24 @@ def _place_ends(cell, real, whole):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _present_force(cell, i):  # type: ignore[no-untyped-def]
+def _present_force(cell, i):
     around = cell[X, i - 1] + cell[X, i + 1]
     return cell[REST, i] + (around - cell[STIFFNESS, i] * cell[X, i])
 
 
 @inlined
-def _inside(whole, i):  # type: ignore[no-untyped-def]
+def _inside(whole, i):
     return PAD <= i < PAD + whole[N]
 
 
 @inlined
-def _touch(whole, i):  # type: ignore[no-untyped-def]
+def _touch(whole, i):
     whole[TOUCHED_FIRST] = min(whole[TOUCHED_FIRST], i)
     whole[TOUCHED_LAST] = max(whole[TOUCHED_LAST], i)
 
 
 @inlined
-def _start(cell, real, whole, log, i, sign, drive, residual):  # type: ignore[no-untyped-def]
+def _start(cell, real, whole, log, i, sign, drive, residual):
     cell[SIDE, i] = sign
     cell[SPEED, i] = 0.0
     cell[FRESH, i] = 1.0
@@ -238,7 +238,7 @@ def _start(cell, real, whole, log, i, sign, drive, residual):  # type: ignore[no
 
 
 @inlined
-def _stop(cell, count, deviate, real, whole, log, i, residual):  # type: ignore[no-untyped-def]
+def _stop(cell, count, deviate, real, whole, log, i, residual):
     _log(real, whole, log, STOP, i, cell[SIDE, i], residual)
     cell[SIDE, i] = 0.0
     cell[SPEED, i] = 0.0
@@ -250,7 +250,7 @@ def _stop(cell, count, deviate, real, whole, log, i, residual):  # type: ignore[
 
 
 @inlined
-def _begin(cell, real, whole):  # type: ignore[no-untyped-def]
+def _begin(cell, real, whole):
     whole[REARRANGEMENTS] += 1
     whole[NUMBER] = 0
     whole[TOUCHED_FIRST] = cell.shape[1]
@@ -259,7 +259,7 @@ def _begin(cell, real, whole):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _settle(cell, real, whole):  # type: ignore[no-untyped-def]
+def _settle(cell, real, whole):
     """Turn the displacements of the rearrangement into forces at rest."""
     first = whole[TOUCHED_FIRST]
     last = whole[TOUCHED_LAST]
@@ -285,7 +285,7 @@ def _settle(cell, real, whole):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _after_event(cell, real, whole):  # type: ignore[no-untyped-def]
+def _after_event(cell, real, whole):
     """Choose the stage that goes on from the present set of movers."""
     whole[EVENTS] += 1
     if whole[MOVING] == 0:
@@ -303,7 +303,7 @@ def _after_event(cell, real, whole):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _stopped_exceeds(cell, real, whole, i, pull):  # type: ignore[no-untyped-def]
+def _stopped_exceeds(cell, real, whole, i, pull):
     """Test a slider that has just stopped; return the sign of its start, 0 if it stays."""
     threshold = real[FRICTION] + cell[EXCESS, i]
     beyond = abs(pull) - threshold
@@ -316,7 +316,7 @@ def _stopped_exceeds(cell, real, whole, i, pull):  # type: ignore[no-untyped-def
 
 
 @inlined
-def _next_start(cell, real, whole, target, target_low):  # type: ignore[no-untyped-def]
+def _next_start(cell, real, whole, target, target_low):
     """Return which end starts before the target, and at which ``l0 theta``.
 
     Returns
@@ -358,7 +358,7 @@ def _next_start(cell, real, whole, target, target_low):  # type: ignore[no-untyp
 
 
 @inlined
-def _ramp(cell, real, whole, log, target, target_low):  # type: ignore[no-untyped-def]
+def _ramp(cell, real, whole, log, target, target_low):
     """Move theta towards the target; return whether a slider has started before it."""
     up = 1.0 if (target - real[THETA]) + (target_low - real[THETA_LOW]) > 0.0 else -1.0
     top, end, theta, theta_low, undecided = _next_start(cell, real, whole, target, target_low)
@@ -381,7 +381,7 @@ def _ramp(cell, real, whole, log, target, target_low):  # type: ignore[no-untype
 
 
 @inlined
-def _plus_in_lanes(high, low, term):  # type: ignore[no-untyped-def]
+def _plus_in_lanes(high, low, term):
     """Return in every lane the two floats of `_plus`."""
     total = high + term
     # the rounding error is exact either way; from the larger term it is known sooner
@@ -392,7 +392,7 @@ def _plus_in_lanes(high, low, term):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):  # type: ignore[no-untyped-def]
+def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):
     """Let the end that starts first slip, again and again, as long as that is plain.
 
     Each slip adds the same length to four sums of two floats: they stay in registers, in four
@@ -497,7 +497,7 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
 
 
 @compiled
-def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):  # type: ignore[no-untyped-def]
+def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):
     """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
 
     Does what `_ramp`, `_lone` and `_settle` do, without the steps that such a slip can skip;
@@ -549,7 +549,7 @@ def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at): 
 
 
 @inlined
-def _unstable(cell, real, whole, log):  # type: ignore[no-untyped-def]
+def _unstable(cell, real, whole, log):
     """Start every slider that exceeds its threshold as the chain stands."""
     n = whole[N]
     began = False
@@ -578,7 +578,7 @@ def _unstable(cell, real, whole, log):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _lone(cell, count, deviate, real, whole, log):  # type: ignore[no-untyped-def]
+def _lone(cell, count, deviate, real, whole, log):
     """Advance a lone mover to its stop or to the start of a neighbour, by energy."""
     i = whole[FIRST]
     side = cell[SIDE, i]
@@ -664,7 +664,7 @@ def _lone(cell, count, deviate, real, whole, log):  # type: ignore[no-untyped-de
 
 
 @inlined
-def _never_stops(cell, real, whole):  # type: ignore[no-untyped-def]
+def _never_stops(cell, real, whole):
     """Return whether it is proved that no slider of the moving whole chain ever stops."""
     n = whole[N]
     down = whole[DOWNHILL]
@@ -691,7 +691,7 @@ def _never_stops(cell, real, whole):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _no_mode_stops(cell, real, whole):  # type: ignore[no-untyped-def]
+def _no_mode_stops(cell, real, whole):
     """Return whether the mean velocity exceeds the sum of the modes' amplitudes at every slider.
 
     Sharper than `_never_stops`, and dearer: for a chain on the slope mu_d itself, where the mean
@@ -722,7 +722,7 @@ def _no_mode_stops(cell, real, whole):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _cluster(cell, count, deviate, series, real, whole, log):  # type: ignore[no-untyped-def]
+def _cluster(cell, count, deviate, series, real, whole, log):
     """Advance several movers to their first event and resolve it; return True for a runaway."""
     if whole[MOVING] == whole[N] and whole[DOWNHILL] != 0:
         if _never_stops(cell, real, whole):
@@ -777,7 +777,7 @@ def _cluster(cell, count, deviate, series, real, whole, log):  # type: ignore[no
 
 
 @compiled
-def prepare(cell, count, deviate, whole):  # type: ignore[no-untyped-def]
+def prepare(cell, count, deviate, whole):
     """Fill the batches of deviates that hold the next draws."""
     if whole[CONSTANT] == 0:
         for i in range(PAD, PAD + whole[N]):
@@ -788,7 +788,7 @@ def prepare(cell, count, deviate, whole):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def follow(  # type: ignore[no-untyped-def]
+def follow(
     cell, count, deviate, series, real, whole, log, theta, theta_low, travel, max_events, single
 ):
     """Take the chain along the targets; return why it came back, and how many it reached.

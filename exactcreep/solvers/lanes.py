@@ -381,7 +381,7 @@ def lowest_bit(typing_context: Any, mask: Any) -> Any:
 
 def _operator(symbol: Any, instruction: Any) -> None:
     @overload(symbol)
-    def resolve(a, b):  # type: ignore[no-untyped-def]  # numba compares the two signatures
+    def resolve(a, b):  # numba compares the two signatures
         if isinstance(a, Lanes) and isinstance(b, Lanes):
             return lambda a, b: instruction(a, b)  # noqa: PLW0108 - numba wants a function
         return None

@@ -92,7 +92,7 @@ def exact_cosine(chain: Chain) -> Fraction | Quadratic:
     return cosine if multiple else rational
 
 
-def _ramp(way, place, bound, extension, above, below, share, x, carry, sliding, slips):  # type: ignore[no-untyped-def]
+def _ramp(way, place, bound, extension, above, below, share, x, carry, sliding, slips):
     """Push every spring to its bound and move the sliders outwards from the pivot.
 
     `place` is ``l0 theta``, ``bound[m] + place`` the least (way = +1) or largest (-1) extension of
@@ -150,7 +150,7 @@ _ramp_float = njit(cache=True, nogil=True, error_model="numpy")(_ramp)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _follow_float(  # type: ignore[no-untyped-def]
+def _follow_float(
     places, start, way, low, high, groups, shares, extension, x, carry, sliding, slips,
     totals, x_g, x_rows, tension_rows, slip_rows,
 ):

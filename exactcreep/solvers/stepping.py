@@ -118,7 +118,7 @@ OLD_X, OLD_W, OLD_B = 10, 11, 12  # at the beginning of the step in which an eve
 
 
 @_compiled
-def _draw(laws, now, slider, i):  # type: ignore[no-untyped-def]
+def _draw(laws, now, slider, i):
     """Draw the next static coefficient of slider i."""
     k = slider.draws
     slider.draws = k + 1
@@ -136,20 +136,20 @@ def _draw(laws, now, slider, i):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _pull(laws, sliders, i):  # type: ignore[no-untyped-def]
+def _pull(laws, sliders, i):
     """Return F_i as it was when the chain was last at rest."""
     return (sliders[i].base - sliders[i - 1].base) + laws.weight
 
 
 @_compiled
-def _at(lanes, i):  # type: ignore[no-untyped-def]
+def _at(lanes, i):
     """Return F_i of a moving slider or a neighbour of one."""
     inner = (lanes[X, i - 1] + lanes[X, i + 1]) - lanes[SPRINGS, i] * lanes[X, i]
     return lanes[PULL, i] + inner
 
 
 @_compiled
-def _rounding(work, laws, i):  # type: ignore[no-untyped-def]
+def _rounding(work, laws, i):
     """Return a bound for the rounding errors of F_i and of its threshold."""
     sliders, lanes = work.sliders, work.lanes
     size = abs(sliders[i].base) + abs(sliders[i - 1].base) + abs(laws.weight)
@@ -158,7 +158,7 @@ def _rounding(work, laws, i):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _start(laws, work, i, sign):  # type: ignore[no-untyped-def]
+def _start(laws, work, i, sign):
     """Set slider i in motion from velocity zero."""
     now = work.now[0]
     lanes = work.lanes
@@ -183,7 +183,7 @@ def _start(laws, work, i, sign):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _stop(laws, work, i):  # type: ignore[no-untyped-def]
+def _stop(laws, work, i):
     """Bring slider i to rest and draw its next static coefficient; `_discharge` must follow."""
     lanes = work.lanes
     _draw(laws, work.now[0], work.sliders[i], i)
@@ -193,7 +193,7 @@ def _stop(laws, work, i):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _discharge(work):  # type: ignore[no-untyped-def]
+def _discharge(work):
     """Strike the sliders that rest off the list of movers."""
     now = work.now[0]
     kept = 0
@@ -206,7 +206,7 @@ def _discharge(work):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _write(work, time, kind, i, sign, residual):  # type: ignore[no-untyped-def]
+def _write(work, time, kind, i, sign, residual):
     """Keep one slider of an event, if events are kept."""
     if work.rows.size == 0:
         return
@@ -225,13 +225,13 @@ def _write(work, time, kind, i, sign, residual):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _close_event(now):  # type: ignore[no-untyped-def]
+def _close_event(now):
     now.events += 1
     now.number += 1
 
 
 @_compiled
-def _begin(laws, now):  # type: ignore[no-untyped-def]
+def _begin(laws, now):
     """Begin a rearrangement."""
     now.rearrangements += 1
     now.number = 0
@@ -244,7 +244,7 @@ def _begin(laws, now):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def release(laws, work):  # type: ignore[no-untyped-def]
+def release(laws, work):
     """Start every slider that exceeds its threshold as the chain stands; return how many."""
     now = work.now[0]
     started = 0
@@ -266,7 +266,7 @@ def release(laws, work):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def ramp(laws, work, way, room):  # type: ignore[no-untyped-def]
+def ramp(laws, work, way, room):
     """Ramp theta until an end slider starts, by less than `room` = l0 |d theta|; return whether.
 
     theta enters the forces on sliders 1 and n only, so theta_c is explicit.
@@ -318,7 +318,7 @@ def ramp(laws, work, way, room):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _lay_out(laws, work):  # type: ignore[no-untyped-def]
+def _lay_out(laws, work):
     """Lay windows around the movers, a neighbour at either side; return how many."""
     movers = work.now[0].movers
     windows = 0
@@ -337,7 +337,7 @@ def _lay_out(laws, work):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _alone(laws, work, most):  # type: ignore[no-untyped-def]
+def _alone(laws, work, most):
     """Step a slider that moves alone until it stops or starts a neighbour.
 
     Returns the number of steps, at most `most`, and whether there is an event.
@@ -376,7 +376,7 @@ def _alone(laws, work, most):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _together(work, windows, most):  # type: ignore[no-untyped-def]
+def _together(work, windows, most):
     """Step all windows until a slider stops or starts; returns as `_alone`.
 
     One sweep over a window does a step: every slider advances just before the force on its left
@@ -425,7 +425,7 @@ def _together(work, windows, most):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _within(work, windows, part):  # type: ignore[no-untyped-def]
+def _within(work, windows, part):
     """Take the windows to the fraction `part` of a step; return whether a slider is hit.
 
     Within the step the motion is the velocity Verlet step of a shorter length.
@@ -451,7 +451,7 @@ def _within(work, windows, part):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _locate(work, windows):  # type: ignore[no-untyped-def]
+def _locate(work, windows):
     """Go back to the first event inside the last step.
 
     Returns the fraction of the step, and whether there is an event.
@@ -479,7 +479,7 @@ def _locate(work, windows):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _ties(laws, work, windows):  # type: ignore[no-untyped-def]
+def _ties(laws, work, windows):
     """Let what cannot be told apart from an event at this instant take part in it."""
     now = work.now[0]
     lanes = work.lanes
@@ -507,7 +507,7 @@ def _ties(laws, work, windows):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _resolve(laws, work, windows):  # type: ignore[no-untyped-def]
+def _resolve(laws, work, windows):
     """Stop, draw and start what the event asks for, in this order."""
     now = work.now[0]
     lanes = work.lanes
@@ -544,7 +544,7 @@ def _resolve(laws, work, windows):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _finite(work):  # type: ignore[no-untyped-def]
+def _finite(work):
     total = 0.0
     for k in range(work.now[0].movers):
         i = work.movers[k]
@@ -553,7 +553,7 @@ def _finite(work):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _never_stops(laws, work):  # type: ignore[no-untyped-def]
+def _never_stops(laws, work):
     """Return whether the whole chain provably slides for ever (the runaway certificate).
 
     All sliders move down; with the mean velocity V and the conserved energy J of the internal
@@ -582,7 +582,7 @@ def _never_stops(laws, work):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def _come_to_rest(laws, work):  # type: ignore[no-untyped-def]
+def _come_to_rest(laws, work):
     """End the rearrangement."""
     now = work.now[0]
     lanes = work.lanes
@@ -596,7 +596,7 @@ def _come_to_rest(laws, work):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def advance(laws, work, last_event):  # type: ignore[no-untyped-def]
+def advance(laws, work, last_event):
     """Move the chain until it rests, or `last_event` events have happened, or it never will rest.
 
     Returns only where going on later changes no bit.
@@ -638,7 +638,7 @@ def advance(laws, work, last_event):  # type: ignore[no-untyped-def]
 
 
 @_compiled
-def follow(laws, work, targets, first, budget, x_G, x, tension, slips, wanted):  # type: ignore[no-untyped-def]
+def follow(laws, work, targets, first, budget, x_G, x, tension, slips, wanted):
     """Take the chain to the targets; return why it returns and how many were reached."""
     n = laws.n
     now = work.now[0]
@@ -685,7 +685,7 @@ def follow(laws, work, targets, first, budget, x_G, x, tension, slips, wanted): 
 
 
 @_compiled
-def trace(laws, sign, pull, low, b, xs, ws):  # type: ignore[no-untyped-def]
+def trace(laws, sign, pull, low, b, xs, ws):
     """Repeat the steps of the sliders low .. low + size - 1, from the first rows of `xs`, `ws`.
 
     The entries before and after are their neighbours, which do not move; `b` holds zeros.

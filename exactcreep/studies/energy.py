@@ -83,7 +83,7 @@ class Ledger:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _add(high, low, which, term):  # type: ignore[no-untyped-def]
+def _add(high, low, which, term):
     """Add a float to a number that is the sum of two."""
     total = high[which] + term
     part = total - high[which]
@@ -94,7 +94,7 @@ def _add(high, low, which, term):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _ramp(high, low, load, load_low):  # type: ignore[no-untyped-def]
+def _ramp(high, low, load, load_low):
     """Take l0 theta to a new value while both sliders rest."""
     step = (load - high[_LOAD]) + (load_low - low[_LOAD])
     before = high[_TENSION] + low[_TENSION]
@@ -106,7 +106,7 @@ def _ramp(high, low, load, load_low):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _move(high, low, cells, span):  # type: ignore[no-untyped-def]
+def _move(high, low, cells, span):
     """Let the sliders that move do so, in closed form."""
     one, other = cells[_SIDE_1], cells[_SIDE_2]
     tension = high[_TENSION] + low[_TENSION]
@@ -147,7 +147,7 @@ def _move(high, low, cells, span):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _replayed(high, low, cells, number, load, time, kind, slider, sign):  # type: ignore[no-untyped-def]
+def _replayed(high, low, cells, number, load, time, kind, slider, sign):
     """Replay a block of the log; every row is a start (kind 0) or a stop of one slider."""
     for row in range(number.size):
         if number[row] != cells[_NUMBER]:
