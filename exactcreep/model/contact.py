@@ -15,6 +15,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from exactcreep.model.numbers import same
+
 
 class EventKind(Enum):
     """What happens to the sliders of an event."""
@@ -23,11 +25,12 @@ class EventKind(Enum):
     STOP = "stop"
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Event:
     """One event of a rearrangement: a set of sliders starts, or stops, at one instant.
 
-    A reversal is a stop and a start at the same time; stops come first.
+    A reversal is a stop and a start at the same time; stops come first. Two events are equal if
+    all their numbers are the same; balls, if midpoints and radii are.
 
     Attributes
     ----------
@@ -39,8 +42,12 @@ class Event:
     signs : tuple of int
         Direction of motion after a start, before a stop: +1 downhill, -1 uphill.
     residual : number
-        How far the event's condition is from holding at `time`: for a stop the largest
-        ``|velocity|``, for a start the largest distance of ``|F|`` from ``mu_s c``.
+        How far the event's condition is from holding at `time`, in the motion of the solver that
+        found it: for a stop the largest ``|velocity|``, for a start the largest distance of
+        ``|F|`` from ``mu_s c``. Zero for what exceeds its threshold rightly (a reversal, or a
+        chain that was unstable as it stood) and, of compiled solvers, where a formula gives the
+        time. A ball encloses it. What the event times leave of each condition if the motion is
+        followed afresh is told by `exactcreep.motion.replay.Replay.residuals`.
     """
 
     time: Any
@@ -48,6 +55,18 @@ class Event:
     sliders: tuple[int, ...]
     signs: tuple[int, ...]
     residual: Any
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Event):
+            return NotImplemented
+        return (
+            self.signature == other.signature
+            and same(self.time, other.time)
+            and same(self.residual, other.residual)
+        )
+
+    def __hash__(self) -> int:
+        return hash((float(self.time), *self.signature))
 
     @property
     def signature(self) -> tuple[str, tuple[int, ...], tuple[int, ...]]:

@@ -10,6 +10,7 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 Number = int | float | str | Fraction | Decimal
 """What the user may give for a parameter; see `exact_number`."""
@@ -165,3 +166,11 @@ def same(a: Any, b: Any) -> bool:
     if hasattr(a, "rad") and hasattr(b, "rad"):
         return bool(a.mid() == b.mid()) and bool(a.rad() == b.rad())
     return bool(a == b) or bool(a != a and b != b)
+
+
+def same_numbers(a: NDArray[Any], b: NDArray[Any]) -> bool:
+    """Return whether two arrays have the same shape and hold the same numbers, as `same` says."""
+    if a.dtype != object and b.dtype != object:
+        return np.array_equal(a, b, equal_nan=True)
+    pairs = zip(a.ravel().tolist(), b.ravel().tolist(), strict=False)
+    return a.shape == b.shape and all(same(x, y) for x, y in pairs)

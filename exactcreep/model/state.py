@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from numbers import Real
 from typing import Any
@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.numbers import (
+    InputError,
+    exact_number,
+    nearest_float,
+    same,
+    same_numbers,
+)
 
 _MOST_DRAWS = 2**62
 
@@ -37,6 +43,11 @@ class State:
         How many coefficients each slider has had, at least 1.
     theta : number
         The dilation.
+
+    Notes
+    -----
+    Two states are equal if all their numbers are the same, whatever their type: 1/2 and 0.5 are;
+    two balls are if midpoints and radii are; so are two nan.
     """
 
     tensions: NDArray[Any]
@@ -62,6 +73,21 @@ class State:
             if getattr(self, name).shape != (size,):
                 shape = getattr(self, name).shape
                 raise InputError(f"state.{name}", shape, f"must have the shape ({size},)")
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, State):
+            return NotImplemented
+        return all(
+            same_numbers(getattr(self, name), getattr(other, name))
+            for name in ("draws", "tensions", "displacements", "coefficients")
+        ) and same(self.theta, other.theta)
+
+    def __hash__(self) -> int:
+        return hash(self.draws.tobytes())  # whole numbers, of one type in every equal state
+
+    def __reduce__(self) -> tuple[type[State], tuple[Any, ...]]:
+        # made anew, so that its arrays are again its own, and read-only
+        return type(self), tuple(getattr(self, field.name) for field in fields(self))
 
     @property
     def n(self) -> int:

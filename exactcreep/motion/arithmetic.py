@@ -9,6 +9,7 @@ never settled by a guessed tolerance.
 
 from __future__ import annotations
 
+import copyreg
 import math
 import threading
 from abc import ABC, abstractmethod
@@ -169,6 +170,9 @@ class Float64(Arithmetic):
     bits = 53
     roundoff = 2.0**-53
 
+    def __reduce__(self) -> str:
+        return "FLOAT64"
+
     def number(self, value: Any) -> float:
         """Return the nearest float64."""
         return nearest_float(value) if isinstance(value, Fraction) else float(value)
@@ -232,6 +236,11 @@ class Digits(Arithmetic):
         self.context = mpmath.MPContext()
         self.context.prec = bits
         self.roundoff = 2.0**-bits if bits < 1070 else 2.0**-1070
+        # a context makes a type of its own for its numbers, which pickle would not find again
+        self.context.mpf.__reduce__ = lambda x: (_digits_number, (bits, *map(int, x._mpf_)))
+
+    def __reduce__(self) -> tuple[Any, tuple[int]]:
+        return digits_of, (self.bits,)
 
     def number(self, value: Any) -> Any:
         """Return the nearest number of this context."""
@@ -312,6 +321,9 @@ class Balls(Arithmetic):
     def __init__(self, bits: int) -> None:
         self.bits = bits
 
+    def __reduce__(self) -> tuple[Any, tuple[int]]:
+        return balls_of, (self.bits,)
+
     @contextmanager
     def _active(self) -> Iterator[None]:
         with _FLINT:
@@ -338,25 +350,10 @@ class Balls(Arithmetic):
         return flint.arb(value.item() if isinstance(value, np.generic) else value)
 
     def _plain(self, value: Any) -> Any:
-        if isinstance(value, (int, float)):
-            return float(value)
-        parts = (*value.mid().man_exp(), *value.rad().man_exp())
-        return tuple(int(part) for part in parts)
+        return float(value) if isinstance(value, (int, float)) else _parts(value)
 
     def _from_plain(self, value: Any) -> Any:
-        if isinstance(value, float):
-            return value
-        middle, exponent, radius, of_radius = value
-        if radius == 0:
-            return flint.arb((middle, exponent))
-        # python-flint raises a given radius by one unit of its 30 bits: give it one unit less
-        spare = 30 - radius.bit_length()
-        top, low = radius << spare, of_radius - spare
-        for given in ((top - 1, low), (2 * top - 1, low - 1)):
-            ball = flint.arb((middle, exponent), given)
-            if ball.rad() == flint.arb((radius, of_radius)):
-                return ball
-        return flint.arb((middle, exponent), (radius, of_radius))
+        return value if isinstance(value, float) else _ball(*value)
 
     def vector(self, values: Iterable[Any]) -> NDArray[Any]:
         """Return an array of balls."""
@@ -463,3 +460,31 @@ def _tabled(function: Any, numerators: NDArray[np.int64], denominator: int) -> N
             table[key] = function(key, denominator)
         out[index] = table[key]
     return out
+
+
+def _digits_number(bits: int, sign: int, mantissa: int, exponent: int, size: int) -> Any:
+    """Return an mpmath number from its parts, in the context of `bits` bits."""
+    return digits_of(bits).context.make_mpf((sign, mpmath.libmp.MPZ(mantissa), exponent, size))
+
+
+def _parts(ball: Any) -> tuple[int, ...]:
+    """Return mantissa and exponent of a finite ball's midpoint, and those of its radius."""
+    return tuple(int(part) for part in (*ball.mid().man_exp(), *ball.rad().man_exp()))
+
+
+def _ball(middle: int, exponent: int, radius: int, of_radius: int) -> Any:
+    """Return the ball that `_parts` described."""
+    if radius == 0:
+        return flint.arb((middle, exponent))
+    # python-flint raises a given radius by one unit of its 30 bits: give it one unit less
+    spare = 30 - radius.bit_length()
+    top, low = radius << spare, of_radius - spare
+    for given in ((top - 1, low), (2 * top - 1, low - 1)):
+        ball = flint.arb((middle, exponent), given)
+        if ball.rad() == flint.arb((radius, of_radius)):
+            return ball
+    return flint.arb((middle, exponent), (radius, of_radius))
+
+
+# python-flint's balls have no pickle of their own; results that hold them can be kept and copied
+copyreg.pickle(flint.arb, lambda ball: (_ball, _parts(ball)))

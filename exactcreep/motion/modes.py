@@ -144,6 +144,9 @@ class RunMotion:
         self.modal_velocities = arithmetic.product(self.modes.forward, velocities)
         self.modal_accelerations = arithmetic.product(self.modes.forward, accelerations)
 
+    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
+        return _moving, (self.arithmetic, self.ends, self.velocities, self.accelerations)
+
     @property
     def has_zero_mode(self) -> bool:
         """Whether both ends are free."""
@@ -235,6 +238,12 @@ class RunMotion:
         """Return ``sqrt((K^k)_nn 2J)``, which bounds ``|v_n^(k)|`` for ever (free-free: k >= 2)."""
         power = _diagonal_of_power(self.p, self.ends, n, k)
         return self.arithmetic.sqrt(self.energy * power)
+
+
+def _moving(arithmetic: Arithmetic, ends: Ends, *motion: NDArray[Any]) -> RunMotion:
+    """Return the motion of a run that was pickled."""
+    with arithmetic.active():
+        return RunMotion(arithmetic, ends, *motion)
 
 
 @lru_cache(maxsize=4096)

@@ -22,6 +22,7 @@ from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
+from exactcreep.motion.solution import Solution
 from exactcreep.solvers.enclosed import Enclosed
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.reference import (
@@ -112,11 +113,16 @@ class Certified(FieldSolver):
                     continue
                 evidence = Evidence.COMPUTED if mechanics.tally.undecided else Evidence.PROVED
                 report = dict(result.report) | certificate(mechanics)
-                return replace(result, evidence=evidence, report=report)
+                motion = Solution(mechanics.pieces, mechanics.start) if mechanics.start else None
+                return replace(result, decided=evidence, report=report, motion=motion)
         raise AssertionError("the last precision decides everything")
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
-        """Yield the events of `rearrange` one by one, each as soon as it is certified."""
+        """Yield the events of `rearrange` one by one, each as soon as it is certified.
+
+        Where precision has to be raised later on, the enclosures of `rearrange` are narrower
+        than those that were handed out before.
+        """
         refuse_no_slips(chain)
         known = 0
         for bits, assume in self.precisions():

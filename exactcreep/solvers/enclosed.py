@@ -20,8 +20,9 @@ from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
 from exactcreep.motion.enclosure import ZERO, Box, Passage, Spread
-from exactcreep.motion.modes import Flow, Run
+from exactcreep.motion.modes import Flow, ModalPiece, Run
 from exactcreep.motion.roots import FirstEvent
+from exactcreep.motion.solution import Motion
 from exactcreep.solvers.mechanics import Mechanics
 
 DERIVATIVE_BITS = 128
@@ -43,8 +44,11 @@ class Enclosed(Mechanics):
         assume: bool = False,
         keep: bool = False,
     ) -> None:
-        super().__init__(chain, seed, arithmetic, state, assume=assume, keep=keep)
+        super().__init__(chain, seed, arithmetic, state, assume=assume)
         self.origin = state
+        self.keep = keep
+        self.start: Motion | None = None
+        self.pieces: list[ModalPiece] = []
         # rows of the box: forces, velocities of the sliders `fast`, l0 theta
         self.box: Box | None = None
         self.fast: list[int] = []
@@ -107,6 +111,8 @@ class Enclosed(Mechanics):
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
         self.crossing_ends = [n for n, _ in starts] if crossing else []
+        still = self.arithmetic.zeros(self.chain.n)
+        self.start, self.pieces = Motion(self.displacements, still, self.forces.copy()), []
         super()._set_off(starts, crossing=crossing)
 
     def _event(self, kind: EventKind, sliders: list[int], signs: list[int], residual: Any) -> Event:
@@ -117,6 +123,9 @@ class Enclosed(Mechanics):
     def advance(self, flow: Flow, runs: list[Run], found: FirstEvent) -> NDArray[Any]:
         """Let the sliders move to the event, and note what the derivative needs."""
         signs = flow.signs.copy()
+        if self.keep and self.start is not None and not bool(found.time == 0):
+            later = self.time + found.time
+            self.pieces.append(flow.piece(self.time, later, self.start, runs))
         arrived = super().advance(flow, runs, found)
         if self.passages is None or bool(found.time == 0):
             return arrived

@@ -6,6 +6,7 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -20,9 +21,8 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.motion.condition import condition
+from exactcreep.motion.condition import Condition, condition
 from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
-from exactcreep.motion.replay import Replay
 from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.draws import KEPT
@@ -87,6 +87,11 @@ def _halves(array: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float6
         return array.copy(), np.zeros(array.size)
     pairs = np.array([_split(_rational(value)) for value in array.tolist()]).reshape(-1, 2)
     return pairs[:, 0].copy(), pairs[:, 1].copy()
+
+
+def _theta(chain: Chain, load: float, load_low: float) -> float:
+    """Return theta from ``l0 theta``."""
+    return nearest_float((Fraction(load) + Fraction(load_low)) / chain.l0)
 
 
 def _table(rows: int, columns: int) -> NDArray[np.float64]:
@@ -240,7 +245,7 @@ class ExactSimulation(Simulation):
             )
             done += reached
             if self.work.whole[layout.LOGGED]:
-                logs.append(self._drain()[0])
+                logs.append(_columns(self.chain, self._drain()))
             if rows and reached:
                 for name, values in rows.items():
                     values.append(each[name]())
@@ -296,29 +301,11 @@ class ExactSimulation(Simulation):
         slack = 16 * 2.0**-53 * int(self.work.whole[layout.NUMBER]) * size
         return never_rests(FLOAT64, chain, tensions, velocities, signs, largest, slack)
 
-    def _drain(self) -> tuple[dict[str, NDArray[Any]], NDArray[np.float64]]:
-        """Return the event log as the columns of `EVENT_TABLE` and residuals, and empty it."""
+    def _drain(self) -> NDArray[np.float64]:
+        """Return the rows of the event log, and empty it."""
         count = int(self.work.whole[layout.LOGGED])
         self.work.whole[layout.LOGGED] = 0
-        log = self.work.log[:count].T
-        theta = (log[layout.LOG_THETA] + log[layout.LOG_THETA_LOW]) / nearest_float(self.chain.l0)
-        columns = EVENT_TABLE.arrays(
-            {
-                "half_cycle": log[layout.LOG_TARGET],
-                "rearrangement": log[layout.LOG_REARRANGEMENT],
-                "number": log[layout.LOG_NUMBER],
-                "theta": theta,
-                "time": log[layout.LOG_TIME],
-                "kind": log[layout.LOG_KIND],
-                "slider": log[layout.LOG_SLIDER],
-                "sign": log[layout.LOG_SIGN],
-            }
-        )
-        return columns, log[layout.LOG_RESIDUAL].copy()
-
-    def _events(self) -> list[Event]:
-        """Return the logged events with their residuals, and empty the log."""
-        return [event for _, event in logged_events(*self._drain())]
+        return self.work.log[:count].copy()
 
     def _slips(self) -> NDArray[np.int64]:
         return self.work.tally[layout.SLIPS, self._inner].copy()
@@ -352,10 +339,9 @@ class ExactSimulation(Simulation):
             error += rounded + rest
         return total + error
 
-    def _theta(self) -> float | Fraction:
+    def _theta(self) -> float:
         real = self.work.real
-        total = Fraction(float(real[layout.THETA])) + Fraction(float(real[layout.THETA_LOW]))
-        return nearest_float(total / self.chain.l0)
+        return _theta(self.chain, float(real[layout.THETA]), float(real[layout.THETA_LOW]))
 
     def state(self) -> State:
         """Return the present state."""
@@ -418,6 +404,67 @@ class ExactSimulation(Simulation):
         }
 
 
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class Estimated(Rearrangement):
+    """A rearrangement by `Exact`: events, initial state and error are made when asked for.
+
+    Attributes
+    ----------
+    given : State
+        From which theta was ramped.
+    load : tuple of float
+        ``l0 theta_c``, as two floats.
+    log : ndarray, shape (rows, LOG_COLUMNS)
+        A row for each slider of each event; its columns are named in `layout`.
+    """
+
+    given: State
+    load: tuple[float, float]
+    log: NDArray[np.float64]
+
+    @cached_property  # type: ignore[misc] # a field that is made when asked for
+    def events(self) -> tuple[Event, ...]:
+        """The events, in order of time."""
+        return tuple(_events(self.chain, self.log))
+
+    @cached_property  # type: ignore[misc] # a field that is made when asked for
+    def initial(self) -> State:
+        """The state at theta_c."""
+        given, (load, load_low) = self.given, self.load
+        tension, tension_low = _halves(given.tensions)
+        before, before_low = _split(self.chain.l0 * _rational(given.theta))
+        change, error = _two_sum(np.array([before]), -load)
+        rest = float(error[0]) + (before_low - load_low)
+        total, rounded = _two_sum(tension, float(change[0]))
+        return State(
+            tensions=total + (rounded + (rest + tension_low)),
+            displacements=given.displacements,
+            coefficients=given.coefficients,
+            draws=given.draws,
+            theta=_theta(self.chain, load, load_low) if len(self.log) else given.theta,
+        )
+
+    @cached_property
+    def condition(self) -> Condition:
+        """What rounding does to the rearrangement, as far as it can be estimated."""
+        return condition(self.chain, self.initial, self.events, seed=self.seed)
+
+    @property
+    def evidence(self) -> Evidence:
+        """Undecided if a comparison is, or if rounding may have grown beyond the promise."""
+        return self.decided if self.condition.holds else Evidence.UNDECIDED
+
+    @property
+    def error(self) -> float:
+        """The estimate of the largest error; see `Rearrangement`."""
+        return self.condition.error
+
+    @property
+    def doubt(self) -> str:
+        """Why `error` breaks the promise of 1e-12, if it does."""
+        return self.condition.sentence()
+
+
 @dataclass(frozen=True)
 class Exact(Solver):
     """The event-driven solver in float64, compiled.
@@ -456,7 +503,7 @@ class Exact(Solver):
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         simulation = ExactSimulation(chain, state, seed, ("events",))
         work = simulation.work
-        logged: list[Event] = []
+        logs: list[NDArray[np.float64]] = []
         reason, limit = layout.ONE_DONE, ""
         for target in _targets(chain, direction):
             if work.whole[layout.REARRANGEMENTS]:
@@ -469,17 +516,7 @@ class Exact(Solver):
                 )
                 if (stop := limits.stop(int(work.whole[layout.EVENTS]))) is not None:
                     limit = limits.reason(stop)
-                logged += simulation._events()
-        events = tuple(logged)
-        initial = State(
-            tensions=_shifted(chain, state, work),
-            displacements=state.displacements,
-            coefficients=state.coefficients,
-            draws=state.draws,
-            theta=simulation._theta() if events else state.theta,
-        )
-        replay = Replay(chain, initial, events, contacts=Contacts(chain, seed))
-        found = condition(chain, initial, events, seed=seed)
+                logs.append(simulation._drain())
         tally = simulation.tally
         outcome, told = Outcome.AT_REST, ""
         if reason == layout.RUNAWAY:
@@ -488,28 +525,29 @@ class Exact(Solver):
             outcome, told = Outcome.RUNAWAY, NEVER_RESTS
         elif reason != layout.ONE_DONE:
             outcome, told = Outcome.LIMIT, limit or _ENDLESS
-        evidence = simulation.evidence if found.holds else Evidence.UNDECIDED
-        if self.escalate and evidence is Evidence.UNDECIDED and outcome is not Outcome.LIMIT:
-            certified = Certified().rearrange(chain, state, direction, seed, limits)
-            why = found.sentence() or f"{tally.undecided} comparisons were undecided"
-            return replace(certified, report={**certified.report, "escalated": why})
-        return Rearrangement(
+        result = Estimated(
             chain=chain,
-            initial=initial,
-            events=events,
+            given=state,
+            load=(float(work.real[layout.THETA]), float(work.real[layout.THETA_LOW])),
+            log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             outcome=outcome,
-            evidence=evidence,
+            decided=simulation.evidence,
             state=simulation.state(),
             velocities=simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE),
-            sol=replay.solution(),
             undecided=tally.undecided,
             draws_below_mu_d=tally.draws_below_mu_d,
             solver=self.name,
+            seed=seed,
             report=simulation.report() | {"time": float(work.real[layout.TIME])},
             reason=told,
-            error=found.error,
-            doubt=found.sentence(),
         )
+        if not self.escalate or outcome is Outcome.LIMIT:
+            return result
+        if result.evidence is not Evidence.UNDECIDED:
+            return result
+        certified = Certified().rearrange(chain, state, direction, seed, limits)
+        why = result.doubt or f"{tally.undecided} comparisons were undecided"
+        return replace(certified, report={**certified.report, "escalated": why})
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
         """Yield the events of `rearrange` one by one, each as soon as it is known."""
@@ -522,7 +560,7 @@ class Exact(Solver):
             reason = layout.BUDGET
             while reason in (layout.BUDGET, layout.LOG_FULL):
                 reason, _ = kernel.follow(*work, target, np.zeros(1), np.empty(1), 1, True)
-                yield from simulation._events()
+                yield from _events(chain, simulation._drain())
 
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
@@ -542,13 +580,25 @@ def _targets(chain: Chain, direction: int) -> list[NDArray[np.float64]]:
     return [still] if direction == 0 or chain.n == 1 else [still, np.array([np.inf * direction])]
 
 
-def _shifted(chain: Chain, state: State, work: Work) -> NDArray[np.float64]:
-    """Return the tensions of `state` after theta has gone to theta_c."""
-    tension, tension_low = _halves(state.tensions)
-    before = _split(chain.l0 * _rational(state.theta))
-    change, error = _two_sum(
-        np.array([before[0]]), -float(work.real[layout.THETA])
+def _columns(chain: Chain, log: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    """Return rows of the event log as the columns of `EVENT_TABLE`."""
+    log = log.T
+    theta = (log[layout.LOG_THETA] + log[layout.LOG_THETA_LOW]) / nearest_float(chain.l0)
+    return EVENT_TABLE.arrays(
+        {
+            "half_cycle": log[layout.LOG_TARGET],
+            "rearrangement": log[layout.LOG_REARRANGEMENT],
+            "number": log[layout.LOG_NUMBER],
+            "theta": theta,
+            "time": log[layout.LOG_TIME],
+            "kind": log[layout.LOG_KIND],
+            "slider": log[layout.LOG_SLIDER],
+            "sign": log[layout.LOG_SIGN],
+        }
     )
-    rest = float(error[0]) + (before[1] - float(work.real[layout.THETA_LOW]))
-    total, error = _two_sum(tension, float(change[0]))
-    return total + (error + (rest + tension_low))
+
+
+def _events(chain: Chain, log: NDArray[np.float64]) -> Iterator[Event]:
+    """Yield the events of rows of the event log, with their residuals."""
+    residuals = log[:, layout.LOG_RESIDUAL]
+    return (event for _, event in logged_events(_columns(chain, log), residuals))

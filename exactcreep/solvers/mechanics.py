@@ -29,7 +29,7 @@ from exactcreep.motion.arithmetic import (
 )
 from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic
 from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
-from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of, incline, tensions_at
+from exactcreep.motion.modes import Flow, Run, forces_of, incline, tensions_at
 from exactcreep.motion.roots import (
     FirstEvent,
     Search,
@@ -38,7 +38,6 @@ from exactcreep.motion.roots import (
     lone_event,
     root_time,
 )
-from exactcreep.motion.solution import Motion
 from exactcreep.solvers.solver import (
     Tally,
 )
@@ -95,8 +94,8 @@ class Mechanics:
     state : State
     assume : bool
         Whether balls settle what they cannot decide by the model's rules, and count it.
-    keep : bool
-        Whether the motion between events is kept for `Solution`.
+    residuals : bool
+        Whether the residual of every event is evaluated, also where a formula gives its time.
 
     Notes
     -----
@@ -111,13 +110,13 @@ class Mechanics:
         state: State,
         *,
         assume: bool = False,
-        keep: bool = False,
+        residuals: bool = False,
     ) -> None:
         self.chain = chain
         self.seed = seed
         self.arithmetic = arithmetic
         self.assume = assume or not arithmetic.encloses
-        self.keep = keep
+        self.residuals = residuals and not arithmetic.encloses  # a ball of zero proves it
         self.tally = Tally()
         self.evaluations = 0
         self.slips = np.zeros(chain.n, dtype=np.int64)
@@ -146,9 +145,6 @@ class Mechanics:
         self.flow: Flow | None = None
         self.time: Any = arithmetic.number(0)
         self.crossed: dict[int, Fraction] = {}  # sliders that have just crossed their threshold
-        self.initial: State | None = None
-        self.start: Motion | None = None
-        self.pieces: list[ModalPiece] = []
         self.announced = True
         self.event_number = 0
         self.runaway = False
@@ -323,11 +319,8 @@ class Mechanics:
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
         """Begin a rearrangement."""
-        self.initial = self.state() if self.keep else None
         self.time = self.arithmetic.number(0)
         self.flow = Flow(self.arithmetic, self.forces, self.friction, self.force_slack)
-        self.start = Motion(self.displacements, self.flow.velocities.copy(), self.forces.copy())
-        self.pieces = []
         self.announced = False
         self.event_number = 0
         self.tally.rearrangements += 1
@@ -571,15 +564,13 @@ class Mechanics:
         if bool(found.time == 0):
             return flow.velocities.copy()
         later = self.time + found.time
-        if self.keep and self.start is not None:
-            self.pieces.append(flow.piece(self.time, later, self.start, runs))
         self.crossed.clear()
         for n in np.flatnonzero(flow.signs).tolist():
             for m in (n - 1, n, n + 1):
                 self.pinned.pop(m, None)
         if not found.exact:
             self.exact = None
-        if found.shifts is None or (self.keep and not self.arithmetic.encloses):
+        if found.shifts is None or self.residuals:
             speeds = np.concatenate([run.motion.moved(found.time)[1] for run in runs])
         else:
             speeds = None

@@ -25,7 +25,6 @@ from exactcreep.motion.arithmetic import (
     digits_of,
 )
 from exactcreep.motion.roots import SearchLimit
-from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.records import record_arrays, rows_of
 from exactcreep.solvers.solver import (
@@ -58,7 +57,7 @@ class FieldSolver(Solver):
         refuse_no_slips(chain)
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = Mechanics(chain, seed, arithmetic, state, keep=True)
+            mechanics = Mechanics(chain, seed, arithmetic, state, residuals=True)
             return completed(mechanics, direction, self.name, limits)
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
@@ -66,7 +65,7 @@ class FieldSolver(Solver):
         refuse_no_slips(chain)
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = Mechanics(chain, seed, arithmetic, state)
+            mechanics = Mechanics(chain, seed, arithmetic, state, residuals=True)
             mechanics.ramp(direction, None)
             events = filter(None, mechanics.rearrangement())
         while True:
@@ -89,9 +88,9 @@ def completed(
 ) -> Rearrangement:
     """Return the rearrangement that follows a ramp of `mechanics` in `direction`."""
     mechanics.limits = limits
-    before = mechanics.state()
-    moves = mechanics.ramp(direction, None)
-    initial = mechanics.initial if moves and mechanics.initial is not None else before
+    initial = mechanics.state()
+    if mechanics.ramp(direction, None):
+        initial = mechanics.state()
     events: list[Event] = []
     outcome, reason = Outcome.AT_REST, ""
     try:
@@ -109,23 +108,20 @@ def completed(
         mechanics.look_for_an_end()
     if mechanics.runaway:
         outcome, reason = Outcome.RUNAWAY, mechanics.proof
-    start = mechanics.start
-    if start is None:
-        still = mechanics.arithmetic.zeros(mechanics.chain.n)
-        start = Motion(mechanics.displacements, still, mechanics.forces)
     tally = mechanics.tally
     return Rearrangement(
         chain=mechanics.chain,
         initial=initial,
         events=tuple(events),
         outcome=outcome,
-        evidence=Evidence.UNDECIDED if tally.undecided else Evidence.COMPUTED,
+        decided=Evidence.UNDECIDED if tally.undecided else Evidence.COMPUTED,
         state=mechanics.state(),
         velocities=mechanics.velocities(),
-        sol=Solution(mechanics.pieces, start),
         undecided=tally.undecided,
         draws_below_mu_d=tally.draws_below_mu_d,
         solver=solver,
+        seed=mechanics.seed,
+        arithmetic=mechanics.arithmetic,
         report=mechanics_report(mechanics),
         reason=reason,
     )

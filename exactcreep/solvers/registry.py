@@ -113,8 +113,10 @@ def rearrange(
         Its `events` in order, each with time (unit tau_dyn), kind, sliders, directions and
         residual; its `itinerary`, the same without times; the `state` at the end, for the next
         call; `sol(t)`, positions, velocities and forces at any time between the first event and
-        the last; `outcome` and `evidence`. If it was given up, its `outcome` is `LIMIT`, its
-        `reason` says why, and everything else in it is what was reached.
+        the last; `outcome` and `evidence`. What takes longer than the avalanche itself (`sol`,
+        and `evidence`, `error` and `doubt` of ``exact``) is made when it is asked for. If it was
+        given up, its `outcome` is `LIMIT`, its `reason` says why, and everything else in it is
+        what was reached.
 
     Raises
     ------
@@ -153,7 +155,9 @@ def iterate(
 ) -> Iterator[Event]:
     """Return an iterator over the events of `rearrange`, one by one; same arguments but the limits.
 
-    The caller stops asking when there are enough; an avalanche may be endless.
+    The caller stops asking when there are enough; an avalanche may be endless. The events are
+    equal to those of `rearrange`, bit for bit; those of ``certified`` unless it had to raise its
+    precision on the way: then the ones before were handed out with wider enclosures.
     """
     way, key = _valid(chain, state, direction, seed)
     return solver_named(solver, options).iterate(chain, state, way, key)

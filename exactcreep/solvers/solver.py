@@ -6,7 +6,8 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -15,10 +16,13 @@ from numpy.typing import NDArray
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, Itinerary
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError
+from exactcreep.model.numbers import InputError, same_numbers
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
+from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
+from exactcreep.motion.replay import Replay
 from exactcreep.motion.solution import Solution
 from exactcreep.solvers.records import (
     EVENT_TABLE,
@@ -35,9 +39,11 @@ _STRETCH_SECONDS = 0.1  # of an advance that somebody watches
 _LONGEST_STRETCH = 1 << 18  # targets; bounds the memory of a stretch
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False, init=False)
 class Rearrangement:
     """One mechanical rearrangement, from unstable rest to rest.
+
+    What a solver did not need is made when it is asked for, and kept.
 
     Attributes
     ----------
@@ -61,10 +67,18 @@ class Rearrangement:
     draws_below_mu_d : int
         Static coefficients drawn below `mu_d`, which act as `mu_d`.
     solver : str
+    seed : int
+        Keys the coefficients that were drawn at stops.
+    arithmetic : Arithmetic
+        The numbers that the solver computes with.
+    decided : Evidence
+        What the solver's comparisons alone are worth.
     report : mapping
         What only this solver knows: precision, enclosure radii, work counts.
     reason : str
         For a runaway what proves it, for a limit which it is: one sentence.
+    motion : Solution or None
+        The closed form, if the solver has kept it.
     error : float
         Of `exact`: estimate, not a bound, of the largest error that rounding leaves in a tension
         (unit ``m g``) or in the displacement of a slider within the rearrangement; inf where the
@@ -72,23 +86,70 @@ class Rearrangement:
         of the state's numbers to float64 comes on top.
     doubt : str
         Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else empty.
+
+    Notes
+    -----
+    Two are equal if they are of one solver, chain and seed, begin and end in equal states with
+    equal velocities, and have equal events, outcome, reason and counts: what follows from these
+    (`sol`, `evidence`, `error`, `doubt`) and the work that it took (`report`) are not compared.
+    Pickles keep what has been made, and the rest is made when it is asked for.
     """
 
     chain: Chain
     initial: State
     events: tuple[Event, ...]
     outcome: Outcome
-    evidence: Evidence
     state: State
     velocities: NDArray[Any]
-    sol: Solution
     undecided: int
     draws_below_mu_d: int
     solver: str
-    report: Mapping[str, Any] = field(default_factory=dict)
-    reason: str = ""
-    error: float = math.nan
-    doubt: str = ""
+    seed: int
+    arithmetic: Arithmetic
+    decided: Evidence
+    report: Mapping[str, Any]
+    reason: str
+    motion: Solution | None
+
+    def __init__(self, **known: Any) -> None:
+        """Take over what the solver knows: the fields by name, `initial` and `events` perhaps not.
+
+        Evidence is that of a float64 solver, and the arithmetic its own, unless they are given.
+        """
+        vars(self).update(_USUAL, **known)
+
+    @property
+    def evidence(self) -> Evidence:
+        """How well the result is known."""
+        return self.decided
+
+    @cached_property
+    def sol(self) -> Solution:
+        """Positions, velocities and forces at any time between the first event and the last."""
+        if self.motion is not None:
+            return self.motion
+        with self.arithmetic.active():
+            return self.replay().solution()
+
+    @property
+    def error(self) -> float:
+        """An estimate of what rounding does to the result, nan if there is none."""
+        return math.nan
+
+    @property
+    def doubt(self) -> str:
+        """Why `error` breaks the promise of 1e-12, if it does."""
+        return ""
+
+    def replay(self, arithmetic: Arithmetic | None = None) -> Replay:
+        """Return a replay of the events, by default in the solver's own arithmetic."""
+        return Replay(
+            self.chain,
+            self.initial,
+            self.events,
+            self.arithmetic if arithmetic is None else arithmetic,
+            Contacts(self.chain, self.seed),
+        )
 
     @property
     def itinerary(self) -> Itinerary:
@@ -104,6 +165,35 @@ class Rearrangement:
     def theta(self) -> Any:
         """The dilation theta_c at which the chain rearranges."""
         return self.initial.theta
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Rearrangement):
+            return NotImplemented
+        return all(
+            getattr(self, name) == getattr(other, name) for name in _COMPARED
+        ) and same_numbers(self.velocities, other.velocities)
+
+    def __hash__(self) -> int:
+        return hash((self.solver, self.seed, self.outcome, self.state))
+
+    def __repr__(self) -> str:
+        return (
+            f"Rearrangement(n={self.chain.n}, theta={float(self.theta):.9g},"
+            f" events={len(self.events)}, outcome={self.outcome.value!r}, solver={self.solver!r})"
+        )
+
+
+_USUAL: dict[str, Any] = {
+    "seed": 0,
+    "arithmetic": FLOAT64,
+    "decided": Evidence.COMPUTED,
+    "reason": "",
+    "motion": None,
+}
+_COMPARED = (
+    "solver", "seed", "outcome", "reason", "undecided", "draws_below_mu_d", "chain", "state",
+    "events", "initial",
+)  # fmt: skip
 
 
 @dataclass

@@ -259,7 +259,7 @@ def release(laws, work):
             started += 1
             sign = math.copysign(1.0, force)
             _start(laws, work, i, sign)
-            _write(work, 0.0, _START, i, sign, excess)
+            _write(work, 0.0, _START, i, sign, 0.0)
     if started > 0:
         _close_event(now)
     return started
@@ -538,7 +538,8 @@ def _resolve(laws, work, windows):
                 started += 1
                 sign = math.copysign(1.0, force)
                 _start(laws, work, i, sign)
-                _write(work, time, _START, i, sign, abs(excess))
+                # one that has just stopped may exceed its threshold
+                _write(work, time, _START, i, sign, 0.0 if work.hit[i] == 2 else abs(excess))
     if started > 0:
         _close_event(now)
 

@@ -453,16 +453,17 @@ class Verlet(Solver):
             initial=initial,
             events=tuple(events),
             outcome=Outcome.AT_REST if ended else _OUTCOMES.get(code, Outcome.LIMIT),
-            evidence=Evidence.UNDECIDED if undecided else Evidence.COMPUTED,
+            decided=Evidence.UNDECIDED if undecided else Evidence.COMPUTED,
             state=_state(laws, work),
             velocities=_scaled_velocities(work)[1 : n + 1] / laws.dt,
-            sol=Solution(
+            motion=Solution(
                 courses[: len(ends)],
                 Motion(initial.displacements, np.zeros(n), initial.forces(chain)),
             ),
             undecided=undecided,
             draws_below_mu_d=int(work.now["below"][0]),
             solver=self.name,
+            seed=seed,
             report=_report(laws, work),
             reason=limit or ("" if ended else _REASONS[code]),
         )

@@ -1,0 +1,268 @@
+"""A rearrangement as a value: its events one by one, what is made when asked for, `==`, pickles."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+import random
+from dataclasses import FrozenInstanceError, replace
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import flint
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Event, EventKind, Evidence, Outcome, State, iterate, rearrange
+from exactcreep.model.numbers import same, same_numbers
+from exactcreep.motion.arithmetic import FLOAT64, balls_of, digits_of
+from exactcreep.solvers import exact
+from exactcreep.solvers.solver import Rearrangement
+
+HARD = json.loads((Path(__file__).parents[1] / "data" / "hard_cases.json").read_text("utf-8"))
+SOLVERS: list[dict[str, Any]] = [
+    {"solver": "exact"},
+    {"solver": "reference"},
+    {"solver": "mpmath"},
+    {"solver": "verlet"},
+    {"solver": "verlet", "locate": True},
+    {"solver": "certified"},
+]
+every_solver = pytest.mark.parametrize(
+    "solver", SOLVERS, ids=lambda options: "-".join(map(str, options.values()))
+)
+
+
+def random_start(seed: int) -> tuple[Chain, State]:
+    """Return a chain that is unstable as it stands."""
+    rng = random.Random(seed)
+    mu_d = Fraction(rng.choice([1, 5, 20, 100, 300, 600]), 1000)
+    mu_s = mu_d + Fraction(rng.choice([20, 100, 1000]), 1000)
+    tangent = mu_d * Fraction(rng.randint(-9, 9), 10)
+    n = rng.randint(2, 12)
+    chain = Chain(n, 1, mu_d, mu_s, rng.choice(["0", "0.01"]), tan_alpha=tangent)
+    unit = Fraction(chain.times_cosine(mu_s))
+    tensions = [unit * Fraction(rng.randint(-150, 150), 100) for _ in range(n - 1)]
+    return chain, State.prepared(chain, tensions, seed=3)
+
+
+@cache
+def moved(seed: int, **options: Any) -> Rearrangement:
+    """Return a random rearrangement."""
+    chain, state = random_start(seed)
+    return rearrange(chain, state, direction=0, seed=3, max_events=200, **options)
+
+
+def answers(chain: Chain, state: State, **asked: Any) -> tuple[Rearrangement, tuple[Event, ...]]:
+    """Return a rearrangement, and its events one by one (none if it is too long)."""
+    whole = rearrange(chain, state, max_events=400, **asked)
+    if whole.outcome is Outcome.LIMIT or len(whole.events) >= 400:
+        return whole, ()
+    return whole, tuple(iterate(chain, state, **asked))
+
+
+@every_solver
+@pytest.mark.parametrize("case", HARD, ids=lambda case: case["label"])
+def test_the_events_of_hard_cases_come_one_by_one_as_from_the_whole(
+    case: dict[str, Any], solver: dict[str, Any]
+) -> None:
+    chain, seed = Chain(**case["chain"]), case["seed"]
+    state = State.prepared(chain, case["start"], seed=seed)
+    whole, single = answers(chain, state, direction=case["direction"], seed=seed, **solver)
+    assert not single or single == whole.events
+    assert single or len(whole.events) >= 400
+
+
+@every_solver
+def test_the_events_of_random_rearrangements_come_one_by_one_as_from_the_whole(
+    solver: dict[str, Any],
+) -> None:
+    compared = 0
+    slow = solver["solver"] in ("mpmath", "certified")
+    for seed in range(12 if slow else 40):
+        whole, single = answers(*random_start(seed), direction=0, seed=3, **solver)
+        assert not single or single == whole.events
+        compared += len(single)
+        again = rearrange(
+            whole.chain, random_start(seed)[1], direction=0, seed=3, max_events=400, **solver
+        )
+        assert again == whole
+    assert compared > 100
+
+
+@pytest.mark.parametrize(
+    ("solver", "bound"), [("exact", 1e-14), ("reference", 1e-14), ("mpmath", 1e-40)]
+)
+def test_a_residual_is_within_the_rounding_of_its_solver(solver: str, bound: float) -> None:
+    for seed in (0, 1, 4, 8):
+        for event in moved(seed, solver=solver).events:
+            assert abs(event.residual) < bound
+
+
+def test_a_residual_in_balls_encloses_zero() -> None:
+    for seed in (0, 1, 4, 8):
+        for event in moved(seed, solver="certified").events:
+            assert event.residual.contains(0)
+            assert event.residual.rad() < 1e-20
+
+
+def test_the_residual_of_a_stop_at_the_end_of_a_step_is_the_speed_there() -> None:
+    for seed in (0, 1, 4, 8):
+        late, located = (moved(seed, solver="verlet", locate=flag) for flag in (False, True))
+        stops = [e.residual for e in late.events if e.kind is EventKind.STOP]
+        assert max(stops) > 1e-5
+        assert max(event.residual for event in located.events) < 1e-13
+
+
+# -- made when asked for ---------------------------------------------------------------------------
+
+
+def test_an_avalanche_is_followed_once_unless_something_is_asked_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = []
+    estimate = exact.condition
+    monkeypatch.setattr(exact, "condition", lambda *a, **k: asked.append(a) or estimate(*a, **k))
+    chain, state = random_start(5)
+    result = rearrange(chain, state, direction=0, seed=3)
+    assert len(result.events) > 5
+    assert result.state.n == chain.n
+    assert not asked
+    assert result.evidence is Evidence.COMPUTED
+    assert 0 < result.error < 1e-12
+    assert result.doubt == ""
+    assert len(asked) == 1
+    rearrange(chain, state, direction=0, seed=3, escalate=True)
+    assert len(asked) == 2
+
+
+def test_what_was_made_is_kept() -> None:
+    result = moved(4)
+    assert result.sol is result.sol
+    assert result.events is result.events
+    assert result.initial is result.initial
+
+
+@pytest.mark.parametrize("name", ["outcome", "events", "sol", "evidence", "anything"])
+def test_a_rearrangement_cannot_be_changed(name: str) -> None:
+    with pytest.raises(FrozenInstanceError):
+        setattr(moved(4), name, None)
+    assert not moved(4).state.tensions.flags.writeable
+
+
+@every_solver
+def test_the_closed_form_ends_where_the_solver_does(solver: dict[str, Any]) -> None:
+    for seed in (0, 1, 4, 8):
+        result = moved(seed, **solver)
+        end = result.sol(result.sol.t_max)
+        # at an event of Verlet that is not located a slider still moves: up to a step's error
+        bound = 1e-13 if solver["solver"] != "verlet" else 1e-4
+        there = result.state.displacements
+        gaps = [float(a - b) for a, b in zip(end.positions, there, strict=True)]
+        assert max(map(abs, gaps)) < bound
+
+
+# -- equality, copies, pickles ---------------------------------------------------------------------
+
+
+@every_solver
+@pytest.mark.parametrize("made", [False, True], ids=["fresh", "all-made"])
+def test_a_pickle_is_the_rearrangement_again(solver: dict[str, Any], made: bool) -> None:
+    for seed in (0, 1, 4):
+        chain, state = random_start(seed)
+        result = rearrange(chain, state, direction=0, seed=3, **solver)
+        known = [result.sol, result.evidence, result.error, result.events] if made else []
+        for again in (
+            pickle.loads(pickle.dumps(result)),
+            copy.copy(result),
+            copy.deepcopy(result),
+            replace(result),
+        ):
+            assert again == result
+            assert hash(again) == hash(result)
+            assert again.events == result.events
+            assert again.evidence is result.evidence
+            assert same(again.error, result.error)
+            assert not again.state.tensions.flags.writeable
+            for t in (result.sol.t_min, result.sol.ts[1], result.sol.t_max):
+                for here, there in zip(again.sol(t), result.sol(t), strict=True):
+                    assert same_numbers(here, there)
+        kept = vars(pickle.loads(pickle.dumps(result)))
+        assert ("sol" in kept) == ("sol" in vars(result))
+        assert len(known) in (0, 4)
+
+
+@pytest.mark.parametrize("solver", ["exact", "certified"])
+def test_rearrangements_that_differ_in_anything_computed_are_unequal(solver: str) -> None:
+    result = moved(4, solver=solver)
+    later = (replace(result.events[0], residual=1.0), *result.events[1:])
+    further = replace(result.state, displacements=result.state.displacements + 1e-16)
+    for changed in (
+        replace(result, events=result.events[1:]),
+        replace(result, events=later),
+        replace(result, state=further),
+        replace(result, initial=further),
+        replace(result, outcome=Outcome.LIMIT),
+        replace(result, seed=result.seed + 1),
+        replace(result, solver="another"),
+        replace(result, undecided=result.undecided + 1),
+        replace(result, velocities=result.velocities + 1.0),
+        replace(result, chain=result.chain.mirrored()),
+    ):
+        assert changed != result
+    assert result != moved(0, solver=solver)
+    assert result != "a rearrangement"
+
+
+def test_a_rearrangement_is_shown_in_one_line() -> None:
+    assert repr(moved(4)) == (
+        f"Rearrangement(n={moved(4).chain.n}, theta=0, events={len(moved(4).events)},"
+        " outcome='at_rest', solver='exact')"
+    )
+
+
+def test_states_are_equal_if_all_their_numbers_are() -> None:
+    plain = State([0.5, 0.25], [0, 0, 1], [0.6] * 3, [1, 2, 3], 0.125)
+    exactly = replace(plain, tensions=np.array([Fraction(1, 2), Fraction(1, 4)], dtype=object))
+    assert plain == exactly
+    assert hash(plain) == hash(exactly)
+    assert plain == replace(plain, theta=Fraction(1, 8))
+    for name in ("tensions", "displacements", "coefficients", "draws"):
+        moved_on = getattr(plain, name).copy()
+        moved_on[-1] += 1
+        assert plain != replace(plain, **{name: moved_on})
+    assert plain != replace(plain, theta=0.0)
+    assert plain != State([0.5], [0, 0], [0.6] * 2, [1, 2], 0.125)
+    gone = replace(plain, tensions=np.array([np.nan, 0.25]))
+    assert gone == replace(gone)
+    assert gone != plain
+
+
+def test_two_balls_are_the_same_only_with_the_same_radius() -> None:
+    with balls_of(100).active():
+        third = flint.arb(1) / 3
+        assert not third == flint.arb(1) / 3  # noqa: SIM201 - balls that overlap are neither
+        assert same(third, flint.arb(1) / 3)
+        assert not same(third, flint.arb(third.mid()))
+        assert not same(third, third + flint.arb(0, 1e-20))
+        events = [Event(x, EventKind.STOP, (1,), (1,), flint.arb(0)) for x in (third, third + 0)]
+    assert events[0] == events[1]
+    assert hash(events[0]) == hash(events[1])
+    assert events[0] != replace(events[0], time=1.0)
+
+
+@pytest.mark.parametrize("arithmetic", [FLOAT64, digits_of(200), balls_of(200)])
+def test_numbers_survive_a_pickle_that_is_read_in_another_precision(arithmetic: Any) -> None:
+    with arithmetic.active():
+        numbers = [arithmetic.number(Fraction(k, 7)) for k in range(-3, 4)]
+    if arithmetic is not FLOAT64:
+        with arithmetic.active():
+            numbers += [arithmetic.sqrt(arithmetic.number(2)) ** 999]
+    written = pickle.dumps((numbers, arithmetic))
+    with balls_of(30).active():
+        again, field = pickle.loads(written)
+    assert field is arithmetic
+    assert all(same(a, b) for a, b in zip(numbers, again, strict=True))
