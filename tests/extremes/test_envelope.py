@@ -37,6 +37,8 @@ from exactcreep.studies.envelope import (
     to_csv,
 )
 
+pytestmark = pytest.mark.xdist_group("envelope")  # they share `cells`
+
 QUICK = {f"{one.quantity} = {one.value}": one for one in extremes(quick=True)}
 SLOW = ("tan_alpha = mu_d + 1e-12 (sigma_mu = 0)", "slips at N = 2", "mu_d = 0 (tan_alpha = 0,"
         " sigma_mu = 0.01)", "l0 A", "energy of slips")  # fmt: skip

@@ -21,6 +21,7 @@ from exactcreep.studies.contest import Contestant
 from exactcreep.studies.contests import draw_tradeoff
 from exactcreep.studies.tradeoff import ladder, tradeoff
 
+pytestmark = pytest.mark.xdist_group("tradeoff")  # they share `measured`
 
 def experiment_of(n=3, mu_s="0.6", sigma_mu="0.01", tan_alpha="0.23", cycles=100):
     chain = Chain(n, 100, "0.5", mu_s, sigma_mu, tan_alpha=tan_alpha)
