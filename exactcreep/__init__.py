@@ -1,11 +1,18 @@
 """Exact event-driven creep of a chain of sliders with Coulomb friction on an incline.
 
-What is simulated: `Chain`, `State`, and a drive (`Cycles`, `GaussianSteps`, `Path` or
-`TemperatureRecord`). `rearrange` and `iterate` follow one rearrangement, `creep` a whole drive,
-`sweep` a grid of them; `resume` goes on from a checkpoint, `load_scene` reads a TOML file.
-`threshold`, `compare`, `plan` and `audit` ask what a user asks; `physical` turns a solid in SI
-units into its chain. `laws` are the formulas of the paper, `disorder` the numbers that are drawn.
-Results say how well they are known (`Evidence`) and why they ended (`Outcome`).
+What is simulated: `Chain`, `State`, and a `Drive` (`Cycles`, `GaussianSteps`, `Path` or
+`TemperatureRecord`); all of them with a seed and a solver are an `Experiment`, and a TOML file
+that `load_scene` reads is a `Scene`. `rearrange` (a `Rearrangement`, whose motion is a `Solution`)
+and `iterate` (one `Event` after the other) follow one rearrangement, `creep` (a `Creep`) a whole
+drive, `sweep` a grid of them; `resume` goes on from a checkpoint. `threshold`, `compare`, `plan`
+and `audit` ask what a user asks, and answer with a `Threshold`, a `Comparison`, a `Plan` and an
+`Audit`; `physical` turns a solid in SI units into the chain of a `Solid`. `laws` are the formulas
+of the paper, `disorder` the numbers that are drawn.
+
+Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
+tell a callable their `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted` with what was
+computed, a threshold that cannot be decided `GivenUp`; a run that leaves the model's physical range
+warns with `PhysicsWarning`.
 """
 
 from __future__ import annotations
@@ -22,6 +29,7 @@ if TYPE_CHECKING:
     from exactcreep.model.contact import Event as Event
     from exactcreep.model.contact import EventKind as EventKind
     from exactcreep.model.drive import Cycles as Cycles
+    from exactcreep.model.drive import Drive as Drive
     from exactcreep.model.drive import GaussianSteps as GaussianSteps
     from exactcreep.model.drive import Path as Path
     from exactcreep.model.numbers import InputError as InputError
@@ -29,36 +37,65 @@ if TYPE_CHECKING:
     from exactcreep.model.state import State as State
     from exactcreep.model.verdict import Evidence as Evidence
     from exactcreep.model.verdict import Outcome as Outcome
+    from exactcreep.motion.solution import Motion as Motion
+    from exactcreep.motion.solution import Solution as Solution
+    from exactcreep.progress import Progress as Progress
+    from exactcreep.quasistatic.decimals import Enclosure as Enclosure
+    from exactcreep.quasistatic.experiment import Experiment as Experiment
     from exactcreep.quasistatic.loop import Interrupted as Interrupted
+    from exactcreep.quasistatic.loop import PhysicsWarning as PhysicsWarning
     from exactcreep.quasistatic.loop import creep as creep
     from exactcreep.quasistatic.loop import resume as resume
     from exactcreep.quasistatic.result import Creep as Creep
+    from exactcreep.scene import Scene as Scene
     from exactcreep.scene import load_scene as load_scene
     from exactcreep.solvers.registry import iterate as iterate
     from exactcreep.solvers.registry import rearrange as rearrange
+    from exactcreep.solvers.solver import Rearrangement as Rearrangement
+    from exactcreep.studies.auditing import Audit as Audit
     from exactcreep.studies.auditing import audit as audit
+    from exactcreep.studies.comparison import Comparison as Comparison
     from exactcreep.studies.comparison import compare as compare
+    from exactcreep.studies.physical import Solid as Solid
     from exactcreep.studies.physical import physical as physical
+    from exactcreep.studies.planning import Plan as Plan
     from exactcreep.studies.planning import plan as plan
     from exactcreep.studies.sweeps import sweep as sweep
+    from exactcreep.studies.thresholds import GivenUp as GivenUp
+    from exactcreep.studies.thresholds import Threshold as Threshold
     from exactcreep.studies.thresholds import threshold as threshold
 
 # Where each public name lives; it is imported when it is first used, so that a command line
 # that only prints its help does not wait for a compiler. "module:" alone is the module itself.
 _HOMES = {
+    "Audit": "studies.auditing:Audit",
     "Chain": "model.chain:Chain",
+    "Comparison": "studies.comparison:Comparison",
     "Creep": "quasistatic.result:Creep",
     "Cycles": "model.drive:Cycles",
+    "Drive": "model.drive:Drive",
+    "Enclosure": "quasistatic.decimals:Enclosure",
     "Event": "model.contact:Event",
     "EventKind": "model.contact:EventKind",
     "Evidence": "model.verdict:Evidence",
+    "Experiment": "quasistatic.experiment:Experiment",
     "GaussianSteps": "model.drive:GaussianSteps",
+    "GivenUp": "studies.thresholds:GivenUp",
     "InputError": "model.numbers:InputError",
     "Interrupted": "quasistatic.loop:Interrupted",
+    "Motion": "motion.solution:Motion",
     "Outcome": "model.verdict:Outcome",
     "Path": "model.drive:Path",
+    "PhysicsWarning": "quasistatic.loop:PhysicsWarning",
+    "Plan": "studies.planning:Plan",
+    "Progress": "progress:Progress",
+    "Rearrangement": "solvers.solver:Rearrangement",
+    "Scene": "scene:Scene",
+    "Solid": "studies.physical:Solid",
+    "Solution": "motion.solution:Solution",
     "State": "model.state:State",
     "TemperatureRecord": "model.record:TemperatureRecord",
+    "Threshold": "studies.thresholds:Threshold",
     "audit": "studies.auditing:audit",
     "compare": "studies.comparison:compare",
     "creep": "quasistatic.loop:creep",

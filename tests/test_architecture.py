@@ -12,7 +12,7 @@ import exactcreep
 PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
     ("model",),
-    ("limits", "progress"),
+    ("limits", "progress", "disorder"),
     ("laws",),
     ("motion",),
     ("solvers",),

@@ -180,6 +180,20 @@ def test_what_was_computed_is_told_even_if_it_cannot_be_written(
     assert not list(tmp_path.iterdir())
 
 
+def test_a_velocity_that_is_not_known_is_printed_with_the_reason(command: Command) -> None:
+    scene = ["run", "two-sliders-cycles", "--set"]
+    for setting, said in (
+        ("drive.cycles=1", "because no whole cycle was completed after the burn-in of 2"),
+        ("drive.cycles=5", "standard error not known: 8 half-cycles after the burn-in are too few"),
+    ):
+        told = " ".join(command(*scene, setting).out.split())
+        assert said in told
+        assert command(*scene, setting, "--json").json["velocity_reason"] in told
+    longer = [*scene, "drive.cycles=50"]
+    assert "not known" not in command(*longer).out
+    assert "velocity_reason" not in command(*longer, "--json").json
+
+
 @pytest.mark.slow
 def test_the_kernel_is_compiled_once_and_the_first_start_says_so(tmp_path: Path) -> None:
     told, took = [], []

@@ -401,3 +401,64 @@ def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> 
     short = creep(TWO, Cycles("0.01", 3))
     assert short.rearrangements > 100
     assert short.long_rearrangements == 0
+
+
+UNKNOWN = {
+    "all of the drive is burn-in": (
+        lambda: creep(TWO, Cycles("0.01", 5), burn_in=10),
+        "no whole cycle was completed after the burn-in of 10 half-cycles; 10 were reached",
+    ),
+    "a limit before the burn-in asked for ends": (
+        lambda: creep(TWO, Cycles("0.01", 500), burn_in=900, max_events=1000),
+        "no whole cycle was completed after the burn-in of 900 half-cycles; 5 were reached",
+    ),
+    "one cycle, which is burn-in": (
+        lambda: creep(TWO, Cycles("0.01", 1)),
+        "no whole cycle was completed after the burn-in of 2 half-cycles; 2 were reached",
+    ),
+    "a limit before the first target": (
+        lambda: creep(TWO, Cycles("0.01", 5), max_events=1),
+        "no whole cycle was completed after the burn-in of 0 half-cycles; 0 were reached",
+    ),
+    "one target": (
+        lambda: creep(TWO, ThetaPath(["0.01"])),
+        "no target was completed after the burn-in of 1 targets; 1 were reached",
+    ),
+    "a runaway": (
+        lambda: creep(Chain(3, 10, "0.5", "0.6", tan_alpha="0.7"), Cycles("0.01", 5)),
+        "the chain runs away: a velocity without bound has no standard error",
+    ),
+    "too short": (
+        lambda: creep(TWO, Cycles("0.01", 5)),
+        "8 half-cycles after the burn-in are too few for a standard error",
+    ),
+    "too short after a long burn-in": (
+        lambda: creep(TWO, GaussianSteps("0.01", 9000), burn_in=8990),
+        "10 targets after the burn-in are too few for a standard error",
+    ),
+}
+
+
+@pytest.mark.parametrize("way", UNKNOWN)
+def test_a_velocity_that_is_not_known_says_why(way: str, tmp_path: Path) -> None:
+    compute, reason = UNKNOWN[way]
+    result = compute()
+    assert math.isnan(result.velocity_error)
+    assert math.isnan(result.velocity) is reason.startswith("no ")
+    assert result.velocity_reason == reason
+    assert result.summary()["velocity_reason"] == reason
+    result.save(tmp_path / "run.nc")
+    assert Creep.load(tmp_path / "run.nc").velocity_reason == reason
+
+
+def test_a_velocity_that_is_known_needs_no_reason() -> None:
+    for result in (
+        creep(TWO, Cycles("0.01", 10)),
+        creep(TWO, Cycles("1e-6", 10)),
+        creep(TWO, GaussianSteps("0.01", 10)),
+        creep(TWO, Cycles("0.01", 10), solver="certified", digits=20),
+    ):
+        assert math.isfinite(result.velocity)
+        assert math.isfinite(result.velocity_error)
+        assert result.velocity_reason == ""
+        assert "velocity_reason" not in result.summary()

@@ -127,6 +127,10 @@ def _print_one(console: Any, result: Creep) -> None:
     target = "half-cycle" if result.drive.cyclic else "target"
     table.add_row("outcome", result.outcome.value + (f": {result.reason}" if result.reason else ""))
     table.add_row(f"velocity per {target}", measured(result))
+    if result.velocity_reason and math.isfinite(result.velocity):
+        table.add_row("  standard error", f"not known: {result.velocity_reason}")
+    elif math.isnan(result.velocity):
+        table.add_row("  because", result.velocity_reason)
     law = _predicted(result)
     if law is not None:
         below = not any(found > 0 for found in law[2]) and result.chain.tan_alpha > 0

@@ -110,9 +110,7 @@ def _random(scene: Scene) -> bool:
     return scene.tables["drive"].get("kind") == "gaussian" and "run.solver" not in scene.vary
 
 
-def write(
-    picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table], out: Path
-) -> None:
+def write(picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table], out: Path) -> None:
     """Write the picture twice, its data and its table."""
     import matplotlib as mpl
 

@@ -93,7 +93,8 @@ class Creep:
         Mean displacement of x_G per half-cycle (per target, if the drive is not cyclic) after the
         burn-in, unit ``g tau_dyn**2``; nan if no half-cycle is left, +-inf for a runaway.
     velocity_error : float
-        Its standard error; nan if there are too few half-cycles to tell.
+        Its standard error; nan if there are too few half-cycles to tell. `velocity_reason` says
+        why one of them is nan.
     velocity_enclosure : Enclosure or None
         The velocity as the rational that the solver's digits make it; None if it has none.
     half_cycles : int
@@ -175,6 +176,24 @@ class Creep:
             return None
         return self.velocity_enclosure.text(digits)
 
+    @property
+    def velocity_reason(self) -> str:
+        """Why the velocity, or only its standard error, is nan; "" where both are known."""
+        named = "half-cycles" if self.drive.cyclic else "targets"
+        if math.isnan(self.velocity):
+            whole = "whole cycle" if self.drive.cyclic else "target"
+            burn_in = self.experiment.burn_in_of(self.half_cycles)
+            return (
+                f"no {whole} was completed after the burn-in of {burn_in} {named};"
+                f" {self.half_cycles} were reached"
+            )
+        if math.isinf(self.velocity):
+            return "the chain runs away: a velocity without bound has no standard error"
+        if math.isnan(self.velocity_error):
+            after = self.half_cycles - self.burn_in
+            return f"{after} {named} after the burn-in are too few for a standard error"
+        return ""
+
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, ready for JSON: a number that is not finite is None."""
         out: dict[str, Any] = {
@@ -190,6 +209,8 @@ class Creep:
             out["velocity_radius"] = self.velocity_enclosure.radius_text()
         if self.reason:
             out["reason"] = self.reason
+        if self.velocity_reason:
+            out["velocity_reason"] = self.velocity_reason
         if self.warnings:
             out["warnings"] = dict(self.warnings)
         if self.report:

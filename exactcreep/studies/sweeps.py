@@ -55,6 +55,7 @@ _WORDS = {
     "outcome": "what the chain does, or why the computation stopped",
     "evidence": "how well that is known",
     "reason": "for a limit or a runaway: one sentence",
+    "velocity_reason": "why velocity or velocity_error is nan",
 }
 _MISSING = -1  # of a count
 _FEWEST_AHEAD = 64  # cells handed to an executor beyond those that have finished
@@ -190,6 +191,7 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dic
         "outcome": result.outcome.value,
         "evidence": result.evidence.value,
         "reason": result.reason,
+        "velocity_reason": result.velocity_reason,
     }
     if result.velocity_text is not None:
         value["velocity_decimal"] = result.velocity_text

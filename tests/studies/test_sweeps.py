@@ -124,6 +124,15 @@ def test_nothing_is_recorded_that_the_scene_does_not_ask_for(scene: Scene) -> No
     assert not [name for name in sweep(scene) if str(name).startswith("recorded")]
 
 
+def test_a_cell_whose_velocity_is_not_known_says_why(tmp_path: Path) -> None:
+    scene = load_scene(written(tmp_path, cycles=3)).with_settings({"vary.drive.cycles": [1, 60]})
+    grid = sweep(scene)
+    unknown = grid["velocity"].isnull() | grid["velocity_error"].isnull()
+    assert unknown.sel(cycles=1).all()
+    assert not unknown.sel(cycles=60).any()
+    assert ((grid["velocity_reason"] != "") == unknown).all()
+
+
 def test_progress_counts_cells_and_ends_complete(scene: Scene) -> None:
     seen: list[Progress] = []
     grid = sweep(scene, progress=seen.append)
