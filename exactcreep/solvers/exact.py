@@ -52,6 +52,7 @@ class Work(NamedTuple):
     log: NDArray[np.float64]
 
 
+_MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
 _CAPTURED = ("cell", "tally", "real", "whole")
 _ENDLESS = (
     f"an avalanche has neither ended nor been proved to run away after {layout.LONGEST_AVALANCHE}"
@@ -177,7 +178,7 @@ class ExactSimulation(Simulation):
         self.chain = chain
         self.record = record
         self.start = state
-        self._pace = 64  # events of one call of the compiled loop
+        self._pace = 2**14  # work of one call of the compiled loop
         logging = "events" in record
         self.work = _work(chain, state, seed, 4 * chain.n + 4096 if logging else 0)
 
@@ -277,16 +278,16 @@ class ExactSimulation(Simulation):
     ) -> tuple[int, int]:
         """Run the compiled loop for a moment; see `kernel.follow`.
 
-        `layout.BUDGET` comes back after `most` events, or what takes about a tenth of a second.
+        `layout.BUDGET` comes back after `most` events, or what takes some hundredths of a second.
         """
         begin = time.perf_counter()
         reason, reached = kernel.follow(
-            *self.work, high, low, travel, min(most, self._pace), single
+            *self.work, high, low, travel, most, self._pace, single
         )
         seconds = time.perf_counter() - begin
         if seconds > 0.1:
             self._pace = max(self._pace // 2, 1)
-        elif seconds < 0.02 and self._pace < 2**24:
+        elif seconds < 0.01 and self._pace < _MOST_WORK:
             self._pace *= 2
         return int(reason), int(reached)
 
@@ -559,7 +560,8 @@ class Exact(Solver):
                 break
             reason = layout.BUDGET
             while reason in (layout.BUDGET, layout.LOG_FULL):
-                reason, _ = kernel.follow(*work, target, np.zeros(1), np.empty(1), 1, True)
+                here = target, np.zeros(1), np.empty(1)
+                reason, _ = kernel.follow(*work, *here, 1, _MOST_WORK, True)
                 yield from _events(chain, simulation._drain())
 
     def simulation(

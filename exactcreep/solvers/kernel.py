@@ -93,7 +93,6 @@ from exactcreep.solvers.layout import (
     SPEED,
     STAGE,
     START,
-    STEPS,
     STIFFNESS,
     STOP,
     TARGET,
@@ -109,6 +108,7 @@ from exactcreep.solvers.layout import (
     ULP,
     UNDECIDED,
     WIDTH,
+    WORK,
     N,
     X,
     compiled,
@@ -116,6 +116,8 @@ from exactcreep.solvers.layout import (
 )
 
 _CALM = 64
+_STEP_WORK = 40  # of a cluster; beside it each of its strips of eight sliders
+_STRIP_WORK = 12
 """Steps without an event after which the whole chain's modes are looked at."""
 
 
@@ -691,7 +693,7 @@ def _never_stops(cell, real, whole):
 
 
 @compiled
-def _no_mode_stops(cell, real, whole):
+def _no_mode_stops(cell, series, real, whole):
     """Return whether the mean velocity exceeds the sum of the modes' amplitudes at every slider.
 
     Sharper than `_never_stops`, and dearer: for a chain on the slope mu_d itself, where the mean
@@ -701,21 +703,24 @@ def _no_mode_stops(cell, real, whole):
     mean = 0.0
     for i in range(PAD, PAD + n):
         mean += cell[SPEED, i] / n
+    # the next step fills `series` anew
+    for m in range(n):
+        series[m // 8, m % 8] = 0.0
+    for q in range(1, n):
+        angle = math.pi * q / n
+        speed = 0.0
+        push = 0.0
+        for i in range(n):
+            shape = math.cos((i + 0.5) * angle)
+            speed += shape * cell[SPEED, PAD + i]
+            push += shape * _present_force(cell, PAD + i)
+        omega = 2.0 * math.sin(0.5 * angle)
+        amplitude = math.sqrt(speed * speed + (push / omega) ** 2)
+        for m in range(n):
+            series[m // 8, m % 8] += 2.0 / n * abs(math.cos((m + 0.5) * angle)) * amplitude
     largest = 0.0
     for m in range(n):
-        reach = 0.0
-        for q in range(1, n):
-            angle = math.pi * q / n
-            speed = 0.0
-            push = 0.0
-            for i in range(n):
-                shape = math.cos((i + 0.5) * angle)
-                speed += shape * cell[SPEED, PAD + i]
-                push += shape * _present_force(cell, PAD + i)
-            omega = 2.0 * math.sin(0.5 * angle)
-            amplitude = math.sqrt(speed * speed + (push / omega) ** 2)
-            reach += 2.0 / n * abs(math.cos((m + 0.5) * angle)) * amplitude
-        largest = max(largest, reach)
+        largest = max(largest, series[m // 8, m % 8])
     # each sum of n terms is good to n ulp of the sum of their sizes
     slack = 64.0 * n * n * ULP * ULP
     return mean * (1.0 - 4.0 * n * ULP) > largest * (1.0 + 16.0 * n * ULP) + slack
@@ -727,9 +732,12 @@ def _cluster(cell, count, deviate, series, real, whole, log):
     if whole[MOVING] == whole[N] and whole[DOWNHILL] != 0:
         if _never_stops(cell, real, whole):
             return True
-        if whole[CALM] > _CALM and whole[CALM] % _CALM == 0 and _no_mode_stops(cell, real, whole):
-            return True
+        if whole[CALM] > _CALM and whole[CALM] % _CALM == 0:
+            whole[WORK] += 6 * whole[N] ** 2
+            if _no_mode_stops(cell, series, real, whole):
+                return True
     whole[CALM] += 1
+    whole[WORK] += _STEP_WORK + _STRIP_WORK * ((whole[LAST] - whole[FIRST] + 10) // 8)
     t, events, residual = step(
         cell, count, series, real, whole, whole[FIRST] - 1, whole[LAST] + 1
     )
@@ -789,8 +797,9 @@ def prepare(cell, count, deviate, whole):
 
 @compiled
 def follow(
-    cell, count, deviate, series, real, whole, log, theta, theta_low, travel, max_events, single
-):
+    cell, count, deviate, series, real, whole, log, theta, theta_low, travel, max_events,
+    max_work, single,
+):  # fmt: skip
     """Take the chain along the targets; return why it came back, and how many it reached.
 
     Parameters
@@ -803,12 +812,14 @@ def follow(
         Filled with the sum of all displacements at each target reached.
     max_events : int
         Return soon after so many further events.
+    max_work : int
+        Return soon after so much work: events, and the `layout.WORK` of clusters.
     single : bool
         Return after the first rearrangement.
     """
     align_stack()
-    stop_at = whole[EVENTS] + max_events
-    step_limit = whole[STEPS] + 4 * max_events + 1000
+    stop_at = whole[EVENTS] + min(max_events, max_work)
+    work_limit = whole[WORK] + max_work
     reached = 0
     longest = LONGEST_AVALANCHE + 1000 * whole[N]
     if whole[DOWNHILL] == 0:
@@ -816,7 +827,7 @@ def follow(
     room = log.shape[0] - 2 * whole[N] - 4
     while reached < theta.size:
         stage = whole[STAGE]
-        if whole[EVENTS] >= stop_at or whole[STEPS] >= step_limit:
+        if whole[EVENTS] >= stop_at or whole[WORK] >= work_limit:
             return BUDGET, reached
         if whole[LOGGING] == 1 and whole[LOGGED] > room:
             return LOG_FULL, reached

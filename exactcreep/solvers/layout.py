@@ -121,8 +121,9 @@ REALS = 13
     TESTS,  # windows of eight sliders certified
     ROOTS,  # evaluations of one slider's margin
     LONG,  # rearrangements of more than `PROMISED_EVENTS`
-) = range(24)
-WHOLES = 24
+    WORK,  # of clusters, in units of about 5 ns
+) = range(25)
+WHOLES = 25
 
 # columns of `log`
 (

@@ -308,9 +308,11 @@ class SlidingSimulation(Simulation):
         x_rows, tension_rows = rows("x", n), rows("tension", n - 1)
         slip_rows = rows("slips", n, np.int64)
         before = self._totals.copy()
-        done, most = 0, 1 if self.exact else max(1, min(_PAUSE, limits.events_left) // n)
+        done, events, most = 0, 0, 1
         stop: Stop | None = None
         while stop is None:
+            if not self.exact:  # no slider starts or stops more than once in a half-cycle
+                most = max(1, min(_PAUSE // n, (limits.events_left - events) // (2 * n)))
             part = slice(done, min(done + most, count))
             out = (x_g[part], x_rows[part], tension_rows[part], slip_rows[part])
             if self.exact:
@@ -319,10 +321,11 @@ class SlidingSimulation(Simulation):
                 self._follow_compiled(drive, first + done, *out)
             done = part.stop
             _, gave_way, starts, stops = (self._totals - before).tolist()
-            stop = Stop.DONE if done == count else limits.stop(int(starts + stops))
+            events = int(starts + stops)
+            stop = Stop.DONE if done == count else limits.stop(events)
         self.tally.undecided += int(gave_way)
         self.tally.slips += int(starts)
-        self.tally.events += int(starts) + int(stops)
+        self.tally.events += events
         recorded: dict[str, NDArray[Any]] = {"x_G": x_g[:done]}
         for name, table in (("x", x_rows), ("tension", tension_rows), ("slips", slip_rows)):
             if name in self.record:

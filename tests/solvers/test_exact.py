@@ -437,7 +437,8 @@ def test_other_threads_go_on_while_the_compiled_loop_runs():
     beside.start()
     begin = time.perf_counter()
     # one call: what lies between two calls lets other threads in anyway
-    kernel.follow(*simulation.work, high, np.zeros(high.size), np.empty(high.size), 10**9, False)
+    targets = high, np.zeros(high.size), np.empty(high.size)
+    kernel.follow(*simulation.work, *targets, 10**9, 10**9, False)
     end = time.perf_counter()
     over.set()
     beside.join()

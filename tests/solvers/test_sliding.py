@@ -14,7 +14,7 @@ from scipy.stats import norm
 
 from derivations.play import play_variation
 from exactcreep.laws import pivots, prediction
-from exactcreep.limits import Limits
+from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
@@ -429,6 +429,25 @@ def test_following_in_pieces_changes_no_bit():
         assert 1 <= stretch.completed <= 4
         pieces += stretch.recorded["x_G"].tolist()
     assert pieces == recorded["x_G"].tolist()
+
+
+@pytest.mark.parametrize("exact", [False, True])
+def test_a_budget_ends_with_the_half_cycle_that_uses_it_up(exact):
+    chain = chain_of(9, Fraction(1, 5))
+    drive = Cycles("0.007", 20)
+
+    def fresh():
+        return Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, ("x_G",))
+
+    single, events = fresh(), []
+    for q in range(1, 41):
+        single.follow(drive, q, 1)
+        events.append(single.tally.events)
+    for budget in (1, 30, 100, events[20], events[20] + 1):
+        stretch = fresh().follow(drive, 1, 40, Limits(budget))
+        assert stretch.stop is Stop.BUDGET
+        assert events[stretch.completed - 1] >= budget
+        assert all(used < budget for used in events[: stretch.completed - 1])
 
 
 @pytest.mark.parametrize("exact", [False, True])
