@@ -359,9 +359,11 @@ def test_a_checkpoint_damaged_anywhere_is_refused_in_one_sentence(tmp_path: Path
         file.write_bytes(good[:length])
         with pytest.raises(InputError, match=r"not a checkpoint|truncated"):
             resume(file)
-    for version in (1, 3):  # older and newer
-        file.write_bytes(good.replace(b"checkpoint 2\n", b"checkpoint %d\n" % version, 1))
-        with pytest.raises(InputError, match=f"version {version}; this program reads version 2"):
+    now = checkpoints.VERSION
+    for version in (now - 1, now + 1):  # older and newer
+        other = good.replace(b"checkpoint %d\n" % now, b"checkpoint %d\n" % version, 1)
+        file.write_bytes(other)
+        with pytest.raises(InputError, match=f"{version}; this program reads version {now}"):
             resume(file)
     file.write_bytes(good + b"more")
     with pytest.raises(InputError, match="checksum"):
