@@ -39,6 +39,7 @@ IGNORED = {
     "*/seconds_*": "a measured speed",
     "commands/plan */json/*/seconds": "a predicted time, from a measured speed",
     "*--max-bytes */json/[!or]*": "memory is looked at between stretches, which follow the clock",
+    "*--max-bytes */json/rearrangements": "memory is looked at between stretches",
     "resumed/*-sliding/early/*": "its events are counted between stretches, which follow the clock",
     "*.version": "the version of the build",
     "commands/--version/out": "the version of the build",
