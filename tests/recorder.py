@@ -57,7 +57,7 @@ Field = tuple[str, Any]
 
 DATA = Path(__file__).parent / "data"
 RECORDS = ("x_G", "x", "tension", "slips", "events")
-EXTRAS: tuple[tuple[str, dict[str, Any]], ...] = (
+SOLVERS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("exact", {}),
     ("reference", {}),
     ("mpmath", {"digits": 30}),
@@ -201,7 +201,7 @@ def scenes(quick: bool) -> Iterator[Field]:
         length = "cycles" if "cycles" in scene.tables["drive"] else "steps"
         settings = scene.settings()
         some = {len(settings) * 2 // 3} if quick else {0, len(settings) // 2, len(settings) - 1}
-        for number, (solver, options) in itertools.product(sorted(some), EXTRAS):
+        for number, (solver, options) in itertools.product(sorted(some), SOLVERS):
             targets = 2 if solver in SLOW else 4 if solver == "reference" else 10
             given = scene.with_settings({f"drive.{length}": targets})
             made = given.experiment(settings[number])
@@ -233,7 +233,7 @@ def labelled(solver: str, options: Mapping[str, Any]) -> str:
 def hard(quick: bool) -> Iterator[Field]:
     """Yield `rearrange` and `iterate` on the hard cases, under every solver that has inertia."""
     cases = json.loads((DATA / "hard_cases.json").read_text("utf-8"))
-    solvers = [pair for pair in EXTRAS if pair[0] != "sliding"] + [("exact", {"escalate": True})]
+    solvers = [pair for pair in SOLVERS if pair[0] != "sliding"] + [("exact", {"escalate": True})]
     for case in cases[:: 4 if quick else 1]:
         chain = Chain(**case["chain"])
         state = State.prepared(chain, case["start"], seed=case["seed"])
@@ -283,7 +283,7 @@ def whole(quick: bool) -> Iterator[Field]:
 def resumed(quick: bool) -> Iterator[Field]:
     """Yield runs that stopped at a limit and went on from their checkpoint, and saved results."""
     drives = (Cycles("0.004", 6), GaussianSteps("0.004", 12), ThetaPath(["0.002", "-0.001"]))
-    for drive, (solver, options) in itertools.product(drives, EXTRAS):
+    for drive, (solver, options) in itertools.product(drives, SOLVERS):
         if quick and solver in SLOW and not isinstance(drive, ThetaPath):
             continue
         name = f"{type(drive).__name__}-{labelled(solver, options)}"
