@@ -340,6 +340,14 @@ class ExactSimulation(Simulation):
             error += rounded + rest
         return total + error
 
+    def _coefficients(self) -> NDArray[np.float64]:
+        """Return the coefficients; without disorder the compiled loop keeps those of the start."""
+        kept = self._cell(layout.COEFFICIENT)
+        if self.chain.sigma_mu != 0:
+            return kept
+        drawn = self.work.tally[layout.DRAWS, self._inner] > self.start.draws
+        return np.where(drawn, nearest_float(self.chain.mu_s), kept)
+
     def _theta(self) -> float:
         real = self.work.real
         return _theta(self.chain, float(real[layout.THETA]), float(real[layout.THETA_LOW]))
@@ -349,7 +357,7 @@ class ExactSimulation(Simulation):
         return State(
             tensions=self._tensions(),
             displacements=self._displacements(),
-            coefficients=self._cell(layout.COEFFICIENT),
+            coefficients=self._coefficients(),
             draws=self.work.tally[layout.DRAWS, self._inner],
             theta=self._theta(),
         )

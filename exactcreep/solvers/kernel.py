@@ -405,6 +405,7 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
     """
     n = whole[N]
     constant = whole[CONSTANT] == 1
+    mean_excess = real[MEAN_EXCESS]
     friction = real[FRICTION]
     up = 1.0 if (target - real[THETA]) + (target_low - real[THETA_LOW]) > 0.0 else -1.0
     i = PAD
@@ -474,6 +475,8 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
                 _draw_ahead(deviate, whole, i, k)
             _, above = _coefficient(real, deviate[i, k % KEPT])
             excess = max(above, 0.0) * real[COSINE]
+        else:
+            excess = mean_excess
         k += 1
     if slips == 0:
         return
@@ -490,7 +493,9 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
         way * lane_of(high_before, 0), way * lane_of(low_before, 0), up * (friction + excess_before)
     )
     count[DRAWS, i] = k
-    if not constant:
+    if constant:
+        cell[EXCESS, i] = mean_excess
+    else:
         _renew(cell, real, whole, i, deviate[i, (k - 1) % KEPT])
     count[SLIPS, i] += slips
     whole[SLIP_TOTAL] += slips

@@ -54,6 +54,7 @@ class Laws(NamedTuple):
     cosine: float
     mu_d: float
     mu_s: float
+    held: float  # mu_s cos(alpha)
     sigma: float
     seed: np.uint64
     random: bool
@@ -133,6 +134,9 @@ def _draw(laws, now, slider, i):
             slider.threshold = laws.friction
         else:
             slider.threshold = mu * laws.cosine
+    else:
+        slider.coefficient = laws.mu_s
+        slider.threshold = laws.held
 
 
 @_compiled

@@ -92,6 +92,7 @@ def _laws(chain: Chain, state: State, seed: int, dt: float, locate: bool) -> Law
         cosine=chain.cos_alpha,
         mu_d=nearest_float(chain.mu_d),
         mu_s=nearest_float(chain.mu_s),
+        held=chain.times_cosine(chain.mu_s),
         sigma=nearest_float(chain.sigma_mu),
         seed=np.uint64(seed),
         random=chain.sigma_mu != 0,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
+from exactcreep.solvers.reference import Reference
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
 from tests.paper import paper_chain
@@ -169,3 +171,26 @@ def test_an_advance_ends_where_a_solver_gives_up() -> None:
     assert given_up.stop is Stop.LIMIT
     assert "dt is too large" in given_up.reason
     assert given_up.completed < 4
+
+
+@pytest.mark.parametrize("n", [2, 3])
+@pytest.mark.parametrize("name", EVENTS_HAPPEN)
+def test_a_coefficient_brought_by_the_start_ends_with_the_slider_s_first_stop(
+    name: str, n: int
+) -> None:
+    chain = Chain(n, 1000, "1/2", "3/5", tan_alpha="1/4")
+    relaxed = State.relaxed(chain)
+    start = replace(relaxed, coefficients=np.array([0.8, 0.7, 0.9])[:n])
+    drive = Cycles("0.002", 2)
+    simulation = solver_named(name, {}).simulation(chain, start, 0, ("x_G",))
+    begin = solver_named(name, {}).rearrange(chain, start, 1, 0)
+    assert float(begin.theta) > float(Reference().rearrange(chain, relaxed, 1, 0).theta)
+    simulation.follow(drive, 1, 4)
+    state = simulation.state()
+    assert (state.draws > 1).all()
+    assert state.coefficients.astype(float).tolist() == [0.6] * n
+    assert (abs(state.forces(chain)) <= chain.friction + chain.excess + 1e-12).all()
+    assert begin.state.coefficients.astype(float).tolist() == [
+        0.6 if draws > 1 else mine
+        for draws, mine in zip(begin.state.draws.tolist(), [0.8, 0.7, 0.9], strict=False)
+    ]
