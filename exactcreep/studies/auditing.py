@@ -10,9 +10,9 @@ energy balance. It shares the closed form of a run with the solvers, and none of
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -21,12 +21,14 @@ from numpy.typing import NDArray
 
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import EventKind
+from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
-from exactcreep.motion.modes import Flow, Run, RunMotion, forces_of, incline
+from exactcreep.motion.modes import Run, RunMotion, forces_of
+from exactcreep.motion.replay import Energies, Phase, Replay
 from exactcreep.quasistatic.decimals import as_claimed, enclosure
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.solver import Rearrangement
@@ -169,19 +171,11 @@ class _Auditor:
         self, chain: Chain, start: State, seed: int, arithmetic: Arithmetic, digits: int, most: int
     ) -> None:
         self.chain = chain
-        self.seed = seed
+        self.contacts = Contacts(chain, seed)
         self.arithmetic = arithmetic
         self.digits = digits
         self.most = most
-        self.cosine, self.weight = incline(arithmetic, chain)
-        number = arithmetic.number
-        self.friction = (
-            chain.friction if arithmetic is FLOAT64 else number(chain.mu_d) * self.cosine
-        )
-        self.tensions = arithmetic.vector(map(self.exact, start.tensions.tolist()))
-        self.travel = arithmetic.vector(map(self.exact, start.displacements.tolist()))
-        self.draws = np.array(start.draws, dtype=np.int64)
-        self.thresholds = arithmetic.zeros(chain.n)
+        self.l0 = arithmetic.number(chain.l0)
         self.findings: list[Finding] = []
         self.place: tuple[int | None, int | None] = (None, None)
         self.errors: list[float] = []
@@ -191,33 +185,36 @@ class _Auditor:
         self.load = 0.0  # largest l0 |theta| so far
         self.ramped = True  # whether the rearrangement begins at a theta_c that a ramp reached
         self.room = 0.0  # by which a resting slider may seem to exceed its threshold
-        for n in range(chain.n):
-            given = float(start.coefficients[n])
-            if chain.sigma_mu != 0 and given != self.coefficient(n):
-                self.find("contact", f"slider {n + 1} begins with a coefficient not of this seed")
-            self.thresholds[n] = self.threshold(n)
-        self.scale = float(max(self.thresholds.tolist()))
+        self.state = State(
+            tensions=arithmetic.vector(map(_exact, start.tensions.tolist())),
+            displacements=arithmetic.vector(map(_exact, start.displacements.tolist())),
+            coefficients=start.coefficients if chain.sigma_mu == 0 else self.drawn(start),
+            draws=start.draws,
+            theta=arithmetic.number(_exact(start.theta)),
+        )
+        self.scale = float(max(self.thresholds().tolist()))
         self.accuracy = ACCURACY if arithmetic is FLOAT64 else 10.0 ** -min(digits, 300)
 
-    @staticmethod
-    def exact(value: Any) -> Fraction:
-        return enclosure(value).middle
+    def begin(self, start: State) -> None:
+        """Check that the coefficients of the start are those of the seed."""
+        for n in np.flatnonzero(self.state.coefficients != start.coefficients):
+            self.find("contact", f"slider {n + 1} begins with a coefficient not of this seed")
 
-    def coefficient(self, n: int) -> float:
-        """Return the present coefficient of slider `n` (from 0)."""
-        k = int(self.draws[n]) - 1
-        return float(disorder.static_coefficient(self.chain, self.seed, n + 1, k))
+    def drawn(self, state: State) -> NDArray[np.float64]:
+        """Return the coefficients of the contacts that the sliders of `state` are in."""
+        pairs = enumerate(state.draws.tolist())
+        return np.array([float(self.contacts.coefficient(n + 1, k - 1)) for n, k in pairs])
 
-    def threshold(self, n: int) -> Any:
-        """Return ``mu_s c`` as it acts at slider `n` (from 0)."""
-        chain = self.chain
-        if chain.sigma_mu == 0:
-            acting = chain.mu_s
-            if self.arithmetic is FLOAT64:
-                return chain.friction + chain.excess
-        else:
-            acting = max(Fraction(self.coefficient(n)), chain.mu_d)
-        return self.arithmetic.number(acting) * self.cosine
+    def thresholds(self) -> NDArray[Any]:
+        """Return the forces that hold the sliders at present."""
+        return self.contacts.thresholds(self.state.coefficients, self.arithmetic)
+
+    def excesses(self) -> list[Any]:
+        """Return by how much each resting slider exceeds its threshold at present."""
+        weight = self.arithmetic.times_cosine(self.chain, self.chain.tan_alpha)
+        forces = forces_of(self.arithmetic, self.state.tensions, weight)
+        excesses: list[Any] = (abs(forces) - self.thresholds()).tolist()
+        return excesses
 
     def find(self, check: str, sentence: str, error: Any = math.inf, allowed: Any = 0.0) -> None:
         """Add a finding."""
@@ -231,8 +228,6 @@ class _Auditor:
         if not error <= allowed:
             self.find(check, sentence, error, allowed)
 
-    # -- one rearrangement ---------------------------------------------------------------------
-
     def floor(self) -> float:
         """Return how far a condition may be off whatever its time claims."""
         if self.arithmetic is FLOAT64:
@@ -240,187 +235,154 @@ class _Auditor:
         # decimals of theta and of all times so far were rounded
         return self.accuracy * (self.scale + self.load) * (1 + len(self.radii))
 
+    # -- between two rearrangements ------------------------------------------------------------
+
+    def ramp(self, to: Any, target: Any, error: float, what: str) -> None:
+        """Take theta to `to` on its way to `target`."""
+        theta, l0 = self.state.theta, self.l0
+        way = 1 if target >= theta else -1
+        self.within("drive", f"theta turns back to {what}", way * (theta - to) * l0, error)
+        passed = way * (to - target) * l0
+        self.within("drive", f"theta passes its target at {what}", passed, error)
+        self.state = replace(self.state, tensions=self.state.tensions - l0 * (to - theta), theta=to)
+        self.load = max(self.load, float(abs(to) * l0))
+
+    def stable(self) -> bool:
+        """Return whether no slider exceeds its threshold as the chain stands."""
+        return all(beyond <= self.room for beyond in self.excesses())
+
+    def rests(self, when: str) -> None:
+        """Check that every slider is within its threshold."""
+        for n, beyond in enumerate(self.excesses()):
+            text = f"slider {n + 1} exceeds its threshold when {when}"
+            self.within("static", text, beyond, self.room)
+
+    # -- one rearrangement ---------------------------------------------------------------------
+
     def rearrangement(
-        self,
-        one: LoggedRearrangement,
-        radii: Sequence[float],
-        load_error: float,
-        ended: bool,
-        claims: Sequence[float] = (),
+        self, events: Sequence[Event], load_error: float, ended: bool, claims: Sequence[float] = ()
     ) -> None:
-        """Check one rearrangement, from the present tensions; `claims` are its residuals."""
-        arithmetic = self.arithmetic
-        flow = Flow(arithmetic, forces_of(arithmetic, self.tensions, self.weight), self.friction)
-        path = arithmetic.number(0)
-        lost = arithmetic.number(0)  # kinetic energy that a stop at a finite velocity takes away
-        before = self.tensions.copy()
+        """Check one rearrangement, from the present state; `claims` are its residuals."""
+        known = [enclosure(event.time) for event in events]
+        exact = [replace(e, time=time.middle) for e, time in zip(events, known, strict=True)]
+        replay = Replay(self.chain, self.state, exact, self.arithmetic, self.contacts)
+        rearrangement, number = self.place[0], 0
         widest = self.floor() + load_error
-        now = arithmetic.number(0)
-        just_stopped: set[int] = set()
-        place = self.place[0]
-        first = True  # nothing has moved yet
-        for number, (event, radius) in enumerate(zip(one.events, radii, strict=True)):
-            self.place = (place, number)
-            slack = widest
-            if claims and number:
-                slack = min(widest, 4 * claims[number] + _ROUNDING * self.scale)
-            time = arithmetic.number(self.exact(event.time))
-            span = time - now
-            if span < 0:
-                self.find("order", "the event comes before the previous one", -span)
-                span = arithmetic.number(0)
-            runs = flow.runs()
-            if span > 0:
-                if not runs:
-                    self.find("order", "time passes while no slider moves", span)
-                elif first:
-                    self.stays(flow, range(self.chain.n), "when the rearrangement begins")
-                else:
-                    self.stays(flow, just_stopped, "after it has stopped")
-                first = False
-                if runs:
-                    self.motion(flow, runs, span)
-                begin = flow.moved.copy()
-                flow.advance(runs, span)
-                for run in runs:
-                    for n in run.sliders:
-                        path = path + int(flow.signs[n]) * (flow.moved[n] - begin[n])
-                just_stopped = set()
-            now = time
-            sliders = [n - 1 for n in event.sliders]
-            legal = self.contact(flow, event.kind, sliders, event.signs)
-            if event.kind is EventKind.STOP:
-                for n in legal:
-                    lost = lost + flow.velocities[n] * flow.velocities[n] / 2
-                    self.condition(flow, n, 0, flow.velocities[n], radius, slack)
-                flow.stop(legal)
-                for n in legal:
-                    self.draws[n] += 1
-                    self.thresholds[n] = self.threshold(n)
-                    self.slips += 1
-                just_stopped |= set(legal)
-            else:
-                for n, sign in zip(sliders, event.signs, strict=True):
-                    if n in legal:
-                        self.start(flow, n, sign, radius, slack, number == 0, just_stopped)
-                flow.start(
-                    legal, [s for n, s in zip(sliders, event.signs, strict=True) if n in legal]
-                )
-        self.place = (place, None)
-        self.tensions = self.tensions + np.diff(flow.moved)
-        self.travel = self.travel + flow.moved
-        self.balanced(before, flow, path, lost)
+        for phase in replay:
+            self.place = (rearrangement, number)
+            self.phase(replay, phase)
+            for event in phase.events:
+                self.place = (rearrangement, number)
+                slack = widest
+                if claims and number:
+                    slack = min(widest, 4 * claims[number] + _ROUNDING * self.scale)
+                legal = self.contact(replay, event)
+                for n, sign in legal.items():
+                    radius = nearest_float(known[number].radius)
+                    self.condition(replay, event.kind, n, sign, radius, slack, number == 0)
+                phase.happen(event, legal)
+                number += 1
+                if event.kind is EventKind.STOP:
+                    self.slips += len(legal)
+        self.place = (rearrangement, None)
+        before, self.state = self.state, replay.state()
+        self.balanced(replay.energies(), before.tensions)
         if not ended:
             return
-        moving = [n + 1 for n in np.flatnonzero(flow.signs).tolist()]
+        moving = [n + 1 for n in np.flatnonzero(replay.flow.signs).tolist()]
         if moving:
             self.find("motion", f"sliders {moving} still move after the last event")
         self.rests("the rearrangement ends")
 
-    def contact(
-        self, flow: Flow, kind: EventKind, sliders: list[int], signs: Sequence[int]
-    ) -> list[int]:
-        """Check that the law allows the event; return the sliders (from 0) for which it does."""
-        legal = []
-        for n, sign in zip(sliders, signs, strict=True):
+    def phase(self, replay: Replay, phase: Phase) -> None:
+        """Check the motion up to the next events, and let it pass."""
+        if phase.span < 0:
+            self.find("order", "the event comes before the previous one", -phase.span)
+            phase.lasts = False
+        if phase.lasts and not phase.runs:
+            self.find("order", "time passes while no slider moves", phase.span)
+        elif phase.lasts:
+            resting, when = replay.just_stopped, "after it has stopped"
+            if not replay.moves:
+                resting, when = set(range(self.chain.n)), "when the rearrangement begins"
+            for n in sorted(resting):
+                if replay.flow.signs[n] == 0:
+                    beyond = abs(replay.flow.forces[n]) - replay.threshold(n)
+                    text = f"slider {n + 1} stays at rest beyond its threshold {when}"
+                    self.within("static", text, beyond, self.room)
+            allowed = ACCURACY * self.scale
+            watches = _Watches(replay, phase.runs)
+            worst, n, moving = watches.worst(nearest_float(_exact(phase.span)), allowed)
+            if worst < -allowed:
+                act = "turns back" if moving else "exceeds its threshold"
+                self.find("motion", f"slider {n + 1} {act} before the event", -worst, allowed)
+        phase.arrive()
+
+    def contact(self, replay: Replay, event: Event) -> dict[int, int]:
+        """Check that the law allows the event; return the signs of the sliders it allows it to."""
+        legal = {}
+        starts, flow = event.kind is EventKind.START, replay.flow
+        for slider, sign in zip(event.sliders, event.signs, strict=True):
+            n = slider - 1
             if not 0 <= n < self.chain.n:
-                self.find("contact", f"there is no slider {n + 1}")
-            elif kind is EventKind.START and flow.signs[n] != 0:
-                self.find("contact", f"slider {n + 1} starts while it moves")
-            elif kind is EventKind.STOP and flow.signs[n] == 0:
-                self.find("contact", f"slider {n + 1} stops while it rests")
-            elif kind is EventKind.STOP and flow.signs[n] != sign:
-                self.find("contact", f"slider {n + 1} stops with a sign that it did not have")
-            elif kind is EventKind.START and sign * flow.forces[n] <= 0:
-                self.find("contact", f"slider {n + 1} starts against the force on it")
+                self.find("contact", f"there is no slider {slider}")
+            elif starts and flow.signs[n] != 0:
+                self.find("contact", f"slider {slider} starts while it moves")
+            elif not starts and flow.signs[n] == 0:
+                self.find("contact", f"slider {slider} stops while it rests")
+            elif not starts and flow.signs[n] != sign:
+                self.find("contact", f"slider {slider} stops with a sign that it did not have")
+            elif starts and sign * flow.forces[n] <= 0:
+                self.find("contact", f"slider {slider} starts against the force on it")
             else:
-                legal.append(n)
+                legal[n] = sign
         return legal
 
-    def start(
+    def condition(
         self,
-        flow: Flow,
+        replay: Replay,
+        kind: EventKind,
         n: int,
         sign: int,
         radius: float,
         slack: float,
         first: bool,
-        just_stopped: set[int],
     ) -> None:
-        """Check that slider `n` (from 0) stands at its threshold, or beyond it where it may."""
-        beyond = sign * flow.forces[n] - self.thresholds[n]
-        if first or n in just_stopped:
-            text = f"slider {n + 1} starts below its threshold"
-            self.within("static", text, -beyond, slack)
-            if first and self.ramped:
-                text = f"slider {n + 1} starts beyond its threshold on a ramp"
-                self.within("drive", text, beyond, slack)
-            self.errors.append(math.nan)
-            self.radii.append(math.nan)
-            return
-        self.condition(flow, n, sign, beyond, radius, slack)
+        """Check that slider `n` (from 0) stops without velocity, or starts at its threshold.
 
-    def condition(
-        self,
-        flow: Flow,
-        n: int,
-        sign: int,
-        value: Any,
-        radius: float,
-        slack: float,
-    ) -> None:
-        """Check the condition of an event of slider `n` (from 0): `value` is zero at its time."""
-        slope = 0.0
-        if sign == 0:
-            slope = float(abs(flow.forces[n] - self.friction * int(flow.signs[n])))
+        Where it may start beyond its threshold, check that it is not below.
+        """
+        flow = replay.flow
+        if kind is EventKind.STOP:
+            value, what = flow.velocities[n], "moves"
+            slope = float(abs(flow.forces[n] - flow.friction * int(flow.signs[n])))
         else:
+            value, what = sign * flow.forces[n] - replay.threshold(n), "is not at its threshold"
             around = [m for m in (n - 1, n + 1) if 0 <= m < self.chain.n and flow.signs[m] != 0]
             slope = float(abs(sum(flow.velocities[m] for m in around)))
+            if first or n in replay.just_stopped:
+                self.within("static", f"slider {n + 1} starts below its threshold", -value, slack)
+                if first and self.ramped:
+                    text = f"slider {n + 1} starts beyond its threshold on a ramp"
+                    self.within("drive", text, value, slack)
+                self.errors.append(math.nan)
+                self.radii.append(math.nan)
+                return
         size = float(abs(value))
         allowed = 4 * radius * slope + 4 * radius * radius + slack
-        what = "moves" if sign == 0 else "is not at its threshold"
         self.within("motion", f"slider {n + 1} {what} at the time of its event", size, allowed)
         self.errors.append(size / slope if slope else math.inf if size else 0.0)
         self.radii.append(allowed / slope / 4 if slope else math.inf)
 
-    def stays(self, flow: Flow, sliders: Iterable[int], when: str) -> None:
-        """Check that resting sliders (from 0) are within their thresholds."""
-        for n in sliders:
-            if flow.signs[n] == 0:
-                beyond = abs(flow.forces[n]) - self.thresholds[n]
-                text = f"slider {n + 1} stays at rest beyond its threshold {when}"
-                self.within("static", text, beyond, self.room)
-
-    def rests(self, when: str) -> None:
-        """Check that every slider is within its threshold."""
-        forces = forces_of(self.arithmetic, self.tensions, self.weight)
-        for n in range(self.chain.n):
-            beyond = abs(forces[n]) - self.thresholds[n]
-            text = f"slider {n + 1} exceeds its threshold when {when}"
-            self.within("static", text, beyond, self.room)
-
-    def motion(self, flow: Flow, runs: Sequence[Run], span: Any) -> None:
-        """Check that no slider should have started or stopped during `span`."""
-        watches = _Watches(self, flow, runs)
-        allowed = ACCURACY * self.scale
-        worst, n, moving = watches.worst(nearest_float(self.exact(span)), allowed)
-        if worst < -allowed:
-            act = "turns back" if moving else "exceeds its threshold"
-            self.find("motion", f"slider {n + 1} {act} before the event", -worst, allowed)
-
-    def balanced(self, before: NDArray[Any], flow: Flow, path: Any, lost: Any) -> None:
-        """Check that the energy that went is the work of friction."""
-        elastic = (self.tensions * self.tensions - before * before).sum() / 2
-        terms = [elastic, -self.weight * flow.moved.sum(), self.friction * path, lost]
-        moving = flow.velocities
-        terms.append((moving * moving).sum() / 2)
-        largest = max(abs(term) for term in terms)
+    def balanced(self, energies: Energies, before: NDArray[Any]) -> None:
+        """Check that the energy that went is the work of friction; `before` are tensions."""
+        largest = max(abs(term) for term in energies)
         if largest == 0:
             return
         # what is left over of tensions that are much larger than their change is rounding
         base = float((before * before).sum()) if before.size else 0.0
         rounding = 2.0**-50 if self.arithmetic is FLOAT64 else self.accuracy
-        left = float(abs(sum(terms)) / largest)
+        left = float(abs(energies.left) / largest)
         self.balance = max(self.balance, left)
         allowed = max(self.accuracy, rounding * base / float(largest))
         self.within("energy", "energy does not balance", left, 4 * allowed)
@@ -433,9 +395,9 @@ class _Watches:
     force from its thresholds, each with a bound of its second derivative.
     """
 
-    def __init__(self, auditor: _Auditor, flow: Flow, runs: Sequence[Run]) -> None:
+    def __init__(self, replay: Replay, runs: Sequence[Run]) -> None:
         self.runs = [(run.first, _floating(run.motion)) for run in runs]
-        n = auditor.chain.n
+        flow, n = replay.flow, replay.chain.n
         self.size = n
         movers = np.array([i for run in runs for i in run.sliders])
         ends = {m for run in runs for m in (run.first - 1, run.first + run.motion.p)}
@@ -444,9 +406,9 @@ class _Watches:
         self.sliders = np.concatenate([movers, resting, resting])
         self.directions = flow.signs[movers][:, None]
         rooms = [
-            [nearest_float(auditor.exact(auditor.thresholds[m] - side * flow.forces[m]))]
+            [nearest_float(_exact(replay.threshold(m) - side * flow.forces[m]))]
             for side in (1, -1)
-            for m in resting
+            for m in resting.tolist()
         ]
         self.rooms = np.array(rooms).reshape(-1, 1)
         bends, rates = np.zeros(n + 2), np.zeros(n + 2)
@@ -476,41 +438,26 @@ class _Watches:
         -`allowed`; a piece that these two reaches do not cover is halved. Returns 0 if all are.
         """
         times = np.linspace(0.0, span, 2 + math.ceil(2 * span))
-        values, slopes = self.values(times)
         a, b = times[:-1], times[1:]
-        begin, end = (values[:, :-1], slopes[:, :-1]), (values[:, 1:], slopes[:, 1:])
         while a.size:
-            least = np.minimum(begin[0], end[0])
-            margin, piece = np.unravel_index(int(np.argmin(least)), least.shape)
-            if least[margin, piece] < -allowed:
+            values, slopes = self.values(np.concatenate([a, b]))
+            margin, place = np.unravel_index(int(np.argmin(values)), values.shape)
+            if values[margin, place] < -allowed:
                 moving = bool(margin < self.movers.size)
-                return float(least[margin, piece]), int(self.sliders[margin]), moving
-            reach = self._reach(begin[0], begin[1], allowed)
-            reach += self._reach(end[0], -end[1], allowed)
-            loose = (reach < b - a).any(axis=0) & (b - a > _SHORTEST * span)
+                return float(values[margin, place]), int(self.sliders[margin]), moving
+            slopes[:, a.size :] *= -1  # inwards
+            root = np.sqrt(slopes**2 + 2 * self.bounds * np.maximum(values + allowed, 0.0))
+            reach = (slopes + root) / self.bounds
+            covered = reach[:, : a.size] + reach[:, a.size :]
+            loose = (covered < b - a).any(axis=0) & (b - a > _SHORTEST * span)
             a, b = a[loose], b[loose]
             middle = (a + b) / 2
-            between = self.values(middle)
             a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
-            begin, end = (
-                (
-                    np.concatenate([begin[0][:, loose], between[0]], axis=1),
-                    np.concatenate([begin[1][:, loose], between[1]], axis=1),
-                ),
-                (
-                    np.concatenate([between[0], end[0][:, loose]], axis=1),
-                    np.concatenate([between[1], end[1][:, loose]], axis=1),
-                ),
-            )
         return 0.0, -1, False
 
-    def _reach(
-        self, value: NDArray[np.float64], slope: NDArray[np.float64], allowed: float
-    ) -> NDArray[np.float64]:
-        """Return how long a margin with this value and slope stays above -`allowed`."""
-        root = np.sqrt(slope**2 + 2 * self.bounds * np.maximum(value + allowed, 0.0))
-        reach: NDArray[np.float64] = (slope + root) / self.bounds
-        return reach
+
+def _exact(value: Any) -> Fraction:
+    return enclosure(value).middle
 
 
 def _floating(motion: RunMotion) -> RunMotion:
@@ -551,28 +498,26 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
     chain = result.chain
     if chain.sigma_mu != 0 and seed is None:
         raise InputError("seed", None, "must be given: the static coefficients are drawn")
-    radii = [nearest_float(enclosure(event.time).radius) for event in result.events]
-    arithmetic, digits = _arithmetic(
-        [event.time for event in result.events], result.report.get("precision_bits")
-    )
-    auditor = _Auditor(
-        chain, result.initial, disorder.valid_seed(seed or 0), arithmetic, digits, most
-    )
-    auditor.load = nearest_float(chain.l0 * abs(auditor.exact(result.theta)))
+    times = [event.time for event in result.events]
+    arithmetic, digits = _arithmetic(times, result.report.get("precision_bits"))
+    seed = disorder.valid_seed(seed or 0)
+    auditor = _Auditor(chain, result.initial, seed, arithmetic, digits, most)
+    auditor.load = nearest_float(chain.l0 * abs(_exact(result.theta)))
     error = 4 * 2.0**-52 * auditor.load if arithmetic is FLOAT64 else 0.0
     auditor.room = auditor.floor() + error
     ended = result.outcome is Outcome.AT_REST
-    log = LoggedRearrangement(1, result.theta, result.events)
     with arithmetic.active(), suppress(_Enough):
+        auditor.begin(result.initial)
         auditor.place = (0, None)
-        auditor.ramped = _at_threshold(auditor)
-        if log.events:
+        auditor.ramped = auditor.stable()
+        if result.events:
             claims = [float(event.residual) for event in result.events]
-            exact = arithmetic is not FLOAT64
-            auditor.rearrangement(log, radii, error, ended, () if exact else claims)
+            auditor.rearrangement(
+                result.events, error, ended, claims if arithmetic is FLOAT64 else ()
+            )
         auditor.place = (None, None)
         _final(auditor, result.state)
-    return _audited(auditor, 1, len(log.events))
+    return _audited(auditor, 1, len(result.events))
 
 
 def _of_creep(result: Creep, seed: int | None, most: int) -> Audit:
@@ -586,6 +531,7 @@ def _of_creep(result: Creep, seed: int | None, most: int) -> Audit:
     start = result.experiment.initial
     auditor = _Auditor(chain, start, result.seed, arithmetic, digits, most)
     with arithmetic.active(), suppress(_Enough):
+        auditor.begin(start)
         _follow(auditor, result, log)
     return _audited(auditor, len(log), sum(len(one.events) for one in log))
 
@@ -603,67 +549,44 @@ def _arithmetic(
     return arithmetic, digits or max(1, math.floor((wanted or 64) / BITS_PER_DIGIT) - 15)
 
 
-def _at_threshold(auditor: _Auditor) -> bool:
-    """Return whether no slider exceeds its threshold as the chain stands."""
-    forces = forces_of(auditor.arithmetic, auditor.tensions, auditor.weight)
-    return all(
-        abs(force) - threshold <= auditor.room
-        for force, threshold in zip(forces.tolist(), auditor.thresholds.tolist(), strict=True)
-    )
-
-
 def _follow(auditor: _Auditor, result: Creep, log: list[LoggedRearrangement]) -> None:
     """Take the auditor along the drive of a run."""
-    chain, drive, arithmetic = result.chain, result.drive, auditor.arithmetic
-    number, exact = arithmetic.number, auditor.exact
-    theta = number(exact(result.experiment.initial.theta))
+    chain, arithmetic = result.chain, auditor.arithmetic
     r = 0
-
-    def ramp(to: Any, target: Any, error: float, what: str) -> None:
-        nonlocal theta
-        way = 1 if target >= theta else -1
-        auditor.within("drive", f"theta turns back to {what}", way * (theta - to) * l0, error)
-        auditor.within(
-            "drive", f"theta passes its target at {what}", way * (to - target) * l0, error
-        )
-        auditor.tensions = auditor.tensions - number(chain.l0) * (to - theta)
-        theta = to
-        auditor.load = max(auditor.load, float(abs(theta) * l0))
-
-    l0 = number(chain.l0)
     for q in range(1, result.half_cycles + 1):
-        target = number(drive.exact_target(q, result.seed))
+        target = arithmetic.number(result.drive.exact_target(q, result.seed))
         while r < len(log) and log[r].half_cycle == q:
             one = log[r]
             auditor.place = (r, None)
-            middle, radius = enclosure(one.theta)
+            theta, radius = enclosure(one.theta)
             error = nearest_float(radius * chain.l0)
             if arithmetic is FLOAT64:
-                error += 4 * 2.0**-52 * max(auditor.load, abs(nearest_float(middle * chain.l0)))
+                error += 4 * 2.0**-52 * max(auditor.load, abs(nearest_float(theta * chain.l0)))
             auditor.room = auditor.floor() + error
-            auditor.ramped = r > 0 or _at_threshold(auditor)
-            ramp(number(middle), target, auditor.room, "a rearrangement")
-            radii = [nearest_float(enclosure(event.time).radius) for event in one.events]
+            auditor.ramped = r > 0 or auditor.stable()
+            auditor.ramp(arithmetic.number(theta), target, auditor.room, "a rearrangement")
             ended = r + 1 < len(log) or result.outcome is not Outcome.RUNAWAY
-            auditor.rearrangement(one, radii, error, ended)
+            auditor.rearrangement(one.events, error, ended)
             r += 1
         auditor.place = (None, None)
-        ramp(target, target, auditor.room, "a target")
+        auditor.ramp(target, target, auditor.room, "a target")
         auditor.rests(f"theta reaches target {q}")
         _compare_rows(auditor, result, q)
-    if r < len(log) and result.outcome not in (Outcome.RUNAWAY, Outcome.LIMIT):
+    if result.outcome in (Outcome.RUNAWAY, Outcome.LIMIT):
+        return
+    if r < len(log):
         auditor.find("order", f"{len(log) - r} rearrangements belong to no half-cycle")
-    if result.outcome not in (Outcome.RUNAWAY, Outcome.LIMIT):
-        if result.rearrangements != len(log):
-            auditor.find("state", "the number of rearrangements is not the run's")
-        if result.slips != auditor.slips:
-            auditor.find("state", "the number of slips is not the run's")
-        _final(auditor, result.state)
+    if result.rearrangements != len(log):
+        auditor.find("state", "the number of rearrangements is not the run's")
+    if result.slips != auditor.slips:
+        auditor.find("state", "the number of slips is not the run's")
+    _final(auditor, result.state)
 
 
 def _compare_rows(auditor: _Auditor, result: Creep, q: int) -> None:
     """Compare what was recorded at target `q`."""
-    for name, present in (("x", auditor.travel), ("tension", auditor.tensions)):
+    state = auditor.state
+    for name, present in (("x", state.displacements), ("tension", state.tensions)):
         if name in result.recorded:
             row = result.recorded[name][q - 1]
             _same(auditor, f"recorded {name} at target {q}", present, row.tolist())
@@ -672,7 +595,7 @@ def _compare_rows(auditor: _Auditor, result: Creep, q: int) -> None:
 def _same(auditor: _Auditor, what: str, present: NDArray[Any], given: Sequence[Any]) -> None:
     for here, there in zip(present.tolist(), given, strict=True):
         known = enclosure(there)
-        value = auditor.exact(here)
+        value = _exact(here)
         allowed = max(ACCURACY if isinstance(there, float) else 0.0, auditor.accuracy)
         room = allowed * (1 + len(auditor.radii)) ** 0.5 * auditor.scale + auditor.room
         room += 2.0**-50 * abs(nearest_float(value)) * (auditor.arithmetic is FLOAT64)
@@ -687,14 +610,14 @@ def _same(auditor: _Auditor, what: str, present: NDArray[Any], given: Sequence[A
 
 def _final(auditor: _Auditor, state: State) -> None:
     """Compare the final state."""
-    _same(auditor, "the final tension", auditor.tensions, state.tensions.tolist())
-    _same(auditor, "the final displacement", auditor.travel, state.displacements.tolist())
-    if not np.array_equal(auditor.draws, state.draws):
+    present = auditor.state
+    _same(auditor, "the final tension", present.tensions, state.tensions.tolist())
+    displacements = state.displacements.tolist()
+    _same(auditor, "the final displacement", present.displacements, displacements)
+    if not np.array_equal(present.draws, state.draws):
         auditor.find("state", "the number of draws is not what the stops make")
-    elif auditor.chain.sigma_mu != 0:
-        drawn = [auditor.coefficient(n) for n in range(auditor.chain.n)]
-        if not np.array_equal(drawn, state.coefficients.astype(np.float64)):
-            auditor.find("state", "the final coefficients are not those of the last draws")
+    elif not np.array_equal(present.coefficients, state.coefficients):
+        auditor.find("state", "the final coefficients are not those of the last draws")
 
 
 def _audited(auditor: _Auditor, count: int, events: int) -> Audit:

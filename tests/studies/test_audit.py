@@ -94,6 +94,15 @@ class TestHonest:
         assert found.passed, found.findings
         assert result.recorded["event_number"][0] == 0
 
+    @pytest.mark.parametrize("solver", ["exact", "certified"])
+    def test_a_run_from_coefficients_of_its_own_passes(self, solver: str) -> None:
+        chain = paper_chain(3, "0")
+        own = replace(State.relaxed(chain), coefficients=np.array([0.8, 0.7, 0.9]))
+        result = creep(chain, Cycles("0.002", 2), start=own, solver=solver, record=("events",))
+        found = audit(result)
+        assert found.passed, found.findings
+        assert result.slips > 20
+
     def test_random_dilations_pass(self) -> None:
         result = creep(paper_chain(3), GaussianSteps("0.002", 6), seed=2, record=("events",))
         assert audit(result).passed
@@ -202,6 +211,10 @@ class TestSabotage:
 
     def test_another_seed_s_coefficients_are_caught(self) -> None:
         assert "contact" in checks(audit(avalanche(), seed=SEED + 1))
+
+    def test_an_audit_ends_after_as_many_findings_as_were_asked_for(self) -> None:
+        for most in (1, 3):
+            assert len(audit(avalanche(), seed=SEED + 1, most_findings=most).findings) == most
 
     def test_sabotage_of_a_run_s_log_is_caught_where_it_is(self) -> None:
         result = run(6)
