@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, ClassVar
 
@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.laws import pivots, prediction
-from exactcreep.limits import NO_LIMITS, Limits
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number
@@ -173,6 +173,7 @@ def choose(
     start: State | None = None,
     seed: int = 0,
     record: tuple[str, ...] = (),
+    limits: Limits = NO_LIMITS,
 ) -> Choice:
     """Return the cheapest way to the mean velocity whose relative error is at most `accuracy`.
 
@@ -188,6 +189,13 @@ def choose(
     record : tuple of str
         What is to be recorded besides: more than the velocity rules out the law, more than x_G
         rules out the sliding limit unless it is exact.
+    limits : Limits
+        Of which only the time counts.
+
+    Raises
+    ------
+    OutOfTime
+        If the time is over within the pilot run.
 
     Notes
     -----
@@ -202,7 +210,7 @@ def choose(
     needs_trajectory = any(name in record for name in _TRAJECTORIES)
     approximate = limit is None or limit.error > 0
     if limit is None and wanted >= PROMISE and not needs_trajectory:
-        pilot = pilot_run(chain, drive, start=start, seed=seed, accuracy=wanted)
+        pilot = pilot_run(chain, drive, start=start, seed=seed, accuracy=wanted, limits=limits)
         limit = _from_pilot(pilot)
     if limit is None:
         limit = Candidate("sliding", math.nan, "unknown", "no theorem bounds its error here")
@@ -325,8 +333,10 @@ def _start(chain: Chain, start: State | None, seed: int) -> State:
 def _positions(
     simulation: Simulation, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
 ) -> NDArray[np.float64]:
-    """Return x_G at `count` targets; fewer after a limit or a runaway."""
+    """Return x_G at `count` targets; fewer if the events are used up, or after a runaway."""
     stretch = advance(simulation, drive, first + count - 1, limits, done=first - 1)
+    if stretch.stop is Stop.DEADLINE:
+        raise OutOfTime(stretch.reason)
     return stretch.recorded["x_G"].astype(np.float64)
 
 
@@ -337,11 +347,12 @@ def pilot_run(
     accuracy: float,
     start: State | None = None,
     seed: int = 0,
+    limits: Limits = NO_LIMITS,
 ) -> Pilot:
     """Return a pilot run, long enough to tell whether sliding is within `accuracy`.
 
     It doubles its length until that is decided within three standard errors, the drive ends, or
-    300 000 events or 20 000 targets have passed.
+    300 000 events or 20 000 targets have passed. Raises `OutOfTime` when the time is over.
     """
     initial = _start(chain, start, seed)
     exact = Exact().simulation(chain, initial, seed, ())
@@ -351,7 +362,7 @@ def pilot_run(
     length = min(200, total)
     events = 0
     while True:
-        left = Limits(_PILOT_EVENTS).after(exact.tally.events)
+        left = replace(limits, events=_PILOT_EVENTS, used=exact.tally.events)
         fresh = _positions(exact, drive, one.size + 1, length - one.size, left)
         cut = fresh.size < length - one.size
         one = np.concatenate([one, fresh])
@@ -477,14 +488,18 @@ class AutoSimulation(Simulation):
     ) -> Stretch:
         """Choose a solver if that has not been done, then let it take the chain on."""
         if self._inner is None:
-            choice = choose(
-                self.chain,
-                drive,
-                accuracy=self.accuracy,
-                start=None if self._is_relaxed() else self.start,
-                seed=self.seed,
-                record=self.record,
-            )
+            try:
+                choice = choose(
+                    self.chain,
+                    drive,
+                    accuracy=self.accuracy,
+                    start=None if self._is_relaxed() else self.start,
+                    seed=self.seed,
+                    record=self.record,
+                    limits=limits,
+                )
+            except OutOfTime as late:
+                return Stretch(0, {}, Stop.DEADLINE, str(late))
             (taken,) = [rung for rung in choice.candidates if rung.name == choice.name]
             self._take(choice.solver, choice.name)
             self._told = {

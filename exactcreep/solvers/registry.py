@@ -102,8 +102,7 @@ def rearrange(
         Give up after so many events, at least 1; a few more if they are simultaneous.
     max_seconds : number, optional
         Give up after so much wall time, within one event (a compiled solver: within about a tenth
-        of a second). The motion of what was reached is put together after that, and takes its
-        time for avalanches of thousands of sliders.
+        of a second).
     **options
         The solver's own options.
 

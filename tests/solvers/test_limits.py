@@ -31,6 +31,7 @@ from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import Ends, Flow, RunMotion
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.registry import solver_named
+from exactcreep.solvers.solver import advance
 
 PAPER = {"mu_d": "1/2", "mu_s": "3/5"}
 EVENT_SOLVERS = ["exact", "reference", "mpmath", "certified"]
@@ -287,6 +288,26 @@ def test_a_run_that_is_called_back_at_any_moment_goes_on_with_the_same_bits(solv
     assert calls > (1 if solver == "exact" else 5)
     for name, values in whole.items():
         assert str(broken[name]) == str(values), name
+
+
+def test_a_choice_that_is_called_back_is_made_later_with_the_same_bits():
+    chain = Chain(3, 1000, sigma_mu="1/100", tan_alpha="1/4", **PAPER)
+    drive = Cycles("0.01", 300)
+
+    def fresh():
+        return solver_named("auto", {}).simulation(chain, State.relaxed(chain, 1), 1, ())
+
+    whole = fresh()
+    x_G = advance(whole, drive, 600).recorded["x_G"]
+    assert "pilot" in whole.report()["reason"]
+    simulation, early = fresh(), []
+    for asked in range(1, 4):
+        early.append(simulation.follow(drive, 1, 600, at_once(asked)))
+    assert [(one.completed, one.stop) for one in early] == [(0, Stop.DEADLINE)] * 3
+    assert simulation.capture()["inner"] is None
+    rest = advance(simulation, drive, 600)
+    assert rest.recorded["x_G"].tolist() == x_G.tolist()
+    assert simulation.report() == whole.report()
 
 
 @pytest.mark.parametrize(
