@@ -25,7 +25,6 @@ from numba.core import event as compiler_event
 from exactcreep import __version__
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
@@ -35,7 +34,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import check_output
 from exactcreep.quasistatic.march import March
 from exactcreep.quasistatic.result import Creep
-from exactcreep.solvers.solver import Stretch, advance
+from exactcreep.solvers.solver import Stretch, advance, warm_up
 
 _WARNINGS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",
@@ -397,10 +396,7 @@ _WARM: set[tuple[str, tuple[str, ...]]] = set()
 
 
 def _warm_up(experiment: Experiment, compiling: Callable[[], None]) -> float:
-    """Have the solver's code compiled, or loaded, on two half-cycles of two sliders.
-
-    Returns how many seconds that took.
-    """
+    """Have the solver's code compiled, or loaded, and return how many seconds that took."""
     key = (experiment.solver, experiment.record)
     if key in _WARM:
         return 0.0
@@ -408,11 +404,7 @@ def _warm_up(experiment: Experiment, compiling: Callable[[], None]) -> float:
     listener = _CompilerListener(compiling)
     compiler_event.register("numba:compile", listener)
     try:
-        chain = Chain(2, 10, "1/2", "3/5", experiment.chain.sigma_mu, tan_alpha="1/4")
-        simulation = experiment.algorithm.simulation(
-            chain, State.relaxed(chain), 0, experiment.record
-        )
-        simulation.follow(Cycles("1/10", 1), 1, 2)
+        warm_up(experiment.algorithm, experiment.record)
     finally:
         compiler_event.unregister("numba:compile", listener)
     _WARM.add(key)

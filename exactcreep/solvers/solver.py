@@ -17,7 +17,7 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, Itinerary
 from exactcreep.model.contacts import Contacts
-from exactcreep.model.drive import Drive
+from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, same_numbers
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
@@ -35,6 +35,8 @@ from exactcreep.solvers.records import (
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
+TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
+"""Whatever the chain, it makes the compiler compile the same."""
 _STRETCH_SECONDS = 0.1  # of an advance that somebody watches
 _LONGEST_STRETCH = 1 << 18  # targets; bounds the memory of a stretch
 
@@ -385,6 +387,12 @@ def advance(
             break
     recorded = {"x_G": np.empty(0)} | joined(parts)
     return Stretch(done - start, recorded, stop, reason)
+
+
+def warm_up(solver: Solver, record: tuple[str, ...] = ()) -> None:
+    """Have a solver's code compiled, or loaded, on two half-cycles of two sliders."""
+    simulation = solver.simulation(TWO_SLIDERS, State.relaxed(TWO_SLIDERS), 0, record)
+    simulation.follow(Cycles("1/10", 1), 1, 2)
 
 
 def refuse_no_slips(chain: Chain) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 from exactcreep.laws import prediction
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.motion.condition import PROMISE
@@ -25,7 +25,7 @@ from exactcreep.solvers.auto import (
     runner,
     valid_accuracy,
 )
-from exactcreep.solvers.solver import Solver, advance
+from exactcreep.solvers.solver import Solver, advance, warm_up
 
 DEFAULT_ACCURACY = "0.01"
 _TIMED_SECONDS = 0.2  # of a pilot run: long beside a call, short beside a reader's patience
@@ -334,11 +334,7 @@ def measured_pace(
         How long to measure, at most about twice that.
     """
     chain, drive = experiment.chain, experiment.drive
-    small = Chain(2, 10, "1/2", "3/5", chain.sigma_mu, tan_alpha="1/4")
-    if chain.mu_s == chain.mu_d and chain.sigma_mu == 0:
-        small = Chain(2, 10, "1/2", "1/2", tan_alpha="1/4")
-    warm = algorithm.simulation(small, State.relaxed(small), 0, ())
-    warm.follow(Cycles("1/10", 1), 1, 2)
+    warm_up(algorithm)
     simulation = algorithm.simulation(chain, experiment.initial, experiment.seed, ())
     begin = time.perf_counter()
     done = advance(simulation, drive, drive.half_cycles, Limits(at=begin + seconds)).completed

@@ -28,14 +28,13 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import Simulation, Solver, advance
+from exactcreep.solvers.solver import TWO_SLIDERS, Simulation, Solver, advance, warm_up
 from exactcreep.studies.contest import Contestant, Walk, agree, rests_between, settled, walk
 
 TIME_STEPS = ("0.3", "0.1", "0.03", "0.01", "0.003", "0.001")
@@ -359,20 +358,13 @@ class _Race:
         return algorithm.simulation(experiment.chain, experiment.initial, experiment.seed, record)
 
     def warm_up(self) -> None:
-        """Have everything compiled on two half-cycles of two sliders."""
-        chain = self.experiment.chain
-        excess = chain.mu_s > chain.mu_d or chain.sigma_mu > 0
-        small = Chain(2, 10, "1/2", "3/5" if excess else "1/2", chain.sigma_mu, tan_alpha="1/4")
-        state = State.relaxed(small)
+        """Have everything compiled."""
         for count, (score, algorithm) in enumerate(zip(self.scores, self.algorithms, strict=True)):
             self.tell(f"compiling: {score.contestant.label}", 0.05 * count / len(self.scores))
-            for record in ((), ("events",)):
-                if record and score.contestant.solver == "sliding":
-                    continue
-                simulation = algorithm.simulation(small, state, 0, record)
-                advance(simulation, Cycles("1/10", 1), 2)
-            if excess and score.contestant.solver != "sliding":
-                algorithm.rearrange(small, state, 1, 0)
+            warm_up(algorithm)
+            if score.contestant.solver != "sliding":
+                warm_up(algorithm, ("events",))
+                algorithm.rearrange(TWO_SLIDERS, State.relaxed(TWO_SLIDERS), 1, 0)
 
     def take_times(self) -> None:
         """Time in turns all contestants that are compiled."""
