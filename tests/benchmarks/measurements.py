@@ -57,14 +57,13 @@ TOLERANCES = (1e-6, 1e-9, 1e-12)
 TAYLOR_TOLERANCES = (1e-6, 1e-9, 2.0**-52)
 SAMPLES = {2: 200, 6: 150, 30: 80}
 _STRETCH = {2: 50}  # a slip of two sliders takes less than a call from Python: follow more of them
-_LONGEST = 10**12
 
 
 def burned_in(n: int, amplitude: str, half_cycles: int, seed: int = 0) -> State:
     """Return the state at -A after an even number of half-cycles from the relaxed chain."""
     chain = paper_chain(n)
     simulation = solver_named("exact", {}).simulation(chain, State.relaxed(chain, seed), seed, ())
-    simulation.follow(Cycles(amplitude, half_cycles), 1, half_cycles, Limits(_LONGEST))
+    simulation.follow(Cycles(amplitude, half_cycles), 1, half_cycles)
     return simulation.state()
 
 
@@ -88,7 +87,7 @@ class Contestant:
     def run(self, half_cycles: int) -> float:
         """Go on for so many half-cycles and return the processor time."""
         begin = time.thread_time()
-        self.simulation.follow(self.drive, self.done + 1, half_cycles, Limits(_LONGEST))
+        self.simulation.follow(self.drive, self.done + 1, half_cycles)
         self.done += half_cycles
         return time.thread_time() - begin
 
@@ -282,7 +281,7 @@ def _wandering(
     while sum(times) < least or len(times) < 3:
         simulation.restore(fresh)
         begin = time.thread_time()
-        simulation.follow(path, 1, 1, Limits(_LONGEST))
+        simulation.follow(path, 1, 1)
         times.append(time.thread_time() - begin)
         if sum(times) > 20 * least:
             break
@@ -330,7 +329,7 @@ def rearrangement_costs(
     """
     chain = paper_chain(n)
     middle = solver_named("exact", {}).simulation(chain, burned_in(n, amplitude, 10), 0, ())
-    middle.follow(Path([0]), 1, 1, Limits(_LONGEST))
+    middle.follow(Path([0]), 1, 1)
     states, known, end = _chain_of_rearrangements(chain, middle.state(), count)
     begin = Fraction(float(states[0].theta))
     stretch = begin + (end - begin) * _STRETCH.get(n, 1)
@@ -530,9 +529,9 @@ def velocity_costs(n: int, amplitude: str, *, members: int, seconds: float) -> V
                 pilot.calibrate(seconds / members)
                 half_cycles = _BLOCK * max(1, round(pilot.block / _BLOCK))
                 simulation = solver.simulation(chain, start, seed, ())
-            simulation.follow(drive, 1, 2, Limits(_LONGEST))
+            simulation.follow(drive, 1, 2)
             begin = time.thread_time()
-            stretch = simulation.follow(drive, 3, half_cycles + 1, Limits(_LONGEST))
+            stretch = simulation.follow(drive, 3, half_cycles + 1)
             took.append((time.thread_time() - begin) / (half_cycles + 1))
             found.extend(np.diff(stretch.recorded["x_G"][::_BLOCK]) / _BLOCK)
     blocks = len(advances[0])

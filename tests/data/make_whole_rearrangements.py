@@ -18,7 +18,6 @@ from pathlib import Path
 
 import numpy as np
 
-from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import static_coefficient
 from exactcreep.model.drive import Cycles
@@ -178,7 +177,7 @@ def burned_cases() -> list[Case]:
         seed = 77 + row
         solver = Verlet(dt=0.01, locate=True)
         simulation = solver.simulation(chain, State.relaxed(chain, seed), seed, ())
-        simulation.follow(Cycles(amplitude, burn_in), 1, burn_in, Limits(10**9))
+        simulation.follow(Cycles(amplitude, burn_in), 1, burn_in)
         state = simulation.state()
         for k in range(count * every):
             # one ramp down, then one up

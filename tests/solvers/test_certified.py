@@ -44,7 +44,7 @@ def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
     _, proved = followed(chain, Cycles("0.003", 1), 15)
     arithmetic = digits_of(500)
     other = FieldSimulation(chain, State.relaxed(chain, 3), 3, ("x", "events"), arithmetic)
-    computed = other.follow(Cycles("0.003", 1), 1, 2, Limits(10**6))
+    computed = other.follow(Cycles("0.003", 1), 1, 2)
     assert event_rows(proved) == event_rows(computed)
     balls = balls_of(600)
     with balls.active():
@@ -60,7 +60,7 @@ def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_ev
     assert events > 300
     assert narrow.report()["bits_lost_per_event"] < 0.2
     plain = FieldSimulation(chain, State.relaxed(chain, 3), 3, (), balls_of(4 * events))
-    plain.follow(drive, 1, drive.half_cycles, Limits(10**6))
+    plain.follow(drive, 1, drive.half_cycles)
     assert plain.tally.events == events
     widest = max(x.rad() for x in plain.mechanics.displacements)
     mantissa, exponent = widest.man_exp()
@@ -72,7 +72,7 @@ def test_plain_balls_and_the_narrow_set_enclose_the_same_motion():
     chain, drive = paper_chain(5), Cycles("0.003", 1)
     narrow, _ = followed(chain, drive, 30)
     plain = FieldSimulation(chain, State.relaxed(chain, 3), 3, (), balls_of(3000))
-    plain.follow(drive, 1, 2, Limits(10**6))
+    plain.follow(drive, 1, 2)
     pairs = zip(narrow.mechanics.forces, plain.mechanics.forces, strict=True)
     assert all(a.overlaps(b) for a, b in pairs)
     pairs = zip(narrow.mechanics.displacements, plain.mechanics.displacements, strict=True)
@@ -99,7 +99,7 @@ def test_asking_for_more_digits_raises_the_precision_until_they_are_there():
     simulation = Certified(digits=30).simulation(chain, State.relaxed(chain, 3), 3, ("x",))
     simulation.mechanics = simulation.kind(chain, 3, balls_of(110), State.relaxed(chain, 3))
     simulation.tally = simulation.mechanics.tally
-    stretch = simulation.follow(drive, 1, 2, Limits(10**6))
+    stretch = simulation.follow(drive, 1, 2)
     assert simulation.restarts > 0
     for x in stretch.recorded["x"].ravel():
         assert float(x.rad()) <= 1e-30 * (1 + abs(float(x)))

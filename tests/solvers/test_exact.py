@@ -36,7 +36,7 @@ from tests.paper import paper_chain
 
 def followed(chain: Chain, drive: object, seed: int = 0, start: State | None = None):
     simulation = ExactSimulation(chain, start or State.relaxed(chain, seed), seed)
-    stretch = simulation.follow(drive, 1, drive.half_cycles, Limits(10**9))
+    stretch = simulation.follow(drive, 1, drive.half_cycles)
     assert stretch.completed == drive.half_cycles
     return simulation, stretch
 
@@ -173,7 +173,7 @@ def test_a_horizontal_chain_stays_mirror_symmetric_bit_for_bit(n, half_cycles):
     drive = Cycles(2 * n, half_cycles // 2)
     simulation = ExactSimulation(chain, State.relaxed(chain), 0)
     for first in range(1, half_cycles, half_cycles // 10):
-        simulation.follow(drive, first, half_cycles // 10, Limits(10**9))
+        simulation.follow(drive, first, half_cycles // 10)
         u = simulation.state().displacements
         assert np.array_equal(u, -u[::-1])
     assert np.any(u != 0)
@@ -369,7 +369,7 @@ def test_a_dummy_breakpoint_and_what_is_recorded_change_no_bit():
     one, _ = followed(chain, plain, seed=3)
     other, _ = followed(chain, broken, seed=3)
     logged = ExactSimulation(chain, State.relaxed(chain, 3), 3, ("x", "slips", "events"))
-    logged.follow(plain, 1, 2, Limits(10**9))
+    logged.follow(plain, 1, 2)
     piecewise = ExactSimulation(chain, State.relaxed(chain, 3), 3)
     done = 0
     while done < 2:
@@ -402,7 +402,7 @@ def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed
     drive = Cycles(amplitude, 20 if n == 2 else 8)
     plain, stretch = followed(chain, drive, seed=n)
     general = ExactSimulation(chain, State.relaxed(chain, n), n, ("x_G", "events"))
-    logged = general.follow(drive, 1, drive.half_cycles, Limits(10**9))
+    logged = general.follow(drive, 1, drive.half_cycles)
     interrupted = ExactSimulation(chain, State.relaxed(chain, n), n)
     done = 0
     while done < drive.half_cycles:
@@ -424,7 +424,7 @@ def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed
 def test_other_threads_go_on_while_the_compiled_loop_runs():
     simulation = ExactSimulation(paper_chain(2), State.relaxed(paper_chain(2)), 0)
     drive = Cycles("0.01", 10**6)
-    simulation.follow(drive, 1, 2, Limits(10**9))  # compiled now, if it was not
+    simulation.follow(drive, 1, 2)  # compiled now, if it was not
     high = np.where(np.arange(150_000) % 2 == 0, 10.0, -10.0)  # l0 theta of more cycles
     ticks: list[float] = []
     over = threading.Event()
@@ -530,8 +530,8 @@ def test_a_whole_chain_that_slides_on_unproved_is_given_up():
     gap = Fraction(1, 10**12)
     chain = Chain(10, 1000, "1/1000", Fraction(1, 1000) + gap, "1e-9", tan_alpha="1/1000")
     simulation = ExactSimulation(chain, State.relaxed(chain, 1), 1)
-    stretch = simulation.follow(Cycles("0.005", 5), 1, 10, Limits(10**6))
+    stretch = simulation.follow(Cycles("0.005", 5), 1, 10)
     while not stretch.stop.final and stretch.completed == 0:
-        stretch = simulation.follow(Cycles("0.005", 5), 1, 10, Limits(10**6))
+        stretch = simulation.follow(Cycles("0.005", 5), 1, 10)
     assert stretch.stop is Stop.LIMIT
     assert "neither ended" in stretch.reason

@@ -32,7 +32,7 @@ def followed(chain, drive, solver, seed=0, record=("x", "events"), start=None):
     name, options = solver
     start = start or State.relaxed(chain, seed)
     simulation = solver_named(name, options).simulation(chain, start, seed, record)
-    return simulation, simulation.follow(drive, 1, drive.half_cycles, Limits(10**6))
+    return simulation, simulation.follow(drive, 1, drive.half_cycles)
 
 
 def floats(values):
@@ -119,7 +119,7 @@ def test_runaway_is_proved_in_finite_time(n, tan_alpha, solver):
     start = State.relaxed(chain)
     name, options = solver
     simulation = solver_named(name, options).simulation(chain, start, 0, ())
-    stretch = simulation.follow(Cycles("0.01", 1), 1, 2, Limits(10**5))
+    stretch = simulation.follow(Cycles("0.01", 1), 1, 2)
     assert stretch.stop is Stop.RUNAWAY
     assert stretch.completed < 2
 

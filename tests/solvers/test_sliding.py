@@ -25,7 +25,6 @@ from exactcreep.solvers import sliding
 from exactcreep.solvers.registry import SOLVERS, rearrange
 from exactcreep.solvers.sliding import Sliding, exact_cosine
 
-EVERYTHING = 10**9
 PYTHAGOREAN = [
     (Fraction(3, 4), Fraction(9, 10)),
     (Fraction(5, 12), Fraction(1, 2)),
@@ -41,7 +40,7 @@ def chain_of(n, tan_alpha, mu_d=Fraction(1, 2), l0=1000):
 def simulate(chain, drive, *, exact=True, pivot="mean", start=None, record=("x_G",), seed=0):
     start = State.relaxed(chain) if start is None else start
     simulation = Sliding(exact=exact, pivot=pivot).simulation(chain, start, seed, record)
-    stretch = simulation.follow(drive, 1, drive.half_cycles, Limits(EVERYTHING))
+    stretch = simulation.follow(drive, 1, drive.half_cycles)
     assert stretch.completed == drive.half_cycles
     return simulation, stretch.recorded
 
@@ -362,7 +361,7 @@ def test_from_mu_d_on_no_static_solution_holds_the_chain_in_one_place(
 ):
     chain = chain_of(3, Fraction(tan_alpha), Fraction(mu_d))
     simulation = Sliding().simulation(chain, State.relaxed(chain), 0, ("x_G",))
-    stretch = simulation.follow(Cycles("0.01", 3), 1, 6, Limits(EVERYTHING))
+    stretch = simulation.follow(Cycles("0.01", 3), 1, 6)
     assert (stretch.completed, stretch.stop.value) == (0, outcome.value)
     assert reason in stretch.reason
     assert simulation.evidence is evidence
@@ -408,10 +407,10 @@ def test_capture_and_restore_go_on_bit_for_bit(exact):
     record = ("x_G", "x", "slips")
     whole, recorded = simulate(chain, drive, exact=exact, record=record)
     first = Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, record)
-    assert first.follow(drive, 1, 25, Limits(EVERYTHING)).completed == 25
+    assert first.follow(drive, 1, 25).completed == 25
     second = Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, record)
     second.restore(first.capture())
-    rest = second.follow(drive, 26, 35, Limits(EVERYTHING)).recorded
+    rest = second.follow(drive, 26, 35).recorded
     for name in record:
         assert rest[name].tolist() == recorded[name][25:].tolist()
     assert second.tally == whole.tally

@@ -11,7 +11,6 @@ import pytest
 
 from exactcreep.cli import status
 from exactcreep.laws import LAWS
-from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
@@ -123,7 +122,7 @@ def test_two_sliders_differ_from_the_sliding_limit_by_at_most_the_excess_on_ever
         paths = []
         for solver in (Exact(), Sliding()):
             simulation = solver.simulation(chain, start, case, ())
-            stretch = simulation.follow(drive, 1, 50, Limits(10**9))
+            stretch = simulation.follow(drive, 1, 50)
             paths.append(np.diff(stretch.recorded["x_G"], prepend=0.0))
         gap = np.abs(paths[0] - paths[1]).max() / chain.excess
         assert gap <= 1 + 1e-9
@@ -219,12 +218,12 @@ def test_auto_goes_on_from_a_capture_with_the_same_choice():
     solver = creep(chain, drive, solver="auto", accuracy="0.05").experiment.algorithm
     state = State.relaxed(chain)
     whole = solver.simulation(chain, state, 0, ("x_G",))
-    ends = whole.follow(drive, 1, 120, Limits(10**9)).recorded["x_G"]
+    ends = whole.follow(drive, 1, 120).recorded["x_G"]
     first = solver.simulation(chain, state, 0, ("x_G",))
-    first.follow(drive, 1, 50, Limits(10**9))
+    first.follow(drive, 1, 50)
     second = solver.simulation(chain, state, 0, ("x_G",))
     second.restore(first.capture())
-    rest = second.follow(drive, 51, 70, Limits(10**9)).recorded["x_G"]
+    rest = second.follow(drive, 51, 70).recorded["x_G"]
     assert rest.tolist() == ends[50:].tolist()
     assert second.report()["chosen"] == whole.report()["chosen"]
 
