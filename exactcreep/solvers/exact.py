@@ -38,6 +38,7 @@ from exactcreep.solvers.solver import (
     refuse_no_slips,
     refuse_records,
 )
+from exactcreep.solvers.two_floats import split, two_sum
 
 
 class Work(NamedTuple):
@@ -52,18 +53,13 @@ class Work(NamedTuple):
     log: NDArray[np.float64]
 
 
+_two_sum = two_sum.py_func  # for arrays
 _MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
 _CAPTURED = ("cell", "tally", "real", "whole")
 _ENDLESS = (
     f"an avalanche has neither ended nor been proved to run away after {layout.LONGEST_AVALANCHE}"
     " events; at tan_alpha = mu_d it may go round for ever"
 )
-
-
-def _split(value: Fraction) -> tuple[float, float]:
-    """Return `value` as two floats, good to about 2**-106."""
-    high = nearest_float(value)
-    return high, nearest_float(value - Fraction(high))
 
 
 def _rational(value: Any) -> Fraction:
@@ -74,19 +70,11 @@ def _rational(value: Any) -> Fraction:
         return Fraction(float(value))
 
 
-def _two_sum(
-    a: NDArray[np.float64], b: NDArray[np.float64] | float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    total = a + b
-    part = total - a
-    return total, (a - (total - part)) + (b - part)
-
-
 def _halves(array: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return an array of numbers as two arrays of floats whose sum it is."""
     if array.dtype == np.float64:
         return array.copy(), np.zeros(array.size)
-    pairs = np.array([_split(_rational(value)) for value in array.tolist()]).reshape(-1, 2)
+    pairs = np.array([split(_rational(value)) for value in array.tolist()]).reshape(-1, 2)
     return pairs[:, 0].copy(), pairs[:, 1].copy()
 
 
@@ -107,9 +95,9 @@ def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
     m = layout.columns(n)
     real = np.zeros(layout.REALS)
     whole = np.zeros(layout.WHOLES, dtype=np.int64)
-    theta = _split(chain.l0 * _rational(state.theta))
+    theta = split(chain.l0 * _rational(state.theta))
     cosine = chain.times_cosine(Fraction(1))
-    mu_d = _split(chain.mu_d)
+    mu_d = split(chain.mu_d)
     real[layout.THETA], real[layout.THETA_LOW] = theta
     real[layout.FRICTION] = chain.friction
     real[layout.MU_D], real[layout.MU_D_LOW] = mu_d
@@ -208,11 +196,11 @@ class ExactSimulation(Simulation):
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return ``l0 theta`` of the targets as two arrays of floats."""
         if isinstance(drive, Cycles):
-            high, low = _split(self.chain.l0 * drive.amplitude)
+            high, low = split(self.chain.l0 * drive.amplitude)
             way = np.where(np.arange(first, first + count) % 2 == 1, 1.0, -1.0)
             return way * high, way * low
         theta = drive.targets(first, count, seed)
-        l0, l0_low = _split(self.chain.l0)
+        l0, l0_low = split(self.chain.l0)
         product = l0 * theta
         # Dekker's product: the rounding error of l0 * theta from halves of 26 bits
         a = l0 * 134217729.0
@@ -323,7 +311,7 @@ class ExactSimulation(Simulation):
         low = self._cell(layout.TRAVEL_LOW) + self._cell(layout.X)
         start, start_low = _halves(self.start.displacements)
         tension, tension_low = _halves(self.start.tensions)
-        theta_0 = _split(chain.l0 * _rational(self.start.theta))
+        theta_0 = split(chain.l0 * _rational(self.start.theta))
         terms = [
             (tension, tension_low),
             (high[1:], low[1:]),
@@ -369,7 +357,7 @@ class ExactSimulation(Simulation):
         }
         tension, tension_low = _halves(self.start.tensions)
         displacement, displacement_low = _halves(self.start.displacements)
-        theta = _split(_rational(self.start.theta))
+        theta = split(_rational(self.start.theta))
         captured |= {
             "start_tension": tension,
             "start_tension_low": tension_low,
@@ -441,7 +429,7 @@ class Estimated(Rearrangement):
         """The state at theta_c."""
         given, (load, load_low) = self.given, self.load
         tension, tension_low = _halves(given.tensions)
-        before, before_low = _split(self.chain.l0 * _rational(given.theta))
+        before, before_low = split(self.chain.l0 * _rational(given.theta))
         change, error = _two_sum(np.array([before]), -load)
         rest = float(error[0]) + (before_low - load_low)
         total, rounded = _two_sum(tension, float(change[0]))

@@ -114,27 +114,12 @@ from exactcreep.solvers.layout import (
     compiled,
     inlined,
 )
+from exactcreep.solvers.two_floats import plus, two_sum
 
 _CALM = 64
 _STEP_WORK = 40  # of a cluster; beside it each of its strips of eight sliders
 _STRIP_WORK = 12
 """Steps without an event after which the whole chain's modes are looked at."""
-
-
-@inlined
-def _two_sum(a, b):
-    total = a + b
-    part = total - a
-    return total, (a - (total - part)) + (b - part)
-
-
-@inlined
-def _plus(high, low, term):
-    """Return (high + low) + term as two floats."""
-    total, error = _two_sum(high, term)
-    error += low
-    result = total + error
-    return result, error - (result - total)
 
 
 @inlined
@@ -202,7 +187,7 @@ def _place_ends(cell, real, whole):
     if n > 1:
         for i, way in ((PAD, -1.0), (PAD + n - 1, 1.0)):
             low = cell[FORCE_LOW, i] + way * real[THETA_LOW]
-            cell[REST, i], _ = _plus(cell[FORCE, i], low, way * real[THETA])
+            cell[REST, i], _ = plus(cell[FORCE, i], low, way * real[THETA])
 
 
 @inlined
@@ -267,19 +252,19 @@ def _settle(cell, real, whole):
     last = whole[TOUCHED_LAST]
     for i in range(max(first - 1, PAD), min(last + 2, PAD + whole[N])):
         # the neighbours' sum first: the mirror image adds the same two numbers
-        total, error = _two_sum(cell[X, i - 1], cell[X, i + 1])
-        high, low = _plus(cell[FORCE, i], cell[FORCE_LOW, i] + error, total)
-        high, low = _plus(high, low, -cell[STIFFNESS, i] * cell[X, i])
+        total, error = two_sum(cell[X, i - 1], cell[X, i + 1])
+        high, low = plus(cell[FORCE, i], cell[FORCE_LOW, i] + error, total)
+        high, low = plus(high, low, -cell[STIFFNESS, i] * cell[X, i])
         cell[FORCE, i] = high
         cell[FORCE_LOW, i] = low
         cell[REST, i] = high  # at sliders 1 and N once theta is known again
     for i in range(first, last + 1):
         moved = cell[X, i]
         if moved != 0.0:
-            high, low = _plus(cell[TRAVEL, i], cell[TRAVEL_LOW, i], moved)
+            high, low = plus(cell[TRAVEL, i], cell[TRAVEL_LOW, i], moved)
             cell[TRAVEL, i] = high
             cell[TRAVEL_LOW, i] = low
-            real[TOTAL], real[TOTAL_LOW] = _plus(real[TOTAL], real[TOTAL_LOW], moved)
+            real[TOTAL], real[TOTAL_LOW] = plus(real[TOTAL], real[TOTAL_LOW], moved)
             cell[X, i] = 0.0
     if whole[NUMBER] > PROMISED_EVENTS:
         whole[LONG] += 1
@@ -339,8 +324,8 @@ def _next_start(cell, real, whole, target, target_low):
     room_top = real[FRICTION] + cell[EXCESS, top]
     room_end = real[FRICTION] + cell[EXCESS, end]
     # slider 1 starts with sign -up at f_1 + up room, slider N with sign up at up room - f_N
-    top_high, top_low = _plus(cell[FORCE, top], cell[FORCE_LOW, top], up * room_top)
-    end_high, end_low = _plus(-cell[FORCE, end], -cell[FORCE_LOW, end], up * room_end)
+    top_high, top_low = plus(cell[FORCE, top], cell[FORCE_LOW, top], up * room_top)
+    end_high, end_low = plus(-cell[FORCE, end], -cell[FORCE_LOW, end], up * room_end)
     far_top = max(up * ((top_high - now) + (top_low - now_low)), 0.0)
     far_end = max(up * ((end_high - now) + (end_low - now_low)), 0.0)
     far *= up
@@ -384,7 +369,7 @@ def _ramp(cell, real, whole, log, target, target_low):
 
 @inlined
 def _plus_in_lanes(high, low, term):
-    """Return in every lane the two floats of `_plus`."""
+    """Return in every lane the two floats of `plus`."""
     total = high + term
     # the rounding error is exact either way; from the larger term it is known sooner
     grew = below(magnitude(high), magnitude(term))
@@ -489,7 +474,7 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
     cell[TRAVEL_LOW, i] = lane_of(low, 2)
     real[TOTAL] = lane_of(high, 3)
     real[TOTAL_LOW] = lane_of(low, 3)
-    real[THETA], real[THETA_LOW] = _plus(
+    real[THETA], real[THETA_LOW] = plus(
         way * lane_of(high_before, 0), way * lane_of(low_before, 0), up * (friction + excess_before)
     )
     count[DRAWS, i] = k
@@ -529,7 +514,7 @@ def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):
         if pair:
             way = 1.0 if top else -1.0
             low = cell[FORCE_LOW, neighbour] + way * theta_low
-            pull, _ = _plus(cell[FORCE, neighbour], low, way * theta)
+            pull, _ = plus(cell[FORCE, neighbour], low, way * theta)
         room = friction + cell[EXCESS, neighbour] - side * pull
         bound = 8.0 * ULP * (2.0 * friction + drive + length + drive)
         if room <= length + bound or drive >= 1.9 * friction:
@@ -537,17 +522,17 @@ def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):
         real[THETA] = theta
         real[THETA_LOW] = theta_low
         moved = side * length
-        high, low = _plus(cell[FORCE, i], cell[FORCE_LOW, i], -moved)
+        high, low = plus(cell[FORCE, i], cell[FORCE_LOW, i], -moved)
         cell[FORCE, i] = high
         cell[FORCE_LOW, i] = low
-        high, low = _plus(cell[FORCE, neighbour], cell[FORCE_LOW, neighbour], moved)
+        high, low = plus(cell[FORCE, neighbour], cell[FORCE_LOW, neighbour], moved)
         cell[FORCE, neighbour] = high
         cell[FORCE_LOW, neighbour] = low
         cell[REST, neighbour] = high
-        high, low = _plus(cell[TRAVEL, i], cell[TRAVEL_LOW, i], moved)
+        high, low = plus(cell[TRAVEL, i], cell[TRAVEL_LOW, i], moved)
         cell[TRAVEL, i] = high
         cell[TRAVEL_LOW, i] = low
-        real[TOTAL], real[TOTAL_LOW] = _plus(real[TOTAL], real[TOTAL_LOW], moved)
+        real[TOTAL], real[TOTAL_LOW] = plus(real[TOTAL], real[TOTAL_LOW], moved)
         _draw(cell, count, deviate, real, whole, i)
         count[SLIPS, i] += 1
         whole[SLIP_TOTAL] += 1

@@ -15,7 +15,6 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from exactcreep.limits import Stop
@@ -24,10 +23,12 @@ from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.quasistatic.decimals import enclosure, floats
+from exactcreep.solvers.layout import compiled
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Stretch, advance
+from exactcreep.solvers.two_floats import plus, split
 
-# the replay's numbers, each the sum of two floats
+# the replay's numbers, each kept as two floats
 (
     _LOAD,  # l0 theta
     _TENSION,
@@ -38,9 +39,8 @@ from exactcreep.solvers.solver import Stretch, advance
     _LOST,  # kinetic energy at logged stops
 ) = range(7)
 _NUMBERS = 7
-# its plain floats: velocities, directions, time, weight, friction, number of the rearrangement
-_SPEED_1, _SPEED_2, _SIDE_1, _SIDE_2, _CLOCK, _WEIGHT, _FRICTION, _NUMBER = range(8)
-_CELLS = 8
+# its plain floats: velocities, directions (0 at rest), time, number of the rearrangement
+_SPEED, _SIDE, _CLOCK, _NUMBER, _CELLS = 0, 2, 4, 5, 6
 
 
 @dataclass(frozen=True)
@@ -82,90 +82,78 @@ class Ledger:
         return abs(self.left) / self.friction if self.friction else abs(self.left)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _add(high, low, which, term):
-    """Add a float to a number that is the sum of two."""
-    total = high[which] + term
-    part = total - high[which]
-    error = (high[which] - (total - part)) + (term - part) + low[which]
-    result = total + error
-    low[which] = error - (result - total)
-    high[which] = result
+@compiled
+def _add(sums, which, term):
+    """Add a float to a number that is kept as two."""
+    sums[which, 0], sums[which, 1] = plus(sums[which, 0], sums[which, 1], term)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _ramp(high, low, load, load_low):
+@compiled
+def _ramp(sums, load, load_low):
     """Take l0 theta to a new value while both sliders rest."""
-    step = (load - high[_LOAD]) + (load_low - low[_LOAD])
-    before = high[_TENSION] + low[_TENSION]
-    _add(high, low, _TENSION, -step)
-    after = high[_TENSION] + low[_TENSION]
-    _add(high, low, _WORK, -0.5 * step * (before + after))
-    high[_LOAD] = load
-    low[_LOAD] = load_low
+    step = (load - sums[_LOAD, 0]) + (load_low - sums[_LOAD, 1])
+    before = sums[_TENSION, 0] + sums[_TENSION, 1]
+    _add(sums, _TENSION, -step)
+    after = sums[_TENSION, 0] + sums[_TENSION, 1]
+    _add(sums, _WORK, -0.5 * step * (before + after))
+    sums[_LOAD, 0] = load
+    sums[_LOAD, 1] = load_low
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _move(high, low, cells, span):
+@compiled
+def _swung(omega, push, speed, span):
+    """Return how far an oscillation moves, and how much speed it gains, under a first push."""
+    half = math.sin(0.5 * omega * span)
+    sine = math.sin(omega * span) / omega
+    moved = 2.0 * push * half * half / (omega * omega) + speed * sine
+    return moved, push * sine - 2.0 * speed * half * half
+
+
+@compiled
+def _move(sums, cells, weight, friction, span):
     """Let the sliders that move do so, in closed form."""
-    one, other = cells[_SIDE_1], cells[_SIDE_2]
-    tension = high[_TENSION] + low[_TENSION]
-    push_1 = cells[_WEIGHT] + tension - cells[_FRICTION] * one
-    push_2 = cells[_WEIGHT] - tension - cells[_FRICTION] * other
-    moved_1 = 0.0
-    moved_2 = 0.0
-    if one != 0.0 and other != 0.0:
-        omega = math.sqrt(2.0)
-        mean = 0.5 * (push_1 + push_2)
-        apart = push_2 - push_1
-        speed = 0.5 * (cells[_SPEED_1] + cells[_SPEED_2])
-        parting = cells[_SPEED_2] - cells[_SPEED_1]
-        half = math.sin(0.5 * omega * span)
-        sine = math.sin(omega * span)
-        shared = span * (speed + 0.5 * mean * span)
-        opened = apart * half * half + parting * sine / omega
-        moved_1 = shared - 0.5 * opened
-        moved_2 = shared + 0.5 * opened
-        speed += mean * span
-        parting += apart * sine / omega - 2.0 * parting * half * half
-        cells[_SPEED_1] = speed - 0.5 * parting
-        cells[_SPEED_2] = speed + 0.5 * parting
-    else:
-        half = math.sin(0.5 * span)
-        sine = math.sin(span)
-        if one != 0.0:
-            moved_1 = 2.0 * push_1 * half * half + cells[_SPEED_1] * sine
-            cells[_SPEED_1] += push_1 * sine - 2.0 * cells[_SPEED_1] * half * half
-        if other != 0.0:
-            moved_2 = 2.0 * push_2 * half * half + cells[_SPEED_2] * sine
-            cells[_SPEED_2] += push_2 * sine - 2.0 * cells[_SPEED_2] * half * half
-    for which, moved, side in ((_FIRST, moved_1, one), (_SECOND, moved_2, other)):
-        if side != 0.0:
-            _add(high, low, which, moved)
-            _add(high, low, _PATH, side * moved)
-            _add(high, low, _TENSION, -moved if which == _FIRST else moved)
+    tension = sums[_TENSION, 0] + sums[_TENSION, 1]
+    first = weight + tension - friction * cells[_SIDE]
+    second = weight - tension - friction * cells[_SIDE + 1]
+    one, other, gain, gain_other = 0.0, 0.0, 0.0, 0.0
+    if cells[_SIDE] != 0.0 and cells[_SIDE + 1] != 0.0:
+        mean = 0.5 * (first + second)
+        parting = cells[_SPEED + 1] - cells[_SPEED]
+        opened, apart = _swung(math.sqrt(2.0), second - first, parting, span)
+        shared = span * (0.5 * (cells[_SPEED] + cells[_SPEED + 1]) + 0.5 * mean * span)
+        one, other = shared - 0.5 * opened, shared + 0.5 * opened
+        gain, gain_other = mean * span - 0.5 * apart, mean * span + 0.5 * apart
+    elif cells[_SIDE] != 0.0:
+        one, gain = _swung(1.0, first, cells[_SPEED], span)
+    elif cells[_SIDE + 1] != 0.0:
+        other, gain_other = _swung(1.0, second, cells[_SPEED + 1], span)
+    cells[_SPEED] += gain
+    cells[_SPEED + 1] += gain_other
+    _add(sums, _FIRST, one)
+    _add(sums, _SECOND, other)
+    _add(sums, _TENSION, -one)
+    _add(sums, _TENSION, other)
+    _add(sums, _PATH, cells[_SIDE] * one)
+    _add(sums, _PATH, cells[_SIDE + 1] * other)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def _replayed(high, low, cells, number, load, time, kind, slider, sign):
+@compiled
+def _replayed(sums, cells, weight, friction, number, load, time, kind, slider, sign):
     """Replay a block of the log; every row is a start (kind 0) or a stop of one slider."""
     for row in range(number.size):
         if number[row] != cells[_NUMBER]:
             cells[_NUMBER] = number[row]
             cells[_CLOCK] = 0.0
-            _ramp(high, low, load[row], 0.0)
+            _ramp(sums, load[row], 0.0)
         if time[row] != cells[_CLOCK]:
-            _move(high, low, cells, time[row] - cells[_CLOCK])
+            _move(sums, cells, weight, friction, time[row] - cells[_CLOCK])
             cells[_CLOCK] = time[row]
-        first = slider[row] == 1
-        speed = _SPEED_1 if first else _SPEED_2
-        side = _SIDE_1 if first else _SIDE_2
-        if kind[row] == 0:
-            cells[side] = sign[row]
-        else:
-            _add(high, low, _LOST, 0.5 * cells[speed] * cells[speed])
-            cells[side] = 0.0
-        cells[speed] = 0.0
+        n = slider[row] - 1
+        cells[_SIDE + n] = sign[row]
+        if kind[row] == 1:
+            _add(sums, _LOST, 0.5 * cells[_SPEED + n] * cells[_SPEED + n])
+            cells[_SIDE + n] = 0.0
+        cells[_SPEED + n] = 0.0
 
 
 def two_slider_ledger(
@@ -209,13 +197,18 @@ def two_slider_ledger(
     begin = State.relaxed(chain, seed) if start is None else start
     simulation = solver_named(solver, {}).simulation(chain, begin, seed, ("events",))
     total = drive.half_cycles if most_half_cycles is None else most_half_cycles
-    high, low, cells = _opening(chain, begin)
+    known = [begin.theta, begin.tensions[0], *begin.displacements]
+    exact = [enclosure(value).middle for value in known]
+    sums, cells = np.zeros((_NUMBERS, 2)), np.zeros(_CELLS)
+    sums[:4] = [split(chain.l0 * exact[0]), *map(split, exact[1:])]
+    cells[_NUMBER] = -1.0
     l0 = nearest_float(chain.l0)
 
     def take(stretch: Stretch) -> None:
         log = stretch.recorded
         _replayed(
-            high, low, cells, log["event_rearrangement"], l0 * floats(log["event_theta"]),
+            sums, cells, chain.sin_alpha, chain.friction,
+            log["event_rearrangement"], l0 * floats(log["event_theta"]),
             floats(log["event_time"]), log["event_kind"], log["event_slider"], log["event_sign"],
         )  # fmt: skip
 
@@ -223,44 +216,24 @@ def two_slider_ledger(
     if stretch.stop is not Stop.DONE:
         raise InputError("drive", drive, f"must end at rest: {stretch.reason}")
     end = simulation.state()
-    load = chain.l0 * enclosure(end.theta).middle
-    _ramp(high, low, nearest_float(load), nearest_float(load - Fraction(nearest_float(load))))
-    return _closed(chain, begin, end, high, low, simulation.tally.slips, total), end
-
-
-def _opening(chain: Chain, start: State) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    """Return the replay's numbers, what they lack, and its plain floats at the start."""
-    high, low, cells = np.zeros(_NUMBERS), np.zeros(_NUMBERS), np.zeros(_CELLS)
-    exact = {
-        _LOAD: chain.l0 * enclosure(start.theta).middle,
-        _TENSION: enclosure(start.tensions[0]).middle,
-        _FIRST: enclosure(start.displacements[0]).middle,
-        _SECOND: enclosure(start.displacements[1]).middle,
-    }
-    for which, value in exact.items():
-        high[which] = nearest_float(value)
-        low[which] = nearest_float(value - Fraction(high[which]))
-    cells[_WEIGHT], cells[_FRICTION], cells[_NUMBER] = chain.sin_alpha, chain.friction, -1.0
-    return high, low, cells
+    _ramp(sums, *split(chain.l0 * enclosure(end.theta).middle))
+    return _closed(chain, begin, end, sums, simulation.tally.slips, total), end
 
 
 def _closed(
-    chain: Chain, begin: State, end: State, high: NDArray[Any], low: NDArray[Any], slips: int,
-    half_cycles: int,
-) -> Ledger:  # fmt: skip
-    def replayed(which: int) -> Fraction:
-        return Fraction(float(high[which])) + Fraction(float(low[which]))
-
+    chain: Chain, begin: State, end: State, sums: NDArray[Any], slips: int, half_cycles: int
+) -> Ledger:
+    replayed = [Fraction(high) + Fraction(low) for high, low in sums.tolist()]
     tension = [enclosure(state.tensions[0]).middle for state in (begin, end)]
     places = [[enclosure(x).middle for x in state.displacements] for state in (begin, end)]
     gravity = Fraction(chain.sin_alpha) * (sum(places[1]) - sum(places[0]))
     elastic = (tension[1] ** 2 - tension[0] ** 2) / 2
-    friction = Fraction(chain.friction) * replayed(_PATH)
-    drive, lost = replayed(_WORK), replayed(_LOST)
+    friction = Fraction(chain.friction) * replayed[_PATH]
+    drive, lost = replayed[_WORK], replayed[_LOST]
     apart = [
-        replayed(_TENSION) - tension[1],
-        replayed(_FIRST) - places[1][0],
-        replayed(_SECOND) - places[1][1],
+        replayed[_TENSION] - tension[1],
+        replayed[_FIRST] - places[1][0],
+        replayed[_SECOND] - places[1][1],
     ]
     return Ledger(
         drive=nearest_float(drive),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -11,11 +12,14 @@ import pytest
 from numpy.typing import NDArray
 
 from exactcreep import Chain, Cycles, Evidence, InputError, State, creep
+from exactcreep.model.contacts import Contacts
+from exactcreep.motion.replay import Replay
 from exactcreep.quasistatic.loop import PhysicsWarning
 from exactcreep.solvers.exact import ExactSimulation
 from exactcreep.solvers.solver import Stretch
 from exactcreep.studies.energy import two_slider_ledger
 from exactcreep.studies.envelope import remainder_error
+from exactcreep.studies.eventlog import rearrangements
 
 PAIR = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
 HUNDREDS = Cycles(Fraction(PAIR.excess) / 10, 50)  # of slips in a half-cycle
@@ -39,6 +43,31 @@ def test_the_drive_and_gravity_pay_for_friction(sigma_mu: str, tan_alpha: str) -
     assert ledger.apart < 1e-15 * ledger.slips
     assert ledger.lost < 1e-20
     assert np.sign(ledger.gravity) == np.sign(float(chain.tan_alpha) * plain.x_G)
+
+
+@pytest.mark.parametrize(("sigma_mu", "tan_alpha"), [("0", "0.25"), ("0.01", "0.45")])
+def test_the_ledger_is_the_sum_over_all_rearrangements(sigma_mu: str, tan_alpha: str) -> None:
+    chain = Chain(2, 1000, "0.5", "0.6", sigma_mu, tan_alpha=tan_alpha)
+    drive = Cycles("0.002", 10)
+    ledger, _ = two_slider_ledger(chain, drive, seed=3)
+    run = creep(chain, drive, seed=3, record=("events",))
+    state, contacts = run.experiment.initial, Contacts(chain, 3)
+    friction, gravity, lost = 0.0, 0.0, 0.0
+    for one in rearrangements(run.recorded):
+        tensions = state.tensions - 1000 * (one.theta - state.theta)
+        begin = replace(state, tensions=tensions, theta=one.theta)
+        replay = Replay(chain, begin, one.events, contacts=contacts)
+        for phase in replay:
+            phase.finish()
+        state = replay.state()
+        energies = replay.energies()
+        friction += energies.friction
+        gravity += energies.gravity
+        lost += energies.lost
+    assert friction > 1
+    assert ledger.friction == pytest.approx(friction, rel=1e-11, abs=0)
+    assert ledger.gravity == pytest.approx(gravity, rel=1e-10, abs=0)
+    assert lost < 1e-20
 
 
 def test_lone_slips_lose_what_the_law_says() -> None:
