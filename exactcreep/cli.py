@@ -31,19 +31,10 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("scenes")(scenes.scenes)
-app.command("run")(run.run)
-app.command("resume")(resume.resume)
-app.command("reproduce")(reproduce.reproduce)
-app.command("sweep")(sweep.sweep)
-app.command("show")(show.show)
-app.command("animate")(animate.animate)
-app.command("plan")(plan.plan)
-app.command("tradeoff")(tradeoff.tradeoff)
-app.command("threshold")(threshold.threshold)
-app.command("compare")(compare.compare)
-app.command("audit")(audit.audit)
-app.command("envelope")(envelope.envelope)
+for _module in (scenes, run, resume, reproduce, sweep, show, animate, plan, tradeoff, threshold,
+                compare, audit, envelope):  # fmt: skip
+    _name = _module.__name__.rpartition(".")[2]
+    app.command(_name)(getattr(_module, _name))
 
 
 def _show_version(wanted: bool) -> None:

@@ -16,15 +16,15 @@ import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from importlib import resources
+from inspect import signature
 from pathlib import Path as FilePath
 from typing import Any
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError
-from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
-from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
 from exactcreep.quasistatic.files import file_name
 from exactcreep.solvers.registry import SOLVERS
 
@@ -35,60 +35,13 @@ _DEEPEST = 8  # tables within tables
 _DEEPEST_KEY = 100
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
-CHAIN_KEYS = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
+CHAIN_KEYS = tuple(field.name for field in fields(Chain))
 RUN_KEYS = ("solver", "seed", "burn_in", "record", "start")
 START_KEYS = ("tensions", "theta", "size", "seed")
 
 
 class Literal(str):
     """A decimal number as it was written; its value is exact."""
-
-
-@dataclass(frozen=True)
-class DriveKind:
-    """How a ``[drive]`` table of one kind becomes a drive.
-
-    Attributes
-    ----------
-    required, optional : tuple of str
-        The keys of the table, apart from ``kind``.
-    build : callable
-        Called with the table's entries by name and, as ``folder``, the directory of the scene.
-    """
-
-    required: tuple[str, ...]
-    build: Callable[..., Drive]
-    optional: tuple[str, ...] = ()
-
-
-def _cycles(folder: FilePath, **given: Any) -> Drive:
-    return Cycles(**given)
-
-
-def _gaussian(folder: FilePath, **given: Any) -> Drive:
-    return GaussianSteps(**given)
-
-
-def _path(folder: FilePath, **given: Any) -> Drive:
-    return Path(**given)
-
-
-def _record(folder: FilePath, *, file: Any, **given: Any) -> Drive:
-    # a path in a scene is meant from where the scene is, not from where the program was started
-    return TemperatureRecord(folder / file if isinstance(file, str) else file, **given)
-
-
-DRIVE_KINDS: dict[str, DriveKind] = {
-    "cycles": DriveKind(("amplitude", "cycles"), _cycles),
-    "gaussian": DriveKind(("sigma_theta", "steps"), _gaussian),
-    "path": DriveKind(("theta",), _path),
-    "record": DriveKind(
-        ("file", "kappa", "T0"),
-        _record,
-        ("time_column", "temperature_column", "unit", "delimiter"),
-    ),
-}
-"""The kinds of drives that a scene may ask for."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +131,7 @@ class Scene:
         known += [f"run.{name}" for name in _run_keys()]
         known += [f"run.start.{name}" for name in START_KEYS]
         known += ["drive.kind"]
-        known += sorted({f"drive.{name}" for kind in DRIVE_KINDS for name in _drive_keys(kind)})
+        known += sorted({f"drive.{name}" for kind in DRIVES for name in _drive_keys(kind)})
         if key not in known:
             near = difflib.get_close_matches(key, known, 1, 0.3)
             hint = f"; did you mean {near[0]}?" if near else ""
@@ -353,15 +306,13 @@ def _run_keys() -> tuple[str, ...]:
     return (*RUN_KEYS, *sorted(options))
 
 
-def _drive_kind(kind: Any) -> DriveKind:
-    if not isinstance(kind, str) or kind not in DRIVE_KINDS:
-        raise InputError("drive.kind", kind, "must be one of " + ", ".join(DRIVE_KINDS))
-    return DRIVE_KINDS[kind]
+def _drive_keys(kind: Any) -> dict[str, bool]:
+    """Return the keys of a ``[drive]`` table of a kind, and whether each is required.
 
-
-def _drive_keys(kind: Any) -> tuple[str, ...]:
-    about = _drive_kind(kind)
-    return (*about.required, *about.optional)
+    Arguments that are None by default are not for users: files keep a drive by them.
+    """
+    taken = signature(drive_of_kind(kind)).parameters.values()
+    return {each.name: each.default is each.empty for each in taken if each.default is not None}
 
 
 def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:
@@ -410,10 +361,13 @@ def _drive(table: Mapping[str, Any], folder: FilePath) -> Drive:
     given = dict(table)
     _required(given, ("kind",))
     kind = given.pop("kind")
-    about = _drive_kind(kind)
-    _known(given, _drive_keys(kind), "drive.")
-    _required(given, about.required)
-    return about.build(folder, **given)
+    keys = _drive_keys(kind)
+    _known(given, tuple(keys), "drive.")
+    _required(given, tuple(name for name, required in keys.items() if required))
+    if isinstance(given.get("file"), str):
+        # a path in a scene is meant from where the scene is, not from where the program was started
+        given["file"] = folder / given["file"]
+    return drive_of_kind(kind)(**given)
 
 
 def _start(given: Any, chain: Chain, seed: Any) -> State | None:

@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exactcreep import Chain, Cycles, GaussianSteps, InputError
-from exactcreep.scene import DRIVE_KINDS, Literal, Scene, builtin_scenes, load_scene, parsed_value
+from exactcreep.quasistatic.experiment import DRIVES
+from exactcreep.scene import Literal, Scene, builtin_scenes, load_scene, parsed_value
 
 TEXT = """
 [chain]
@@ -128,7 +129,7 @@ def test_a_record_is_looked_for_beside_the_scene(tmp_path: Path) -> None:
         (("0.5", "nan"), "chain.mu_d = 'nan': must be a finite number"),
         (('"3/5"', "0.4"), "chain.mu_s = '0.4': must be at least mu_d = 0.5"),
         (("cycles = 5", "cycles = 5.5"), "drive.cycles = '5.5': must be a whole number"),
-        (('"cycles"', '"cycle"'), "drive.kind = 'cycle': must be one of " + ", ".join(DRIVE_KINDS)),
+        (('"cycles"', '"cycle"'), "drive.kind = 'cycle': must be one of " + ", ".join(DRIVES)),
         (("cycles = 5", "cycles = 5\n[run]\nsolver='exakt'"), "run.solver = 'exakt': must be one"),
         (("cycles = 5", "cycles = 5\n[run]\ndt=1"), "run.option = 'dt': solver 'exact' does not"),
         (("cycles = 5", "cycles = 5\n[run]\nrecord=[1]"), "run.record = 1: must be among x_G"),

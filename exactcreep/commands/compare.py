@@ -45,15 +45,14 @@ def compare(
     """
     from exactcreep.commands.answer import as_json
     from exactcreep.model.numbers import whole_number
-    from exactcreep.quasistatic.files import check_output, check_picture
+    from exactcreep.quasistatic.files import check_plot
     from exactcreep.scene import load_scene
     from exactcreep.studies.comparison import compare as measured
     from exactcreep.studies.contests import draw_comparison
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))
     if plot is not None:
-        check_output(plot, "plot", force=force)
-        check_picture(plot)
+        check_plot(plot, force=force)
     chosen = wanted.settings()[0]
     with Display(quiet=json) as display:
         found = measured(

@@ -62,7 +62,7 @@ def sweep(
         exactcreep sweep my-scene.toml --scheduler tcp://10.0.0.1:8786 --out plateaus --resume
     """
     from exactcreep.model.numbers import InputError, whole_number
-    from exactcreep.quasistatic.files import check_output, check_picture
+    from exactcreep.quasistatic.files import check_plot
     from exactcreep.scene import load_scene
     from exactcreep.studies.sweeps import sweep as run_sweep
 
@@ -74,8 +74,7 @@ def sweep(
     wanted = load_scene(scene).with_settings(given)
     folder = out if out is not None else Path(f"{wanted.name}-sweep")
     if plot is not None:
-        check_output(plot, "plot", force=force)
-        check_picture(plot)
+        check_plot(plot, force=force)
         if not set(wanted.vary) - {"run.seed"}:
             raise InputError("plot", str(plot), "needs something that varies besides the seed")
     if workers is not None and scheduler is not None:

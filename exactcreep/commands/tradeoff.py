@@ -41,15 +41,14 @@ def tradeoff(
     from rich.console import Console
 
     from exactcreep.commands.answer import as_json, print_heading
-    from exactcreep.quasistatic.files import check_output, check_picture
+    from exactcreep.quasistatic.files import check_plot
     from exactcreep.scene import load_scene
     from exactcreep.studies.contests import draw_tradeoff
     from exactcreep.studies.tradeoff import tradeoff as measure
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))
     if plot is not None:
-        check_output(plot, "plot", force=force)
-        check_picture(plot)
+        check_plot(plot, force=force)
     chosen = wanted.settings()[0]
     experiment = wanted.experiment(chosen)
     with Display(quiet=json) as display:

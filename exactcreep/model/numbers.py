@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import numbers
 import re
+from collections.abc import Mapping
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
@@ -174,3 +175,20 @@ def same_numbers(a: NDArray[Any], b: NDArray[Any]) -> bool:
         return np.array_equal(a, b, equal_nan=True)
     pairs = zip(a.ravel().tolist(), b.ravel().tolist(), strict=False)
     return a.shape == b.shape and all(same(x, y) for x, y in pairs)
+
+
+def plain_data(about: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a mapping as JSON can hold it: a number that is not finite is None."""
+    return {str(key): _plain(value) for key, value in about.items()}
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return plain_data(value)
+    if isinstance(value, (list, tuple, np.ndarray)):
+        return [_plain(part) for part in value]
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value if isinstance(value, (str, int, float)) or value is None else str(value)

@@ -28,6 +28,13 @@ DRIVES: dict[str, type[Drive]] = {
 """Every drive class by its kind; ``DRIVES[kind](**parameters)`` makes the drive again."""
 
 
+def drive_of_kind(kind: Any) -> type[Drive]:
+    """Return the class of `DRIVES`, or raise `InputError`."""
+    if not isinstance(kind, str) or kind not in DRIVES:
+        raise InputError("drive.kind", kind, "must be one of " + ", ".join(DRIVES))
+    return DRIVES[kind]
+
+
 @dataclass(frozen=True, eq=False)
 class Experiment:
     """A chain, a drive, the disorder, a solver, and what is to be recorded.
@@ -175,12 +182,10 @@ class Experiment:
         try:
             drive = dict(data["drive"])
             kind = drive.pop("kind")
-            if kind not in DRIVES:
-                raise InputError("drive.kind", kind, "must be one of " + ", ".join(DRIVES))
             start = data["start"]
             return cls.of(
                 Chain(**data["chain"]),
-                DRIVES[kind](**drive),
+                drive_of_kind(kind)(**drive),
                 seed=data["seed"],
                 solver=data["solver"],
                 start=None if start is None else State(**start),

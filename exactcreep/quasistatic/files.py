@@ -81,6 +81,11 @@ def check_picture(path: Path) -> None:
         raise InputError("plot", str(path), "must end in " + ", ".join(PICTURES))
 
 
+def check_plot(path: str | os.PathLike[str], *, force: bool) -> None:
+    """Raise `InputError` unless a picture can be written there, and its name ends like one."""
+    check_picture(check_output(path, "plot", force=force))
+
+
 def write_file(path: str | os.PathLike[str], data: bytes | memoryview, field: str) -> None:
     """Make `data` the content of a file, in one piece or not at all, even if the power fails.
 

@@ -23,11 +23,11 @@ from xarray.backends import H5NetCDFStore
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError, nearest_float, ratio_of, ratio_text
+from exactcreep.model.numbers import InputError, nearest_float, plain_data, ratio_of, ratio_text
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats, quantity
-from exactcreep.quasistatic.experiment import DRIVES, Experiment
+from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
 from exactcreep.quasistatic.files import check_output, file_name, write_file
 from exactcreep.solvers.records import (
     EVENT_TABLE,
@@ -197,14 +197,14 @@ class Creep:
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, ready for JSON: a number that is not finite is None."""
         out: dict[str, Any] = {
-            "velocity": self.velocity_text or _finite(self.velocity),
-            "velocity_error": _finite(self.velocity_error),
+            "velocity": self.velocity_text or self.velocity,
+            "velocity_error": self.velocity_error,
             "outcome": self.outcome.value,
             "evidence": self.evidence.value,
             "solver": self.solver,
         }
         out |= {name: getattr(self, name) for name in _COUNTS}
-        out |= {"x_G": _finite(self.x_G), "seconds": self.seconds, "seed": self.seed}
+        out |= {"x_G": self.x_G, "seconds": self.seconds, "seed": self.seed}
         if self.velocity_enclosure is not None and self.velocity_enclosure.radius:
             out["velocity_radius"] = self.velocity_enclosure.radius_text()
         if self.reason:
@@ -212,10 +212,10 @@ class Creep:
         if self.velocity_reason:
             out["velocity_reason"] = self.velocity_reason
         if self.warnings:
-            out["warnings"] = dict(self.warnings)
+            out["warnings"] = self.warnings
         if self.report:
-            out["report"] = json.loads(_json(self.report))
-        return out
+            out["report"] = self.report
+        return plain_data(out)
 
     @cached_property
     @lists_columns(HALF_CYCLE_TABLE, EVENT_TABLE)
@@ -369,23 +369,8 @@ def _text(value: Any) -> str:
     return ratio_text(value) if isinstance(value, Fraction) else str(value)
 
 
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _json(value: Any) -> str:
-    def plain(item: Any) -> Any:
-        if isinstance(item, Mapping):
-            return {str(key): plain(part) for key, part in item.items()}
-        if isinstance(item, (list, tuple, np.ndarray)):
-            return [plain(part) for part in item]
-        if isinstance(item, np.generic):
-            return plain(item.item())
-        if isinstance(item, float) and not math.isfinite(item):
-            return None
-        return item if isinstance(item, (str, int, float, bool)) or item is None else str(item)
-
-    return json.dumps(plain(value))
+def _json(about: Mapping[str, Any]) -> str:
+    return json.dumps(plain_data(about))
 
 
 def _attribute_values(parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -410,8 +395,6 @@ def _experiment(data: xr.Dataset) -> Experiment:
         if name in _RATIOS:  # they may be longer than a number that a user gives
             given = [*map(ratio_of, given)] if isinstance(given, list) else ratio_of(str(given))
         parameters[name] = given
-    if about["drive"] not in DRIVES:
-        raise InputError("drive.kind", about["drive"], "must be one of " + ", ".join(DRIVES))
     start = None
     if about["start"] == "given":
         theta = ratio_of(about["start_theta"])
@@ -419,7 +402,7 @@ def _experiment(data: xr.Dataset) -> Experiment:
         start = _state(data, "initial", near if Fraction(near) == theta else theta)
     return Experiment.of(
         chain,
-        DRIVES[about["drive"]](**parameters),
+        drive_of_kind(about["drive"])(**parameters),
         seed=int(about["seed"]),
         solver=str(about["solver"]),
         start=start,

@@ -19,7 +19,7 @@ from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Drive, Path
-from exactcreep.model.numbers import InputError, nearest_float, whole_number
+from exactcreep.model.numbers import InputError, nearest_float, plain_data, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
 from exactcreep.motion.arithmetic import FLOAT64
@@ -95,9 +95,9 @@ class Standing(Agreement):
     def summary(self) -> dict[str, Any]:
         """Return the standing by names, ready for JSON."""
         run = self.creep
-        return {
+        return plain_data({
             "solver": self.contestant.solver,
-            "options": dict(self.contestant.options),
+            "options": self.contestant.options,
             "events_agreed": self.agreed,
             "first_difference": None
             if not self.differs
@@ -107,17 +107,17 @@ class Standing(Agreement):
                 "tie": None if self.tie is None else self.tie.summary(),
             },
             "rests_compared": self.compared,
-            "position_error_before": _finite(self.error_before),
-            "position_error_after": _finite(self.error_after),
-            "velocity": _finite(run.velocity),
-            "velocity_error": _finite(run.velocity_error),
+            "position_error_before": self.error_before,
+            "position_error_after": self.error_after,
+            "velocity": run.velocity,
+            "velocity_error": run.velocity_error,
             "slips_per_half_cycle": run.slips / max(run.half_cycles, 1),
             "half_cycles": run.half_cycles,
             "outcome": run.outcome.value,
             "evidence": run.evidence.value,
             "undecided": run.undecided,
             "seconds": run.seconds,
-        }
+        })
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +165,7 @@ class Comparison:
 
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""
-        return {
+        return plain_data({
             "certified": {
                 "digits": self.digits,
                 "events": self.events,
@@ -175,9 +175,9 @@ class Comparison:
                 "largest_radius": self.radius,
             },
             "contestants": [contestant.summary() for contestant in self.contestants],
-            "velocity_difference": _finite(self.velocity_difference),
-            "standard_errors": _finite(self.standard_errors),
-        }
+            "velocity_difference": self.velocity_difference,
+            "standard_errors": self.standard_errors,
+        })
 
 
 def compare(
@@ -406,7 +406,3 @@ def _plain(events: Sequence[Event]) -> list[Event]:
 def _instant(time: Any) -> float:
     """Return a time, unit tau_dyn, in float64."""
     return nearest_float(enclosure(time).middle)
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -5,14 +5,12 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.quasistatic.files import check_picture
 from exactcreep.studies.comparison import Comparison, Standing
-from exactcreep.studies.figures import INKS, STYLE, picture, save_picture
+from exactcreep.studies.figures import INKS, page
 from exactcreep.studies.tradeoff import Score, Tradeoff
 
 _FLOOR = 1e-18
@@ -27,8 +25,7 @@ def draw_comparison(comparison: Comparison, path: Path | str, *, title: str = ""
     InputError
         If the file cannot be written.
     """
-    with mpl.rc_context(STYLE):
-        figure = picture(6.0, 6.0)
+    with page(path, 6.0, 6.0, title) as figure:
         above, below = figure.subplots(2, 1)
         for standing, ink in zip(comparison.contestants, INKS, strict=False):
             _draw_course(above, standing, ink)
@@ -47,9 +44,6 @@ def draw_comparison(comparison: Comparison, path: Path | str, *, title: str = ""
         below.xaxis.set_major_locator(MaxNLocator(integer=True))
         below.set_xlabel("half-cycles")
         below.set_ylabel(r"$\tilde{x}_G$, verlet minus exact ($g\,\tau_\mathrm{dyn}^2$)")
-        if title:
-            figure.suptitle(title, fontsize=10, parse_math=False)
-        save_picture(figure, path)
 
 
 def _draw_course(axes: Axes, standing: Standing, ink: str) -> None:
@@ -73,9 +67,7 @@ def draw_tradeoff(measured: Tradeoff, path: Path | str, *, title: str = "") -> N
     InputError
         If the file cannot be written, or its ending is none of a picture.
     """
-    check_picture(Path(path))
-    with mpl.rc_context(STYLE):
-        figure = picture(9.0, 4.6)
+    with page(path, 9.0, 4.6, title) as figure:
         left, right = figure.subplots(1, 2)
         for solver, locate, label, ink, mark in _FAMILIES:
             chosen = [
@@ -109,9 +101,6 @@ def draw_tradeoff(measured: Tradeoff, path: Path | str, *, title: str = "") -> N
             figure.legend(
                 list(known.values()), list(known), loc="outside lower center", ncols=len(known)
             )
-        if title:
-            figure.suptitle(title, fontsize=10, parse_math=False)
-        save_picture(figure, path)
 
 
 _OFTEN_WRONG = 0.05

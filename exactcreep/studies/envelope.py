@@ -27,7 +27,7 @@ import numpy as np
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, Path
-from exactcreep.model.numbers import InputError, nearest_float, whole_number
+from exactcreep.model.numbers import InputError, nearest_float, plain_data, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.condition import PROMISE
@@ -155,10 +155,7 @@ class Cell:
 
     def summary(self) -> dict[str, Any]:
         """Return the cell, ready for JSON: a number that is not finite is None."""
-        return {
-            name: None if isinstance(value, float) and not math.isfinite(value) else value
-            for name, value in vars(self).items()
-        }
+        return plain_data(vars(self))
 
 
 def extremes(*, quick: bool = False) -> list[Extreme]:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +63,18 @@ def save_picture(figure: Figure, path: Path | str) -> None:
     write_file(target, drawn.getbuffer(), "plot")
 
 
+@contextmanager
+def page(path: Path | str, width: float, height: float, title: str = "") -> Iterator[Figure]:
+    """Yield an empty figure in the house's style, which is written to `path` at the end."""
+    check_picture(Path(path))
+    with mpl.rc_context(STYLE):
+        figure = picture(width, height)
+        if title:
+            figure.suptitle(title, fontsize=10, parse_math=False)
+        yield figure
+        save_picture(figure, path)
+
+
 def symbol_of(key: str) -> str:
     """Return how a quantity that varies is called in a picture, by its key or its last part."""
     name = key.rpartition(".")[2]
@@ -118,15 +131,11 @@ def draw_run(
     """
     if not any("x_G" in result.recorded for result in results):
         raise InputError("plot", str(path), 'needs x_G: record = ["x_G"]')
-    check_picture(Path(path))
-    with mpl.rc_context(STYLE):
-        figure = picture(6.4, 5.2)
+    with page(path, 6.4, 5.2, title) as figure:
         # the band of many cycles says less than a trace, and needs less room
         band = all(result.drive.cyclic and result.half_cycles > 400 for result in results)
         ratios = (1, 5) if band else (1, 2.4)
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=ratios)
-        if title:
-            figure.suptitle(title, fontsize=10, parse_math=False)
         _draw_theta(top, results, band=band)
         if len(results) == 1:
             _draw_one(bottom, results[0])
@@ -134,7 +143,6 @@ def draw_run(
             _draw_members(bottom, results, settings)
         target = "half-cycles" if results[0].drive.cyclic else "targets"
         bottom.set_xlabel(rf"time $t/\tau_\mathrm{{th}}$ ({target})")
-        save_picture(figure, path)
 
 
 def _thinned(time: NDArray[Any], values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:

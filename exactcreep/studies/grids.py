@@ -7,15 +7,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import matplotlib as mpl
 import xarray as xr
 from matplotlib.axes import Axes
 
 from exactcreep.laws import LAWS, law_values
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.files import check_picture
 from exactcreep.studies.drawing import EXACT, VELOCITY, points
-from exactcreep.studies.figures import INKS, STYLE, picture, save_picture, setting_text, symbol_of
+from exactcreep.studies.figures import INKS, page, setting_text, symbol_of
 from exactcreep.studies.tables import Cell, Row, cells
 
 _MOST_FAMILIES = 16  # that a legend can name
@@ -41,7 +39,6 @@ def draw_sweep(dataset: xr.Dataset, path: Path | str, *, title: str = "") -> Non
     InputError
         If nothing varies but the seed, or the file cannot be written.
     """
-    check_picture(Path(path))
     every = cells(dataset)
     over = _over(every)
     families: dict[tuple[Any, ...], list[Cell]] = {}
@@ -49,8 +46,7 @@ def draw_sweep(dataset: xr.Dataset, path: Path | str, *, title: str = "") -> Non
         own = tuple(value for key, value in cell.varied.items() if key != over)
         families.setdefault(own, []).append(cell)
     others = [key for key in every[0].varied if key != over]
-    with mpl.rc_context(STYLE):
-        figure = picture(5.6, 4.0)
+    with page(path, 5.6, 4.0, title) as figure:
         axes = figure.subplots()
         for number, (own, family) in enumerate(families.items()):
             texts = [setting_text(key, value) for key, value in zip(others, own, strict=True)]
@@ -61,9 +57,6 @@ def draw_sweep(dataset: xr.Dataset, path: Path | str, *, title: str = "") -> Non
         axes.set_ylabel(VELOCITY)
         if len(families) <= _MOST_FAMILIES:
             axes.legend(loc="best")
-        if title:
-            figure.suptitle(title, fontsize=10, parse_math=False)
-        save_picture(figure, path)
 
 
 def _over(every: Sequence[Cell]) -> str:

@@ -12,7 +12,7 @@ from exactcreep.laws import prediction
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import nearest_float
+from exactcreep.model.numbers import nearest_float, plain_data
 from exactcreep.model.state import State
 from exactcreep.motion.condition import PROMISE
 from exactcreep.quasistatic.experiment import Experiment
@@ -20,7 +20,6 @@ from exactcreep.scene import Scene
 from exactcreep.solvers.auto import (
     LADDER,
     Choice,
-    Pilot,
     choose,
     runner,
     valid_accuracy,
@@ -82,8 +81,11 @@ class Plan:
 
     def summary(self) -> dict[str, Any]:
         """Return the plan as plain data for JSON; a number that is not known is None."""
-        pilot = self.choice.pilot
-        return {
+        pilot = None
+        if self.choice.pilot is not None:
+            known = vars(self.choice.pilot).items()
+            pilot = {name: value for name, value in known if name != "resting"}
+        return plain_data({
             "solver": self.solver,
             "explicit": self.explicit,
             "choice": self.choice.name,
@@ -97,32 +99,15 @@ class Plan:
             "candidates": [
                 {
                     "solver": rung.name,
-                    "error": _known(rung.error),
+                    "error": rung.error,
                     "basis": rung.basis,
                     "reason": rung.reason,
-                    "seconds": _known(self.costs[rung.name]),
+                    "seconds": self.costs[rung.name],
                 }
                 for rung in self.choice.candidates
             ],
-            "pilot": None if pilot is None else _pilot_summary(pilot),
-        }
-
-
-def _known(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
-def _pilot_summary(pilot: Pilot) -> dict[str, Any]:
-    return {
-        "half_cycles": pilot.half_cycles,
-        "burn_in": pilot.burn_in,
-        "events": pilot.events,
-        "velocity": _known(pilot.velocity),
-        "velocity_error": _known(pilot.velocity_error),
-        "sliding": _known(pilot.sliding),
-        "difference": _known(pilot.difference),
-        "difference_error": _known(pilot.difference_error),
-    }
+            "pilot": pilot,
+        })
 
 
 def plan(

@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, plain_data
 from exactcreep.model.state import State
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.decimals import floats
@@ -119,29 +119,25 @@ class Score:
 
     def summary(self) -> dict[str, Any]:
         """Return the score as plain data for JSON; what is not known is None."""
-
-        def known(value: float) -> float | None:
-            return value if math.isfinite(value) else None
-
-        return {
+        return plain_data({
             "label": self.contestant.label,
             "solver": self.contestant.solver,
-            "options": dict(self.contestant.options),
-            "seconds_per_half_cycle": known(self.seconds),
-            "seconds_quartiles": [known(self.seconds_low), known(self.seconds_high)],
-            "time_ratio_to_exact": known(self.ratio),
+            "options": self.contestant.options,
+            "seconds_per_half_cycle": self.seconds,
+            "seconds_quartiles": [self.seconds_low, self.seconds_high],
+            "time_ratio_to_exact": self.ratio,
             "rearrangements_compared": self.compared,
             "rearrangements_with_other_events": self.different,
-            "position_error_median": known(self.error),
-            "position_error_largest": known(self.error_high),
+            "position_error_median": self.error,
+            "position_error_largest": self.error_high,
             "events_agreed": self.agreed,
             "events_agreed_all": self.agreed_all,
-            "velocity_bias": known(self.bias),
-            "velocity_bias_error": known(self.bias_error),
+            "velocity_bias": self.bias,
+            "velocity_bias_error": self.bias_error,
             "velocity_bias_half_cycles": self.bias_half_cycles,
             "memory_bytes": self.memory or None,
-            "notes": list(self.notes),
-        }
+            "notes": self.notes,
+        })
 
 
 @dataclass(frozen=True)
@@ -218,19 +214,18 @@ class Tradeoff:
     def summary(self) -> dict[str, Any]:
         """Return the trade as plain data for JSON."""
         drive = self.experiment.drive
-        finite = math.isfinite
-        return {
+        return plain_data({
             "half_cycles": drive.half_cycles,
-            "velocity": self.velocity if finite(self.velocity) else None,
-            "velocity_error": self.velocity_error if finite(self.velocity_error) else None,
+            "velocity": self.velocity,
+            "velocity_error": self.velocity_error,
             "events_compared": self.events_compared,
             "long_rearrangements_left_out": self.left_out,
             "rearrangements_without_truth": self.no_truth,
-            "truth": {"solver": self.truth.solver, "options": dict(self.truth.options)},
+            "truth": {"solver": self.truth.solver, "options": self.truth.options},
             "advice": self.advice,
             "seconds": self.seconds,
             "scores": [one.summary() for one in self.scores],
-        }
+        })
 
 
 def _microseconds(seconds: float) -> str:

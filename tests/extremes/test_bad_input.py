@@ -395,7 +395,7 @@ def test_a_file_that_cannot_be_begun_is_named(
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device", ".x.abc")
 
-    monkeypatch.setattr("tempfile.mkstemp", full)
+    monkeypatch.setattr("os.open", full)
     for option in ("out", "checkpoint"):
         name = str(tmp_path / "new")
         words = ["run", "two-sliders-cycles", "--set", "drive.cycles=1", "--json"]

@@ -15,7 +15,7 @@ from exactcreep.cli import status
 from exactcreep.laws import LAWS
 from exactcreep.model.numbers import InputError
 from exactcreep.scene import load_scene
-from exactcreep.studies import grids
+from exactcreep.studies import figures, grids
 from exactcreep.studies.sweeps import sweep
 
 
@@ -26,9 +26,9 @@ def swept(**vary: Any) -> xr.Dataset:
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    figures: list[Figure] = []
-    monkeypatch.setattr(grids, "save_picture", lambda figure, path: figures.append(figure))
-    return figures
+    kept: list[Figure] = []
+    monkeypatch.setattr(figures, "save_picture", lambda figure, path: kept.append(figure))
+    return kept
 
 
 def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit(
