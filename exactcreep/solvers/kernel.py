@@ -117,9 +117,13 @@ from exactcreep.solvers.layout import (
 from exactcreep.solvers.two_floats import plus, two_sum
 
 _CALM = 64
-_STEP_WORK = 40  # of a cluster; beside it each of its strips of eight sliders
-_STRIP_WORK = 12
 """Steps without an event after which the whole chain's modes are looked at."""
+STEP_WORK = 40
+"""Of a step of a cluster, in units of about 5 ns."""
+STRIP_WORK = 12
+"""Of each of its strips of eight sliders."""
+MODES_WORK = 6
+"""Of a look at the modes, for every mode and slider."""
 
 
 @inlined
@@ -723,11 +727,11 @@ def _cluster(cell, count, deviate, series, real, whole, log):
         if _never_stops(cell, real, whole):
             return True
         if whole[CALM] > _CALM and whole[CALM] % _CALM == 0:
-            whole[WORK] += 6 * whole[N] ** 2
+            whole[WORK] += MODES_WORK * whole[N] ** 2
             if _no_mode_stops(cell, series, real, whole):
                 return True
     whole[CALM] += 1
-    whole[WORK] += _STEP_WORK + _STRIP_WORK * ((whole[LAST] - whole[FIRST] + 10) // 8)
+    whole[WORK] += STEP_WORK + STRIP_WORK * ((whole[LAST] - whole[FIRST] + 10) // 8)
     t, events, residual = step(
         cell, count, series, real, whole, whole[FIRST] - 1, whole[LAST] + 1
     )

@@ -154,6 +154,22 @@ def test_what_one_call_may_use_changes_no_bit(name: str, budget: int) -> None:
 
 
 @pytest.mark.parametrize("name", SLIPPING)
+def test_a_pause_waits_for_something_to_hand_over_and_changes_no_bit(name: str) -> None:
+    simulation = started(name)
+    parts: list[Mapping[str, NDArray[Any]]] = []
+    done = 0
+    while done < 4:
+        before = simulation.tally.events
+        stretch = simulation.follow(DRIVE, done + 1, 4 - done, Limits(pause=0.0))
+        assert stretch.completed > 0 or simulation.tally.events > before
+        done += stretch.completed
+        assert stretch.stop is (Stop.DONE if done == 4 else Stop.BUDGET)
+        parts.append(stretch.recorded)
+    assert len(parts) > 1 or name == "verlet"  # which needs no second look at the clock
+    assert shown(parts) == in_one_go(name)
+
+
+@pytest.mark.parametrize("name", SLIPPING)
 def test_an_advance_ends_where_the_chain_runs_away(name: str) -> None:
     simulation = started(name, Chain(4, 1000, "0.5", "0.6", "0.01", tan_alpha="0.55"))
     away = advance(simulation, DRIVE, 4)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, State
+from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.exact import ExactSimulation
 from exactcreep.solvers.solver import Tally
 
@@ -53,3 +55,24 @@ def test_a_chain_a_thousand_times_longer_does_the_same_work():
     short, long = (work(n, "0.003", 4, "0") for n in (100, 100_000))
     assert short == long
     assert short[0].events > 1000
+
+
+def test_a_call_of_the_compiled_loop_ends_with_its_work_even_if_nothing_happens():
+    # on the slope mu_d the whole chain slides on and on, and is asked whether it ever stops
+    n = 40
+    chain = Chain(n, 1000, "0.0217", "0.665", tan_alpha="0.0217")
+    work = ExactSimulation(chain, State.relaxed(chain), 0).work
+    targets = np.array([-1000.0 * 30]), np.zeros(1), np.empty(1)
+    allowed, calls, calm = 40_000, 0, 0
+    while work.whole[layout.EVENTS] < 100_000:
+        spent, events = work.whole[layout.WORK], work.whole[layout.EVENTS]
+        reason, _ = kernel.follow(*work, *targets, 10**9, allowed, False)
+        assert reason == layout.BUDGET
+        strips = n // 8 + 2
+        dearest = kernel.MODES_WORK * n**2 + kernel.STEP_WORK + kernel.STRIP_WORK * strips
+        assert work.whole[layout.WORK] - spent < allowed + dearest
+        assert work.whole[layout.EVENTS] - events <= allowed
+        calls += 1
+        calm += work.whole[layout.EVENTS] == events
+    assert calls > 20
+    assert calm > 0
