@@ -42,6 +42,15 @@ def test_the_velocity_is_the_displacement_after_the_burn_in_divided_by_the_half_
     assert x.shape == (100,)
 
 
+def test_a_velocity_of_cycles_leaves_out_one_that_is_not_complete() -> None:
+    whole = creep(SIX, Cycles("0.01", 50), record=("x_G", "events"))
+    events = int((whole.recorded["event_half_cycle"] <= 59).sum())
+    cut = creep(SIX, Cycles("0.01", 50), burn_in=10, max_events=events)
+    assert cut.half_cycles == 59
+    x = whole.recorded["x_G"]
+    assert cut.velocity == pytest.approx((x[57] - x[9]) / 48, rel=1e-15, abs=0)
+
+
 @pytest.mark.parametrize(
     ("cycles", "asked", "left_out"), [(5, None, 2), (100, None, 20), (55, None, 12), (50, 7, 8)]
 )

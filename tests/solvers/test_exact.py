@@ -219,15 +219,7 @@ def test_a_slider_is_counted_as_undecided_once_in_a_rearrangement_not_at_every_s
 )
 def test_a_runaway_is_proved_and_returned_with_what_came_before(n, tan_alpha):
     chain = paper_chain(n, sigma_mu="0", tan_alpha=tan_alpha)
-    if n == 1:
-        result = rearrange(chain, State.relaxed(chain), direction=0)
-    else:
-        state = State.relaxed(chain)
-        for _ in range(40):
-            result = rearrange(chain, state, direction=1)
-            state = result.state
-            if result.outcome is Outcome.RUNAWAY:
-                break
+    result = rearrange(chain, State.relaxed(chain), direction=min(n - 1, 1))
     assert result.outcome is Outcome.RUNAWAY
     downhill = 1 if chain.tan_alpha > 0 else -1
     assert np.all(downhill * result.velocities >= 0)
@@ -235,7 +227,7 @@ def test_a_runaway_is_proved_and_returned_with_what_came_before(n, tan_alpha):
     if n > 1:
         run = creep(chain, Cycles("0.01", 10))
         assert run.outcome is Outcome.RUNAWAY
-        assert math.isfinite(run.slips)
+        assert run.velocity == downhill * math.inf
 
 
 def test_an_avalanche_that_goes_round_for_ever_is_a_limit_and_not_a_hang():
@@ -531,7 +523,5 @@ def test_a_whole_chain_that_slides_on_unproved_is_given_up():
     chain = Chain(10, 1000, "1/1000", Fraction(1, 1000) + gap, "1e-9", tan_alpha="1/1000")
     simulation = ExactSimulation(chain, State.relaxed(chain, 1), 1)
     stretch = simulation.follow(Cycles("0.005", 5), 1, 10)
-    while not stretch.stop.final and stretch.completed == 0:
-        stretch = simulation.follow(Cycles("0.005", 5), 1, 10)
     assert stretch.stop is Stop.LIMIT
     assert "neither ended" in stretch.reason

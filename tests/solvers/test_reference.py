@@ -127,12 +127,7 @@ def test_runaway_is_proved_in_finite_time(n, tan_alpha, solver):
 @every_arithmetic
 def test_the_runaway_state_satisfies_its_certificate(solver):
     chain = Chain(3, **PAPER, tan_alpha="0.55")
-    state = State.relaxed(chain)
-    for _ in range(20):
-        result = rearranged(chain, state, solver)
-        if result.outcome is Outcome.RUNAWAY:
-            break
-        state = result.state
+    result = rearranged(chain, State.relaxed(chain), solver)
     v = floats(result.velocities)
     forces = result.state.forces(chain)
     mean, a = v.mean(), forces - chain.friction

@@ -62,6 +62,20 @@ def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit(
         np.testing.assert_allclose(line.get_ydata(orig=False), expected, rtol=1e-12, atol=0)
 
 
+def test_the_line_of_random_dilations_is_their_own_law(drawn: list[Figure]) -> None:
+    scene = load_scene("two-sliders-angle").with_settings(
+        {"drive.steps": 20, "vary.chain.tan_alpha": ["0.1", "0.2"], "vary.run.seed": [1]}
+    )
+    grids.draw_sweep(sweep(scene, workers=1), "unused.png")
+    (line,) = [one for one in drawn[0].axes[0].lines if len(one.get_xdata()) == 2
+               and one.get_linestyle() == "--"]  # fmt: skip
+    law = LAWS["vitesse_seuil_random"].exact
+    assert law is not None
+    expected = [float(law(n=2, l0=1000, mu_d=0.5, tan_alpha=t, sigma_theta=0.01))
+                for t in (0.1, 0.2)]  # fmt: skip
+    np.testing.assert_allclose(line.get_ydata(orig=False), expected, rtol=1e-12, atol=0)
+
+
 def test_where_there_is_no_law_there_is_no_line(drawn: list[Figure]) -> None:
     grids.draw_sweep(swept(vary__chain__tan_alpha=["-0.1", "0.2", "0.5"]), "unused.png")
     lines = [line for line in drawn[0].axes[0].lines if line.get_linestyle() == "--"]
