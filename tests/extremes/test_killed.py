@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from exactcreep import Creep
+from exactcreep.quasistatic.checkpoint import VERSION
 from exactcreep.quasistatic.result import load_members
 from tests.conftest import Command
 from tests.processes import finished
@@ -101,8 +102,8 @@ def test_a_file_that_is_not_the_run_s_is_refused_and_left_as_it_is(
     good = (tmp_path / "a.ckpt").read_bytes()
     header, body = good.split(b"\n", 1)
     spoiled = {
-        "newer": good.replace(b"checkpoint 2", b"checkpoint 7", 1),
-        "older": good.replace(b"checkpoint 2", b"checkpoint 1", 1),
+        "newer": header.replace(b"%d" % VERSION, b"%d" % (VERSION + 1)) + b"\n" + body,
+        "older": header.replace(b"%d" % VERSION, b"%d" % (VERSION - 1)) + b"\n" + body,
         "cut": good[: len(good) * 2 // 3],
         "longer": good + b"\0",
         "headless": body,
