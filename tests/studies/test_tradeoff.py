@@ -31,6 +31,7 @@ def experiment_of(n=3, mu_s="0.6", sigma_mu="0.01", tan_alpha="0.23", cycles=100
 FIELD = (
     Contestant("exact"),
     Contestant("sliding"),
+    Contestant("verlet", {"dt": "0.5"}),
     Contestant("verlet", {"dt": "0.1"}),
     Contestant("verlet", {"dt": "0.01"}),
     Contestant("verlet", {"dt": "0.01", "locate": True}),
@@ -91,6 +92,9 @@ def test_single_rearrangements_are_exact_to_rounding_and_verlet_is_not(measured)
     assert fine.error > 3 * located.error
     assert located.error > exact.error
     assert crude.different >= fine.different >= located.different
+    crudest = of(found, "verlet, dt = 0.5")
+    assert 0 < crudest.different < crudest.compared
+    assert crudest.wrong == crudest.different / crudest.compared
     assert found.truth == Contestant("certified", {"digits": 50})
 
 
