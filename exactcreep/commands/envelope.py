@@ -78,7 +78,8 @@ def envelope(
         console.print(
             "error: of displacements at the end of the run; of one: the largest error of a single"
             " rearrangement from the same rest, over the largest force; astray: rearrangements with"
-            " other events than the proved ones, of those compared",
+            " other events than the proved ones, of those compared; no truth: nothing is proved"
+            " that the run could be held against",
             style="dim",
             soft_wrap=True,
         )

@@ -74,14 +74,6 @@ def _print(console: Any, measured: Tradeoff) -> None:
     table = Table(
         box=None, padding=(0, 1), header_style="bold", collapse_padding=True, pad_edge=False
     )
-    left_out = [
-        f"; {count} {why}"
-        for count, why in (
-            (measured.left_out, "long rearrangements were left out"),
-            (measured.no_truth, "rearrangements have no truth to be compared with"),
-        )
-        if count
-    ]
     names = ("", "time", "± %", "/exact", "error", "wrong %", "agreed", "bias %", "kB")
     for name in names:
         table.add_column(name, justify="right" if name else "left", no_wrap=True)
@@ -97,7 +89,8 @@ def _print(console: Any, measured: Tradeoff) -> None:
         " with other events than the certified ones; agreed: the first of"
         f" {measured.events_compared} events that agree (*: all that were reached); bias: of the"
         " mean velocity, against exact with the same disorder, with its standard error"
-        + "".join(left_out),
+        + (f"; {measured.left_out} long rearrangements were left out" * bool(measured.left_out))
+        + (f"; {measured.no_truth} rearrangements have no truth" * bool(measured.no_truth)),
         style="dim",
         soft_wrap=True,
     )

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -29,7 +29,6 @@ from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import creep
 from exactcreep.quasistatic.result import Creep
-from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import advance
 from exactcreep.studies.contest import Agreement, Contestant, Walk, agree, walk
 from exactcreep.studies.eventlog import LoggedEvent, rearrangements
@@ -64,12 +63,7 @@ class Tie:
 
     def summary(self) -> dict[str, Any]:
         """Return the tie by names, ready for JSON."""
-        return {
-            "condition": self.condition,
-            "slider": self.slider,
-            "margin": self.margin,
-            "time": self.time,
-        }
+        return asdict(self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -318,9 +312,7 @@ def _broken_drive(experiment: Experiment, events: int) -> tuple[Path, list[int]]
     With it the half-cycle that each breakpoint belongs to.
     """
     drive, seed = experiment.drive, experiment.seed
-    simulation = solver_named("exact", {}).simulation(
-        experiment.chain, experiment.initial, seed, ("x_G", "events")
-    )
+    simulation = Contestant("exact").simulation(experiment, ("events",))
     theta: list[Fraction] = []
     ends: list[int] = []
     for q in range(1, drive.half_cycles + 1):

@@ -26,7 +26,7 @@ from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.records import joined
 from exactcreep.solvers.registry import rearrange, solver_named
-from exactcreep.solvers.solver import Rearrangement, Solver, advance
+from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, advance
 from exactcreep.studies.eventlog import (
     LoggedEvent,
     LoggedRearrangement,
@@ -58,6 +58,12 @@ class Contestant:
     def algorithm(self) -> Solver:
         """Return the solver."""
         return solver_named(self.solver, dict(self.options))
+
+    def simulation(self, experiment: Experiment, record: tuple[str, ...] = ()) -> Simulation:
+        """Return the solver at the start of an experiment, whose own solver plays no part."""
+        return self.algorithm().simulation(
+            experiment.chain, experiment.initial, experiment.seed, record
+        )
 
 
 class Rest(NamedTuple):
@@ -226,9 +232,7 @@ def walk(
     say : callable, optional
         Called with the number of events, target by target.
     """
-    simulation = contestant.algorithm().simulation(
-        experiment.chain, experiment.initial, experiment.seed, record
-    )
+    simulation = contestant.simulation(experiment, record)
     parts: list[Mapping[str, NDArray[Any]]] = []
     reached, stop = 0, Stop.DONE
     while reached < until and stop is Stop.DONE and simulation.tally.events < enough:
@@ -278,8 +282,8 @@ def rests_between(experiment: Experiment) -> Iterator[Rest]:
 
     The first two half-cycles, which the start still shapes, are left out.
     """
-    chain, drive, seed = experiment.chain, experiment.drive, experiment.seed
-    simulation = solver_named("exact", {}).simulation(chain, experiment.initial, seed, ())
+    drive, seed = experiment.drive, experiment.seed
+    simulation = Contestant("exact").simulation(experiment)
     rng = np.random.default_rng(seed)
     before = exact_number(experiment.initial.theta, "theta")
     for q in range(1, drive.half_cycles + 1):

@@ -373,30 +373,13 @@ def _cells(extreme: Extreme, seed: int, most_events: int, most_compared: int) ->
     ran = _ran(extreme, best, seed, most_events)
     truth = Truth.of(ran)
     yield _cell(extreme, best, ran, truth)
-    steps: list[Step] = []
+    steps: list[tuple[Rest, Walk]] = []
     if extreme.truth == "certified" and not isinstance(ran, InputError):
         steps = list(_steps(extreme, best, seed, most_events, most_compared))
     for contestant in CONTESTANTS:
         ran = _ran(extreme, contestant, seed, most_events if truth.run is None else _ASTRAY)
         cell = _cell(extreme, contestant, ran, truth)
-        yield _with_steps(cell, _stepwise(extreme.chain, steps, contestant, seed))
-
-
-class Step(NamedTuple):
-    """One rearrangement: the rest from which it starts, and what was proved of it."""
-
-    rest: Rest
-    proved: Walk
-
-
-class Stepwise(NamedTuple):
-    """How a solver's single rearrangements compare with what was proved of them."""
-
-    worst: float
-    compared: int
-    astray: int
-    unsaid: int
-    """Those astray or beyond the promise that the solver does not call undecided."""
+        yield _stepwise(cell, extreme.chain, steps, contestant, seed)
 
 
 def _rearranged(chain: Chain, rest: Rest, contestant: Contestant, seed: int) -> Rearrangement:
@@ -408,26 +391,30 @@ def _rearranged(chain: Chain, rest: Rest, contestant: Contestant, seed: int) -> 
 
 def _steps(
     extreme: Extreme, best: Contestant, seed: int, most_events: int, most: int
-) -> Iterator[Step]:
-    """Yield the first rearrangements along the way of the exact solver that can be proved."""
-    experiment = Experiment.of(
-        extreme.chain, extreme.drive, seed=seed, start=extreme.start(seed)
-    )
+) -> Iterator[tuple[Rest, Walk]]:
+    """Yield the first rests along the way of the exact solver, and what is proved to follow."""
+    start = extreme.start(seed)
+    experiment = Experiment.of(extreme.chain, extreme.drive, seed=seed, start=start)
     events = 0
     for rest in islice(rests_along(experiment, _LONGEST), most):
         found = _rearranged(extreme.chain, rest, best, seed)
         if settled(found):
-            yield Step(rest, Walk.of(found, tensions=True))
+            yield rest, Walk.of(found, tensions=True)
         events += len(found.events)
         if events >= most_events:
             return
 
 
 def _stepwise(
-    chain: Chain, steps: Sequence[Step], contestant: Contestant, seed: int
-) -> Stepwise:
-    """Return how a solver does in single rearrangements."""
-    worst, compared, astray, unsaid = math.nan, 0, 0, 0
+    cell: Cell,
+    chain: Chain,
+    steps: Sequence[tuple[Rest, Walk]],
+    contestant: Contestant,
+    seed: int,
+) -> Cell:
+    """Return a cell with what comes of single rearrangements, and judged by it, too."""
+    worst, compared, astray = math.nan, 0, 0
+    unsaid = False  # whether one is astray or beyond the promise, and not called undecided
     force = _largest_force(chain)
     for rest, proved in steps:
         try:
@@ -435,27 +422,19 @@ def _stepwise(
         except InputError:
             break
         compared += 1
-        said = found.evidence is Evidence.UNDECIDED
         agreement = agree(Walk.of(found, tensions=True), proved)
-        if not agreement.compared:
+        kept = agreement.compared and agreement.error_before <= PROMISE * force
+        unsaid |= not kept and found.evidence is not Evidence.UNDECIDED
+        if agreement.compared:
+            worst = max(agreement.error_before / force, 0.0 if math.isnan(worst) else worst)
+        else:
             astray += 1
-            unsaid += not said
-            continue
-        unsaid += agreement.error_before > PROMISE * force and not said
-        worst = max(agreement.error_before, 0.0 if math.isnan(worst) else worst)
-    return Stepwise(worst / force, compared, astray, unsaid)
-
-
-def _with_steps(cell: Cell, steps: Stepwise) -> Cell:
-    """Return a cell with what was measured of single rearrangements, and judged by it, too."""
     verdict = cell.verdict
-    if verdict in (WITHIN, FLAGGED, NO_TRUTH) and steps.unsaid:
+    if verdict in (WITHIN, FLAGGED, NO_TRUTH) and unsaid:
         verdict = BROKEN
-    elif verdict == WITHIN and steps.worst > PROMISE:
+    elif verdict == WITHIN and worst > PROMISE:
         verdict = FLAGGED
-    return replace(
-        cell, worst=steps.worst, compared=steps.compared, astray=steps.astray, verdict=verdict
-    )
+    return replace(cell, worst=worst, compared=compared, astray=astray, verdict=verdict)
 
 
 def _ran(

@@ -34,7 +34,7 @@ from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import TWO_SLIDERS, Simulation, Solver, advance, warm_up
+from exactcreep.solvers.solver import TWO_SLIDERS, advance, warm_up
 from exactcreep.studies.contest import Contestant, Walk, agree, rests_between, settled, walk
 
 TIME_STEPS = ("0.3", "0.1", "0.03", "0.01", "0.003", "0.001")
@@ -337,6 +337,8 @@ class _Race:
     ) -> None:
         self.experiment = experiment
         self.scores = scores
+        self.timed = [one for one in scores if one.contestant.solver in _COMPILED]
+        self.exact = next((one for one in scores if one.contestant.solver == "exact"), None)
         self.budget = budget
         self.tell = tell
         self.truth = truth
@@ -346,59 +348,45 @@ class _Race:
         self.events_per_half_cycle = 0.0
         self.left_out = 0
         self.no_truth = 0
-        self.algorithms = [one.contestant.algorithm() for one in scores]
-
-    def _simulation(self, algorithm: Solver, record: tuple[str, ...] = ()) -> Simulation:
-        experiment = self.experiment
-        return algorithm.simulation(experiment.chain, experiment.initial, experiment.seed, record)
 
     def warm_up(self) -> None:
         """Have everything compiled."""
-        for count, (score, algorithm) in enumerate(zip(self.scores, self.algorithms, strict=True)):
-            self.tell(f"compiling: {score.contestant.label}", 0.05 * count / len(self.scores))
+        for count, contestant in enumerate(one.contestant for one in self.scores):
+            self.tell(f"compiling: {contestant.label}", 0.05 * count / len(self.scores))
+            algorithm = contestant.algorithm()
             warm_up(algorithm)
-            if score.contestant.solver != "sliding":
+            if contestant.solver != "sliding":
                 warm_up(algorithm, ("events",))
                 algorithm.rearrange(TWO_SLIDERS, State.relaxed(TWO_SLIDERS), 1, 0)
 
     def take_times(self) -> None:
         """Time in turns all contestants that are compiled."""
         share = self.budget * _SHARES["time"]
-        racing = [
-            place for place, one in enumerate(self.scores) if one.contestant.solver in _COMPILED
-        ]
-        each = share / len(racing) / (_ROUNDS + 1)
-        laps = {
-            place: _Lap(self._simulation(self.algorithms[place]), self.experiment, each)
-            for place in racing
-        }
-        table: dict[int, list[_Split]] = {place: [] for place in racing}
+        each = share / max(len(self.timed), 1) / (_ROUNDS + 1)
+        laps = [_Lap(one.contestant, self.experiment, each) for one in self.timed]
         deadline = time.perf_counter() + share
         for turn in range(_ROUNDS):
-            for count, (place, lap) in enumerate(laps.items()):
+            for count, lap in enumerate(laps):
                 done = 0.05 + 0.3 * (turn + count / len(laps)) / _ROUNDS
-                self.tell(f"timing: {self.scores[place].contestant.label}", done)
-                table[place].append(lap.run())
+                self.tell(f"timing: {lap.contestant.label}", done)
+                lap.run()
             if turn + 1 >= _FEWEST_ROUNDS and time.perf_counter() > deadline:
                 break
-        exact: list[_Split] = []
-        for place, row in table.items():
-            if self.scores[place].contestant.solver == "exact":
-                exact = row
+        exact = next((lap.splits for lap in laps if lap.contestant.solver == "exact"), [])
         cycles = sum(one.half_cycles for one in exact)
         self.events_per_half_cycle = sum(one.events for one in exact) / cycles if cycles else 0.0
-        for place, row in table.items():
-            score = self.scores[place]
-            times = [one.seconds for one in row if one.half_cycles]
+        for score, lap in zip(self.timed, laps, strict=True):
+            times = [one.seconds for one in lap.splits if one.half_cycles]
             if not times:
                 # less than a half-cycle within the time: by the events that it managed
-                times = [one.per_event * self.events_per_half_cycle for one in row if one.events]
+                pace = self.events_per_half_cycle
+                times = [one.took / one.events * pace for one in lap.splits if one.events]
                 score.notes.append("time extrapolated from a part of a half-cycle")
             if times and times[0] > 0:
                 self._take_down(score, times)
             pairs = [
                 a.seconds / b.seconds
-                for a, b in zip(row, exact, strict=False)
+                for a, b in zip(lap.splits, exact, strict=False)
                 if a.half_cycles and b.half_cycles
             ]
             if pairs:
@@ -408,70 +396,62 @@ class _Race:
         """Note the median and the quartiles of the times per half-cycle."""
         score.seconds = statistics.median(times)
         score.seconds_low, score.seconds_high = np.quantile(times, (0.25, 0.75)).tolist()
-        exact = next((one for one in self.scores if one.contestant.solver == "exact"), None)
-        if exact is not None and exact.seconds > 0:
-            score.ratio = score.seconds / exact.seconds
+        if self.exact is not None and self.exact.seconds > 0:
+            score.ratio = score.seconds / self.exact.seconds
 
     def compare_rearrangements(self) -> None:
         """Compare single rearrangements, from rest states of the scene, with the truth."""
         share = self.budget * _SHARES["rearrangements"]
-        deadline = time.perf_counter() + share
+        begin = time.perf_counter()
         chain, seed = self.experiment.chain, self.experiment.seed
-        spent = [0.0] * len(self.scores)
-        paces: list[list[float]] = [[] for _ in self.scores]
-        errors: list[list[float]] = [[] for _ in self.scores]
-        racing = [
-            place
-            for place, one in enumerate(self.scores)
-            if one.contestant.solver != "sliding"
-        ]
-        allowance = share / (len(racing) + 1)
+        racing = [one for one in self.scores if one.contestant.solver != "sliding"]
+        algorithms = [one.contestant.algorithm() for one in racing]
+        took: list[list[float]] = [[] for _ in racing]
+        paces: list[list[float]] = [[] for _ in racing]
+        errors: list[list[float]] = [[] for _ in racing]
         exact, truth = solver_named("exact", {}), self.truth.algorithm()
         pace_of_truth = 0.0
-        begin = time.perf_counter()
         for count, (state, way) in enumerate(rests_between(self.experiment)):
-            if count >= _SAMPLES or time.perf_counter() > deadline:
-                break
             fraction = max(count / _SAMPLES, (time.perf_counter() - begin) / share)
-            self.tell(f"rearrangement {count + 1}", 0.35 + 0.25 * min(1.0, fraction))
+            if fraction >= 1:
+                break
+            self.tell(f"rearrangement {count + 1}", 0.35 + 0.25 * fraction)
             length = len(exact.rearrange(chain, state, way, seed).events)
             if length * pace_of_truth > share / 5:
                 self.left_out += 1
                 continue
             clock = time.perf_counter()
             proved = truth.rearrange(chain, state, way, seed)
-            took = time.perf_counter() - clock
             if not proved.events:
                 continue
-            pace_of_truth = max(pace_of_truth, took / len(proved.events))
+            pace = (time.perf_counter() - clock) / len(proved.events)
+            pace_of_truth = max(pace_of_truth, pace)
             if not settled(proved):
                 self.no_truth += 1
                 continue
             known = Walk.of(proved)
-            for place in racing:
-                if spent[place] > allowance:
+            for place, score in enumerate(racing):
+                if sum(took[place]) > share / (len(racing) + 1):
                     continue
                 clock = time.perf_counter()
-                found = self.algorithms[place].rearrange(chain, state, way, seed)
-                took = time.perf_counter() - clock
-                spent[place] += took
-                paces[place].append(took / max(len(found.events), 1))
+                found = algorithms[place].rearrange(chain, state, way, seed)
+                took[place].append(time.perf_counter() - clock)
+                paces[place].append(took[place][-1] / max(len(found.events), 1))
                 agreement = agree(Walk.of(found), known)
-                score = self.scores[place]
                 score.compared += 1
                 if agreement.compared:
                     errors[place].append(agreement.error_before)
                 else:
                     score.different += 1
-        for score, values in zip(self.scores, errors, strict=True):
-            if score.contestant.solver == "sliding":
-                score.notes.append("the sliding limit has no rearrangements")
-            elif values:
+        for score, values, pace_of_each in zip(racing, errors, paces, strict=True):
+            if values:
                 score.error, score.error_high = statistics.median(values), max(values)
-        for score, pace in zip(self.scores, paces, strict=True):
-            if pace and score.contestant.solver not in _COMPILED:
+            if pace_of_each and score not in self.timed:
                 score.notes.append("time per event of single rearrangements, times events")
-                self._take_down(score, [one * self.events_per_half_cycle for one in pace])
+                self._take_down(score, [one * self.events_per_half_cycle for one in pace_of_each])
+        for score in self.scores:
+            if score not in racing:
+                score.notes.append("the sliding limit has no rearrangements")
 
     def compare_events(self) -> None:
         """Compare the events from the start of the scene with the truth."""
@@ -484,7 +464,7 @@ class _Race:
             if contestant.solver == "sliding":
                 continue
             self.tell(f"events: {contestant.label}", 0.6 + 0.1 * place / len(self.scores))
-            allowed = share / (8 if contestant.solver in _COMPILED else 4)
+            allowed = share / (8 if score in self.timed else 4)
             agreement = agree(self._events(contestant, self.events_compared, allowed), truth)
             score.agreed, score.agreed_all = agreement.agreed, not agreement.differs
 
@@ -498,43 +478,35 @@ class _Race:
 
     def measure_bias(self) -> None:
         """Measure the mean velocity of every contestant against that of the exact solver."""
-        share = self.budget * _SHARES["bias"]
-        total = self.experiment.drive.half_cycles
-        racing = [
-            one
-            for one in self.scores
-            if one.contestant.solver in _COMPILED
-            and one.contestant.solver != "exact"
-            and not math.isnan(one.seconds)
-        ]
-        exact = next((one for one in self.scores if one.contestant.solver == "exact"), None)
+        exact, total = self.exact, self.experiment.drive.half_cycles
         if exact is None or math.isnan(exact.seconds):
             return
-        each = share / (len(racing) + 1)
-        reference = self._positions(solver_named("exact", {}), total, each)
+        racing = [one for one in self.timed if one is not exact and not math.isnan(one.seconds)]
+        each = self.budget * _SHARES["bias"] / (len(racing) + 1)
+        reference = self._positions(exact.contestant, total, each)
         self.velocity, self.velocity_error = _mean_velocity(reference, self.experiment)
         exact.bias, exact.bias_error, exact.bias_half_cycles = 0.0, 0.0, reference.size
         for place, score in enumerate(racing):
             self.tell(f"bias: {score.contestant.label}", 0.7 + 0.28 * place / len(racing))
-            positions = self._positions(score.contestant.algorithm(), reference.size, each)
+            positions = self._positions(score.contestant, reference.size, each)
             gap = positions - reference[: positions.size]
             score.bias_half_cycles = positions.size
             score.bias, score.bias_error = _mean_velocity(gap, self.experiment)
             if math.isnan(score.bias):
                 score.notes.append("too slow for a mean velocity within the budget")
 
-    def _positions(self, algorithm: Solver, most: int, seconds: float) -> NDArray[np.float64]:
+    def _positions(self, contestant: Contestant, most: int, seconds: float) -> NDArray[np.float64]:
         """Return x_G at as many targets as the time allows."""
         limits = Limits(at=time.perf_counter() + seconds)
-        stretch = advance(self._simulation(algorithm), self.experiment.drive, most, limits)
-        return floats(stretch.recorded.get("x_G", np.empty(0)))
+        simulation = contestant.simulation(self.experiment)
+        return floats(advance(simulation, self.experiment.drive, most, limits).recorded["x_G"])
 
     def measure_memory(self) -> None:
         """Measure how much memory a simulation takes."""
-        for score, algorithm in zip(self.scores, self.algorithms, strict=True):
+        for score in self.scores:
             tracemalloc.start()
             try:
-                simulation = self._simulation(algorithm)
+                simulation = score.contestant.simulation(self.experiment)
                 simulation.follow(self.experiment.drive, 1, 1, Limits(100))
                 score.memory = tracemalloc.get_traced_memory()[1]
             finally:
@@ -554,53 +526,45 @@ class _Split:
         """Per half-cycle."""
         return self.took / self.half_cycles
 
-    @property
-    def per_event(self) -> float:
-        return self.took / self.events
-
 
 class _Lap:
     """A contestant's own run along the drive, timed block by block."""
 
-    def __init__(self, simulation: Simulation, experiment: Experiment, seconds: float) -> None:
-        self.simulation = simulation
-        self.experiment = experiment
+    def __init__(self, contestant: Contestant, experiment: Experiment, seconds: float) -> None:
+        self.contestant = contestant
+        self.simulation = contestant.simulation(experiment)
+        self.drive = experiment.drive
+        self.longest = max(self.drive.half_cycles // 2 * 2, 1)  # a block has whole cycles
         self.seconds = seconds
+        self.splits: list[_Split] = []
         self.done = 0
         self.block = 0
-        self.fresh = simulation.capture()
+        self.fresh = self.simulation.capture()
 
-    def run(self) -> _Split:
-        """Return what the next block of half-cycles takes, or as much of it as the time allows."""
+    def run(self) -> None:
+        """Time the next block of half-cycles, or as much of it as the time allows."""
         if self.block == 0:  # the first half-cycles leave the transient, and set the block's size
             wanted = 2
             while True:
                 split = self._take(wanted, self.seconds)
                 if split.half_cycles < wanted or split.took > self.seconds / 4:
                     break
-                wanted = min(2 * wanted, self._longest)
-                if wanted == self._longest:
+                wanted = min(2 * wanted, self.longest)
+                if wanted == self.longest:
                     break
             pace = split.took / max(split.half_cycles, 1)
-            self.block = max(2, min(int(self.seconds / pace), self._longest))
+            self.block = max(2, min(int(self.seconds / pace), self.longest))
             self.block += self.block % 2
-        return self._take(self.block, 4 * self.seconds)
-
-    @property
-    def _longest(self) -> int:
-        """The most half-cycles of one block: the drive in whole cycles."""
-        total = self.experiment.drive.half_cycles
-        return max(total - total % 2, 1)
+        self.splits.append(self._take(self.block, 4 * self.seconds))
 
     def _take(self, wanted: int, seconds: float) -> _Split:
-        drive = self.experiment.drive
-        wanted = min(wanted, self._longest)
-        if self.done + wanted > drive.half_cycles:
+        wanted = min(wanted, self.longest)
+        if self.done + wanted > self.drive.half_cycles:
             self.simulation.restore(self.fresh)
             self.done = 0
         events, begin = self.simulation.tally.events, time.perf_counter()
         limits = Limits(at=begin + seconds)
-        stretch = advance(self.simulation, drive, self.done + wanted, limits, done=self.done)
+        stretch = advance(self.simulation, self.drive, self.done + wanted, limits, done=self.done)
         took = time.perf_counter() - begin
         self.done += stretch.completed
         return _Split(took, stretch.completed, self.simulation.tally.events - events)

@@ -192,6 +192,10 @@ def test_the_table_is_regenerated_by_one_command(
     assert {cell["solver"] for cell in told["cells"]} >= {"certified", "exact", "verlet", "sliding"}
     table = study / "envelope.csv"
     assert len(table.read_text().splitlines()) == 1 + len(told["cells"])
+    some.append(replace(QUICK["N = 1000"], known=lambda result: math.nan))
+    assert status(["envelope", "--quick", "--out", str(study), "--force"]) == 0
+    assert "1 no truth" in capsys.readouterr().out
+    assert table.read_text().splitlines()[-1].split(",")[-2] == NO_TRUTH
     for out, reason in ((study, "exists"), (table, "must be a directory")):
         assert status(["envelope", "--quick", "--out", str(out)]) == 2
         assert reason in capsys.readouterr().err
