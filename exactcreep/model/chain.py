@@ -79,12 +79,19 @@ class Chain:
 
     def times_cosine(self, value: Fraction) -> float:
         """Return ``value * cos(alpha)`` as the nearest float64 (error below 0.5000001 ulp)."""
-        tangent = self.tan_alpha
-        p, q = tangent.numerator, tangent.denominator
-        # cos = q / sqrt(p^2 + q^2); 2^-k of an integer square root, k ample for a correct rounding
+        top, bottom = self._cosine
+        try:
+            return value.numerator * top / (value.denominator * bottom)
+        except OverflowError:
+            return math.inf if value > 0 else -math.inf
+
+    @cached_property
+    def _cosine(self) -> tuple[int, int]:
+        """cos(alpha), as a ratio of integers to some 256 bits."""
+        p, q = self.tan_alpha.numerator, self.tan_alpha.denominator
+        # q / sqrt(p^2 + q^2): 2^-k of an integer square root, k ample for a correct rounding
         bits = 256 + max((p * p + q * q).bit_length(), 1)
-        root = math.isqrt((p * p + q * q) << (2 * bits))
-        return nearest_float(value * Fraction(q << bits, root))
+        return q << bits, math.isqrt((p * p + q * q) << (2 * bits))
 
     @cached_property
     def cos_alpha(self) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -128,13 +129,17 @@ class Contacts:
         In float64, and with the roundings of the compiled solver, whose thresholds are
         ``chain.friction`` plus these.
         """
-        chain = self.chain
-        mu_d = nearest_float(chain.mu_d)
-        below = nearest_float(chain.mu_d - Fraction(mu_d))
-        excess = np.maximum(((coefficients - mu_d) - below) + low, 0.0) * chain.cos_alpha
-        if chain.sigma_mu == 0:
-            excess[coefficients == self._mean] = chain.excess
+        mu_d, mu_d_low = self._floor
+        excess = np.maximum(((coefficients - mu_d) - mu_d_low) + low, 0.0) * self.chain.cos_alpha
+        if self.chain.sigma_mu == 0:
+            excess[coefficients == self._mean] = self.chain.excess
         return np.asarray(excess)
+
+    @cached_property
+    def _floor(self) -> tuple[float, float]:
+        """mu_d, as two floats."""
+        high = nearest_float(self.chain.mu_d)
+        return high, nearest_float(self.chain.mu_d - Fraction(high))
 
 
 def _rational(coefficient: Any) -> Fraction:

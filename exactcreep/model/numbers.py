@@ -137,6 +137,8 @@ def whole_number(value: Any, field: str, *, least: int, most: int | None = None)
     InputError
         If it is not a whole number, or out of range.
     """
+    if type(value) is int and least <= value and (most is None or value <= most):
+        return value
     allowed = f"must be a whole number, at least {least}"
     if most is not None:
         allowed += f" and at most {most}"

@@ -102,6 +102,8 @@ class State:
         """
         for name in ("tensions", "displacements", "coefficients"):
             array = getattr(self, name)
+            if array.dtype == np.float64 and math.isfinite(array.dot(array)):
+                continue  # else one is not finite, or a square is too large for a float
             values = array.tolist() if array.dtype == object else array[~np.isfinite(array)]
             for value in values:
                 if not _is_finite(value):
@@ -204,6 +206,8 @@ def _require_float(value: Fraction, field: str) -> None:
 
 def _numbers(given: Any, field: str) -> NDArray[Any]:
     """Return numbers as an array of their own, float64 or of Python numbers."""
+    if type(given) is np.ndarray and given.dtype == np.float64 and given.ndim == 1:
+        return given.copy()
     try:
         array = np.array(given)
     except (ValueError, TypeError):  # rows of unequal length
@@ -220,6 +224,11 @@ def _numbers(given: Any, field: str) -> NDArray[Any]:
 
 def _counts(given: Any, field: str) -> NDArray[np.int64]:
     """Return whole numbers from 1 on as an array of their own."""
+    whole = type(given) is np.ndarray and given.dtype == np.int64 and given.ndim == 1
+    # without a sign, what is below 0 becomes larger than any count
+    if whole and ((given - 1).view(np.uint64) < _MOST_DRAWS).all():
+        counts: NDArray[np.int64] = given.copy()
+        return counts
     array = _numbers(given, field)
     allowed = f"must hold whole numbers, at least 1 and at most {_MOST_DRAWS}"
     # numbers so large that a float64 does not tell them apart are counted with the excessive
@@ -233,6 +242,8 @@ def _counts(given: Any, field: str) -> NDArray[np.int64]:
 
 def _is_number(value: Any) -> bool:
     """Return whether `value` is real: a Python number, one of mpmath, a ball, or an enclosure."""
+    if type(value) is float:
+        return True
     if isinstance(value, (bool, np.bool_)):
         return False
     known = isinstance(value, (Real, np.floating, np.integer))

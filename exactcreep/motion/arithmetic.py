@@ -191,6 +191,10 @@ class Float64(Arithmetic):
         """Return matrix times vector."""
         return np.asarray(matrix @ vector)
 
+    def zeros(self, size: int) -> NDArray[np.float64]:
+        """Return a vector of zeros."""
+        return np.zeros(size)
+
     def times_cosine(self, chain: Chain, value: Fraction) -> float:
         """Return the float64 nearest to ``value cos(alpha)``."""
         return chain.times_cosine(value)

@@ -338,6 +338,10 @@ class Flow:
         Non-frictional forces at rest, at the start.
     friction : number
         ``mu_d cos(alpha)``.
+    force_slack : number
+        How far rounding may have taken the forces at the start.
+    bounded : bool
+        Whether the slacks are kept up as time passes.
 
     Attributes
     ----------
@@ -351,12 +355,19 @@ class Flow:
     """
 
     def __init__(
-        self, arithmetic: Arithmetic, forces: NDArray[Any], friction: Any, force_slack: Any = 0
+        self,
+        arithmetic: Arithmetic,
+        forces: NDArray[Any],
+        friction: Any,
+        force_slack: Any = 0,
+        *,
+        bounded: bool = True,
     ) -> None:
         n = len(forces)
         self.velocity_slack: Any = 0
         self.force_slack = force_slack
         self.arithmetic = arithmetic
+        self.roundoff = arithmetic.roundoff if bounded else 0.0
         self.forces = forces.copy()
         self.friction = friction
         self.velocities = arithmetic.zeros(n)
@@ -378,11 +389,16 @@ class Flow:
 
     def moving(self) -> list[tuple[int, int]]:
         """Return the runs as (first, length), sliders counted from 0."""
-        where = np.flatnonzero(self.signs)
-        if where.size == 0:
-            return []
-        cuts = np.flatnonzero(np.diff(where) > 1) + 1
-        return [(int(part[0]), len(part)) for part in np.split(where, cuts)]
+        found: list[tuple[int, int]] = []
+        first, beyond = 0, -1
+        for n in np.flatnonzero(self.signs).tolist():
+            if n != beyond:
+                first = n
+                found.append((n, 1))
+            else:
+                found[-1] = (first, n - first + 1)
+            beyond = n + 1
+        return found
 
     def ends(self, first: int, p: int) -> Ends:
         """Return what the run of length `p` beginning at slider `first` meets at its ends."""
@@ -401,7 +417,7 @@ class Flow:
 
     def advance(self, runs: Sequence[Run], t: Any) -> None:
         """Let time `t` pass."""
-        roundoff = self.arithmetic.roundoff
+        roundoff = self.roundoff
         for run in runs:
             displacements, velocities = run.motion.moved(t)
             self.shift(run.first, displacements)
@@ -417,10 +433,10 @@ class Flow:
     def shift(self, first: int, displacements: NDArray[Any]) -> None:
         """Move the sliders of a run beginning at `first`, and change forces accordingly."""
         p, n = len(displacements), len(self.forces)
-        if self.arithmetic.roundoff:
+        if self.roundoff:
             span = self.forces[max(first - 1, 0) : first + p + 1]
             largest = max(abs(span)) + 4 * max(abs(displacements))
-            self.force_slack = self.force_slack + 4 * self.arithmetic.roundoff * largest
+            self.force_slack = self.force_slack + 4 * self.roundoff * largest
         self.moved[first : first + p] = self.moved[first : first + p] + displacements
         stretched = np.diff(displacements)  # of the springs inside the run
         self.forces[first : first + p - 1] = self.forces[first : first + p - 1] + stretched
@@ -455,12 +471,12 @@ class Flow:
 
 def tensions_at(arithmetic: Arithmetic, state: State) -> NDArray[Any]:
     """Return the tensions of a state as numbers of this arithmetic."""
-    return arithmetic.vector(state.tensions.tolist())
+    return arithmetic.vector(state.tensions)
 
 
 def forces_of(arithmetic: Arithmetic, tensions: NDArray[Any], weight: Any) -> NDArray[Any]:
     """Return ``F_n = T_n - T_(n-1) + s`` from tensions of shape (n - 1,)."""
-    forces = arithmetic.vector([weight] * (len(tensions) + 1))
+    forces: NDArray[Any] = arithmetic.zeros(len(tensions) + 1) + weight
     forces[:-1] = forces[:-1] + tensions
     forces[1:] = forces[1:] - tensions
     return forces

@@ -109,9 +109,12 @@ class Replay:
         self.weight = arithmetic.times_cosine(chain, chain.tan_alpha)
         self.tensions = tensions_at(arithmetic, initial)
         forces = forces_of(arithmetic, self.tensions, self.weight)
-        self.flow = Flow(arithmetic, forces, arithmetic.times_cosine(chain, chain.mu_d))
+        self.flow = Flow(
+            arithmetic, forces, arithmetic.times_cosine(chain, chain.mu_d),
+            bounded=False,
+        )
         self.start = Motion(
-            arithmetic.vector(initial.displacements.tolist()),
+            arithmetic.vector(initial.displacements),
             arithmetic.zeros(chain.n),
             self.flow.forces.copy(),
         )
@@ -248,8 +251,8 @@ class Phase:
             return
         before = flow.moved.copy()
         flow.advance(self.runs, self.span)
-        for run in self.runs:
-            part = slice(run.first, run.first + run.motion.p)
+        if self.runs:
+            part = slice(self.runs[0].first, self.runs[-1].sliders.stop)
             travelled = (flow.moved[part] - before[part]) * flow.signs[part]
             replay._path = replay._path + travelled.sum()
         replay.moves = replay.moves or bool(self.runs)

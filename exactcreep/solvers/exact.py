@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Cycles, Drive
-from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import FLOAT64
@@ -25,9 +25,18 @@ from exactcreep.motion.condition import Condition, condition
 from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.certified import Certified
-from exactcreep.solvers.draws import KEPT
 from exactcreep.solvers.layout import PAD
-from exactcreep.solvers.records import EVENT_TABLE, joined, logged_events, record_arrays
+from exactcreep.solvers.records import EVENT_TABLE, EventRow, events_of, joined, record_arrays
+from exactcreep.solvers.rest import (
+    PLACE,
+    PLACE_LOW,
+    TENSION,
+    TENSION_LOW,
+    Rest,
+    dilation,
+    placed,
+    rational,
+)
 from exactcreep.solvers.solver import (
     ONE_REARRANGEMENT,
     Rearrangement,
@@ -38,22 +47,8 @@ from exactcreep.solvers.solver import (
     refuse_no_slips,
     refuse_records,
 )
-from exactcreep.solvers.two_floats import split, two_sum
+from exactcreep.solvers.two_floats import split
 
-
-class Work(NamedTuple):
-    """The arrays of the compiled loop; their rows and cells are named in `layout`."""
-
-    cell: NDArray[np.float64]
-    tally: NDArray[np.int64]
-    deviate: NDArray[np.float64]
-    series: NDArray[np.float64]
-    real: NDArray[np.float64]
-    whole: NDArray[np.int64]
-    log: NDArray[np.float64]
-
-
-_two_sum = two_sum.py_func  # for arrays
 _MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
 _CAPTURED = ("cell", "tally", "real", "whole")
 _ENDLESS = (
@@ -61,98 +56,6 @@ _ENDLESS = (
     " events; at tan_alpha = mu_d it may go round for ever"
 )
 
-
-def _rational(value: Any) -> Fraction:
-    """Return a state's number (float, Fraction, mpmath or ball midpoint) as a rational."""
-    try:
-        return exact_number(value, "state")
-    except InputError:
-        return Fraction(float(value))
-
-
-def _halves(array: NDArray[Any]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return an array of numbers as two arrays of floats whose sum it is."""
-    if array.dtype == np.float64:
-        return array.copy(), np.zeros(array.size)
-    pairs = np.array([split(_rational(value)) for value in array.tolist()]).reshape(-1, 2)
-    return pairs[:, 0].copy(), pairs[:, 1].copy()
-
-
-def _theta(chain: Chain, load: float, load_low: float) -> float:
-    """Return theta from ``l0 theta``."""
-    return nearest_float((Fraction(load) + Fraction(load_low)) / chain.l0)
-
-
-def _table(rows: int, columns: int) -> NDArray[np.float64]:
-    """Return zeros of shape (rows, columns) that begin at a multiple of 64 bytes."""
-    room = np.zeros(rows * columns + 8)
-    skip = -room.ctypes.data % 64 // 8
-    return room[skip : skip + rows * columns].reshape(rows, columns)
-
-
-def _work(chain: Chain, state: State, seed: int, capacity: int) -> Work:
-    n = chain.n
-    m = layout.columns(n)
-    real = np.zeros(layout.REALS)
-    whole = np.zeros(layout.WHOLES, dtype=np.int64)
-    theta = split(chain.l0 * _rational(state.theta))
-    cosine = chain.times_cosine(Fraction(1))
-    mu_d = split(chain.mu_d)
-    real[layout.THETA], real[layout.THETA_LOW] = theta
-    real[layout.FRICTION] = chain.friction
-    real[layout.MU_D], real[layout.MU_D_LOW] = mu_d
-    real[layout.COSINE] = cosine
-    real[layout.MEAN] = nearest_float(chain.mu_s)
-    real[layout.WIDTH] = nearest_float(chain.sigma_mu)
-    real[layout.MEAN_EXCESS] = chain.excess
-    real[layout.SINE] = chain.sin_alpha
-    whole[layout.N] = n
-    whole[layout.STAGE] = layout.UNSTABLE
-    whole[layout.CONSTANT] = chain.sigma_mu == 0
-    whole[layout.LOGGING] = capacity > 0
-    whole[layout.TARGET] = 1
-    whole[layout.SEED] = np.uint64(seed).astype(np.int64)
-    if chain.may_run_away:
-        whole[layout.DOWNHILL] = 1 if chain.tan_alpha >= 0 else -1
-
-    tension, tension_low = _halves(state.tensions)
-    padded = np.concatenate(([0.0], tension, [0.0]))
-    padded_low = np.concatenate(([0.0], tension_low, [0.0]))
-    force, low = _two_sum(padded[1:], -padded[:-1])
-    low += padded_low[1:] - padded_low[:-1]
-    force, error = _two_sum(force, chain.sin_alpha)
-    low += error
-    if n > 1:  # the ends without theta
-        for end, way in ((0, 1.0), (n - 1, -1.0)):
-            force[end : end + 1], error = _two_sum(force[end : end + 1], way * theta[0])
-            low[end] += error[0] + way * theta[1]
-
-    coefficient, coefficient_low = _halves(state.coefficients)
-    excess = Contacts(chain, seed).excesses(coefficient, coefficient_low)
-
-    work = Work(
-        cell=_table(layout.CELLS, m),
-        tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
-        deviate=_table(m, KEPT),
-        series=_table(layout.SERIES * (m // 8) + layout.LADDER, 8),
-        real=real,
-        whole=whole,
-        log=np.zeros((capacity, layout.LOG_COLUMNS)),
-    )
-    work.cell[layout.EXCESS] = layout.NEVER
-    cell = work.cell[:, PAD : PAD + n]
-    cell[layout.FORCE] = force
-    cell[layout.REST] = force
-    cell[layout.FORCE_LOW] = low
-    cell[layout.EXCESS] = excess
-    work.cell[layout.STIFFNESS] = 2.0
-    cell[layout.STIFFNESS, [0, n - 1]] = 1.0 if n > 1 else 0.0
-    cell[layout.COEFFICIENT] = coefficient
-    work.tally[layout.DRAWS, PAD : PAD + n] = state.draws
-    cell[layout.TRAVEL], cell[layout.TRAVEL_LOW] = _halves(state.displacements)
-    real[layout.TOTAL] = cell[layout.TRAVEL].sum()
-    kernel.prepare(work.cell, work.tally, work.deviate, work.whole)
-    return work
 
 
 class ExactSimulation(Simulation):
@@ -165,10 +68,10 @@ class ExactSimulation(Simulation):
         refuse_records(record)
         self.chain = chain
         self.record = record
-        self.start = state
+        self.start = Rest.of(chain, state)
         self._pace = 2**14  # work of one call of the compiled loop
-        logging = "events" in record
-        self.work = _work(chain, state, seed, 4 * chain.n + 4096 if logging else 0)
+        capacity = 4 * chain.n + 256 if "events" in record else 0
+        self.work = placed(chain, self.start, seed, capacity)
 
     @property
     def _inner(self) -> slice:
@@ -304,41 +207,20 @@ class ExactSimulation(Simulation):
         return self._cell(layout.TRAVEL) + moved
 
     def _tensions(self) -> NDArray[np.float64]:
-        """Return the tensions from displacements and theta, shape (n - 1,)."""
-        chain = self.chain
-        real = self.work.real
-        high = self._cell(layout.TRAVEL)
-        low = self._cell(layout.TRAVEL_LOW) + self._cell(layout.X)
-        start, start_low = _halves(self.start.displacements)
-        tension, tension_low = _halves(self.start.tensions)
-        theta_0 = split(chain.l0 * _rational(self.start.theta))
-        terms = [
-            (tension, tension_low),
-            (high[1:], low[1:]),
-            (-high[:-1], -low[:-1]),
-            (-start[1:], -start_low[1:]),
-            (start[:-1], start_low[:-1]),
-            (-real[layout.THETA], -real[layout.THETA_LOW]),
-            theta_0,
-        ]
-        total = np.zeros(chain.n - 1)
-        error = np.zeros(chain.n - 1)
-        for value, rest in terms:
-            total, rounded = _two_sum(total, value)
-            error += rounded + rest
-        return total + error
+        return self.start.tensions(self.work)
 
     def _coefficients(self) -> NDArray[np.float64]:
         """Return the coefficients; without disorder the compiled loop keeps those of the start."""
         kept = self._cell(layout.COEFFICIENT)
         if self.chain.sigma_mu != 0:
             return kept
-        drawn = self.work.tally[layout.DRAWS, self._inner] > self.start.draws
+        drawn = self.work.tally[layout.DRAWS, self._inner] > self.start.state.draws
         return np.where(drawn, nearest_float(self.chain.mu_s), kept)
 
-    def _theta(self) -> float:
+    def load(self) -> tuple[float, float]:
+        """Return ``l0 theta`` at present, as two floats."""
         real = self.work.real
-        return _theta(self.chain, float(real[layout.THETA]), float(real[layout.THETA_LOW]))
+        return float(real[layout.THETA]), float(real[layout.THETA_LOW])
 
     def state(self) -> State:
         """Return the present state."""
@@ -347,7 +229,7 @@ class ExactSimulation(Simulation):
             displacements=self._displacements(),
             coefficients=self._coefficients(),
             draws=self.work.tally[layout.DRAWS, self._inner],
-            theta=self._theta(),
+            theta=dilation(self.chain, self.load()),
         )
 
     def capture(self) -> dict[str, Any]:
@@ -355,15 +237,13 @@ class ExactSimulation(Simulation):
         captured: dict[str, Any] = {
             name: getattr(self.work, name).copy() for name in _CAPTURED
         }
-        tension, tension_low = _halves(self.start.tensions)
-        displacement, displacement_low = _halves(self.start.displacements)
-        theta = split(_rational(self.start.theta))
+        numbers = self.start.numbers.copy()
         captured |= {
-            "start_tension": tension,
-            "start_tension_low": tension_low,
-            "start_displacement": displacement,
-            "start_displacement_low": displacement_low,
-            "start_theta": np.array(theta),
+            "start_tension": numbers[TENSION, :-1],
+            "start_tension_low": numbers[TENSION_LOW, :-1],
+            "start_displacement": numbers[PLACE],
+            "start_displacement_low": numbers[PLACE_LOW],
+            "start_theta": np.array(split(rational(self.start.state.theta))),
         }
         return captured
 
@@ -383,13 +263,13 @@ class ExactSimulation(Simulation):
             return exact
 
         high, low = (Fraction(float(part)) for part in captured["start_theta"])
-        self.start = State(
+        begun = replace(
+            self.start.state,
             tensions=whole("start_tension"),
             displacements=whole("start_displacement"),
-            coefficients=self.start.coefficients,
-            draws=self.start.draws,
             theta=high + low,
         )
+        self.start = Rest.of(self.chain, begun)
 
     def report(self) -> dict[str, Any]:
         """Return the work done: cluster steps, margins tested, polynomial evaluations."""
@@ -422,23 +302,16 @@ class Estimated(Rearrangement):
     @cached_property  # type: ignore[misc] # a field that is made when asked for
     def events(self) -> tuple[Event, ...]:
         """The events, in order of time."""
-        return tuple(_events(self.chain, self.log))
+        return tuple(_events(self.log))
 
     @cached_property  # type: ignore[misc] # a field that is made when asked for
     def initial(self) -> State:
         """The state at theta_c."""
-        given, (load, load_low) = self.given, self.load
-        tension, tension_low = _halves(given.tensions)
-        before, before_low = split(self.chain.l0 * _rational(given.theta))
-        change, error = _two_sum(np.array([before]), -load)
-        rest = float(error[0]) + (before_low - load_low)
-        total, rounded = _two_sum(tension, float(change[0]))
-        return State(
-            tensions=total + (rounded + (rest + tension_low)),
-            displacements=given.displacements,
-            coefficients=given.coefficients,
-            draws=given.draws,
-            theta=_theta(self.chain, load, load_low) if len(self.log) else given.theta,
+        given = self.given
+        return replace(
+            given,
+            tensions=Rest.of(self.chain, given).ramped(self.load),
+            theta=dilation(self.chain, self.load) if len(self.log) else given.theta,
         )
 
     @cached_property
@@ -514,7 +387,6 @@ class Exact(Solver):
                 if (stop := limits.stop(int(work.whole[layout.EVENTS]))) is not None:
                     limit = limits.reason(stop)
                 logs.append(simulation._drain())
-        tally = simulation.tally
         outcome, told = Outcome.AT_REST, ""
         if reason == layout.RUNAWAY:
             outcome, told = Outcome.RUNAWAY, NEVER_STOPS
@@ -522,17 +394,18 @@ class Exact(Solver):
             outcome, told = Outcome.RUNAWAY, NEVER_RESTS
         elif reason != layout.ONE_DONE:
             outcome, told = Outcome.LIMIT, limit or _ENDLESS
+        undecided = int(work.whole[layout.UNDECIDED])
         result = Estimated(
             chain=chain,
             given=state,
-            load=(float(work.real[layout.THETA]), float(work.real[layout.THETA_LOW])),
+            load=simulation.load(),
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             outcome=outcome,
-            decided=simulation.evidence,
+            decided=Evidence.UNDECIDED if undecided else Evidence.COMPUTED,
             state=simulation.state(),
             velocities=simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE),
-            undecided=tally.undecided,
-            draws_below_mu_d=tally.draws_below_mu_d,
+            undecided=undecided,
+            draws_below_mu_d=int(work.whole[layout.BELOW]),
             solver=self.name,
             seed=seed,
             report=simulation.report() | {"time": float(work.real[layout.TIME])},
@@ -543,7 +416,7 @@ class Exact(Solver):
         if result.evidence is not Evidence.UNDECIDED:
             return result
         certified = Certified().rearrange(chain, state, direction, seed, limits)
-        why = result.doubt or f"{tally.undecided} comparisons were undecided"
+        why = result.doubt or f"{undecided} comparisons were undecided"
         return replace(certified, report={**certified.report, "escalated": why})
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
@@ -558,7 +431,7 @@ class Exact(Solver):
             while reason in (layout.BUDGET, layout.LOG_FULL):
                 here = target, np.zeros(1), np.empty(1)
                 reason, _ = kernel.follow(*work, *here, 1, _MOST_WORK, True)
-                yield from _events(chain, simulation._drain())
+                yield from _events(simulation._drain())
 
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
@@ -596,7 +469,14 @@ def _columns(chain: Chain, log: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
     )
 
 
-def _events(chain: Chain, log: NDArray[np.float64]) -> Iterator[Event]:
+def _events(log: NDArray[np.float64]) -> Iterator[Event]:
     """Yield the events of rows of the event log, with their residuals."""
-    residuals = log[:, layout.LOG_RESIDUAL]
-    return (event for _, event in logged_events(_columns(chain, log), residuals))
+    reals = log[:, : layout.LOG_TARGET].tolist()
+    wholes = log[:, layout.LOG_TARGET :].astype(np.int64).tolist()
+    rows = [
+        EventRow(target, rearrangement, number, load, moment, kind, slider, sign)
+        for (moment, _, load, _), (target, rearrangement, number, kind, slider, sign) in zip(
+            reals, wholes, strict=True
+        )
+    ]
+    return (event for _, event in events_of(rows, [residual for _, residual, _, _ in reals]))

@@ -208,12 +208,19 @@ def logged_events(
     """
     rows = list(EVENT_TABLE.rows(recorded))
     known = [0] * len(rows) if residuals is None else residuals.tolist()
+    return events_of(rows, known)
+
+
+def events_of(
+    rows: Sequence[EventRow], residuals: Sequence[Any]
+) -> Iterator[tuple[EventRow, Event]]:
+    """Yield every event of some rows behind the row of its first slider; a residual for each."""
 
     def which(pair: tuple[EventRow, Any]) -> tuple[Any, ...]:
         row, _ = pair
         return (row.rearrangement, row.number, row.kind, row.time)
 
-    for _, group in groupby(zip(rows, known, strict=True), key=which):
+    for _, group in groupby(zip(rows, residuals, strict=True), key=which):
         pairs = sorted(group, key=lambda pair: pair[0].slider)
         first = pairs[0][0]
         yield (

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from exactcreep.model.numbers import nearest_float
 from exactcreep.solvers.layout import inlined
 
 
 def split(value: Fraction) -> tuple[float, float]:
     """Return `value` as two floats."""
-    high = nearest_float(value)
-    return high, nearest_float(value - Fraction(high))
+    return split_ratio(value.numerator, value.denominator)
+
+
+def split_ratio(numerator: int, denominator: int) -> tuple[float, float]:
+    """Return a ratio of whole numbers as two floats."""
+    high = numerator / denominator  # Python rounds it correctly
+    top, bottom = high.as_integer_ratio()
+    return high, (numerator * bottom - top * denominator) / (denominator * bottom)
 
 
 @inlined

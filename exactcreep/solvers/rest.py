@@ -1,0 +1,241 @@
+"""A state at rest as the compiled loop of `kernel` keeps it, and back again.
+
+Numbers that float64 does not hold travel as two floats whose sum they are.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.contacts import Contacts
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.state import State
+from exactcreep.solvers import layout
+from exactcreep.solvers.draws import KEPT
+from exactcreep.solvers.kernel import prepare
+from exactcreep.solvers.layout import (
+    DRAWS,
+    FORCE,
+    FORCE_LOW,
+    PAD,
+    REST,
+    SINE,
+    STIFFNESS,
+    THETA,
+    THETA_LOW,
+    TRAVEL,
+    TRAVEL_LOW,
+    N,
+    X,
+    compiled,
+)
+from exactcreep.solvers.two_floats import split, split_ratio, two_sum
+
+TENSION, TENSION_LOW, PLACE, PLACE_LOW = range(4)
+"""Rows of `Rest.numbers`; the tensions leave the last column free."""
+
+
+class Work(NamedTuple):
+    """The arrays of the compiled loop; their rows and cells are named in `layout`."""
+
+    cell: NDArray[np.float64]
+    tally: NDArray[np.int64]
+    deviate: NDArray[np.float64]
+    series: NDArray[np.float64]
+    real: NDArray[np.float64]
+    whole: NDArray[np.int64]
+    log: NDArray[np.float64]
+
+
+class Rest(NamedTuple):
+    """What a simulation began with.
+
+    Attributes
+    ----------
+    state : State
+    numbers : ndarray, shape (4, n)
+        Tensions and displacements, each as two floats.
+    load : tuple of float
+        ``l0 theta``, as two floats.
+    """
+
+    state: State
+    numbers: NDArray[np.float64]
+    load: tuple[float, float]
+
+    @classmethod
+    def of(cls, chain: Chain, state: State) -> Rest:
+        """Return a state as two floats for each number."""
+        numbers = np.zeros((4, chain.n))
+        for row, values in ((TENSION, state.tensions), (PLACE, state.displacements)):
+            numbers[row : row + 2, : values.size] = halves(values)
+        theta = state.theta if type(state.theta) is float else rational(state.theta)
+        numerator, denominator = theta.as_integer_ratio()
+        l0 = chain.l0
+        load = split_ratio(l0.numerator * numerator, l0.denominator * denominator)
+        return cls(state, numbers, load)
+
+    def tensions(self, work: Work) -> NDArray[np.float64]:
+        """Return the present tensions, shape (n - 1,), from displacements and theta."""
+        out = np.empty(self.numbers.shape[1] - 1)
+        _tensions(work.cell, work.real, self.numbers, *self.load, out)
+        return out
+
+    def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
+        """Return the tensions after theta has gone to another ``l0 theta``, shape (n - 1,)."""
+        tension, low = self.numbers[TENSION, :-1], self.numbers[TENSION_LOW, :-1]
+        change, error = two_sum.py_func(self.load[0], -load[0])
+        total, rounded = two_sum.py_func(tension, change)
+        out: NDArray[np.float64] = total + (rounded + ((error + (self.load[1] - load[1])) + low))
+        return out
+
+
+def rational(value: Any) -> Fraction:
+    """Return a state's number (float, Fraction, mpmath or ball midpoint) as a rational."""
+    try:
+        return exact_number(value, "state")
+    except InputError:
+        return Fraction(float(value))
+
+
+def halves(array: NDArray[Any]) -> NDArray[np.float64]:
+    """Return an array of numbers as two rows of floats whose sum it is."""
+    out = np.zeros((2, array.size))
+    if array.dtype == np.float64:
+        out[0] = array
+    else:
+        for i, value in enumerate(array.tolist()):
+            out[:, i] = split(rational(value))
+    return out
+
+
+def dilation(chain: Chain, load: tuple[float, float]) -> float:
+    """Return the float64 nearest to theta, from ``l0 theta``."""
+    (high, below), (low, under) = (part.as_integer_ratio() for part in load)
+    l0 = chain.l0
+    return (high * under + low * below) * l0.denominator / (below * under * l0.numerator)
+
+
+class _Constants(NamedTuple):
+    """What the arrays of a chain have in common."""
+
+    real: NDArray[np.float64]
+    whole: NDArray[np.int64]
+    contacts: Contacts
+
+
+@lru_cache(maxsize=64)
+def _constants(chain: Chain) -> _Constants:
+    real = np.zeros(layout.REALS)
+    whole = np.zeros(layout.WHOLES, dtype=np.int64)
+    real[layout.FRICTION] = chain.friction
+    real[layout.MU_D], real[layout.MU_D_LOW] = split(chain.mu_d)
+    real[layout.COSINE] = chain.cos_alpha
+    real[layout.MEAN] = nearest_float(chain.mu_s)
+    real[layout.WIDTH] = nearest_float(chain.sigma_mu)
+    real[layout.MEAN_EXCESS] = chain.excess
+    real[layout.SINE] = chain.sin_alpha
+    whole[layout.N] = chain.n
+    whole[layout.STAGE] = layout.UNSTABLE
+    whole[layout.CONSTANT] = chain.sigma_mu == 0
+    whole[layout.TARGET] = 1
+    if chain.may_run_away:
+        whole[layout.DOWNHILL] = 1 if chain.tan_alpha >= 0 else -1
+    return _Constants(real, whole, Contacts(chain))
+
+
+def placed(chain: Chain, rest: Rest, seed: int, capacity: int) -> Work:
+    """Return the arrays of a simulation that begins at rest, with room for `capacity` log rows."""
+    n, m = chain.n, layout.columns(chain.n)
+    constants = _constants(chain)
+    real, whole = constants.real.copy(), constants.whole.copy()
+    real[THETA], real[THETA_LOW] = rest.load
+    whole[layout.LOGGING] = capacity > 0
+    whole[layout.SEED] = seed if seed < 2**63 else seed - 2**64
+
+    # each begins at a multiple of 64 bytes: their sizes are multiples of eight numbers
+    shapes = (layout.CELLS, m), (m, KEPT), (layout.SERIES * (m // 8) + layout.LADDER, 8)
+    room = np.zeros(sum(rows * columns for rows, columns in shapes) + 8)
+    begin = -room.ctypes.data % 64 // 8
+    tables = []
+    for rows, columns in shapes:
+        tables.append(room[begin : begin + rows * columns].reshape(rows, columns))
+        begin += rows * columns
+    work = Work(
+        cell=tables[0],
+        tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
+        deviate=tables[1],
+        series=tables[2],
+        real=real,
+        whole=whole,
+        log=np.empty((capacity, layout.LOG_COLUMNS)),
+    )
+    state, inner = rest.state, slice(PAD, PAD + n)
+    coefficient, coefficient_low = halves(state.coefficients)
+    work.cell[layout.EXCESS] = layout.NEVER
+    work.cell[layout.EXCESS, inner] = constants.contacts.excesses(coefficient, coefficient_low)
+    work.cell[layout.COEFFICIENT, inner] = coefficient
+    work.tally[DRAWS, inner] = state.draws
+    _place(work.cell, work.tally, work.deviate, real, whole, rest.numbers)
+    real[layout.TOTAL] = work.cell[TRAVEL, inner].sum()
+    return work
+
+
+@compiled
+def _place(cell, count, deviate, real, whole, numbers):
+    """Fill in forces and displacements, and prepare the draws."""
+    n = whole[N]
+    before, before_low = 0.0, 0.0
+    for k in range(n):
+        i = k + PAD
+        after = numbers[TENSION, k] if k < n - 1 else 0.0
+        after_low = numbers[TENSION_LOW, k] if k < n - 1 else 0.0
+        force, low = two_sum(after, -before)
+        low += after_low - before_low
+        force, error = two_sum(force, real[SINE])
+        low += error
+        if n > 1 and (k == 0 or k == n - 1):  # the ends without theta
+            way = 1.0 if k == 0 else -1.0
+            force, error = two_sum(force, way * real[THETA])
+            low += error + way * real[THETA_LOW]
+        cell[FORCE, i] = force
+        cell[REST, i] = force
+        cell[FORCE_LOW, i] = low
+        cell[TRAVEL, i] = numbers[PLACE, k]
+        cell[TRAVEL_LOW, i] = numbers[PLACE_LOW, k]
+        before, before_low = after, after_low
+    for i in range(cell.shape[1]):
+        cell[STIFFNESS, i] = 2.0
+    cell[STIFFNESS, PAD] = 1.0 if n > 1 else 0.0
+    cell[STIFFNESS, PAD + n - 1] = cell[STIFFNESS, PAD]
+    prepare(cell, count, deviate, whole)
+
+
+@compiled
+def _tensions(cell, real, numbers, load, load_low, out):
+    """Write the tensions that displacements and theta make to `out`."""
+    for k in range(out.size):
+        i = k + PAD
+        total, error = numbers[TENSION, k], numbers[TENSION_LOW, k]
+        for step in range(6):
+            if step == 0:
+                value, low = cell[TRAVEL, i + 1], cell[TRAVEL_LOW, i + 1] + cell[X, i + 1]
+            elif step == 1:
+                value, low = -cell[TRAVEL, i], -(cell[TRAVEL_LOW, i] + cell[X, i])
+            elif step == 2:
+                value, low = -numbers[PLACE, k + 1], -numbers[PLACE_LOW, k + 1]
+            elif step == 3:
+                value, low = numbers[PLACE, k], numbers[PLACE_LOW, k]
+            elif step == 4:
+                value, low = -real[THETA], -real[THETA_LOW]
+            else:
+                value, low = load, load_low
+            total, rounded = two_sum(total, value)
+            error += rounded + low
+        out[k] = total + error
