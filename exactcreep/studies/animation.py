@@ -17,9 +17,9 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
-from exactcreep.model import disorder
-from exactcreep.model.contact import EventKind, Itinerary
-from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.contact import Itinerary
+from exactcreep.model.numbers import InputError
+from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.solution import Motion
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
@@ -202,7 +202,7 @@ class _Stage:
         self.courses_moved = floats(np.asarray(course.positions)) - start
         self.velocities = floats(np.asarray(self.moments.velocities))
         self.forces = floats(np.asarray(self.moments.forces))
-        self.moving, self.coefficients = _contacts(avalanche, times)
+        self.moving, self.held = contacts_at(self.motion, times)
         widest = max(float(np.abs(self.courses_moved).max()), 1e-300)
         self.scale = 0.42 / widest  # the distance of two sliders is drawn as 1
         self.figure = Figure(figsize=(6.6, 5.6), dpi=100, layout="constrained")
@@ -236,8 +236,7 @@ class _Stage:
 
     def _build_forces(self, axes: Axes) -> None:
         n = self.chain.n
-        c = self.chain.cos_alpha
-        highest = max(float(self.coefficients.max()) * c, float(np.abs(self.forces).max()))
+        highest = max(float(self.held.max()), float(np.abs(self.forces).max()))
         name = r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$ at rest"
         self.limits = axes.bar(self.places, np.ones(n), 0.84, color="0.88", label=name)
         (self.force_marks,) = axes.plot([], [], linestyle="none", marker="o", color=INKS[6],
@@ -283,12 +282,9 @@ class _Stage:
         inks = np.where(moving, np.where(down, _DOWN, _UP), _REST)
         self.sliders.set_facecolor(inks.tolist())
         self.springs.set_data(*_zigzag(here))
-        for bar, coefficient, runs in zip(
-            self.limits, self.coefficients[:, k], moving, strict=True
-        ):
-            limit = 0.0 if runs else max(coefficient, nearest_float(self.chain.mu_d))
-            bar.set_y(-limit * self.chain.cos_alpha)
-            bar.set_height(2 * limit * self.chain.cos_alpha)
+        for bar, limit in zip(self.limits, np.where(moving, 0.0, self.held[:, k]), strict=True):
+            bar.set_y(-limit)
+            bar.set_height(2 * limit)
         self.force_marks.set_data(self.places, self.forces[:, k])
         now = float(self.times[k])
         passed = self.course_times <= now
@@ -318,25 +314,21 @@ _DOWN, _UP, _REST = INKS[1], INKS[0], "#DDDDDD"
 _RAMP = mpl.colormaps["cividis"]
 
 
-def _contacts(
-    avalanche: Avalanche, times: NDArray[np.float64]
+def contacts_at(
+    motion: Rearrangement, times: NDArray[np.float64]
 ) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """Return which sliders move, and the static coefficients, at the given times."""
-    motion, chain = avalanche.rearrangement, avalanche.experiment.chain
-    seed = avalanche.experiment.seed
-    moving = np.zeros((chain.n, times.size), dtype=bool)
-    coefficients = np.repeat(floats(motion.initial.coefficients)[:, None], times.size, axis=1)
-    draws = motion.initial.draws.copy()
-    for event in motion.events:
-        later = times >= float(event.time)
-        for slider in event.sliders:
-            n = slider - 1
-            moving[n, later] = event.kind is EventKind.START
-            if event.kind is EventKind.STOP:
-                drawn = disorder.static_coefficient(chain, seed, slider, int(draws[n]))
-                coefficients[n, later] = float(drawn)
-                draws[n] += 1
-    return moving, coefficients
+    """Return which sliders move, and the forces that hold the others, at the given times."""
+    replay = motion.replay(FLOAT64)
+    n = motion.chain.n
+    moving = np.zeros((n, times.size), dtype=bool)
+    held = np.repeat(np.array([[replay.threshold(m)] for m in range(n)]), times.size, axis=1)
+    for phase in replay:
+        phase.finish()
+        later = times >= phase.time
+        for m in {slider - 1 for event in phase.events for slider in event.sliders}:
+            moving[m, later] = replay.flow.signs[m] != 0
+            held[m, later] = replay.threshold(m)
+    return moving, held
 
 
 def _zigzag(places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

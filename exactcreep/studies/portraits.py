@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import InputError, nearest_float, whole_number
+from exactcreep.model.contacts import Contacts
+from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
+from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.sliding import Sliding
@@ -73,12 +75,10 @@ class Portrait:
     @property
     def limits(self) -> NDArray[np.float64]:
         """Largest force that each resting slider withstands, mu_s,n cos(alpha), unit m g."""
-        drawn = floats(self.state.coefficients)
         chain = self.chain
-        effective = np.maximum(drawn, nearest_float(chain.mu_d)) * chain.cos_alpha
         if self.result.solver == Sliding.name:
-            effective = np.full(chain.n, chain.friction)
-        return effective
+            return np.full(chain.n, chain.friction)
+        return Contacts(chain).thresholds(floats(self.state.coefficients), FLOAT64)
 
     def bounds(self, coefficient: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the least and largest tension that a friction coefficient allows each spring.

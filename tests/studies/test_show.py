@@ -13,7 +13,7 @@ from exactcreep import Chain, Cycles, GaussianSteps, creep
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.animation import (
-    _contacts,
+    contacts_at,
     draw_avalanche,
     find_avalanche,
     largest_avalanche,
@@ -162,11 +162,11 @@ def test_sliders_are_drawn_as_moving_exactly_while_they_move(experiment) -> None
     motion = avalanche.rearrangement
     ends = motion.sol.ts
     times = (ends[:-1] + np.diff(ends) / 2)[np.diff(ends) > 1e-6]
-    moving, coefficients = _contacts(avalanche, np.append(times, motion.duration))
+    moving, held = contacts_at(motion, np.append(times, motion.duration))
     velocities = motion.sol(times).velocities
     assert np.array_equal(moving[:, :-1], velocities != 0)
     assert not moving[:, -1].any()
-    assert np.array_equal(coefficients[:, -1], motion.state.coefficients)
+    assert np.array_equal(held[:, -1], motion.state.coefficients * CHAIN.cos_alpha)
 
 
 def test_the_animation_has_the_frames_that_were_asked_for(experiment, tmp_path: Path) -> None:
