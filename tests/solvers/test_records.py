@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
+from exactcreep.quasistatic.decimals import Enclosure, as_claimed, as_written, quantity
 from exactcreep.quasistatic.loop import creep
 from exactcreep.quasistatic.result import Creep
 from exactcreep.scene import load_scene
@@ -147,3 +149,36 @@ def test_docstrings_list_every_column_with_unit_and_meaning(thing: object) -> No
         (line,) = (line for line in lines if line.startswith(f"{name} "))
         assert f" {column.unit} " in line
         assert line.endswith(column.meaning)
+
+
+def test_files_that_others_read_keep_their_columns() -> None:
+    """A change here needs another `FORMAT` of results."""
+    assert {name: column.dtype for name, column in COLUMNS.items()} == {
+        "theta": "float64", "x_G": "float64", "x": "float64", "tension": "float64",
+        "slips": "int64", "event_half_cycle": "int64", "event_rearrangement": "int64",
+        "event_number": "int64", "event_theta": "float64", "event_time": "float64",
+        "event_kind": "int8", "event_slider": "int64", "event_sign": "int8",
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("digits", [3, 17, 40])
+def test_numbers_read_back_from_their_decimals_hold_what_was_written(digits: int) -> None:
+    known = [
+        Enclosure(sign * Fraction(middle), radius)
+        for sign in (1, -1)
+        for middle in ("2/3", "1/3000000", "99999999/7", Fraction(3 * 10**18 - 1, 3 * 10**18), 0)
+        for radius in (Fraction(0), Fraction(1, 3 * 10**30), Fraction(1, 700))
+    ]
+    values = np.empty(len(known), dtype=object)
+    for k, value in enumerate(known):
+        values[k] = value
+    written = as_written("x", values, digits) | {"slips": np.arange(3)}
+    assert sorted(written) == ["slips", "x", "x_decimal", "x_radius"]
+    assert {quantity(name) for name in written} == {"slips", "x"}
+    read = as_claimed(written)
+    assert list(read) == ["x", "slips"]
+    for (middle, radius), claimed in zip(known, read["x"].tolist(), strict=True):
+        assert claimed.middle - claimed.radius <= middle - radius
+        assert middle + radius <= claimed.middle + claimed.radius
+        # half a unit of the last digit; where a radius limits them, that is below 50 radii
+        assert claimed.radius <= abs(middle) / 10 ** (digits - 1) + 51 * radius
