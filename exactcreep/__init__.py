@@ -4,10 +4,11 @@ What is simulated: `Chain`, `State`, and a `Drive` (`Cycles`, `GaussianSteps`, `
 `TemperatureRecord`); all of them with a seed and a solver are an `Experiment`, and a TOML file
 that `load_scene` reads is a `Scene`. `rearrange` (a `Rearrangement`, whose motion is a `Solution`)
 and `iterate` (one `Event` after the other) follow one rearrangement, `creep` (a `Creep`) a whole
-drive, `sweep` a grid of them; `resume` goes on from a checkpoint. `threshold`, `compare`, `plan`
-and `audit` ask what a user asks, and answer with a `Threshold`, a `Comparison`, a `Plan` and an
-`Audit`; `physical` turns a solid in SI units into the chain of a `Solid`. `laws` are the formulas
-of the paper, `disorder` the numbers that are drawn.
+drive, `sweep` a grid of them; `resume` goes on from a checkpoint. `fate` (a `Fate`) follows a chain
+until it has settled. `threshold`, `compare`, `plan` and `audit` ask what a user asks, and
+answer with a `Threshold`, a `Comparison`, a `Plan` and an `Audit`; `physical` turns a solid in SI
+units into the chain of a `Solid`. `laws` are the formulas of the paper, `disorder` the numbers that
+are drawn.
 
 Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
 tell a callable their `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted` with what was
@@ -56,6 +57,8 @@ if TYPE_CHECKING:
     from exactcreep.studies.auditing import audit as audit
     from exactcreep.studies.comparison import Comparison as Comparison
     from exactcreep.studies.comparison import compare as compare
+    from exactcreep.studies.fate import Fate as Fate
+    from exactcreep.studies.fate import fate as fate
     from exactcreep.studies.physical import Solid as Solid
     from exactcreep.studies.physical import physical as physical
     from exactcreep.studies.planning import Plan as Plan
@@ -79,6 +82,7 @@ _HOMES = {
     "EventKind": "model.contact:EventKind",
     "Evidence": "model.verdict:Evidence",
     "Experiment": "quasistatic.experiment:Experiment",
+    "Fate": "studies.fate:Fate",
     "GaussianSteps": "model.drive:GaussianSteps",
     "GivenUp": "studies.thresholds:GivenUp",
     "InputError": "model.numbers:InputError",
@@ -100,6 +104,7 @@ _HOMES = {
     "compare": "studies.comparison:compare",
     "creep": "quasistatic.loop:creep",
     "disorder": "model.disorder:",
+    "fate": "studies.fate:fate",
     "iterate": "solvers.registry:iterate",
     "laws": "laws:",
     "load_scene": "scene:load_scene",

@@ -114,6 +114,12 @@ class Chain:
         return self.times_cosine(self.mu_s - self.mu_d)
 
     @property
+    def rounding(self) -> Fraction:
+        """The most that rounding adds to a displacement in one slip, in float64."""
+        force = (self.mu_s + abs(self.tan_alpha)) * Fraction(self.cos_alpha)
+        return self.n * force / 2**50
+
+    @property
     def may_run_away(self) -> bool:
         """Whether the whole chain may accelerate for ever: |tan_alpha| >= mu_d, as rationals."""
         return abs(self.tan_alpha) >= self.mu_d

@@ -224,14 +224,8 @@ class March:
         """Return whether every slider has moved the same way, by more than rounding can make."""
         change = floats(state.displacements) - begin.displacements
         slips = self.simulation.tally.slips - begin.tally.slips
-        rounding = nearest_float(slips * self._rounding())
+        rounding = nearest_float(slips * self.experiment.chain.rounding)
         return bool((change > rounding).all() or (change < -rounding).all())
-
-    def _rounding(self) -> Fraction:
-        """Return the most that rounding adds to a displacement in one slip."""
-        chain = self.experiment.chain
-        force = (chain.mu_s + abs(chain.tan_alpha)) * Fraction(chain.cos_alpha)
-        return chain.n * force / 2**50
 
     def _warnings(self, tally: Tally) -> dict[str, int]:
         counted = {

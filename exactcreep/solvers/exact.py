@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -94,8 +94,8 @@ class ExactSimulation(Simulation):
             long_rearrangements=int(whole[layout.LONG]),
         )
 
-    def _targets(
-        self, drive: Drive, first: int, count: int, seed: int
+    def targets(
+        self, drive: Drive, first: int, count: int, seed: int = 0
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return ``l0 theta`` of the targets as two arrays of floats."""
         if isinstance(drive, Cycles):
@@ -120,7 +120,7 @@ class ExactSimulation(Simulation):
     ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         seed = int(self.work.whole[layout.SEED : layout.SEED + 1].view(np.uint64)[0])
-        high, low = self._targets(drive, first, count, seed)
+        high, low = self.targets(drive, first, count, seed)
         self.work.whole[layout.TARGET] = first
         travel = np.empty(count)
         each = {"x": self._displacements, "tension": self._tensions, "slips": self._slips}
@@ -152,11 +152,15 @@ class ExactSimulation(Simulation):
             recorded |= joined([EVENT_TABLE.from_rows(()), *logs])
         if stop is not None:
             return Stretch(done, recorded, stop, limits.reason(stop))
+        return Stretch(done, recorded, *self.ending(reason))
+
+    def ending(self, reason: int) -> tuple[Stop, str]:
+        """Return why the compiled loop goes no further, if not for its limits, and a sentence."""
         if reason == layout.RUNAWAY:
-            return Stretch(done, recorded, Stop.RUNAWAY, NEVER_STOPS)
+            return Stop.RUNAWAY, NEVER_STOPS
         if self.never_rests():
-            return Stretch(done, recorded, Stop.RUNAWAY, NEVER_RESTS)
-        return Stretch(done, recorded, Stop.LIMIT, _ENDLESS)
+            return Stop.RUNAWAY, NEVER_RESTS
+        return Stop.LIMIT, _ENDLESS
 
     def _advance(
         self,
@@ -171,16 +175,21 @@ class ExactSimulation(Simulation):
 
         `layout.BUDGET` comes back after `most` events, or what takes some hundredths of a second.
         """
-        begin = time.perf_counter()
-        reason, reached = kernel.follow(
-            *self.work, high, low, travel, most, self._pace, single
+        reason, reached = self.paced(
+            lambda pace: kernel.follow(*self.work, high, low, travel, most, pace, single)
         )
+        return int(reason), int(reached)
+
+    def paced(self, run: Callable[[int], Any]) -> Any:
+        """Return what `run` does with as much work as takes some hundredths of a second."""
+        begin = time.perf_counter()
+        result = run(self._pace)
         seconds = time.perf_counter() - begin
         if seconds > 0.1:
             self._pace = max(self._pace // 2, 1)
         elif seconds < 0.01 and self._pace < _MOST_WORK:
             self._pace *= 2
-        return int(reason), int(reached)
+        return result
 
     def never_rests(self) -> bool:
         """Return whether it is proved that the chain in motion never comes to rest."""
@@ -270,6 +279,13 @@ class ExactSimulation(Simulation):
             theta=high + low,
         )
         self.start = Rest.of(self.chain, begun)
+
+    def logged(self) -> ExactSimulation:
+        """Return a simulation that goes on from here bit for bit, and records events."""
+        twin = ExactSimulation(self.chain, self.start.state, 0, ("events",))
+        twin.restore(self.capture())
+        twin.work.whole[layout.LOGGING] = 1
+        return twin
 
     def report(self) -> dict[str, Any]:
         """Return the work done: cluster steps, margins tested, polynomial evaluations."""

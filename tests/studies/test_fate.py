@@ -1,0 +1,176 @@
+"""What a chain without disorder does in the end, as float64 finds it."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, State, creep, fate
+from exactcreep.solvers import recurrence
+from exactcreep.studies.fate import Fate
+
+
+def chain_of(n: int, **changed: str) -> Chain:
+    given = {"l0": "1000", "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"} | changed
+    return Chain(n, **given)  # type: ignore[arg-type]
+
+
+def tensions(found: Fate, cycles: int) -> np.ndarray:
+    run = creep(found.chain, Cycles(found.amplitude, cycles), start=found.start, record="tension")
+    return run.recorded["tension"][1::2]
+
+
+@pytest.mark.parametrize(
+    ("n", "amplitude"),
+    [
+        (2, "0.0007"),
+        (3, "0.00095"),
+        (3, "0.00085"),
+        (3, "0.0011"),
+        (5, "0.000759"),
+        (6, "0.000969"),
+    ],
+)
+def test_tensions_repeat_from_settled_after_on_and_not_before(n: int, amplitude: str) -> None:
+    found = fate(chain_of(n), amplitude, solver="exact")
+    assert found.evidence is Evidence.COMPUTED
+    settled, period = found.settled_after, found.period
+    assert settled is not None
+    assert period is not None
+    at_ends = tensions(found, settled + 2 * period)
+    assert np.array_equal(at_ends[settled - 1 : -period], at_ends[settled - 1 + period :])
+    if settled > 1:
+        assert not np.array_equal(at_ends[settled - 2], at_ends[settled - 2 + period])
+    for shorter in range(1, period):
+        assert not np.array_equal(at_ends[settled - 1], at_ends[settled - 1 + shorter])
+
+
+def test_the_advance_of_a_period_is_that_of_a_run() -> None:
+    found = fate(chain_of(3), "0.00085", solver="exact")
+    assert (found.outcome, found.period) == (Outcome.CREEPING, 15)
+    first = 2 * found.settled_after
+    run = creep(found.chain, Cycles("0.00085", found.settled_after + 15))
+    x_g = run.recorded["x_G"]
+    assert found.advance == pytest.approx(x_g[-1] - x_g[first - 1], rel=1e-13)
+    assert found.velocity == found.advance / 30
+
+
+def test_the_itinerary_is_that_of_the_next_period() -> None:
+    found = fate(chain_of(5), "0.000759", solver="exact")
+    assert found.outcome is Outcome.CYCLING
+    assert found.advance == 0
+    # four slips of either end, each a rearrangement of its own, in either half-cycle
+    slips = [(half, events[0][1]) for half, events in found.itinerary for _ in events[1:]]
+    assert {(half, end) for half, end in slips} == {(h, (e,)) for h in (1, 2) for e in (1, 5)}
+    run = creep(found.chain, Cycles("0.000759", 30), record=("slips",))
+    assert len(found.itinerary) == run.recorded["slips"][-2:].sum()
+
+
+def test_a_chain_that_returns_to_within_rounding_alone_is_undecided() -> None:
+    found = fate(chain_of(4), "0.00095", solver="exact")
+    assert (found.outcome, found.period) == (Outcome.CREEPING, 1)
+    assert found.evidence is Evidence.UNDECIDED
+    assert "not bit for bit" in found.reason
+    at_ends = tensions(found, found.settled_after + 100)
+    steps = np.abs(np.diff(at_ends, axis=0)).max(axis=1)
+    assert steps[found.settled_after - 1 :].max() < 1e-12
+    assert steps[found.settled_after - 2] > 2**-41  # half a tension's change is a force's
+
+
+def test_a_course_that_does_not_settle_comes_back_as_a_limit() -> None:
+    found = fate(chain_of(30), "0.0045", cycles=60, solver="exact")
+    assert found.outcome is Outcome.LIMIT
+    assert (found.settled_after, found.period, found.advance) == (None, None, None)
+    assert (found.cycles, found.last_advance) == (60, 60)
+    assert "60 cycles" in found.reason
+
+
+def test_a_time_limit_comes_back_with_what_is_known() -> None:
+    found = fate(chain_of(30), "0.0045", cycles=10**9, solver="exact", max_seconds=0.2)
+    assert found.outcome is Outcome.LIMIT
+    assert found.reason == "max_seconds = 0.2 was reached"
+    assert 0 < found.last_advance <= found.cycles + 1
+
+
+def test_a_stuck_chain_rests_from_the_beginning() -> None:
+    found = fate(chain_of(4), 0, solver="exact")
+    assert (found.outcome, found.settled_after, found.period) == (Outcome.AT_REST, 0, 1)
+    assert (found.advance, found.itinerary) == (0, ())
+
+
+def test_one_slider_rests_or_runs_away() -> None:
+    assert fate(chain_of(1), "0.1", solver="exact").outcome is Outcome.AT_REST
+    assert fate(chain_of(1, tan_alpha="0.7"), "0.1", solver="exact").outcome is Outcome.RUNAWAY
+
+
+def test_a_steep_chain_runs_away() -> None:
+    found = fate(chain_of(3, tan_alpha="0.55"), "0.001", solver="exact")
+    assert found.outcome is Outcome.RUNAWAY
+    assert "stop ever again" in found.reason
+    assert found.settled_after is None
+
+
+def test_the_mirror_image_has_the_mirrored_fate() -> None:
+    one = fate(chain_of(3), "0.00085", solver="exact")
+    other = fate(chain_of(3, tan_alpha="-0.25"), "0.00085", solver="exact")
+    assert other.advance == -one.advance
+    assert replace(other, chain=one.chain, start=one.start, advance=one.advance, itinerary=()) == (
+        replace(one, itinerary=())
+    )
+    turned = tuple(
+        (
+            half,
+            tuple(
+                (kind, tuple(4 - i for i in sliders[::-1]), tuple(-s for s in signs[::-1]))
+                for kind, sliders, signs in events
+            ),
+        )
+        for half, events in one.itinerary
+    )
+    assert other.itinerary == turned
+
+
+def test_a_start_that_is_not_at_rest_is_first_rearranged() -> None:
+    chain = chain_of(2)
+    found = fate(chain, 0, start=State.prepared(chain, ["1.5"]), solver="exact")
+    assert (found.outcome, found.settled_after, found.last_advance) == (Outcome.AT_REST, 1, 1)
+    assert found.report["events"] > 0
+
+
+def test_two_sliders_creep_where_their_law_says() -> None:
+    """l0 A > a - |r0| with a = mu_s c - s, r0 the tension mod 2D."""
+    chain = chain_of(2)
+    a = float(chain.mu_s) * chain.cos_alpha - chain.sin_alpha
+    for tension in (0.0, 0.03, -0.05, 0.09):
+        start = State.prepared(chain, [tension])
+        for side in (-1e-6, 1e-6):
+            amplitude = Fraction((a - abs(tension) + side) / 1000)
+            found = fate(chain, amplitude, start=start, solver="exact")
+            assert (found.outcome is Outcome.CREEPING) == (side > 0)
+
+
+@pytest.mark.parametrize(
+    ("changed", "amplitude", "field"),
+    [
+        ({"sigma_mu": "0.01"}, "0.001", "sigma_mu"),
+        ({"mu_s": "0.5"}, "0.001", "mu_s"),
+        ({}, "-0.001", "amplitude"),
+    ],
+)
+def test_what_has_no_fate_is_refused(changed: dict[str, str], amplitude: str, field: str) -> None:
+    with pytest.raises(InputError) as error:
+        fate(chain_of(3, **changed), amplitude, solver="exact")
+    assert error.value.field == field
+    if field == "sigma_mu":
+        assert "survival" in str(error.value)
+
+
+def test_a_solver_that_finds_no_fate_is_refused() -> None:
+    with pytest.raises(InputError, match="exact"):
+        fate(chain_of(3), "0.001", solver="verlet")
+
+
+def test_a_longer_period_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recurrence, "MOST_PERIOD", 14)
+    assert fate(chain_of(3), "0.00085", cycles=2000, solver="exact").outcome is Outcome.LIMIT
