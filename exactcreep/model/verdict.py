@@ -16,6 +16,14 @@ class Evidence(Enum):
     """A comparison lay inside its rounding bound and was settled by the model's rules, or rounding
     may have grown beyond what the solver promises."""
 
+    @classmethod
+    def of(cls, undecided: int, best: Evidence) -> Evidence:
+        """Return what comparisons are worth of which so many were settled by the model's rules.
+
+        `best` is what they are worth if none was.
+        """
+        return cls.UNDECIDED if undecided else best
+
 
 class Outcome(Enum):
     """What the chain does, or why the computation stopped; see `exactcreep.creep`."""

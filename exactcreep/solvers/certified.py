@@ -111,7 +111,7 @@ class Certified(FieldSolver):
                         require_digits(mechanics, self.digits)
                 except Undecided:
                     continue
-                evidence = Evidence.COMPUTED if mechanics.tally.undecided else Evidence.PROVED
+                evidence = Evidence.of(mechanics.tally.undecided, Evidence.PROVED)
                 report = dict(result.report) | certificate(mechanics)
                 motion = Solution(mechanics.pieces, mechanics.start) if mechanics.start else None
                 return replace(result, decided=evidence, report=report, motion=motion)
@@ -288,7 +288,7 @@ class CertifiedSimulation(FieldSimulation):
     @property
     def evidence(self) -> Evidence:
         """Proved, unless a tie had to be assumed at the precision limit."""
-        return Evidence.COMPUTED if self.tally.undecided else Evidence.PROVED
+        return Evidence.of(self.tally.undecided, Evidence.PROVED)
 
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""

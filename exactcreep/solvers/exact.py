@@ -417,7 +417,7 @@ class Exact(Solver):
             load=simulation.load(),
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             outcome=outcome,
-            decided=Evidence.UNDECIDED if undecided else Evidence.COMPUTED,
+            decided=Evidence.of(undecided, Evidence.COMPUTED),
             state=simulation.state(),
             velocities=simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE),
             undecided=undecided,

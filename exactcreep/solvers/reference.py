@@ -114,7 +114,7 @@ def completed(
         initial=initial,
         events=tuple(events),
         outcome=outcome,
-        decided=Evidence.UNDECIDED if tally.undecided else Evidence.COMPUTED,
+        decided=Evidence.of(tally.undecided, Evidence.COMPUTED),
         state=mechanics.state(),
         velocities=mechanics.velocities(),
         undecided=tally.undecided,

@@ -269,7 +269,7 @@ class Simulation(ABC):
     @property
     def evidence(self) -> Evidence:
         """How well everything up to now is known."""
-        return Evidence.UNDECIDED if self.tally.undecided else Evidence.COMPUTED
+        return Evidence.of(self.tally.undecided, Evidence.COMPUTED)
 
     def report(self) -> dict[str, Any]:
         """Return what only this solver knows: precision, enclosure radii, work counts."""

@@ -454,7 +454,7 @@ class Verlet(Solver):
             initial=initial,
             events=tuple(events),
             outcome=Outcome.AT_REST if ended else _OUTCOMES.get(code, Outcome.LIMIT),
-            decided=Evidence.UNDECIDED if undecided else Evidence.COMPUTED,
+            decided=Evidence.of(undecided, Evidence.COMPUTED),
             state=_state(laws, work),
             velocities=_scaled_velocities(work)[1 : n + 1] / laws.dt,
             motion=Solution(

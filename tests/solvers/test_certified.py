@@ -9,7 +9,7 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, InputError, State, rearrange
+from exactcreep import Chain, Cycles, Evidence, InputError, State, creep, rearrange
 from exactcreep.limits import Limits
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
@@ -138,8 +138,12 @@ def test_an_exact_graze_known_only_as_a_ball_is_settled_by_the_rules_and_said_to
     )
     result = rearrange(chain, vague, direction=1, solver="certified", digits=20, most_digits=60)
     assert result.itinerary == exactly.itinerary
-    assert result.evidence is Evidence.COMPUTED
+    assert result.evidence is Evidence.UNDECIDED
     assert result.report["ties_assumed"] == result.undecided > 0
+    options = {"solver": "certified", "digits": 20, "most_digits": 60}
+    run = creep(chain, Cycles("0.01", 1), start=vague, **options)
+    assert run.undecided > 0
+    assert run.evidence is Evidence.UNDECIDED
 
 
 @pytest.mark.parametrize("k", [3, 6, 9, 12])
