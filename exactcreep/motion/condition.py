@@ -225,12 +225,39 @@ def _rows(
     return rows
 
 
+class _Motion(NamedTuple):
+    """The motion (column 0) and the errors beside it; a slider stands beyond each end at rest."""
+
+    x: NDArray[np.float64]  # displacements, velocities and forces, shape (n + 2, _COLUMNS)
+    v: NDArray[np.float64]
+    f: NDArray[np.float64]
+    off: NDArray[np.float64]  # errors of the thresholds
+    late: NDArray[np.float64]  # by how much the last stop of each slider is shifted
+    side: NDArray[np.float64]  # direction of motion, 0 at rest, shape (n + 2,)
+    stiffness: NDArray[np.float64]
+    thresholds: NDArray[np.float64]
+    started: NDArray[np.float64]  # when each slider last did
+    stopped: NDArray[np.float64]
+    push: NDArray[np.float64]  # dynamical friction and cos(alpha), shape (_COLUMNS,)
+    cosine: NDArray[np.float64]
+    before: NDArray[np.float64]  # by how much the last event is shifted
+    shift: NDArray[np.float64]
+    bias: NDArray[np.float64]  # of every step, for velocities and displacements
+    series: NDArray[np.float64]  # of the velocities in the present step
+    slope: NDArray[np.float64]  # room for one slider's
+    scale: NDArray[np.float64]  # one number: the largest force or displacement so far
+    word: NDArray[np.uint64]  # one number: the generator of signs
+
+
 @njit(cache=True, nogil=True)
-def _turned(word):
+def _turn(m):
     """Return the next word of the generator of signs (Marsaglia's xorshift)."""
+    word = m.word[0]
     word ^= word << np.uint64(13)
     word ^= word >> np.uint64(7)
-    return word ^ (word << np.uint64(17))
+    word ^= word << np.uint64(17)
+    m.word[0] = word
+    return word
 
 
 @njit(cache=True, nogil=True)
@@ -248,18 +275,27 @@ def _spread(errors, i):
 
 
 @njit(cache=True, nogil=True)
-def _move(x, f, stiffness, i, p, length):
+def _move(m, i, p, length):
     """Move slider i in column p, and change the forces accordingly."""
-    x[i, p] += length
-    f[i - 1, p] += length
-    f[i, p] -= stiffness[i] * length
-    f[i + 1, p] += length
+    m.x[i, p] += length
+    m.f[i - 1, p] += length
+    m.f[i, p] -= m.stiffness[i] * length
+    m.f[i + 1, p] += length
+
+
+@njit(cache=True, nogil=True)
+def _yield_at(m, i, threshold, constants, word, first):
+    """Give slider i a threshold, which is off by the rounding of the constants."""
+    m.thresholds[i] = threshold
+    for p in range(1, _COLUMNS):
+        m.off[i, p] = m.push[p] + m.cosine[p] * (threshold - m.push[0])
+        m.off[i, p] += constants * threshold * _sign(word, p + first)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _expand(series, x, v, f, push, bias, side, stiffness, window, step):
-    """Let `step` pass without rounding; return how many orders of the motion `series` holds."""
-    first, last = window
+def _expand(m, first, last, step):
+    """Let `step` pass without rounding; return how many orders the series has."""
+    series, v, f, push, side = m.series, m.v, m.f, m.push, m.side
     shape = (last - first + 3, _COLUMNS)
     now = np.zeros(shape)
     after = np.zeros(shape)
@@ -285,7 +321,7 @@ def _expand(series, x, v, f, push, bias, side, stiffness, window, step):
             j = i - first + 1
             if side[i] != 0.0:
                 for p in range(_COLUMNS):
-                    turned = now[j - 1, p] + now[j + 1, p] - stiffness[i] * now[j, p]
+                    turned = now[j - 1, p] + now[j + 1, p] - m.stiffness[i] * now[j, p]
                     third[j, p] = ratio * turned
                     v[i, p] += third[j, p]
                     length[j, p] += third[j, p] / (k + 1.0)
@@ -296,8 +332,8 @@ def _expand(series, x, v, f, push, bias, side, stiffness, window, step):
         if side[i] != 0.0:
             j = i - first + 1
             for p in range(_COLUMNS):
-                v[i, p] += bias[0, p] * v[i, 0]
-                _move(x, f, stiffness, i, p, step * (length[j, p] + bias[1, p] * length[j, 0]))
+                v[i, p] += m.bias[0, p] * v[i, 0]
+                _move(m, i, p, step * (length[j, p] + m.bias[1, p] * length[j, 0]))
     return orders
 
 
@@ -330,54 +366,227 @@ def _extremum(slope, orders, at_0):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _missed(series, slope, side, v, f, thresholds, off, own, window, orders, step):
+def _missed(m, own, first, last, orders, step):
     """Return what came within its error of an event inside a step, and the slider.
 
     A margin has an extremum inside a step where a mover's acceleration changes its sign, or where
     the velocities of the two neighbours of a resting slider cancel.
     """
-    for i in range(window[0], window[1] + 1):
+    series, slope, side = m.series, m.slope, m.side
+    for i in range(first, last + 1):
         if side[i] != 0.0:
             for k in range(orders - 1):
                 slope[k] = (k + 1.0) * series[k + 1, i]
             if not side[i] * slope[0] < 0.0:
                 continue
             lowest = side[i] * _extremum(slope, orders - 1, series[0, i])
-            if lowest <= own + _spread(v, i):
+            if lowest <= own + _spread(m.v, i):
                 return _MISSED_STOP, i
         elif side[i - 1] != 0.0 and side[i + 1] != 0.0:
-            begin = f[i, 0]
+            begin = m.f[i, 0]
             for k in range(orders):
                 slope[k] = step * (series[k, i - 1] + series[k, i + 1])
                 begin -= slope[k] / (k + 1.0)
             way = 1.0 if slope[0] > 0.0 else -1.0
-            room = thresholds[i] - way * _extremum(slope, orders, begin)
-            if room <= own + _spread(f, i) + _spread(off, i):
+            room = m.thresholds[i] - way * _extremum(slope, orders, begin)
+            if room <= own + _spread(m.f, i) + _spread(m.off, i):
                 return _MISSED_START, i
     return _NONE, 0
 
 
 @njit(cache=True, nogil=True)
-def _close(gap, shift, before, own):
+def _close(m, gap, own):
     """Return whether two events are closer to each other than their errors, but not one."""
     total = 0.0
     for p in range(1, _COLUMNS):
-        total += (shift[p] - before[p]) ** 2
+        total += (m.shift[p] - m.before[p]) ** 2
     return gap <= own + MARGIN * math.sqrt(total / PROBES)
 
 
 @njit(cache=True, nogil=True)
-def _slope(v, i):
+def _slope(m, i):
     """Return how fast the force on a resting slider grows."""
-    return v[i - 1, 0] + v[i + 1, 0]
+    return m.v[i - 1, 0] + m.v[i + 1, 0]
 
 
 @njit(cache=True, nogil=True)
-def _acceleration(f, side, push, i):
-    return f[i, 0] - push[0] * side[i] if side[i] != 0.0 else 0.0
+def _acceleration(m, i):
+    return m.f[i, 0] - m.push[0] * m.side[i] if m.side[i] != 0.0 else 0.0
+
+
+@njit(cache=True, nogil=True)
+def _begin(force, threshold, stiff, friction, weight, errors, rounding):
+    """Return the chain at rest, its displacements and the constants of the model being off."""
+    n = force.size
+    _, drift, constants = rounding
+    shape = (n + 2, _COLUMNS)
+    m = _Motion(
+        np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape),
+        np.zeros(n + 2), np.zeros(n + 2), np.zeros(n + 2), np.full(n + 2, -1.0),
+        np.full(n + 2, -1.0), np.zeros(_COLUMNS), np.zeros(_COLUMNS), np.zeros(_COLUMNS),
+        np.zeros(_COLUMNS), np.zeros((2, _COLUMNS)), np.zeros((_ORDERS, n + 2)),
+        np.zeros(_ORDERS), np.full(1, friction), np.full(1, np.uint64(0x9E3779B97F4A7C15)),
+    )  # fmt: skip
+    incline = np.zeros(_COLUMNS)
+    m.push[0] = friction
+    for p in range(1, _COLUMNS):
+        word = _turn(m)
+        m.push[p] = constants * friction * _sign(word, 0)
+        incline[p] = constants * weight * _sign(word, 1)
+        m.cosine[p] = constants * _sign(word, 2)
+        m.bias[0, p] = drift * _sign(word, 3)
+        m.bias[1, p] = drift * _sign(word, 4)
+    for i in range(1, n + 1):
+        m.f[i, 0] = force[i - 1]
+        m.stiffness[i] = stiff[i - 1]
+        m.scale[0] = max(m.scale[0], abs(m.f[i, 0]) + friction)
+        word = _turn(m)
+        for p in range(1, _COLUMNS):
+            m.f[i, p] = incline[p] + constants * abs(m.f[i, 0]) * _sign(word, p)
+        _yield_at(m, i, threshold[i - 1], constants, word, 16)
+    for i in range(1, n + 1):
+        for p in range(1, _COLUMNS):
+            _move(m, i, p, errors[i - 1, p - 1])
+    return m
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
+def _pass(m, remaining, step_error):
+    """Let time pass until the next event; return what came within its error of one before."""
+    n = m.side.size - 2
+    while remaining > 0.0:
+        step = min(remaining, _LONGEST)
+        remaining -= step
+        first = 1
+        while first <= n and m.side[first] == 0.0:
+            first += 1
+        last = n
+        while last >= 1 and m.side[last] == 0.0:
+            last -= 1
+        if last < first:
+            break
+        orders = _expand(m, first, last, step)
+        scale = m.scale[0]
+        for i in range(first - 1, last + 2):
+            scale = max(scale, abs(m.f[i, 0]) + m.push[0], abs(m.x[i, 0]), abs(m.v[i, 0]))
+        m.scale[0] = scale
+        own = 4.0 * step_error * scale  # of the comparisons themselves
+        doubt, i = _missed(m, own, first, last, orders, step)
+        if doubt != _NONE:
+            return doubt, i
+        for i in range(first, last + 1):
+            if m.side[i] != 0.0:
+                word = _turn(m)
+                for p in range(1, _COLUMNS):
+                    m.v[i, p] += step_error * scale * _sign(word, p)
+                    _move(m, i, p, step_error * scale * _sign(word, p + 16))
+    return _NONE, 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _stop(m, i, time, gap, threshold, own, rounding):
+    """Bring slider i to rest, and give it its next threshold; return what is in doubt."""
+    slows = -m.side[i] * _acceleration(m, i)
+    if m.started[i] != time:  # not a slip of length zero
+        width = own + _spread(m.v, i)
+        if slows <= 0.0 or slows * slows <= 4.0 * abs(_slope(m, i)) * width:
+            return _STOP
+        for p in range(1, _COLUMNS):
+            m.late[i, p] = m.side[i] * m.v[i, p] / slows
+            m.shift[p] = m.late[i, p]
+        if _close(m, gap, own / slows + 4.0 * rounding[0] * time):
+            return _ORDER
+        for p in range(1, _COLUMNS):
+            _move(m, i, p, 0.5 * m.v[i, p] * m.late[i, p])
+    for p in range(_COLUMNS):
+        m.v[i, p] = 0.0
+    m.side[i] = 0.0
+    m.stopped[i] = time
+    _yield_at(m, i, threshold, rounding[2], _turn(m), 0)
+    return _NONE
+
+
+@njit(cache=True, nogil=True)
+def _beside(m, i, way, own):
+    """Return what is in doubt about the rest of slider i, which has stopped, and its neighbours."""
+    # it starts the other way if it exceeds its threshold at the instant it stops
+    width = 0.0
+    for p in range(1, _COLUMNS):
+        width += (m.f[i, p] + _slope(m, i) * m.late[i, p]) ** 2
+    width = own + MARGIN * math.sqrt(width / PROBES) + _spread(m.off, i)
+    if abs(-way * m.f[i, 0] - m.thresholds[i]) <= width:
+        return _REVERSAL, i
+    # a neighbour that it no longer pulls on has come as close as it will
+    for k in (i - 1, i + 1):
+        if 1 <= k <= m.side.size - 2 and m.side[k] == 0.0 and way * _slope(m, k) <= 0.0:
+            width = own + _spread(m.f, k) + _spread(m.off, k)
+            if m.thresholds[k] - way * m.f[k, 0] <= width:
+                return _MISSED_START, k
+    return _NONE, 0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _start(m, i, way, time, gap, own, step_error, begins):
+    """Set slider i in motion; return what is in doubt. `begins`: nothing has moved before."""
+    again = not begins and m.stopped[i] == time
+    # at its threshold by definition; an excess of zero must not become a negative one
+    at_threshold = not begins and not again
+    if at_threshold or abs(way * m.f[i, 0] - m.thresholds[i]) <= own:
+        m.f[i, 0] = way * m.thresholds[i]
+    gain = way * m.f[i, 0] - m.push[0]
+    if again:
+        for p in range(1, _COLUMNS):
+            m.v[i, p] = -way * gain * m.late[i, p]
+    elif not begins:
+        rate = way * _slope(m, i)
+        bend = _acceleration(m, i - 1) + _acceleration(m, i + 1)
+        width = own + _spread(m.f, i) + _spread(m.off, i)
+        if rate <= 0.0 or rate * rate <= 4.0 * abs(bend) * width:
+            return _START
+        word = _turn(m)
+        for p in range(1, _COLUMNS):
+            beyond = way * m.f[i, p] - m.off[i, p]
+            beyond += 2.0 * step_error * m.scale[0] * _sign(word, p)
+            m.shift[p] = -beyond / rate
+            m.v[i, p] = -way * gain * m.shift[p]
+        if _close(m, gap, own / rate + 4.0 * step_error * time):
+            return _ORDER
+    m.side[i] = way
+    m.started[i] = time
+    return _NONE
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _happen(m, rows, begin, gap, rounding):
+    """Let the stops and starts of an instant happen; return what is in doubt, and the next row."""
+    time, count = rows[begin, 0], rows.shape[0]
+    own = 4.0 * rounding[0] * m.scale[0]
+    end = begin
+    while end < count and rows[end, 5] == rows[begin, 5] and rows[end, 1] != 0.0:
+        i = int(rows[end, 2]) + 1
+        doubt = _stop(m, i, time, gap, rows[end, 4], own, rounding)
+        if doubt != _NONE:
+            return doubt, i, end
+        end += 1
+    for row in range(begin, end):
+        doubt, i = _beside(m, int(rows[row, 2]) + 1, rows[row, 3], own)
+        if doubt != _NONE:
+            return doubt, i, end
+    starts = end
+    while end < count and rows[end, 0] == time and rows[end, 1] == 0.0:
+        if rows[end, 5] > rows[begin, 5] + (starts > begin):
+            break  # another event
+        end += 1
+    for row in range(starts, end):
+        i = int(rows[row, 2]) + 1
+        doubt = _start(m, i, rows[row, 3], time, gap, own, rounding[0], begin == 0)
+        if doubt != _NONE:
+            return doubt, i, end
+    m.before[:] = m.shift
+    return _NONE, 0, end
+
+
+@njit(cache=True, nogil=True)
 def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):
     """Carry `errors` of the displacements at the start through the events.
 
@@ -390,160 +599,13 @@ def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):
     doubt, slider : int
         Which comparison was decided by less than the errors, if any, and of which slider.
     """
-    n = force.size
-    step_error, drift, constants = rounding
-    shape = (n + 2, _COLUMNS)  # a slider beyond each end that never moves
-    x = np.zeros(shape)
-    v = np.zeros(shape)
-    f = np.zeros(shape)
-    off = np.zeros(shape)  # errors of the thresholds
-    late = np.zeros(shape)  # by how much the last stop of each slider is shifted
-    side = np.zeros(n + 2)
-    stiffness = np.zeros(n + 2)
-    thresholds = np.zeros(n + 2)
-    started = np.full(n + 2, -1.0)
-    stopped = np.full(n + 2, -1.0)
-    before = np.zeros(_COLUMNS)  # by how much the last event is shifted
-    shift = np.zeros(_COLUMNS)
-    push = np.zeros(_COLUMNS)
-    series = np.zeros((_ORDERS, n + 2))
-    slope = np.zeros(_ORDERS)
-    word = np.uint64(0x9E3779B97F4A7C15)
-    scale = friction
-    push[0] = friction
-    incline = np.zeros(_COLUMNS)
-    cosine = np.zeros(_COLUMNS)
-    bias = np.zeros((2, _COLUMNS))
-    for p in range(1, _COLUMNS):
-        word = _turned(word)
-        push[p] = constants * friction * _sign(word, 0)
-        incline[p] = constants * weight * _sign(word, 1)
-        cosine[p] = constants * _sign(word, 2)
-        bias[0, p] = drift * _sign(word, 3)
-        bias[1, p] = drift * _sign(word, 4)
-    for i in range(1, n + 1):
-        f[i, 0] = force[i - 1]
-        stiffness[i] = stiff[i - 1]
-        thresholds[i] = threshold[i - 1]
-        scale = max(scale, abs(f[i, 0]) + friction)
-        word = _turned(word)
-        for p in range(1, _COLUMNS):
-            f[i, p] = incline[p] + constants * abs(f[i, 0]) * _sign(word, p)
-            off[i, p] = push[p] + cosine[p] * (thresholds[i] - friction)
-            off[i, p] += constants * thresholds[i] * _sign(word, p + 16)
-    for i in range(1, n + 1):
-        for p in range(1, _COLUMNS):
-            _move(x, f, stiffness, i, p, errors[i - 1, p - 1])
+    m = _begin(force, threshold, stiff, friction, weight, errors, rounding)
     time = rows[0, 0]
-    begin = 0
-    while begin < rows.shape[0]:
-        remaining = rows[begin, 0] - time
-        gap = remaining
+    begin, doubt, i = 0, _NONE, 0
+    while begin < rows.shape[0] and doubt == _NONE:
+        gap = rows[begin, 0] - time
         time = rows[begin, 0]
-        while remaining > 0.0:
-            step = min(remaining, _LONGEST)
-            remaining -= step
-            first = 1
-            while first <= n and side[first] == 0.0:
-                first += 1
-            last = n
-            while last >= 1 and side[last] == 0.0:
-                last -= 1
-            if last < first:
-                break
-            window = (first, last)
-            orders = _expand(series, x, v, f, push, bias, side, stiffness, window, step)
-            for i in range(first - 1, last + 2):
-                scale = max(scale, abs(f[i, 0]) + friction, abs(x[i, 0]), abs(v[i, 0]))
-            own = 4.0 * step_error * scale  # of the comparisons themselves
-            doubt, slider = _missed(
-                series, slope, side, v, f, thresholds, off, own, window, orders, step
-            )
-            if doubt != _NONE:
-                return x[1 : n + 1, 1:], doubt, slider - 1
-            for i in range(first, last + 1):
-                if side[i] != 0.0:
-                    word = _turned(word)
-                    for p in range(1, _COLUMNS):
-                        v[i, p] += step_error * scale * _sign(word, p)
-                        _move(x, f, stiffness, i, p, step_error * scale * _sign(word, p + 16))
-        own = 4.0 * step_error * scale
-        # the stops of this instant
-        end = begin
-        while end < rows.shape[0] and rows[end, 5] == rows[begin, 5] and rows[end, 1] != 0.0:
-            i = int(rows[end, 2]) + 1
-            slows = -side[i] * _acceleration(f, side, push, i)
-            if started[i] != time:  # not a slip of length zero
-                width = own + _spread(v, i)
-                if slows <= 0.0 or slows * slows <= 4.0 * abs(_slope(v, i)) * width:
-                    return x[1 : n + 1, 1:], _STOP, i - 1
-                for p in range(1, _COLUMNS):
-                    late[i, p] = side[i] * v[i, p] / slows
-                    shift[p] = late[i, p]
-                if _close(gap, shift, before, own / slows + 4.0 * step_error * time):
-                    return x[1 : n + 1, 1:], _ORDER, i - 1
-                for p in range(1, _COLUMNS):
-                    _move(x, f, stiffness, i, p, 0.5 * v[i, p] * late[i, p])
-            for p in range(_COLUMNS):
-                v[i, p] = 0.0
-            side[i] = 0.0
-            stopped[i] = time
-            thresholds[i] = rows[end, 4]
-            word = _turned(word)
-            for p in range(1, _COLUMNS):
-                off[i, p] = push[p] + cosine[p] * (thresholds[i] - friction)
-                off[i, p] += constants * thresholds[i] * _sign(word, p)
-            end += 1
-        for row in range(begin, end):
-            i = int(rows[row, 2]) + 1
-            way = rows[row, 3]
-            # it starts the other way if it exceeds its threshold at the instant it stops
-            for p in range(1, _COLUMNS):
-                slope[p] = f[i, p] + _slope(v, i) * late[i, p]
-            width = 0.0
-            for p in range(1, _COLUMNS):
-                width += slope[p] * slope[p]
-            width = own + MARGIN * math.sqrt(width / PROBES) + _spread(off, i)
-            if abs(-way * f[i, 0] - thresholds[i]) <= width:
-                return x[1 : n + 1, 1:], _REVERSAL, i - 1
-            # a neighbour that it no longer pulls on has come as close as it will
-            for k in (i - 1, i + 1):
-                if 1 <= k <= n and side[k] == 0.0 and way * _slope(v, k) <= 0.0:
-                    width = own + _spread(f, k) + _spread(off, k)
-                    if thresholds[k] - way * f[k, 0] <= width:
-                        return x[1 : n + 1, 1:], _MISSED_START, k - 1
-        # the starts of this instant
-        starts = end
-        while end < rows.shape[0] and rows[end, 0] == time and rows[end, 1] == 0.0:
-            if rows[end, 5] > rows[begin, 5] + (starts > begin):
-                break  # another event
-            end += 1
-        for row in range(starts, end):
-            i = int(rows[row, 2]) + 1
-            way = rows[row, 3]
-            again = begin > 0 and stopped[i] == time
-            # at its threshold by definition; an excess of zero must not become a negative one
-            if (begin > 0 and not again) or abs(way * f[i, 0] - thresholds[i]) <= own:
-                f[i, 0] = way * thresholds[i]
-            gain = way * f[i, 0] - friction
-            if again:
-                for p in range(1, _COLUMNS):
-                    v[i, p] = -way * gain * late[i, p]
-            elif begin > 0:
-                rate = way * _slope(v, i)
-                bend = _acceleration(f, side, push, i - 1) + _acceleration(f, side, push, i + 1)
-                width = own + _spread(f, i) + _spread(off, i)
-                if rate <= 0.0 or rate * rate <= 4.0 * abs(bend) * width:
-                    return x[1 : n + 1, 1:], _START, i - 1
-                word = _turned(word)
-                for p in range(1, _COLUMNS):
-                    beyond = way * f[i, p] - off[i, p] + 2.0 * step_error * scale * _sign(word, p)
-                    shift[p] = -beyond / rate
-                    v[i, p] = -way * gain * shift[p]
-                if _close(gap, shift, before, own / rate + 4.0 * step_error * time):
-                    return x[1 : n + 1, 1:], _ORDER, i - 1
-            side[i] = way
-            started[i] = time
-        before[:] = shift
-        begin = end
-    return x[1 : n + 1, 1:], _NONE, 0
+        doubt, i = _pass(m, gap, rounding[0])
+        if doubt == _NONE:
+            doubt, i, begin = _happen(m, rows, begin, gap, rounding)
+    return m.x[1:-1, 1:], doubt, i - 1
