@@ -8,7 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Creep, Cycles, GaussianSteps, InputError, Outcome, State, creep
+from exactcreep import (
+    Chain,
+    Creep,
+    Cycles,
+    Evidence,
+    GaussianSteps,
+    InputError,
+    Outcome,
+    State,
+    creep,
+)
 from exactcreep import Path as ThetaPath
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint as checkpoints
@@ -405,6 +415,7 @@ def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> 
     start = State.prepared(chain, tensions)
     result = creep(chain, ThetaPath(["0"]), start=start, checkpoint=tmp_path / "run.ckpt")
     assert (result.rearrangements, result.events) == (1, 672)
+    assert result.evidence is Evidence.UNDECIDED
     assert result.long_rearrangements == result.summary()["long_rearrangements"] == 1
     result.save(tmp_path / "run.nc")
     assert Creep.load(tmp_path / "run.nc").long_rearrangements == 1

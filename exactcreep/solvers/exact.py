@@ -44,6 +44,7 @@ from exactcreep.solvers.solver import (
     Solver,
     Stretch,
     Tally,
+    compiled,
     refuse_no_slips,
     refuse_records,
 )
@@ -287,6 +288,15 @@ class ExactSimulation(Simulation):
         twin.work.whole[layout.LOGGING] = 1
         return twin
 
+    @property
+    def evidence(self) -> Evidence:
+        """Undecided if a comparison is, or once an avalanche is too long for the promise."""
+        whole = self.work.whole
+        moving = whole[layout.STAGE] != layout.AT_REST
+        if whole[layout.LONG] or (moving and whole[layout.NUMBER] > layout.PROMISED_EVENTS):
+            return Evidence.UNDECIDED
+        return super().evidence
+
     def report(self) -> dict[str, Any]:
         """Return the work done: cluster steps, margins tested, polynomial evaluations."""
         whole = self.work.whole
@@ -387,6 +397,7 @@ class Exact(Solver):
         limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
+        limits = limits.later(compiled(self))
         simulation = ExactSimulation(chain, state, seed, ("events",))
         work = simulation.work
         logs: list[NDArray[np.float64]] = []

@@ -389,6 +389,19 @@ def advance(
     return Stretch(done - start, recorded, stop, reason)
 
 
+_COMPILED: set[str] = set()  # solvers
+
+
+def compiled(solver: Solver) -> float:
+    """Have a solver's code compiled, or loaded, once; return the seconds that it took just now."""
+    if solver.name in _COMPILED:
+        return 0.0
+    _COMPILED.add(solver.name)
+    begin = time.perf_counter()
+    warm_up(type(solver)())
+    return time.perf_counter() - begin
+
+
 def warm_up(solver: Solver, record: tuple[str, ...] = ()) -> None:
     """Have a solver's code compiled, or loaded, on two half-cycles of two sliders."""
     simulation = solver.simulation(TWO_SLIDERS, State.relaxed(TWO_SLIDERS), 0, record)

@@ -36,6 +36,7 @@ from exactcreep.solvers.solver import (
     Solver,
     Stretch,
     Tally,
+    compiled,
     refuse_no_slips,
     refuse_records,
 )
@@ -416,6 +417,7 @@ class Verlet(Solver):
         limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange."""
+        limits = limits.later(compiled(self))
         laws, work = self._start(chain, state, direction, seed)
         n = chain.n
         base = work.sliders["base"][: n + 1].copy()
