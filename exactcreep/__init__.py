@@ -5,10 +5,10 @@ What is simulated: `Chain`, `State`, and a `Drive` (`Cycles`, `GaussianSteps`, `
 that `load_scene` reads is a `Scene`. `rearrange` (a `Rearrangement`, whose motion is a `Solution`)
 and `iterate` (one `Event` after the other) follow one rearrangement, `creep` (a `Creep`) a whole
 drive, `sweep` a grid of them; `resume` goes on from a checkpoint. `fate` (a `Fate`) follows a chain
-until it has settled. `threshold`, `compare`, `plan` and `audit` ask what a user asks, and
-answer with a `Threshold`, a `Comparison`, a `Plan` and an `Audit`; `physical` turns a solid in SI
-units into the chain of a `Solid`. `laws` are the formulas of the paper, `disorder` the numbers that
-are drawn.
+until it has settled, `survival` (a `Survival`) many starts of one. `threshold`, `compare`, `plan`
+and `audit` ask what a user asks, and answer with a `Threshold`, a `Comparison`, a `Plan` and an
+`Audit`; `physical` turns a solid in SI units into the chain of a `Solid`. `laws` are the formulas
+of the paper, `disorder` the numbers that are drawn.
 
 Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
 tell a callable their `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted` with what was
@@ -63,6 +63,8 @@ if TYPE_CHECKING:
     from exactcreep.studies.physical import physical as physical
     from exactcreep.studies.planning import Plan as Plan
     from exactcreep.studies.planning import plan as plan
+    from exactcreep.studies.survival import Survival as Survival
+    from exactcreep.studies.survival import survival as survival
     from exactcreep.studies.sweeps import sweep as sweep
     from exactcreep.studies.thresholds import GivenUp as GivenUp
     from exactcreep.studies.thresholds import Threshold as Threshold
@@ -98,6 +100,7 @@ _HOMES = {
     "Solid": "studies.physical:Solid",
     "Solution": "motion.solution:Solution",
     "State": "model.state:State",
+    "Survival": "studies.survival:Survival",
     "TemperatureRecord": "model.record:TemperatureRecord",
     "Threshold": "studies.thresholds:Threshold",
     "audit": "studies.auditing:audit",
@@ -112,6 +115,7 @@ _HOMES = {
     "plan": "studies.planning:plan",
     "rearrange": "solvers.registry:rearrange",
     "resume": "quasistatic.loop:resume",
+    "survival": "studies.survival:survival",
     "sweep": "studies.sweeps:sweep",
     "threshold": "studies.thresholds:threshold",
 }

@@ -74,8 +74,9 @@ _MOST_BYTES = 2**28  # of the ring
     STREAK,  # how many cycles in a row they have
     NEAR_ADVANCED,  # the last cycle that had advanced before these
     EXACTLY,  # 1 if the state has returned bit for bit
-) = range(14)
-CELLS = 14
+    FURTHEST,  # the last cycle that took x_G further down than ever
+) = range(15)
+CELLS = 15
 
 
 @compiled
@@ -194,9 +195,9 @@ def settle(
         Room for `kernel.follow`.
     course : ndarray of int64
         How far it has come; see the cells above.
-    begun : ndarray, shape (3,)
+    begun : ndarray, shape (4,)
         The sum of all displacements at the end of the last whole cycle, as two floats; how nearly
-        the forces have returned.
+        the forces have returned; the largest sum of displacements down the incline.
     ring : ndarray, shape (rows, 3, n)
         The states at the ends of the last cycles.
     link, advanced : ndarray of int64, shape (rows,)
@@ -246,8 +247,13 @@ def settle(
             moved *= downhill
         else:
             moved = abs(moved)
-        if moved > rounding * (whole[SLIP_TOTAL] - course[SLIPPED]):
+        rounded = rounding * (whole[SLIP_TOTAL] - course[SLIPPED])
+        if moved > rounded:
             course[ADVANCED] = course[CYCLE]
+        down = real[TOTAL] * downhill if downhill != 0 else abs(real[TOTAL])
+        if down > begun[3] + rounded:
+            begun[3] = down
+            course[FURTHEST] = course[CYCLE]
         course[SLIPPED] = whole[SLIP_TOTAL]
         inner = 0
         for i in range(PAD + 1, PAD + n - 1):
@@ -335,7 +341,10 @@ class Course:
         self._targets = self.simulation.targets(drive, 1, 2)
         self._travel = np.empty(2)
         real = self.simulation.work.real
-        self._begun = np.array([real[layout.TOTAL], real[layout.TOTAL_LOW], 0.0])
+        total = float(real[layout.TOTAL])
+        self._downhill = (chain.tan_alpha > 0) - (chain.tan_alpha < 0)
+        furthest = total * self._downhill if self._downhill else abs(total)
+        self._begun = np.array([total, real[layout.TOTAL_LOW], 0.0, furthest])
         self._cells = np.zeros(CELLS, dtype=np.int64)
         self._cells[[SETTLED, DORMANT]] = -1
 
@@ -369,6 +378,11 @@ class Course:
         return int(self._cells[ADVANCED])
 
     @property
+    def furthest(self) -> int:
+        """The last cycle that took x_G further down (on the level: away) than ever; 0: none."""
+        return int(self._cells[FURTHEST])
+
+    @property
     def dormant_after(self) -> int | None:
         """Cycles after which it was first dormant; None: it never was."""
         return self._known(DORMANT)
@@ -390,7 +404,6 @@ class Course:
         """
         simulation, chain = self.simulation, self.simulation.chain
         work, cells = simulation.work, self._cells
-        downhill = (chain.tan_alpha > 0) - (chain.tan_alpha < 0)
         rounding = chain.n * nearest_float(chain.rounding)
         close = RETURN * (chain.friction + chain.excess + abs(chain.sin_alpha))
         begun = int(work.whole[layout.EVENTS])
@@ -406,7 +419,7 @@ class Course:
                     *self.memory,
                     self.drive.cycles,
                     most,
-                    downhill,
+                    self._downhill,
                     rounding,
                     close,
                     self.dormant,

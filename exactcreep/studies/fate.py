@@ -204,7 +204,7 @@ def _computed(experiment: Experiment, limits: Limits, say: Callable[..., None]) 
     drive = experiment.drive
     assert isinstance(drive, Cycles)
     course = Course(experiment.chain, drive, experiment.initial)
-    return _told(experiment, course, *followed(course, limits, say))
+    return ended(experiment, course, *followed(course, limits, say))
 
 
 def followed(
@@ -220,7 +220,7 @@ def followed(
             return stop, reason
 
 
-def _told(experiment: Experiment, course: Course, stop: Stop, reason: str) -> Fate:
+def ended(experiment: Experiment, course: Course, stop: Stop, reason: str) -> Fate:
     """Return what a course that has ended came to."""
     simulation, chain = course.simulation, experiment.chain
     drive = course.drive

@@ -151,7 +151,7 @@ def sweep(
         board.add(index, value)
 
     try:
-        with _pool(executor, workers) as (pool, signals, ahead), _quiet():
+        with pool_of(executor, workers) as (pool, signals, ahead), _quiet():
             board.signals = signals
             _compute(pool, signals, ahead, experiments, settings, todo, take, board)
     except KeyboardInterrupt:
@@ -303,7 +303,7 @@ class _Board:
 
 
 @contextmanager
-def _pool(
+def pool_of(
     executor: Executor | None, workers: int | None
 ) -> Iterator[tuple[Executor, Signals | None, int]]:
     """Yield an executor, the signals of its cells, and how many of them it may hold."""
