@@ -53,7 +53,8 @@ class Limits:
     why : str
         What a result says that ends for `at`.
     pause : float
-        When a simulation hands over what it has, on the same clock, if only it has come on.
+        When a simulation hands over what it has, on the same clock; it goes on by an event, or by
+        what takes some hundredths of a second, all the same.
     interrupted : callable, optional
         Returns whether the user wants it to end now.
     used : int
@@ -119,17 +120,13 @@ class Limits:
         if self.passed():
             raise OutOfTime(self.reason(Stop.DEADLINE))
 
-    def stop(self, events: int, *, further: bool = True) -> Stop | None:
-        """Return why a computation ends that has used so many events; None: it goes on.
-
-        It does not pause as long as it has not come any `further`.
-        """
+    def stop(self, events: int) -> Stop | None:
+        """Return why a computation ends that has used so many events; None: it goes on."""
         if events >= self.events_left:
             return Stop.BUDGET
         if self.passed():
             return Stop.DEADLINE
-        paused = further and self.pause < math.inf and time.perf_counter() >= self.pause
-        return Stop.BUDGET if paused else None
+        return Stop.BUDGET if time.perf_counter() >= self.pause else None
 
     def reason(self, stop: Stop) -> str:
         """Return the sentence for what ended because of these limits; "" if it did not."""

@@ -22,6 +22,7 @@ from exactcreep import (
 from exactcreep import Path as ThetaPath
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint as checkpoints
+from exactcreep.quasistatic import loop
 from exactcreep.quasistatic.loop import PhysicsWarning, resume
 from exactcreep.quasistatic.result import load_members, save_members
 
@@ -241,6 +242,13 @@ def test_a_limit_is_an_outcome_with_the_partial_result(limit: dict, told: str) -
         whole = creep(TWO, Cycles("0.01", result.half_cycles))
         reached = result.recorded["x_G"]
         assert np.array_equal(whole.recorded["x_G"][: reached.size], reached)
+
+
+def test_what_the_compiler_takes_does_not_count_as_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    # the private name stands for a compilation, which happens once on a machine
+    monkeypatch.setattr(loop, "_warm_up", lambda experiment, compiling: 1e6)
+    result = creep(TWO, Cycles("0.01", 10), max_seconds=0)
+    assert (result.outcome, result.half_cycles) == (Outcome.CREEPING, 20)
 
 
 def test_a_runaway_has_no_mean_velocity() -> None:

@@ -362,7 +362,7 @@ def pilot_run(
     length = min(200, total)
     events = 0
     while True:
-        left = replace(limits, events=_PILOT_EVENTS, used=exact.tally.events)
+        left = replace(limits, events=_PILOT_EVENTS, used=exact.tally.events, pause=math.inf)
         fresh = _positions(exact, drive, one.size + 1, length - one.size, left)
         cut = fresh.size < length - one.size
         one = np.concatenate([one, fresh])

@@ -266,16 +266,12 @@ class CertifiedSimulation(FieldSimulation):
         return stretch
 
     def _catch_up(self, drive: Drive, q: int) -> Stop | None:
-        """Come again to the half-cycle towards q, however many events that takes."""
-        limits, self.limits = self.limits, replace(self.limits, events=None)
-        try:
-            while self.behind is not None and self.behind < q:
-                stop = super()._to_target(drive, self.behind, self._rows())
-                if stop is not None:
-                    return stop
-                self.behind += 1
-        finally:
-            self.limits = limits
+        """Come again to the half-cycle towards q; return why that is not done, None if it is."""
+        while self.behind is not None and self.behind < q:
+            stop = super()._to_target(drive, self.behind, self._rows())
+            if stop is not None:
+                return stop
+            self.behind += 1
         self.behind = None
         return None
 

@@ -188,8 +188,7 @@ class FieldSimulation(Simulation):
 
     def _early(self) -> Stop | None:
         """Return why `follow` has to come back; None: it need not."""
-        events = self.tally.events - self.begun
-        return self.limits.stop(events, further=events > 0)
+        return self.limits.stop(self.tally.events - self.begun)
 
     def _rows(self) -> dict[str, list[Any]]:
         """Return an empty list for everything that is recorded; see `record_arrays`."""

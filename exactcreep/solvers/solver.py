@@ -362,7 +362,7 @@ def advance(
         if limits.bytes is not None and held > limits.bytes:
             stop, reason = Stop.BUDGET, limits.full
             break
-        if (early := left.stop(0, further=False)) is not None:
+        if (early := left.stop(0)) is not None:
             stop, reason = early, left.reason(early)
             break
         begin = time.perf_counter()
