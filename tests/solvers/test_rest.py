@@ -1,0 +1,68 @@
+"""A state placed in the arrays of the compiled loop, and read back from them."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import pairwise
+
+import pytest
+
+from exactcreep import Chain, State
+from exactcreep.solvers import layout
+from exactcreep.solvers.rest import Rest, dilation, placed
+
+THIRDS = [Fraction(k, 3) for k in (1, -2, 4, -5)]
+
+
+def chain_of(n: int) -> Chain:
+    return Chain(n, Fraction(2, 7), "0.5", "0.6", tan_alpha="0.3")
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+@pytest.mark.parametrize("theta", [Fraction(0), Fraction(1, 11)])
+def test_forces_are_placed_to_twice_the_digits_of_a_float(n: int, theta: Fraction) -> None:
+    chain = chain_of(n)
+    tensions = THIRDS[: n - 1]
+    rest = Rest.of(chain, State.prepared(chain, tensions, theta=theta))
+    cell = placed(chain, rest, 0, 0).cell[:, layout.PAD : layout.PAD + n]
+    load = chain.l0 * theta if n > 1 else Fraction(0)
+    bare = [0, *(tension + load for tension in tensions), 0]  # theta is added to the ends apart
+    for k, (before, after) in enumerate(pairwise(bare)):
+        placed_force = Fraction(cell[layout.FORCE, k]) + Fraction(cell[layout.FORCE_LOW, k])
+        true = after - before + Fraction(chain.sin_alpha)
+        assert abs(placed_force - true) < Fraction(1, 2**100)
+        assert cell[layout.REST, k] == cell[layout.FORCE, k]
+
+
+@pytest.mark.parametrize("theta", [Fraction(0), Fraction(1, 11)])
+def test_tensions_are_read_back_rounded_once(theta: Fraction) -> None:
+    chain = chain_of(5)
+    rest = Rest.of(chain, State.prepared(chain, THIRDS, theta=theta))
+    work = placed(chain, rest, 0, 0)
+    assert rest.tensions(work).tolist() == [float(t) for t in THIRDS]
+    here = placed(chain, rest, 0, 0)
+    here.cell[layout.TRAVEL, layout.PAD + 1] += 0.7
+    here.cell[layout.X, layout.PAD + 1] = 1e-17
+    here.real[layout.THETA] += 0.1
+    more = Fraction(0.7) + Fraction(1e-17)
+    less = Fraction(here.real[layout.THETA]) - Fraction(work.real[layout.THETA])
+    moved = [THIRDS[0] + more, THIRDS[1] - more, *THIRDS[2:]]
+    assert rest.tensions(here).tolist() == [float(t - less) for t in moved]
+    load = float(here.real[layout.THETA]), float(here.real[layout.THETA_LOW])
+    assert rest.ramped(load).tolist() == [float(t - less) for t in THIRDS]
+
+
+def test_theta_is_the_float_nearest_to_the_load_over_the_length() -> None:
+    chain = chain_of(3)
+    for theta in (Fraction(1, 11), Fraction(-2, 3), Fraction(10) ** -30, Fraction(0)):
+        rest = Rest.of(chain, State.prepared(chain, theta=theta))
+        assert dilation(chain, rest.load) == float(theta)
+
+
+def test_every_table_begins_at_a_multiple_of_64_bytes() -> None:
+    for n in (1, 2, 7, 30):
+        chain = chain_of(n)
+        work = placed(chain, Rest.of(chain, State.relaxed(chain)), 0, 10)
+        for table in (work.cell, work.deviate, work.series):
+            assert table.ctypes.data % 64 == 0
+            assert table.flags.c_contiguous
