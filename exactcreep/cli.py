@@ -13,12 +13,14 @@ from exactcreep.commands import (
     audit,
     compare,
     envelope,
+    fate,
     plan,
     reproduce,
     resume,
     run,
     scenes,
     show,
+    survival,
     sweep,
     threshold,
     tradeoff,
@@ -32,7 +34,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for _module in (scenes, run, resume, reproduce, sweep, show, animate, plan, tradeoff, threshold,
-                compare, audit, envelope):  # fmt: skip
+                fate, survival, compare, audit, envelope):  # fmt: skip
     _name = _module.__name__.rpartition(".")[2]
     app.command(_name)(getattr(_module, _name))
 

@@ -7,6 +7,17 @@ from typing import Annotated, Any
 
 import typer
 
+Sliders = Annotated[str, typer.Option(metavar="N", help="Number of sliders.")]
+Length = Annotated[
+    str, typer.Option(metavar="L0", help="Natural length of a spring, unit g tau_dyn^2.")
+]
+Dynamical = Annotated[str, typer.Option(metavar="MU", help="Dynamical friction coefficient.")]
+Static = Annotated[str, typer.Option(metavar="MU", help="Static friction coefficient.")]
+Disorder = Annotated[
+    str, typer.Option(metavar="S", help="Standard deviation of the static coefficients.")
+]
+Slope = Annotated[str, typer.Option(metavar="T", help="Slope of the incline.")]
+Amplitude = Annotated[str, typer.Option(metavar="A", help="Of the temperature cycles +A, -A.")]
 SceneName = Annotated[
     str, typer.Argument(metavar="SCENE", help="A built-in scene, or a TOML file.")
 ]

@@ -115,14 +115,17 @@ class Fate:
             out["itinerary"] = [
                 {
                     "half_cycle": half_cycle,
-                    "events": [
-                        {"kind": kind, "sliders": list(sliders), "signs": list(signs)}
-                        for kind, sliders, signs in events
-                    ],
+                    "events": [_words(*event) for event in events],
                 }
                 for half_cycle, events in self.itinerary
             ]
         return out | {"reason": self.reason, "report": dict(self.report)}
+
+
+def _words(kind: str, sliders: tuple[int, ...], signs: tuple[int, ...]) -> str:
+    """Return an event in words: start 5 down."""
+    movers = zip(sliders, signs, strict=True)
+    return f"{kind} " + ", ".join(f"{n} {'down' if sign > 0 else 'up'}" for n, sign in movers)
 
 
 def fate(
@@ -179,12 +182,12 @@ def fate(
     experiment = Experiment.of(
         chain, Cycles(amplitude, cycles), solver=solver, start=start, record=()
     )
-    if solver not in WAYS:
-        raise InputError("solver", solver, "must be " + " or ".join(WAYS))
     if chain.sigma_mu != 0:
         allowed = "must be 0: with disorder no tension ever returns; survival tells how long"
         raise InputError("sigma_mu", chain.sigma_mu, allowed + " creep lives")
     refuse_sliding(chain)
+    if solver not in WAYS:
+        raise InputError("solver", solver, "must be " + " or ".join(WAYS))
     limits = Limits.of(max_seconds=max_seconds)
     return WAYS[solver](experiment, limits, reporter(progress))
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, State, creep, fate
 from exactcreep.solvers import recurrence
 from exactcreep.studies.fate import Fate
+from tests.conftest import Command
 
 
 def chain_of(n: int, **changed: str) -> Chain:
@@ -174,3 +176,34 @@ def test_a_solver_that_finds_no_fate_is_refused() -> None:
 def test_a_longer_period_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recurrence, "MOST_PERIOD", 14)
     assert fate(chain_of(3), "0.00085", cycles=2000, solver="exact").outcome is Outcome.LIMIT
+
+
+def test_the_command_prints_what_the_function_returns(command: Command, tmp_path: Path) -> None:
+    plot = tmp_path / "fate.png"
+    words = ["fate", "--n", "3", "--amplitude", "0.00085", "--solver", "exact", "--plot", str(plot)]
+    told = command(*words, "--json")
+    assert told.code == 0
+    assert told.json == fate(chain_of(3), "0.00085", solver="exact").summary()
+    assert told.json["itinerary"][0]["events"] == ["start 3 down", "stop 3 down"]
+    assert plot.stat().st_size > 10_000
+    shown = command(*words, "--force").out
+    assert "creeping" in shown
+    assert "15 cycles" in shown
+    refused = command(*words)
+    assert refused.code == 2
+    assert "plot" in refused.sentence
+
+
+def test_the_command_leaves_with_3_if_nothing_has_settled(command: Command, tmp_path: Path) -> None:
+    plot = tmp_path / "fate.pdf"
+    told = command("fate", "--n", "6", "--amplitude", "0.0012", "--cycles", "40", "--solver",
+                   "exact", "--plot", str(plot))  # fmt: skip
+    assert told.code == 3
+    assert "40 cycles" in told.out
+    assert plot.exists()
+
+
+def test_the_command_refuses_disorder_and_names_survival(command: Command) -> None:
+    told = command("fate", "--n", "6", "--amplitude", "0.001", "--sigma-mu", "0.01")
+    assert told.code == 2
+    assert "survival" in told.sentence

@@ -3,14 +3,17 @@
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 from scipy import stats
 
 from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, State, creep, fate, survival
 from exactcreep.studies import survival as study
 from exactcreep.studies.survival import Life, Survival
+from tests.conftest import Command
 
 SIX = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25")
 HORIZON = Fraction("0.00096428272")
@@ -201,3 +204,22 @@ def test_one_slider_rests_or_runs_away() -> None:
     for slope, kind in (("0.25", "at_rest"), ("0.7", "runaway")):
         chain = Chain(1, 1000, "0.5", "0.6", tan_alpha=slope)
         assert survival(chain, "0.001", starts=3, cycles=5).fractions[kind].starts == 3
+
+
+def test_the_command_prints_draws_and_writes_what_the_function_returns(
+    command: Command, tmp_path: Path
+) -> None:
+    plot, out = tmp_path / "lives.png", tmp_path / "lives.nc"
+    words = ["survival", "--n", "6", "--amplitude", "0.000969", "--starts", "8", "--cycles", "600"]
+    told = command(*words, "--plot", str(plot), "--out", str(out), "--json")
+    assert told.code == 0
+    found = survival(SIX, "0.000969", starts=8, cycles=600)
+    assert told.json["lifetimes"] == found.lifetimes.tolist()
+    assert told.json["rate"]["high"] == found.rate.high
+    assert told.json["fractions"]["locked"]["starts"] == found.lifetimes.size
+    assert plot.stat().st_size > 10_000
+    with xr.open_dataset(out) as written:
+        assert np.array_equal(written["last_advance"], found.dataset()["last_advance"])
+    shown = command(*words).out
+    assert f"8, {found.lifetimes.size} of them dead" in shown
+    assert command(*words, "--max-seconds", "0").code == 3

@@ -1,0 +1,133 @@
+"""``exactcreep fate``: what a chain does for ever, once it has settled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from exactcreep.commands.options import (
+    Amplitude,
+    Disorder,
+    Dynamical,
+    Force,
+    Json,
+    Length,
+    MaxSeconds,
+    Sliders,
+    Slope,
+    Static,
+)
+from exactcreep.commands.progress import Display
+from exactcreep.commands.session import LIMIT_STATUS
+
+if TYPE_CHECKING:
+    from exactcreep.studies.fate import Fate
+
+
+def fate(
+    n: Sliders,
+    amplitude: Amplitude,
+    l0: Length = "1000",
+    mu_d: Dynamical = "0.5",
+    mu_s: Static = "0.6",
+    sigma_mu: Disorder = "0",
+    tan_alpha: Slope = "0.25",
+    start_tension: Annotated[
+        str | None, typer.Option(metavar="R0", help="Tension of every spring at the start.")
+    ] = None,
+    cycles: Annotated[
+        str, typer.Option(metavar="K", help="Give up after so many cycles.")
+    ] = "10000",
+    solver: Annotated[
+        str, typer.Option(metavar="NAME", help="certified (proved) or exact (float64).")
+    ] = "certified",
+    max_seconds: MaxSeconds = None,
+    json: Json = False,
+    plot: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw x_G and the tensions to this PNG or PDF file."),
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Follow a chain under temperature cycles until it rests, is locked, or creeps, for ever.
+
+    Examples:
+
+        exactcreep fate --n 5 --amplitude 0.000765
+
+        exactcreep fate --n 6 --amplitude 0.000969 --solver exact --plot fate.png
+
+    Exit status: 0 settled, 2 bad input, 3 not settled within the limits (what is known is shown).
+    """
+    from exactcreep.model.chain import Chain
+    from exactcreep.model.numbers import whole_number
+    from exactcreep.model.state import State
+    from exactcreep.model.verdict import Outcome
+    from exactcreep.quasistatic.files import check_plot
+    from exactcreep.studies import fate as study
+
+    chain = Chain(n, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
+    start = None
+    if start_tension is not None:
+        start = State.prepared(chain, [start_tension] * (chain.n - 1))
+    if plot is not None:
+        check_plot(plot, force=force)
+    with Display(quiet=json) as display:
+        found = study.fate(
+            chain,
+            amplitude,
+            start=start,
+            cycles=whole_number(cycles, "cycles", least=1),
+            solver=solver,
+            max_seconds=max_seconds,
+            progress=display.show,
+        )
+    if plot is not None:
+        from exactcreep.studies.fates import draw_fate
+
+        draw_fate(found, plot)
+    if json:
+        from exactcreep.commands.answer import as_json
+
+        typer.echo(as_json(found.summary()))
+    else:
+        _print(found)
+        if plot is not None:
+            typer.echo(f"written: {plot}")
+    if found.outcome is Outcome.LIMIT:
+        raise typer.Exit(LIMIT_STATUS)
+
+
+def _print(found: Fate) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table.grid(padding=(0, 2))
+    remark = f": {found.reason}" if found.reason else ""
+    table.add_row("outcome", found.outcome.value + remark)
+    table.add_row("evidence", found.evidence.value)
+    table.add_row("cycles followed", str(found.cycles))
+    table.add_row("last advance", f"cycle {found.last_advance}" if found.last_advance else "none")
+    if found.settled_after is not None:
+        table.add_row("settled after", f"{found.settled_after} cycles")
+        table.add_row("period", f"{found.period} cycle{'s' * (found.period != 1)}")
+        table.add_row("advance per period", f"{found.advance:.12g}")
+        table.add_row("velocity per half-cycle", f"{found.velocity:.12g}")
+    if found.itinerary:
+        told = [f"half-cycle {half}: {_movers(events)}" for half, events in found.itinerary]
+        more = [f"and {len(told) - 12} more"] if len(told) > 12 else []
+        table.add_row("rearrangements", "\n".join(told[:12] + more))
+    Console(highlight=False).print(table, soft_wrap=True)
+
+
+def _movers(events: tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...]) -> str:
+    """Return which sliders move, in the order of their starts."""
+    movers = [
+        f"{slider} {'down' if sign > 0 else 'up'}"
+        for kind, sliders, signs in events
+        if kind == "start"
+        for slider, sign in zip(sliders, signs, strict=True)
+    ]
+    return ", ".join(movers)
