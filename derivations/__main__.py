@@ -69,9 +69,8 @@ def _shown(derivation: Derivation) -> str:
 def _claims(verification: Verification) -> str:
     lines = [f"{verification.subject}: " + "; ".join(verification.assumptions)]
     for claim in verification.claims:
-        kind = "proved  " if claim.proved else "verified"
         lines += textwrap.wrap(
-            f"{kind} {claim.text} [{claim.how}]",
+            f"{claim.standing:8s} {claim.text} [{claim.how}]",
             98,
             initial_indent="  ",
             subsequent_indent=" " * 11,
@@ -136,12 +135,13 @@ def main(given: Sequence[str] | None = None) -> int:
         print("\n".join(_claims(verification) for verification in verifications), end="\n\n")
         print("\n".join(_row(entry) for entry in chosen), end="\n\n")
         counts = Counter(entry.verdict for entry in chosen)
-        claims = [claim for verification in verifications for claim in verification.claims]
+        standings = Counter(claim.standing for v in verifications for claim in v.claims)
         print(
             f"{len(chosen)} statements: "
             + ", ".join(f"{counts[verdict]} {verdict}" for verdict in sorted(counts))
-            + f"; {sum(claim.proved for claim in claims)} claims proved, "
-            + f"{sum(not claim.proved for claim in claims)} verified over stated cases; "
+            + f"; {standings['proved']} claims proved, "
+            + f"{standings['verified']} verified over stated cases, "
+            + f"{standings['argued']} argued from them; "
             + f"{time.perf_counter() - started:.0f} s"
         )
     for problem in problems:

@@ -14,6 +14,7 @@ from derivations import (
     procedure,
     runaway,
     scaling,
+    shakedown,
     sliding_limit,
     slip,
     thresholds,
@@ -34,6 +35,7 @@ SUBJECTS: dict[str, ModuleType] = {
     "sliding_limit": sliding_limit,
     "continuum": continuum,
     "runaway": runaway,
+    "shakedown": shakedown,
 }
 """The modules, each with ``derive()``, ``check()`` and its entries."""
 

@@ -15,6 +15,10 @@ VERDICTS = ("exact", "approximation", "misprint", "inconsistent", "convention")
 """Follows from the model; leading term of what follows; slip of the pen; contradicts the model or
 the paper's own law; a definition or a choice."""
 
+STANDINGS = ("proved", "verified", "argued")
+"""Decided by algebra for every case; checked in the cases that are named; concluded in words from
+claims that are proved, by steps that no program has checked."""
+
 
 class Refuted(AssertionError):
     """A statement that does not follow."""
@@ -49,11 +53,24 @@ class Derivation:
 
 @dataclass(frozen=True)
 class Claim:
-    """A statement that was checked: proved, or verified over a stated range of cases."""
+    """A statement of a subject, and what it rests on.
+
+    Attributes
+    ----------
+    text : str
+    standing : str
+        One of :data:`STANDINGS`.
+    how : str
+        The argument, or the range of cases.
+    """
 
     text: str
-    proved: bool
+    standing: str
     how: str
+
+    @property
+    def proved(self) -> bool:
+        return self.standing == "proved"
 
 
 @dataclass
@@ -68,19 +85,23 @@ class Verification:
         """Record that an expression vanishes identically; raise `Refuted` if it does not."""
         if not vanishes(expression):
             raise Refuted(f"{self.subject}: {text}: {sp.simplify(expression)} is not zero")
-        self.claims.append(Claim(text, True, how))
+        self.claims.append(Claim(text, "proved", how))
 
     def proved(self, text: str, truth: bool, how: str) -> None:
         """Record a statement decided symbolically or by exact arithmetic on a complete set."""
         if not bool(truth):
             raise Refuted(f"{self.subject}: {text}")
-        self.claims.append(Claim(text, True, how))
+        self.claims.append(Claim(text, "proved", how))
 
     def verified(self, text: str, truth: bool, how: str) -> None:
         """Record a statement checked over the range of cases that `how` names."""
         if not bool(truth):
             raise Refuted(f"{self.subject}: {text}")
-        self.claims.append(Claim(text, False, how))
+        self.claims.append(Claim(text, "verified", how))
+
+    def argued(self, text: str, how: str) -> None:
+        """Record what follows in words from claims that stand before it, named in `how`."""
+        self.claims.append(Claim(text, "argued", how))
 
 
 def vanishes(expression: Expression) -> bool:

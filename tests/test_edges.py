@@ -1,0 +1,225 @@
+"""The edges of a chain's fate: theorems held against linear programmes and simulated chains."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from itertools import product
+from random import Random
+
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+from derivations.shakedown import EndsCycle, ends_cycle
+from exactcreep import creep, laws
+from exactcreep.laws import EDGES
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles
+from exactcreep.model.state import State
+from exactcreep.model.verdict import Outcome
+from exactcreep.studies.fate import fate
+
+F = Fraction
+SLOPE = F(7, 24)
+COSINE = F(24, 25)
+
+
+def largest(objective: int, rows: list[tuple[np.ndarray, float]], unknowns: int) -> float | None:
+    """Return the largest value of one unknown under ``row @ unknowns <= bound``; None: no point."""
+    cost = np.zeros(unknowns)
+    cost[objective] = -1.0
+    matrix, bounds = np.array([row for row, _ in rows]), np.array([bound for _, bound in rows])
+    found = linprog(cost, A_ub=matrix, b_ub=bounds, bounds=(None, None))
+    assert found.status in (0, 2, 3), found.message
+    if found.status == 2:
+        return None
+    return math.inf if found.status == 3 else float(found.x[objective])
+
+
+def forces(size: int, tan: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the matrix and the constant of the forces as functions of the inner tensions."""
+    matrix = np.zeros((size, size - 1))
+    for slider in range(size):
+        if slider < size - 1:
+            matrix[slider, slider] += 1
+        if slider > 0:
+            matrix[slider, slider - 1] -= 1
+    return matrix, np.full(size, tan)
+
+
+def test_the_edge_of_rest_is_the_linear_programme_over_tensions_for_any_coefficients() -> None:
+    random, differences = Random(12), []
+    for _ in range(300):
+        size = random.randint(2, 9)
+        tan = F(random.randint(-60, 60), 100)
+        held = [abs(tan) + F(random.randint(1, 200), 100) for _ in range(size)]
+        matrix, constant = forces(size, float(tan))
+        rows = []
+        for slider, sign, up in product(range(size), (1, -1), (1, -1)):
+            ramp = {0: -up, size - 1: up}.get(slider, 0)
+            if size == 2 or slider in (0, size - 1) or up == 1:
+                row = np.append(sign * matrix[slider], sign * ramp)
+                rows.append((row, float(held[slider]) - sign * constant[slider]))
+        found = largest(size - 1, rows, size)
+        assert found is not None
+        law = laws.at_rest_amplitude(7, tan, held) * 7 / laws.cosine(tan)
+        differences.append(abs(found - float(law)))
+    assert max(differences) < 1e-9
+
+
+def locked_by_programme(size: int, tan: float, low: float, high: float, most: int) -> float:
+    """Return the largest L of a locked cycle with 1..most slips of sliders 1 and N, 0: none."""
+    best = 0.0
+    matrix, constant = forces(size, tan)  # at the end of a contraction
+    for first, last in product(range(most + 1), repeat=2):
+        if first == last == 0:
+            continue
+        step, rows = 2 * (high - low), []
+        # after the dilation: the ramp on the ends, then the slips' own and their neighbours' change
+        ramp, slips = np.zeros(size), np.zeros(size)
+        ramp[0], ramp[-1] = -2.0, 2.0
+        slips[[0, 1]] += first * step, -first * step
+        slips[[-1, -2]] += -last * step, last * step
+        for slider, sign in product(range(size), (1, -1)):
+            own = sign * matrix[slider]
+            rows.append((np.append(own, 0.0), high - sign * constant[slider]))
+            after = high - sign * (constant[slider] + slips[slider])
+            rows.append((np.append(own, sign * ramp[slider]), after))
+        # an end that slips stands within one slip of the threshold that it slipped from last
+        for end, count, sign in ((0, first, 1), (size - 1, last, -1)):
+            if count:
+                row = np.append(-sign * matrix[end], 0.0)
+                rows.append((row, sign * constant[end] - high + step))
+        found = largest(size - 1, rows, size)
+        best = max(best, found or 0.0)
+    return best
+
+
+@pytest.mark.parametrize("size", [4, 5, 6, 9])
+def test_the_edge_of_locked_ends_is_the_programme_over_numbers_of_slips(size: int) -> None:
+    random = Random(size)
+    for _ in range(25):
+        low = F(random.randint(10, 40), 20)
+        high = low * (1 + F(random.randint(10, 30), 25))
+        tan = low * F(random.randint(0, 19), 20)
+        if size * (high - tan) == 2 * high:
+            continue  # a slip stands at the open end of its interval, which a programme closes
+        most = int(high // (high - low)) + 1
+        law = EDGES["locked_ends"].form(n=size, l0=1, mu_d=low, mu_s=high, tan_alpha=tan)
+        found = locked_by_programme(size, float(tan), float(low), float(high), most)
+        assert found * float(laws.cosine(tan)) == pytest.approx(float(law), abs=1e-9)
+
+
+def prepared(chain: Chain, cycle: EndsCycle) -> tuple[State, Fraction]:
+    """Return the state at the end of a contraction, and the amplitude of the cycle."""
+    cosine = laws.cosine(cycle.slope)
+    amplitude = cycle.reach * cosine / chain.l0
+    tensions, total = [], F(0)
+    for force in cycle.forces[:-1]:
+        total += (force - cycle.slope) * cosine
+        tensions.append(total)
+    return State.prepared(chain, tensions, theta=-amplitude), amplitude
+
+
+@pytest.mark.parametrize("size", [4, 6, 10, 30])
+def test_a_chain_prepared_below_the_edge_of_locked_ends_is_locked_there(size: int) -> None:
+    chain = Chain(size, 1000, "0.5", "0.6", tan_alpha=SLOPE)
+    edge = amplitude_of("locked_ends", chain) * chain.l0 / COSINE
+    cycle = ends_cycle(size, SLOPE, chain.mu_d, chain.mu_s, edge - F(1, 10**4))
+    start, amplitude = prepared(chain, cycle)
+    end = fate(chain, amplitude, start=start, cycles=300, solver="exact")
+    assert (end.outcome, end.period, end.advance) == (Outcome.CYCLING, 1, 0)
+    assert end.itinerary is not None
+    slipped = {n for _, events in end.itinerary for _, sliders, _ in events for n in sliders}
+    assert slipped == {1, size}
+
+
+@pytest.mark.parametrize("size", [4, 6, 10, 30])
+def test_a_chain_prepared_above_the_edge_of_locked_ends_moves_inner_sliders(size: int) -> None:
+    chain = Chain(size, 1000, "0.5", "0.6", tan_alpha=SLOPE)
+    edge = amplitude_of("locked_ends", chain) * chain.l0 / COSINE
+    start, amplitude = prepared(chain, ends_cycle(size, SLOPE, chain.mu_d, chain.mu_s, edge))
+    run = creep(chain, Cycles(amplitude + F(1, 10**7), 20), start=start, record=("x",))
+    assert (np.ptp(run.dataset["x"].to_numpy(), axis=0)[1:-1] > 0).any()
+
+
+def amplitude_of(label: str, chain: Chain) -> Fraction:
+    names = ("n", "l0", "mu_d", "mu_s", "tan_alpha")
+    form = EDGES[label].form
+    used = (name for name in names if name in form.required)
+    amplitude = form(**{name: getattr(chain, name) for name in used})
+    assert isinstance(amplitude, Fraction)
+    return amplitude
+
+
+def test_three_sliders_have_locked_ends_at_every_amplitude_up_to_a_third_of_mu_s() -> None:
+    three = {"n": 3, "l0": 1000, "mu_d": F(1, 2), "mu_s": F(3, 5)}
+    form = EDGES["locked_ends"].form
+    assert form(**three, tan_alpha=F(1, 5)) == math.inf
+    assert form(**three, tan_alpha=F(1, 5) + F(1, 10**9)) == 0
+    chain = Chain(3, 1000, "0.5", "0.7", tan_alpha=F(9, 40))
+    cycle = ends_cycle(3, chain.tan_alpha, chain.mu_d, chain.mu_s, F(5))
+    start, amplitude = prepared(chain, cycle)
+    end = fate(chain, amplitude, start=start, cycles=300, solver="exact")
+    assert (end.outcome, end.advance) == (Outcome.CYCLING, 0)
+
+
+@pytest.mark.parametrize("sigma_mu", ["0", "0.02"])
+def test_below_the_edge_of_lasting_creep_every_start_comes_to_rest(sigma_mu: str) -> None:
+    random, l0 = Random(sigma_mu), 1000
+    for seed in range(15):
+        size = random.randint(2, 9)
+        tan = F(random.randint(0, 45), 100)
+        chain = Chain(size, l0, "0.5", "0.6", sigma_mu, tan_alpha=tan)
+        edge = laws.edges(chain)["no_lasting_creep"]
+        amplitude = 0.97 * edge
+        start = State.perturbed(chain, "0.3", start_seed=seed, seed=seed)
+        run = creep(chain, Cycles(amplitude, 4000), start=start, seed=seed, record=("x",))
+        assert run.outcome is Outcome.AT_REST, (seed, chain)
+        # the paths that E(0)/eps leaves: displacements are no longer than paths
+        c, s = chain.cos_alpha, chain.sin_alpha
+        reach = l0 * amplitude
+        eps = min(0.5 * c - reach, 0.5 * c - s - 2 * reach / size)
+        held = np.full(size, 0.5 * c - eps)
+        held[[0, -1]] -= reach
+        reference = np.cumsum(held * (size * s / held.sum()) - s)[:-1]
+        energy = ((start.tensions.astype(float) - reference) ** 2).sum() / 2
+        path = np.abs(run.dataset["x"].to_numpy()[-1]).sum()
+        assert path <= energy / eps
+
+
+def test_the_edge_of_lasting_creep_of_two_sliders_is_that_of_their_staircase() -> None:
+    # the phase average is zero up to m, and some phase creeps at once above it
+    two = {"l0": 1000, "mu_d": F(1, 2), "tan_alpha": SLOPE}
+    edge = EDGES["no_lasting_creep"].form(n=2, **two)
+    assert edge * 1000 == (F(1, 2) - SLOPE) * COSINE
+    above = laws.staircase_two_sliders(
+        mu_s=F(3, 5), amplitude=edge * F(1001, 1000), r0=-F(1, 10) * COSINE, **two
+    )
+    below = [
+        laws.staircase_two_sliders(mu_s=F(3, 5), amplitude=edge, r0=F(k, 500) * COSINE, **two)
+        for k in range(-50, 51)
+    ]
+    assert above > 0
+    assert max(below) == 0
+
+
+def test_edges_are_those_that_hold_for_the_chain() -> None:
+    clean = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25")
+    assert set(laws.edges(clean)) == set(EDGES)
+    f = {label: value / 0.00072760687510899 for label, value in laws.edges(clean).items()}
+    assert f == pytest.approx({"at_rest": 0.8, "no_lasting_creep": 2 / 3, "locked_ends": 1.4})
+    drawn = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    assert set(laws.edges(drawn)) == {"no_lasting_creep"}
+    assert laws.edges(Chain(1, 1000, "0.5", "0.6", tan_alpha="0.25")) == {}
+    assert laws.edges(clean.mirrored()) == laws.edges(clean)
+
+
+def test_an_edge_without_a_state_at_rest_is_refused_in_a_sentence() -> None:
+    with pytest.raises(ValueError, match="no state is at rest"):
+        laws.at_rest_amplitude(1000, F(7, 10), [F(3, 5)] * 4)
+    with pytest.raises(ValueError, match="two sliders or more"):
+        laws.at_rest_amplitude(1000, F(1, 10), [F(3, 5)])
+    with pytest.raises(ValueError, match="n must be a whole number"):
+        EDGES["at_rest"].form(n=1, l0=1, mu_s=1, tan_alpha=0)
