@@ -91,6 +91,8 @@ def locked_by_programme(size: int, tan: float, low: float, high: float, most: in
             if count:
                 row = np.append(-sign * matrix[end], 0.0)
                 rows.append((row, sign * constant[end] - high + step))
+                turned = sign * np.append(matrix[end], ramp[end])
+                rows.append((turned, step - high - sign * (constant[end] + slips[end])))
         found = largest(size - 1, rows, size)
         best = max(best, found or 0.0)
     return best
@@ -104,7 +106,7 @@ def test_the_edge_of_locked_ends_is_the_programme_over_numbers_of_slips(size: in
         high = low * (1 + F(random.randint(10, 30), 25))
         tan = low * F(random.randint(0, 19), 20)
         if size * (high - tan) == 2 * high:
-            continue  # a slip stands at the open end of its interval, which a programme closes
+            continue  # an end would stand at the open end of its interval, which a programme closes
         most = int(high // (high - low)) + 1
         law = EDGES["locked_ends"].form(n=size, l0=1, mu_d=low, mu_s=high, tan_alpha=tan)
         found = locked_by_programme(size, float(tan), float(low), float(high), most)
