@@ -29,10 +29,9 @@ def audit(
     Exit status: 0 nothing was found, 1 the log contradicts the model, 2 bad input.
     """
     from exactcreep.commands.answer import as_json
-    from exactcreep.quasistatic.result import load_members
-    from exactcreep.studies.auditing import audit as judged
+    from exactcreep.studies.auditing import audit_file
 
-    audits = [judged(result) for result in load_members(file)]
+    audits = audit_file(file)
     if json:
         summaries = [found.summary() for found in audits]
         typer.echo(as_json(summaries[0] if len(summaries) == 1 else {"members": summaries}))

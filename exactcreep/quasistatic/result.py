@@ -473,6 +473,11 @@ def load_members(path: str | os.PathLike[str]) -> list[Creep]:
     InputError
         If the file is none of theirs.
     """
+    return [result for _, result in read_members(path)]
+
+
+def read_members(path: str | os.PathLike[str]) -> list[tuple[xr.Dataset, Creep]]:
+    """Return the datasets in a file, and the results that they show; see `load_members`."""
     name = file_name(path, "result")
     if not Path(path).is_file():
         raise InputError("result", name, "must be a file")
@@ -484,10 +489,10 @@ def load_members(path: str | os.PathLike[str]) -> list[Creep]:
         if known != FORMAT:
             raise InputError("result", name, "is not a result of exactcreep (of this version)")
         groups: list[str | None] = [f"member_{k}" for k in range(1, count + 1)]
-        return [
-            Creep.from_dataset(xr.load_dataset(name, group=group, engine="h5netcdf"))
-            for group in groups or [None]
+        datasets = [
+            xr.load_dataset(name, group=group, engine="h5netcdf") for group in groups or [None]
         ]
+        return [(data, Creep.from_dataset(data)) for data in datasets]
     except InputError:
         raise
     except Exception as error:  # what a damaged HDF5 file can raise is not written down

@@ -5,18 +5,23 @@ and at rest accordingly, and asks of the motion that follows in closed form whet
 model: does each event's condition hold at its time; does every slider that rests stay within its
 threshold, and every one that moves keep its direction, at all times between; do all stop; does
 energy balance. It shares the closed form of a run with the solvers, and none of their searches.
+What else a run claims (velocities, outcome, evidence, counts) follows from the motion, and is
+made again by the `March` that made it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from contextlib import suppress
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from numpy.typing import NDArray
 
 from exactcreep.model import disorder
@@ -25,19 +30,24 @@ from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Outcome
+from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
+from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import Run, RunMotion, forces_of
 from exactcreep.motion.replay import Energies, Phase, Replay
-from exactcreep.quasistatic.decimals import as_claimed, enclosure
-from exactcreep.quasistatic.result import Creep
-from exactcreep.solvers.solver import Rearrangement
+from exactcreep.quasistatic.decimals import as_claimed, enclosure, floats, quantity
+from exactcreep.quasistatic.march import March
+from exactcreep.quasistatic.result import Creep, read_members
+from exactcreep.solvers.layout import PROMISED_EVENTS
+from exactcreep.solvers.records import EVENT_TABLE, HALF_CYCLE_TABLE, record_arrays
+from exactcreep.solvers.solver import Rearrangement, Stretch, Tally
 from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
 
 ACCURACY = 1e-12
 """What float64 claims: errors of forces and velocities in units of the largest threshold."""
 _ROUNDING = 2.0**-46  # of the replay in float64 itself
 _SHORTEST = 2.0**-40  # piece of a motion, relative, that is not divided further
+_NOT_WHOLE = (ArithmeticError, LookupError, TypeError, ValueError)  # what damaged logs raise
 _EXTRA_BITS = 64  # of the replay beyond those of the log
 
 
@@ -48,7 +58,8 @@ class Finding:
     Attributes
     ----------
     check : str
-        ``order``, ``contact``, ``motion``, ``static``, ``drive``, ``energy`` or ``state``.
+        ``order``, ``contact``, ``motion``, ``static``, ``drive``, ``energy``, ``state``,
+        ``claim`` (velocities, counts, outcome, evidence) or ``file``.
     rearrangement, number : int or None
         Where: from 0; the event within the rearrangement, from 0.
     sentence : str
@@ -152,12 +163,78 @@ def audit(
     of the largest threshold), an event that is missing, and a contact that is not as the law
     has it, are found. In a log of decimals the rounding of every number so far counts with the
     radii. Between events no excursion beyond a threshold is larger than `ACCURACY`, at any time.
+    Of a run, everything it says is made again from its events: x_G, x, tensions, slips, counts,
+    warnings, outcome, velocity and standard error, and the evidence, as far as its solver and the
+    ties that it counted allow. What cannot be made again: the ties themselves, the radii, the
+    time that it took, the work in `report`, and which limit ended it.
     """
     if isinstance(result, Rearrangement):
         return _of_rearrangement(result, seed, most_findings)
     if isinstance(result, Creep):
         return _of_creep(result, seed, most_findings)
     raise InputError("result", result, "must be a Rearrangement or a Creep")
+
+
+def audit_file(path: str | os.PathLike[str], *, most_findings: int = 20) -> list[Audit]:
+    """Return what is wrong with the runs in a file, and with what the file says about them.
+
+    Parameters
+    ----------
+    path : path
+        What `Creep.save`, `save_members` or ``exactcreep run --out`` wrote.
+    most_findings : int
+        The audit of a run ends after so many.
+
+    Returns
+    -------
+    list of Audit
+        One for each member.
+
+    Raises
+    ------
+    InputError
+        If the file is no result, or its events were not recorded.
+    """
+    return [audit_written(*member, most_findings=most_findings) for member in read_members(path)]
+
+
+def audit_written(data: xr.Dataset, result: Creep, *, most_findings: int = 20) -> Audit:
+    """Return what is wrong with a run, and with the dataset that it was read from."""
+    found = audit(result, most_findings=most_findings)
+    told = tuple(_rewritten(data, result))[: most_findings - len(found.findings)]
+    return replace(found, findings=found.findings + told)
+
+
+def _rewritten(data: xr.Dataset, result: Creep) -> Iterator[Finding]:
+    """Yield what a file holds that is not what the result in it writes."""
+    try:
+        again = result.dataset
+    except _NOT_WHOLE as error:
+        yield Finding("file", None, None, f"the parts of the file do not fit: {error}")
+        return
+    given, made = ({str(k): v.values for k, v in d.variables.items()} for d in (data, again))
+    pairs: list[tuple[str, Mapping[Any, Any], Mapping[Any, Any]]] = [
+        ("attribute", data.attrs, again.attrs),
+        ("variable", given, made),
+    ]
+    pairs += [
+        (f"attribute of {name}", data[name].attrs, again[name].attrs)
+        for name in given
+        if name in made
+    ]
+    for what, here, there in pairs:
+        for name in sorted({*here, *there} - {"version"}):
+            if name not in here or name not in there or not _alike(here[name], there[name]):
+                sentence = f"the {what} {name} is not what the run in the file makes"
+                yield Finding("file", None, None, sentence)
+
+
+def _alike(given: Any, made: Any) -> bool:
+    one, other = np.asarray(given), np.asarray(made)
+    if one.shape != other.shape:
+        return False
+    pairs = zip(one.ravel().tolist(), other.ravel().tolist(), strict=True)
+    return all(a == b or (a != a and b != b) for a, b in pairs)
 
 
 class _Enough(Exception):
@@ -181,8 +258,13 @@ class _Auditor:
         self.errors: list[float] = []
         self.radii: list[float] = []
         self.balance = 0.0
-        self.slips = 0
+        self.tally = Tally()
+        self.slips = np.zeros(chain.n, dtype=np.int64)  # in this half-cycle
         self.load = 0.0  # largest l0 |theta| so far
+        self.recorded: Mapping[str, NDArray[Any]] = {}  # what the run claims at its targets
+        self.long = False  # whether the last rearrangement is too long for float64's promise
+        self.moving: NDArray[Any] = np.zeros(chain.n)  # directions after the last event
+        self.velocities: NDArray[Any] = np.zeros(chain.n)
         self.ramped = True  # whether the rearrangement begins at a theta_c that a ramp reached
         self.room = 0.0  # by which a resting slider may seem to exceed its threshold
         self.state = State(
@@ -282,8 +364,18 @@ class _Auditor:
                     self.condition(replay, event.kind, n, sign, radius, slack, number == 0)
                 phase.happen(event, legal)
                 number += 1
+                self.tally.events += 1
                 if event.kind is EventKind.STOP:
-                    self.slips += len(legal)
+                    self.tally.slips += len(legal)
+                    self.slips[list(legal)] += 1
+                    self.tally.draws_below_mu_d += sum(
+                        self.contacts.is_low(replay.coefficient(n)) for n in legal
+                    )
+        self.tally.rearrangements += 1
+        self.tally.long_rearrangements += number > PROMISED_EVENTS
+        self.long = number > PROMISED_EVENTS
+        self.moving = replay.flow.signs.copy()
+        self.velocities = replay.flow.velocities.copy()
         self.place = (rearrangement, None)
         before, self.state = self.state, replay.state()
         self.balanced(replay.energies(), before.tensions)
@@ -506,7 +598,7 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
     error = 4 * 2.0**-52 * auditor.load if arithmetic is FLOAT64 else 0.0
     auditor.room = auditor.floor() + error
     ended = result.outcome is Outcome.AT_REST
-    with arithmetic.active(), suppress(_Enough):
+    with arithmetic.active(), _heard(auditor):
         auditor.begin(result.initial)
         auditor.place = (0, None)
         auditor.ramped = auditor.stable()
@@ -523,16 +615,26 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
 def _of_creep(result: Creep, seed: int | None, most: int) -> Audit:
     if seed is not None and seed != result.seed:
         raise InputError("seed", seed, f"must be that of the run, {result.seed}")
-    chain, columns = result.chain, as_claimed(result.recorded)
-    log = rearrangements(columns)
-    bits = result.report.get("precision_bits")
-    times = columns["event_time"].tolist()
-    arithmetic, digits = _arithmetic(times, bits, result.experiment.digits)
-    start = result.experiment.initial
-    auditor = _Auditor(chain, start, result.seed, arithmetic, digits, most)
-    with arithmetic.active(), suppress(_Enough):
-        auditor.begin(start)
-        _follow(auditor, result, log)
+    chain, start = result.chain, result.experiment.initial
+    if "event_time" not in result.recorded:
+        rearrangements(result.recorded)
+    log: list[LoggedRearrangement] = []
+    try:
+        columns = as_claimed(result.recorded)
+        bits = result.report.get("precision_bits")
+        times = columns["event_time"].tolist()
+        arithmetic, digits = _arithmetic(times, bits, result.experiment.digits)
+        auditor = _Auditor(chain, start, result.seed, arithmetic, digits, most)
+    except _NOT_WHOLE as error:
+        told = Finding("file", None, None, f"what was recorded cannot be read: {error}")
+        return Audit((told,), 0, 0, np.empty(0), np.empty(0), math.nan, 0)
+    with arithmetic.active(), _heard(auditor):
+        _tables(auditor, result)
+        if not auditor.findings:
+            log += rearrangements(columns)
+            auditor.recorded = columns
+            auditor.begin(start)
+            _follow(auditor, result, log)
     return _audited(auditor, len(log), sum(len(one.events) for one in log))
 
 
@@ -549,47 +651,231 @@ def _arithmetic(
     return arithmetic, digits or max(1, math.floor((wanted or 64) / BITS_PER_DIGIT) - 15)
 
 
+@contextmanager
+def _heard(auditor: _Auditor) -> Iterator[None]:
+    """Let an audit end early; what cannot even be followed is a finding."""
+    try:
+        yield
+    except _Enough:
+        pass
+    except _NOT_WHOLE as error:
+        sentence = f"the log cannot be followed: {error}"
+        auditor.findings.append(Finding("order", *auditor.place, sentence))
+
+
+def _tables(auditor: _Auditor, result: Creep) -> None:
+    """Check that what was recorded is there, whole, and numbered as events are."""
+    recorded, n, experiment = result.recorded, result.chain.n, result.experiment
+    expected = {quantity(name) for name in record_arrays(dict.fromkeys(experiment.record, ()), n)}
+    there = {quantity(name) for name in recorded}
+    for name in sorted(expected ^ there):
+        auditor.find("state", f"{name} was recorded, or was not, against what was asked for")
+    if not 0 <= result.half_cycles <= result.drive.half_cycles:
+        auditor.find("claim", f"the drive has no target {result.half_cycles}")
+    rows = len(recorded["event_time"])
+    for name, values in recorded.items():
+        column = {**HALF_CYCLE_TABLE.columns, **EVENT_TABLE.columns}[quantity(name)]
+        sizes = {"slider": n, "spring": n - 1}
+        length = rows if quantity(name) in EVENT_TABLE.columns else result.half_cycles
+        shape = (length, *(sizes[across] for across in column.across))
+        if values.shape != shape:
+            auditor.find("state", f"{name} has the shape {values.shape} instead of {shape}")
+        elif values.dtype.kind == "f" and not np.isfinite(values).all():
+            auditor.find("state", f"{name} holds numbers that are not finite")
+    if auditor.findings:
+        return
+    for name in sorted(expected):
+        if f"{name}_decimal" in recorded:
+            known = as_claimed({key: recorded[key] for key in recorded if quantity(key) == name})
+            near = floats(known[name])
+            room = [nearest_float(x.radius) for x in known[name].ravel().tolist()]
+            off = np.abs(near - recorded[name]).ravel() - np.array(room)
+            if (off > 2.0**-50 * np.abs(near).ravel()).any():
+                auditor.find("state", f"{name} and its decimals are not the same numbers")
+    names = [name for name in EVENT_TABLE.columns if name in recorded]
+    columns = {name.removeprefix("event_"): recorded[name] for name in names}
+    ranges = {"kind": (0, 1), "slider": (1, n), "half_cycle": (1, result.half_cycles + 1)}
+    for name, (low, high) in ranges.items():
+        if rows and not low <= columns[name].min() <= columns[name].max() <= high:
+            auditor.find("contact", f"the event column of {name} is not within {low} .. {high}")
+    if not (np.abs(columns["sign"]) == 1).all():
+        auditor.find("contact", "the event column of sign is not +1 or -1")
+    if not rows:
+        return
+    step, new = np.diff(columns["rearrangement"]), np.diff(columns["number"])
+    again = step == 0
+    if columns["rearrangement"][0] != 0 or not np.isin(step, (0, 1)).all():
+        auditor.find("order", "rearrangements are not numbered 0, 1, 2, ...")
+    if columns["number"][0] != 0 or not np.isin(new[again], (0, 1)).all():
+        auditor.find("order", "events are not numbered 0, 1, 2, ...")
+    if (columns["number"][1:][~again] != 0).any():
+        auditor.find("order", "the events of a rearrangement are not numbered from 0")
+    same = again & (new == 0)
+    for name in names:
+        whole = name.removeprefix("event_")
+        which = again if whole in ("half_cycle", "theta") else same
+        parts = (name, f"{name}_decimal", f"{name}_radius")
+        for part in parts if whole in ("half_cycle", "theta", "time", "kind") else ():
+            if part in recorded and (recorded[part][1:] != recorded[part][:-1])[which].any():
+                auditor.find("order", f"{part} changes within one event or rearrangement")
+    if (np.diff(columns["half_cycle"]) < 0).any():
+        auditor.find("order", "half-cycles go back")
+
+
 def _follow(auditor: _Auditor, result: Creep, log: list[LoggedRearrangement]) -> None:
-    """Take the auditor along the drive of a run."""
-    chain, arithmetic = result.chain, auditor.arithmetic
+    """Take the auditor along the drive of a run, and a march with it."""
+    arithmetic, partial = auditor.arithmetic, result.outcome in (Outcome.RUNAWAY, Outcome.LIMIT)
+    march = March(result.experiment, None)
+    told = SimpleNamespace(
+        tally=auditor.tally, state=lambda: auditor.state, evidence=result.evidence, report=dict
+    )
+    march.simulation = told  # type: ignore[assignment]
     r = 0
-    for q in range(1, result.half_cycles + 1):
-        target = arithmetic.number(result.drive.exact_target(q, result.seed))
-        while r < len(log) and log[r].half_cycle == q:
+    for q in range(1, result.half_cycles + 2):
+        more = q <= result.half_cycles
+        if not more and not partial:
+            break
+        known = result.drive.half_cycles >= q
+        target = arithmetic.number(result.drive.exact_target(q, result.seed)) if known else None
+        auditor.slips[:] = 0
+        while r < len(log) and log[r].half_cycle == q and known:
             one = log[r]
             auditor.place = (r, None)
             theta, radius = enclosure(one.theta)
-            error = nearest_float(radius * chain.l0)
+            error = nearest_float(radius * result.chain.l0)
             if arithmetic is FLOAT64:
-                error += 4 * 2.0**-52 * max(auditor.load, abs(nearest_float(theta * chain.l0)))
+                largest = max(auditor.load, abs(nearest_float(theta * result.chain.l0)))
+                error += 4 * 2.0**-52 * largest
             auditor.room = auditor.floor() + error
             auditor.ramped = r > 0 or auditor.stable()
             auditor.ramp(arithmetic.number(theta), target, auditor.room, "a rearrangement")
-            ended = r + 1 < len(log) or result.outcome is not Outcome.RUNAWAY
-            auditor.rearrangement(one.events, error, ended)
+            auditor.rearrangement(one.events, error, r + 1 < len(log) or not partial)
             r += 1
         auditor.place = (None, None)
-        auditor.ramp(target, target, auditor.room, "a target")
-        auditor.rests(f"theta reaches target {q}")
-        _compare_rows(auditor, result, q)
-    if result.outcome in (Outcome.RUNAWAY, Outcome.LIMIT):
-        return
+        if more:
+            auditor.ramp(target, target, auditor.room, "a target")
+            auditor.rests(f"theta reaches target {q}")
+            _compare_rows(auditor, result, q)
+            moved = auditor.state.displacements
+            x_g = np.array([sum(moved.tolist()) / result.chain.n])
+            march.take(Stretch(1, {"x_G": x_g, "x": moved[None, :]}))
     if r < len(log):
         auditor.find("order", f"{len(log) - r} rearrangements belong to no half-cycle")
-    if result.rearrangements != len(log):
-        auditor.find("state", "the number of rearrangements is not the run's")
-    if result.slips != auditor.slips:
-        auditor.find("state", "the number of slips is not the run's")
-    _final(auditor, result.state)
+    if result.outcome is not Outcome.RUNAWAY:  # it goes on moving until that is proved
+        _final(auditor, result.state)
+    _claims(auditor, result, march)
+
+
+def _claims(auditor: _Auditor, result: Creep, march: March) -> None:
+    """Compare what a run says about itself with what `march` finds on the same way."""
+    auditor.tally.undecided = result.undecided
+    whole = result.half_cycles == result.drive.half_cycles
+    in_motion = bool(auditor.moving.any())
+    if result.solver not in ("exact", "auto"):
+        auditor.tally.long_rearrangements = 0
+    elif in_motion and auditor.tally.long_rearrangements:
+        auditor.tally.long_rearrangements -= auditor.long  # it has not ended
+    if not whole or in_motion:
+        march.outcome, march.reason = result.outcome, result.reason
+    own = march.result()
+
+    def differ(name: str, claimed: Any, found: Any) -> None:
+        if claimed != found:
+            auditor.find("claim", f"{name} is {claimed}, and the events make it {found}")
+
+    for name in ("half_cycles", "burn_in", "rearrangements", "events", "slips"):
+        differ(name, getattr(result, name), getattr(own, name))
+    for name in ("draws_below_mu_d", "long_rearrangements"):
+        differ(name, getattr(result, name), getattr(own, name))
+    differ("warnings", dict(result.warnings), dict(own.warnings))
+    _ending(auditor, result, march, whole=whole, in_motion=in_motion)
+    solver = str(result.report.get("chosen", result.solver))
+    long = solver == "exact" and (own.long_rearrangements or (in_motion and auditor.long))
+    best = Evidence.PROVED if solver == "certified" else Evidence.COMPUTED
+    evidence = Evidence.of(int(result.undecided) + int(bool(long)), best)
+    differ("evidence", result.evidence.value, evidence.value)
+    if result.undecided < 0:
+        auditor.find("claim", f"undecided is {result.undecided}")
+    if "ties_assumed" in result.report:
+        differ("ties_assumed", result.report["ties_assumed"], result.undecided)
+    _velocities(auditor, result, own)
+
+
+def _ending(
+    auditor: _Auditor, result: Creep, march: March, *, whole: bool, in_motion: bool
+) -> None:
+    """Check the outcome of a run and the reason that it gives."""
+    proofs = (NEVER_STOPS, NEVER_RESTS)
+    if whole and not in_motion:
+        march.outcome = None
+        expected = [march._behaviour(auditor.state)]
+        last = march.last_cycle
+        if last is not None and last.tensions is not None:
+            # the solver saw whether tensions came back bit for bit; here they are rounded anew
+            off = np.abs(floats(auditor.state.tensions) - floats(last.tensions))
+            if (off <= _ROUNDING * auditor.scale * (1 + len(auditor.radii))).all():
+                kept = replace(auditor.state, tensions=last.tensions)
+                expected.append(march._behaviour(kept))
+        if (result.outcome, result.reason) not in expected:
+            sentence = f"the outcome {result.outcome.value} ({result.reason!r}) is not the run's"
+            auditor.find("claim", sentence)
+    elif result.outcome is Outcome.RUNAWAY:
+        if result.reason not in proofs or not _runs_away(auditor, result.chain):
+            auditor.find("claim", "nothing proves that the chain runs away")
+    elif result.outcome is not Outcome.LIMIT or result.reason in ("", *proofs):
+        auditor.find("claim", f"the run ends early, and calls it {result.outcome.value}")
+
+
+def _runs_away(auditor: _Auditor, chain: Chain) -> bool:
+    """Return whether a chain in motion can be one that never comes to rest."""
+    down = 1 if chain.tan_alpha >= 0 else -1
+    if chain.may_run_away and (auditor.moving == down).all():
+        return True
+    largest = max(map(auditor.contacts.acting, auditor.state.coefficients.tolist()))
+    state, moving = auditor.state, auditor.moving
+    slack = auditor.floor()
+    return never_rests(
+        auditor.arithmetic, chain, state.tensions, auditor.velocities, moving, largest, slack
+    )
+
+
+def _velocities(auditor: _Auditor, result: Creep, own: Creep) -> None:
+    """Compare the mean velocity and its standard error."""
+    room = auditor.accuracy * (1 + len(auditor.radii)) ** 0.5 * auditor.scale + auditor.room
+    size = abs(nearest_float(enclosure(auditor.state.displacements[0]).middle))
+    room += 2.0**-48 * (1 + size)
+    exact = result.velocity_enclosure
+    for name, claimed, found, allowed in (
+        ("velocity", result.velocity, own.velocity, room),
+        ("velocity_error", result.velocity_error, own.velocity_error, room / 2),
+    ):
+        if claimed == found or (math.isnan(claimed) and math.isnan(found)):
+            continue
+        error = abs(claimed - found)
+        text = f"{name} is not what the events make"
+        auditor.within("claim", text, math.inf if math.isnan(error) else error, allowed)
+    other = own.velocity_enclosure
+    if (exact is None) != (other is None):
+        auditor.find("claim", "the velocity has an exact value, or has none, against the digits")
+    elif exact is not None and other is not None:
+        error = nearest_float(abs(exact.middle - other.middle))
+        text = "the exact velocity is not what the events make"
+        auditor.within("claim", text, error, room + nearest_float(exact.radius))
+        if result.velocity != nearest_float(exact.middle):
+            auditor.find("claim", "the velocity is not the float nearest to its exact value")
 
 
 def _compare_rows(auditor: _Auditor, result: Creep, q: int) -> None:
     """Compare what was recorded at target `q`."""
-    state = auditor.state
-    for name, present in (("x", state.displacements), ("tension", state.tensions)):
-        if name in result.recorded:
-            row = result.recorded[name][q - 1]
-            _same(auditor, f"recorded {name} at target {q}", present, row.tolist())
+    state, recorded = auditor.state, auditor.recorded
+    mean = np.array([sum(state.displacements.tolist()) / result.chain.n], dtype=object)
+    rows = (("x", state.displacements), ("tension", state.tensions), ("x_G", mean))
+    for name, present in rows:
+        if name in recorded:
+            given = recorded[name][q - 1 : q].ravel().tolist()
+            _same(auditor, f"recorded {name} at target {q}", present, given)
+    if "slips" in recorded and not np.array_equal(recorded["slips"][q - 1], auditor.slips):
+        auditor.find("state", f"slips at target {q} are not those of the events")
 
 
 def _same(auditor: _Auditor, what: str, present: NDArray[Any], given: Sequence[Any]) -> None:
@@ -614,6 +900,10 @@ def _final(auditor: _Auditor, state: State) -> None:
     _same(auditor, "the final tension", present.tensions, state.tensions.tolist())
     displacements = state.displacements.tolist()
     _same(auditor, "the final displacement", present.displacements, displacements)
+    off = abs(_exact(present.theta) - enclosure(state.theta).middle) * auditor.chain.l0
+    rounding = 2.0**-49 * auditor.load + auditor.accuracy * (auditor.arithmetic is not FLOAT64)
+    text = "the final theta is not where the drive took it"
+    auditor.within("state", text, nearest_float(off), rounding)
     if not np.array_equal(present.draws, state.draws):
         auditor.find("state", "the number of draws is not what the stops make")
     elif not np.array_equal(present.coefficients, state.coefficients):
