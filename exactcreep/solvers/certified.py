@@ -181,6 +181,8 @@ class CertifiedSimulation(FieldSimulation):
     """A simulation in balls, which goes back to its anchor when a comparison is undecided."""
 
     kind = Enclosed
+    leap: ClassVar[int] = 2
+    """How many times the precision is taken where it does not suffice."""
 
     def __init__(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...], solver: Certified
@@ -242,7 +244,7 @@ class CertifiedSimulation(FieldSimulation):
         self.restarts += 1
         bits = self.mechanics.arithmetic.bits
         self.settles = bits >= self.solver.most_bits
-        more = balls_of(min(2 * bits, self.solver.most_bits))
+        more = balls_of(min(self.leap * bits, self.solver.most_bits))
         with more.active():
             self.mechanics = self.kind(
                 self.chain, self.seed, more, self.origin, assume=self.settles

@@ -8,7 +8,7 @@ point and the derivative of the rearrangement (see `exactcreep.motion.enclosure`
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import flint
 import numpy as np
@@ -19,7 +19,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
-from exactcreep.motion.enclosure import ZERO, Box, Passage, Spread
+from exactcreep.motion.enclosure import ZERO, Box, Passage, Row, Spread
 from exactcreep.motion.modes import Flow, ModalPiece, Run
 from exactcreep.motion.roots import FirstEvent
 from exactcreep.motion.solution import Motion
@@ -33,6 +33,8 @@ STRETCH = 10
 
 class Enclosed(Mechanics):
     """`Mechanics` in balls with a set kept beside them; see the module."""
+
+    stretch: ClassVar[int] = STRETCH
 
     def __init__(
         self,
@@ -88,10 +90,14 @@ class Enclosed(Mechanics):
         if centre.ramp(way, target) != moves:
             raise Undecided("the middle of the set does something else")
         self.followed, self.following = [], centre.rearrangement()
-        rows = list(box.axes)
+        self.box = Box(self._ramped(box.axes, moves), box.widths, box.exponent)
+
+    def _ramped(self, axes: list[Row], moves: bool) -> list[Row]:
+        """Return rows as a ramp turns them that ended with a start, or at its target."""
+        rows = list(axes)
         first, last, theta = rows[0], rows[-2], rows[-1]
         zero = [ZERO] * len(first)
-        if not moves and target is not None and self.chain.n > 1:
+        if not moves and self.aim[1] is not None and self.chain.n > 1:
             rows[0] = [a + b for a, b in zip(first, theta, strict=True)]
             rows[-2] = [a - b for a, b in zip(last, theta, strict=True)]
             rows[-1] = zero
@@ -107,7 +113,7 @@ class Enclosed(Mechanics):
                 rows[0] = rows[-2] = zero
                 if not self.mirrored:
                     self.passages = None  # a tie that was assumed
-        self.box = Box(rows, box.widths, box.exponent)
+        return rows
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
         self.crossing_ends = [n for n, _ in starts] if crossing else []
@@ -154,7 +160,9 @@ class Enclosed(Mechanics):
 
     def _is_due(self) -> bool:
         """Return whether the set has to be put together again before the next event."""
-        return self.flow is not None and not self.runaway and len(self.passages or ()) >= STRETCH
+        if self.flow is None or self.runaway:
+            return False
+        return len(self.passages or ()) >= self.stretch
 
     def rest(self, flow: Flow) -> None:
         """End the rearrangement, and put the set together again."""

@@ -26,6 +26,7 @@ from exactcreep.quasistatic.decimals import Enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.recurrence import MOST_PERIOD, Course
 from exactcreep.studies.eventlog import rearrangements
+from exactcreep.studies.fate_proof import recurrence
 
 Period = tuple[tuple[int, Itinerary], ...]
 """The rearrangements of one period: each with its half-cycle, from 1, and its itinerary."""
@@ -53,7 +54,9 @@ class Fate:
         Whole cycles that were followed.
     settled_after : int or None
         The number m of cycles from which on the tensions at the ends of cycles repeat:
-        ``T(k + period) = T(k)`` for every k >= m, and for no smaller m. None: not settled.
+        ``T(k + period) = T(k)`` for every k >= m, and for no smaller m. Where a proved cycle has
+        avalanches the tensions only tend to it: the itinerary repeats after m cycles. None: not
+        settled.
     period : int or None
         Cycles.
     advance : float or None
@@ -275,5 +278,32 @@ def _one_period(course: Course, period: int) -> tuple[float, Period]:
     )
 
 
-WAYS: dict[str, Callable[[Experiment, Limits, Callable[..., None]], Fate]] = {"exact": _computed}
+def _proved(experiment: Experiment, limits: Limits, say: Callable[..., None]) -> Fate:
+    """Return the fate that the certified solver proves."""
+    drive = experiment.drive
+    assert isinstance(drive, Cycles)
+    found = recurrence(experiment.chain, drive, experiment.initial, limits, say)
+    return Fate(
+        chain=experiment.chain,
+        amplitude=drive.amplitude,
+        start=experiment.initial,
+        solver=experiment.solver,
+        outcome=found.outcome,
+        evidence=found.evidence,
+        cycles=found.cycles,
+        settled_after=found.settled_after,
+        period=found.period,
+        advance=None if found.advance is None else nearest_float(found.advance.middle),
+        last_advance=found.last_advance,
+        itinerary=found.itinerary,
+        advance_enclosure=found.advance,
+        reason=found.reason,
+        report=found.report,
+    )
+
+
+WAYS: dict[str, Callable[[Experiment, Limits, Callable[..., None]], Fate]] = {
+    "certified": _proved,
+    "exact": _computed,
+}
 """How each solver finds a fate."""

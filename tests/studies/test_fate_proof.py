@@ -1,0 +1,92 @@
+"""Fates that are proved for ever."""
+
+from fractions import Fraction
+
+import flint
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Evidence, Outcome, fate
+from exactcreep.studies import fate_proof
+from exactcreep.studies.fate import Fate
+
+
+def chain_of(n: int, **changed: str) -> Chain:
+    given = {"l0": "1000", "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"} | changed
+    return Chain(n, **given)  # type: ignore[arg-type]
+
+
+def told(found: Fate) -> tuple[object, ...]:
+    return found.outcome, found.evidence, found.period, found.settled_after
+
+
+@pytest.mark.parametrize(
+    ("n", "amplitude", "outcome", "period", "settled"),
+    [
+        (2, "0.0003", Outcome.AT_REST, 1, 0),
+        (2, "0.0004", Outcome.CREEPING, 1, 1),
+        (3, "0.0007", Outcome.CREEPING, 3, 9),
+        (4, "0.0007", Outcome.CREEPING, 1, 3),
+        (5, "0.000759", Outcome.CYCLING, 1, 25),
+    ],
+)
+def test_a_fate_is_proved_for_ever(
+    n: int, amplitude: str, outcome: Outcome, period: int, settled: int
+) -> None:
+    found = fate(chain_of(n), amplitude)
+    assert told(found) == (outcome, Evidence.PROVED, period, settled)
+
+
+@pytest.mark.parametrize(("n", "amplitude"), [(2, "0.0004"), (3, "0.00075"), (4, "0.0007")])
+def test_float64_agrees_with_a_proved_advance(n: int, amplitude: str) -> None:
+    proved, computed = (fate(chain_of(n), amplitude, solver=s) for s in ("certified", "exact"))
+    assert proved.evidence is Evidence.PROVED
+    assert proved.period == computed.period
+    middle, radius = proved.advance_enclosure
+    noise = Fraction(2) ** -44 * proved.period
+    assert abs(Fraction(computed.advance) - middle) <= radius + noise
+
+
+def test_a_chain_of_one_rests() -> None:
+    assert told(fate(chain_of(1), "0.01")) == (Outcome.AT_REST, Evidence.PROVED, 1, 0)
+
+
+def test_what_has_not_settled_is_not_proved() -> None:
+    found = fate(chain_of(6), "0.00099", cycles=5)
+    assert (found.outcome, found.evidence) == (Outcome.LIMIT, Evidence.UNDECIDED)
+    assert found.reason == "not settled within 5 cycles"
+
+
+def test_a_set_that_is_too_small_is_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fate_proof, "_ROOM", 0.5)
+    found = fate(chain_of(4), "0.0007", cycles=70)
+    assert found.evidence is Evidence.UNDECIDED
+    assert "may leave the set" in found.reason
+
+
+def test_a_period_without_the_symmetry_is_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fate_proof, "mirrored", lambda one, n: ())
+    assert fate(chain_of(3), "0.0007", cycles=30).evidence is Evidence.UNDECIDED
+
+
+def test_the_lone_slips_between_avalanches_are_added_up() -> None:
+    def slip(n: int, sign: int) -> object:
+        return (("start", (n,), (sign,)), ("stop", (n,), (sign,)))
+
+    def both(one: int, other: int) -> object:
+        pair = ("start", (one,), (1,)), ("start", (other,), (1,))
+        return (*pair, ("stop", (other,), (1,)), ("stop", (one,), (1,)))
+
+    down, up = both(4, 3), both(1, 2)
+    word = fate_proof._Word.of([(slip(4, 1), down), (up, slip(1, 1))], 4)
+    assert word is None  # one lone slip comes before its avalanche, one after
+    word = fate_proof._Word.of([(slip(4, 1), down), (up, slip(4, -1))], 4)
+    assert word is not None
+    assert (word.half, word.late) == (2, (0, -1))
+    assert fate_proof._Word.of([(down,), (down,)], 4) is None
+
+
+def test_a_bound_of_the_largest_singular_value_holds() -> None:
+    matrix = np.random.default_rng(3).normal(size=(4, 4))
+    bound = float(fate_proof._two_norm(flint.arb_mat(matrix.tolist())))
+    assert np.linalg.norm(matrix, 2) <= bound <= np.linalg.norm(matrix, 2) * 1.001
