@@ -175,6 +175,40 @@ def _nearly_returned(cell, count, whole, course, ring, same_slips, advanced, sli
     return apart
 
 
+@inlined
+def _rows_apart(ring, one, other):
+    """Return the largest difference of a force at the ends of two cycles of the ring."""
+    rows = ring.shape[0]
+    largest = 0.0
+    for i in range(ring.shape[2]):
+        difference = ring[one % rows, 0, i] - ring[other % rows, 0, i]
+        largest = max(largest, abs(difference))
+    return largest
+
+
+@compiled
+def _shortest(course, ring, advanced, close):
+    """Settle with the shortest period with which the forces nearly return.
+
+    What comes to its cycle in turns from either side returns after two cycles first.
+    """
+    now = course[CYCLE]
+    long = course[NEAR]
+    settled = now - course[STREAK] + 1 - long
+    course[ADVANCED] = course[NEAR_ADVANCED]
+    period = 1
+    while long % period != 0 or _rows_apart(ring, now, now - period) > close:
+        period += 1
+    if period < long:
+        settled = now - period
+        oldest = max(now - ring.shape[0] + 1, 1)
+        while settled > oldest and _rows_apart(ring, settled - 1, settled - 1 + period) <= close:
+            settled -= 1
+        course[ADVANCED] = advanced[settled % ring.shape[0]]
+    course[SETTLED] = settled
+    course[PERIOD] = period
+
+
 @compiled
 def settle(
     cell, count, deviate, series, real, whole, log, bits, high, low, travel, course, begun, ring,
@@ -269,10 +303,9 @@ def settle(
             course[EXACTLY] = 1
         elif whole[CONSTANT] == 1:
             # before the present state takes the oldest row of the ring
-            near = _nearly_returned(
+            begun[2] = _nearly_returned(
                 cell, count, whole, course, ring, same_slips, advanced, slips, close
             )
-            begun[2] = near if course[STREAK] <= 1 else max(begun[2], near)
             ago, last = _returned(cell, bits, whole, course, ring, link, advanced, head)
             if ago > 0:
                 course[SETTLED] = course[CYCLE] - ago
@@ -280,9 +313,7 @@ def settle(
                 course[ADVANCED] = last
                 course[EXACTLY] = 1
             elif course[NEAR] > 0 and course[STREAK] >= max(PATIENCE, 2 * course[NEAR]):
-                course[SETTLED] = course[CYCLE] - course[STREAK] + 1 - course[NEAR]
-                course[PERIOD] = course[NEAR]
-                course[ADVANCED] = course[NEAR_ADVANCED]
+                _shortest(course, ring, advanced, close)
         course[BEFORE] = whole[EVENTS]
     return DONE
 

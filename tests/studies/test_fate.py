@@ -44,6 +44,9 @@ def test_tensions_repeat_from_settled_after_on_and_not_before(n: int, amplitude:
     assert np.array_equal(at_ends[settled - 1 : -period], at_ends[settled - 1 + period :])
     if settled > 1:
         assert not np.array_equal(at_ends[settled - 2], at_ends[settled - 2 + period])
+    x_g = creep(found.chain, Cycles(amplitude, settled)).recorded["x_G"][1::2]
+    moves = np.diff(x_g, prepend=0.0)
+    assert found.last_advance == np.flatnonzero(moves > 1e-12)[-1] + 1
     for shorter in range(1, period):
         assert not np.array_equal(at_ends[settled - 1], at_ends[settled - 1 + shorter])
 
@@ -78,6 +81,45 @@ def test_a_chain_that_returns_to_within_rounding_alone_is_undecided() -> None:
     steps = np.abs(np.diff(at_ends, axis=0)).max(axis=1)
     assert steps[found.settled_after - 1 :].max() < 1e-12
     assert steps[found.settled_after - 2] > 2**-41  # half a tension's change is a force's
+
+
+def test_what_comes_to_its_cycle_from_either_side_has_the_shortest_period() -> None:
+    found = fate(chain_of(5), "0.000765", solver="exact")
+    assert (found.outcome, found.period) == (Outcome.CREEPING, 1)
+    at_ends = tensions(found, found.settled_after + 30)
+    once = np.abs(at_ends[1:] - at_ends[:-1]).max(axis=1)
+    twice = np.abs(at_ends[2:] - at_ends[:-2]).max(axis=1)
+    # two cycles before it settles the tensions come back better after two cycles than after one
+    assert twice[found.settled_after - 3] < 0.5 * once[found.settled_after - 3]
+    assert found.velocity == pytest.approx(0.35258442721957, rel=1e-12)
+
+
+def test_creep_that_turns_round_by_an_irrational_angle_never_settles() -> None:
+    """Three sliders: every cycle moves the tensions on by .00996... mod 2D, and by no fraction."""
+    found = fate(chain_of(3), "0.0008", cycles=3000, solver="exact")
+    assert found.outcome is Outcome.LIMIT
+    assert found.last_advance == 3000
+    at_ends = tensions(found, 3000)[1000:]
+    turned = np.mod(np.diff(at_ends, axis=0) + 1e-9, 2 * found.chain.excess)
+    counts, _ = np.histogram(turned[:, 0], bins=20)
+    assert np.count_nonzero(counts) <= 4
+
+
+@pytest.mark.parametrize("amplitude", ["0.0003", "0.0005", "0.0007", "0.01", "1.5"])
+def test_two_relaxed_sliders_creep_by_the_staircase(amplitude: str) -> None:
+    chain = chain_of(2)
+    found = fate(chain, amplitude, solver="exact")
+    force = float(chain.mu_s) * chain.cos_alpha - chain.sin_alpha
+    step = 2 * chain.excess
+    stairs = max(0, np.ceil((1000 * float(amplitude) - force) / step))
+    assert found.velocity == pytest.approx(step * stairs, rel=1e-12)
+    assert found.evidence is Evidence.COMPUTED
+
+
+@pytest.mark.parametrize(("amplitude", "outcome"), [("0.0003", "at_rest"), ("0.001", "cycling")])
+def test_a_level_chain_creeps_nowhere(amplitude: str, outcome: str) -> None:
+    found = fate(chain_of(4, tan_alpha="0"), amplitude, solver="exact")
+    assert (found.outcome.value, found.advance) == (outcome, 0)
 
 
 def test_a_course_that_does_not_settle_comes_back_as_a_limit() -> None:
