@@ -17,6 +17,7 @@ from exactcreep import (
     InputError,
     Outcome,
     State,
+    TemperatureRecord,
     creep,
 )
 from exactcreep import Path as ThetaPath
@@ -70,6 +71,48 @@ def test_the_burn_in_is_a_tenth_at_least_two_and_even_for_cycles(
 ) -> None:
     result = creep(TWO_SURE, Cycles("0.001", cycles), burn_in=asked)
     assert result.burn_in == left_out
+
+
+def test_a_path_has_no_burn_in_unless_it_is_asked_for() -> None:
+    drive = ThetaPath(["0.01", "-0.01"] * 30)
+    result = creep(TWO, drive)
+    assert result.burn_in == 0
+    assert result.velocity == pytest.approx(result.x_G / 60, rel=1e-15, abs=0)
+    assert result.velocity_units == "g tau_dyn^2 per target"
+    cut = creep(TWO, drive, burn_in=4)
+    moved = result.x_G - result.recorded["x_G"][3]
+    assert cut.velocity == pytest.approx(moved / 56, rel=1e-13, abs=0)
+    assert creep(TWO, Cycles("0.01", 3)).velocity_units == "g tau_dyn^2 per half-cycle"
+
+
+def record_of(path: Path, hours: list[float]) -> TemperatureRecord:
+    """Return a record of two-day cycles of 10 degrees, sampled at these hours."""
+    rows = [f"{hour},{10 * math.sin(2 * math.pi * hour / 48):.12f}" for hour in hours]
+    path.write_text("\n".join(["time,temperature", *rows]), encoding="utf-8")
+    return TemperatureRecord(path, "0.001", 0)
+
+
+def test_the_velocity_of_a_record_is_per_unit_of_time_however_it_is_sampled(
+    tmp_path: Path,
+) -> None:
+    extremes = [float(hour) for hour in range(12, 12 + 24 * 80, 24)]
+    fine = [12 + 6.0 * k for k in range(4 * 79 + 1)]
+    gaps = [hour for hour in fine if hour in extremes or not 200 < hour < 900]
+    results = [
+        creep(TWO_SURE, record_of(tmp_path / f"{k}.csv", hours))
+        for k, hours in enumerate((extremes, fine, gaps))
+    ]
+    for result in results:
+        assert result.burn_in == 0
+        assert result.velocity_units == "g tau_dyn^2 per unit of time"
+        assert result.velocity == pytest.approx(result.x_G / (24 * 79), rel=1e-14, abs=0)
+        assert result.velocity == pytest.approx(results[0].velocity, rel=1e-9, abs=0)
+        assert result.velocity > 0
+    results[2].save(tmp_path / "run.nc")
+    assert Creep.load(tmp_path / "run.nc").velocity == results[2].velocity
+    single = creep(TWO_SURE, record_of(tmp_path / "single.csv", [12.0]))
+    assert math.isnan(single.velocity)
+    assert single.velocity_reason == "one row of a record lasts no time"
 
 
 def test_two_sliders_creep_on_the_staircase_with_no_error() -> None:
@@ -126,7 +169,7 @@ def test_a_single_slider_rests() -> None:
 
 
 def test_no_half_cycle_after_the_burn_in_leaves_the_velocity_unknown() -> None:
-    result = creep(TWO_SURE, ThetaPath(["0.01"]))
+    result = creep(TWO_SURE, ThetaPath(["0.01"]), burn_in=1)
     assert math.isnan(result.velocity)
     assert result.summary()["velocity"] is None
     # one dilation: the lower slider has moved, the upper one has not, so no creep is seen yet
@@ -451,7 +494,7 @@ UNKNOWN = {
         "no whole cycle was completed after the burn-in of 0 half-cycles; 0 were reached",
     ),
     "one target": (
-        lambda: creep(TWO, ThetaPath(["0.01"])),
+        lambda: creep(TWO, ThetaPath(["0.01"]), burn_in=1),
         "no target was completed after the burn-in of 1 targets; 1 were reached",
     ),
     "a runaway": (

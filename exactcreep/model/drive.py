@@ -28,6 +28,8 @@ class Drive:
     cyclic: ClassVar[bool] = False
     random: ClassVar[bool] = False
     """Whether the targets depend on the seed."""
+    per: ClassVar[str] = "target"
+    """What a velocity is counted in: the unit of `clock`."""
 
     @property
     def half_cycles(self) -> int:
@@ -41,6 +43,10 @@ class Drive:
     def exact_target(self, q: int, seed: int = 0) -> Fraction:
         """Return theta_q exactly."""
         raise NotImplementedError
+
+    def clock(self, targets: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return when targets are reached, in units of `per`, same shape; target 0 is the start."""
+        return targets.astype(np.float64)
 
     def parameters(self) -> dict[str, Any]:
         """Return what the drive was made from, by the names used in a scene, `kind` first."""
@@ -63,6 +69,7 @@ class Cycles(Drive):
     cycles: int
     kind: ClassVar[str] = "cycles"
     cyclic: ClassVar[bool] = True
+    per: ClassVar[str] = "half-cycle"
 
     def __init__(self, amplitude: Any, cycles: Any) -> None:
         value = exact_number(amplitude, "amplitude")

@@ -12,8 +12,12 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
 
 from exactcreep.model.drive import Listed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
@@ -68,7 +72,9 @@ class TemperatureRecord(Listed):
     Notes
     -----
     Between two rows theta ramps monotonically: where the temperature was not recorded, the record
-    is taken to be monotone. Rows in the middle of a monotone stretch change nothing.
+    is taken to be monotone. Rows in the middle of a monotone stretch change nothing. A velocity is
+    a displacement per unit of `times` (per second for dates), gaps counted; the chain is taken
+    from T0 to the first row at the time of that row.
     """
 
     file: str
@@ -82,6 +88,7 @@ class TemperatureRecord(Listed):
     theta: tuple[Fraction, ...] = field(repr=False)
     times: tuple[float, ...] = field(repr=False)
     kind: ClassVar[str] = "record"
+    per: ClassVar[str] = "unit of time"
 
     def __init__(
         self,
@@ -148,6 +155,14 @@ class TemperatureRecord(Listed):
             ("times", tuple(moments)),
         ):
             object.__setattr__(self, name, value)
+
+    @cached_property
+    def _clock(self) -> NDArray[np.float64]:
+        return np.array((self.times[0], *self.times))
+
+    def clock(self, targets: NDArray[np.int64]) -> NDArray[np.float64]:
+        """Return when targets are reached, in units of `times`; the start has the first row's."""
+        return self._clock[targets]
 
     def parameters(self) -> dict[str, Any]:
         """Return what a scene names, and theta, times and the digest of the file.

@@ -13,7 +13,7 @@ import numpy as np
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import valid_seed
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
@@ -51,7 +51,8 @@ class Experiment:
         None: the relaxed chain.
     record : tuple of str
     burn_in : int or None
-        Targets left out of the mean velocity; None: a tenth, at least 2 (see `burn_in_of`).
+        Targets left out of the mean velocity; None: a tenth, at least 2, and none of a path or a
+        record (see `burn_in_of`).
     """
 
     chain: Chain
@@ -145,7 +146,12 @@ class Experiment:
 
     def burn_in_of(self, reached: int) -> int:
         """Return the burn-in of a run that reached so many targets; even if they are cycles."""
-        targets = min(max(2, reached // 10), reached) if self.burn_in is None else self.burn_in
+        if self.burn_in is not None:
+            targets = self.burn_in
+        elif isinstance(self.drive, Listed):  # what the chain does on this path is the question
+            targets = 0
+        else:
+            targets = min(max(2, reached // 10), reached)
         return targets + targets % 2 if self.drive.cyclic else targets
 
     def description(self) -> dict[str, Any]:

@@ -94,7 +94,8 @@ def creep(
         Among ``x_G``, ``x``, ``tension``, ``slips`` and ``events``. With ``()`` the run needs no
         more memory than the chain does.
     burn_in : int, optional
-        Targets left out of the mean velocity; default a tenth, at least 2. Made even for Cycles.
+        Targets left out of the mean velocity; made even for Cycles. Default: none of a Path or a
+        TemperatureRecord, a tenth, at least 2, of other drives.
     progress : callable, optional
         Called with a `Progress` about ten times a second.
     max_events, max_seconds, max_bytes : number, optional

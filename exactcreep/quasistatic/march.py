@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.limits import Stop
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
@@ -160,7 +161,7 @@ class March:
         state = simulation.state()
         burn_in, velocity = self._measured()
         value = math.nan if velocity is None else nearest_float(velocity.middle)
-        error = self.samples.error(burn_in)
+        error = self.samples.error(burn_in, experiment.drive)
         outcome, reason = self.outcome, self.reason
         if outcome is None:
             outcome, reason = self._behaviour(state)
@@ -186,7 +187,7 @@ class March:
         )
 
     def _measured(self) -> tuple[int, Enclosure | None]:
-        """Return the burn-in, and the mean displacement per half-cycle after it if there is any."""
+        """Return the burn-in, and the mean velocity after it if there is any; see `Drive.per`."""
         burn_in = self.experiment.burn_in_of(self.done)
         if self.burnt is not None:
             burn_in, begin = self.burnt.done, self.burnt.x_G
@@ -195,9 +196,13 @@ class March:
             begin = Enclosure(Fraction(value), Fraction(0))
         # whole cycles only: within one, the chain goes up as well as down
         partial = self.done % 2 if self.experiment.drive.cyclic else 0
-        span = self.done - partial - burn_in
-        if span <= 0:
+        last = self.done - partial
+        if last <= burn_in:
             return min(burn_in, self.done), None
+        left, reached = self.experiment.drive.clock(np.array([burn_in, last])).tolist()
+        span = Fraction(reached) - Fraction(left)
+        if not span:
+            return burn_in, None
         end = self.tail[-1 - partial]
         middle = (end.middle - begin.middle) / span
         return burn_in, Enclosure(middle, (end.radius + begin.radius) / span)
@@ -310,17 +315,21 @@ class Samples:
         k = min(-(-target // self.spacing), self.values.size - 1)
         return k * self.spacing, float(self.values[k])
 
-    def error(self, burn_in: int) -> float:
-        """Return the standard error of the mean displacement per target, nan if unknown."""
-        values = self.values[-(-burn_in // self.spacing) :]
+    def error(self, burn_in: int, drive: Drive) -> float:
+        """Return the standard error of the velocity along `drive`, nan if unknown."""
+        begin = -(-burn_in // self.spacing)
+        values = self.values[begin:]
+        clock = drive.clock(np.arange(begin, self.values.size) * self.spacing)
         steps = values.size - 1
         group = max(1, steps // _BLOCKS)
         blocks = steps // group
         if blocks < _FEWEST_BLOCKS:
             return math.nan
-        means = np.diff(values[: blocks * group + 1 : group]) / (group * self.spacing)
-        error = float(np.std(means, ddof=1)) / math.sqrt(blocks)
-        centred = means - means.mean()
+        gains = np.diff(values[: blocks * group + 1 : group])
+        spans = np.diff(clock[: blocks * group + 1 : group])
+        # of the ratio of two means: blocks of a record last differently long
+        centred = (gains - spans * (gains.sum() / spans.sum())) / spans.mean()
+        error = math.sqrt(float(centred @ centred) / (blocks - 1) / blocks)
         power = float(centred @ centred)
         correlation = float(centred[1:] @ centred[:-1]) / power if power > 0 else 0.0
         if correlation > 2 / math.sqrt(blocks):

@@ -90,8 +90,9 @@ class Creep:
     reason : str
         For a limit, a runaway, or a displacement that was only a transient: one sentence.
     velocity : float
-        Mean displacement of x_G per half-cycle (per target, if the drive is not cyclic) after the
-        burn-in, unit ``g tau_dyn**2``; nan if no half-cycle is left, +-inf for a runaway.
+        Mean displacement of x_G after the burn-in, unit ``g tau_dyn**2`` per half-cycle of Cycles,
+        per unit of time of a TemperatureRecord, per target of other drives (`velocity_units`); nan
+        if none is left, +-inf for a runaway.
     velocity_error : float
         Its standard error; nan if there are too few half-cycles to tell. `velocity_reason` says
         why one of them is nan.
@@ -177,12 +178,19 @@ class Creep:
         return self.velocity_enclosure.text(digits)
 
     @property
+    def velocity_units(self) -> str:
+        """The unit of `velocity` and `velocity_error`."""
+        return f"g tau_dyn^2 per {self.drive.per}"
+
+    @property
     def velocity_reason(self) -> str:
         """Why the velocity, or only its standard error, is nan; "" where both are known."""
         named = "half-cycles" if self.drive.cyclic else "targets"
         if math.isnan(self.velocity):
             whole = "whole cycle" if self.drive.cyclic else "target"
             burn_in = self.experiment.burn_in_of(self.half_cycles)
+            if self.half_cycles > burn_in and not self.drive.cyclic:
+                return "one row of a record lasts no time"
             return (
                 f"no {whole} was completed after the burn-in of {burn_in} {named};"
                 f" {self.half_cycles} were reached"
@@ -199,6 +207,7 @@ class Creep:
         out: dict[str, Any] = {
             "velocity": self.velocity_text or self.velocity,
             "velocity_error": self.velocity_error,
+            "velocity_units": self.velocity_units,
             "outcome": self.outcome.value,
             "evidence": self.evidence.value,
             "solver": self.solver,
@@ -288,7 +297,7 @@ class Creep:
         if self.velocity_enclosure is not None:
             about["velocity_exact"] = ratio_text(self.velocity_enclosure.middle)
             about["velocity_exact_radius"] = ratio_text(self.velocity_enclosure.radius)
-        about["velocity_units"] = "g tau_dyn^2 per half-cycle"
+        about["velocity_units"] = self.velocity_units
         about |= {name: getattr(self, name) for name in _COUNTS}
         about["seconds"] = self.seconds
         about["warnings"] = _json(self.warnings)

@@ -106,7 +106,8 @@ class Solid:
             Displacement per half-cycle, as in `Creep.velocity`; positive downhill.
         period : number
             Duration of a whole temperature cycle, s: two half-cycles (86400 for day and night). For
-            other drives, twice the time from one target to the next.
+            paths and random temperatures, twice the time from one target to the next; for records,
+            whose velocities are per unit of time, 2 if that is the second.
         """
         return velocity * _unit(self._daily(period), velocity)
 

@@ -39,8 +39,8 @@ from exactcreep.solvers.records import HALF_CYCLE_TABLE, LENGTH
 FORMAT = "exactcreep sweep 1"
 _CELL_FORMAT = "exactcreep cell 1"
 _NUMBERS = {
-    "velocity": (f"{LENGTH} per half-cycle", "mean displacement of x_G per half-cycle"),
-    "velocity_error": (f"{LENGTH} per half-cycle", "standard error of velocity"),
+    "velocity": (f"{LENGTH} per {{per}}", "mean displacement of x_G per {per}"),
+    "velocity_error": (f"{LENGTH} per {{per}}", "standard error of velocity"),
     "x_G": (LENGTH, "displacement of the centre of mass at the end"),
 }
 _COUNTS = {
@@ -474,8 +474,9 @@ def _assembled(
         cells = [missing if value is None else value.get(name, missing) for value in values]
         return np.array(cells, dtype=kind).reshape(shape)
 
+    per = " or ".join(dict.fromkeys(experiment.drive.per for experiment in experiments))
     for name, (units, meaning) in _NUMBERS.items():
-        about = {"units": units, "long_name": meaning}
+        about = {"units": units.format(per=per), "long_name": meaning.format(per=per)}
         variables[name] = (dims, column(name, math.nan, np.float64), about)
     for name, meaning in _COUNTS.items():
         about = {"units": "1", "long_name": meaning}
