@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from numbers import Real
 from typing import Any
@@ -43,6 +43,8 @@ class State:
         How many coefficients each slider has had, at least 1.
     theta : number
         The dilation.
+    past : object or None
+        What `certified` needs to go on from here as if it had not stopped; not compared.
 
     Notes
     -----
@@ -55,6 +57,7 @@ class State:
     coefficients: NDArray[Any]
     draws: NDArray[np.int64]
     theta: Any
+    past: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for name in ("tensions", "displacements", "coefficients"):

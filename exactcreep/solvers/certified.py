@@ -20,7 +20,7 @@ from exactcreep.model.contact import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence
+from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
 from exactcreep.motion.solution import Solution
 from exactcreep.solvers.enclosed import Enclosed
@@ -82,9 +82,11 @@ class Certified(FieldSolver):
         assert self.most_digits is not None
         return math.ceil(self.most_digits * BITS_PER_DIGIT) + GUARD_BITS
 
-    def precisions(self) -> Iterator[tuple[int, bool]]:
+    def precisions(self, past: Past | None = None) -> Iterator[tuple[int, bool]]:
         """Yield the precisions to try, and whether to settle there what is not decided."""
         bits = self.arithmetic().bits
+        if past is not None:
+            bits = max(bits, past.bits)
         while bits < self.most_bits:
             yield bits, False
             bits *= 2
@@ -101,11 +103,12 @@ class Certified(FieldSolver):
     ) -> Rearrangement:
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         refuse_no_slips(chain)
-        for bits, assume in self.precisions():
+        past = Past.of(state, chain, seed)
+        for bits, assume in self.precisions(past):
             arithmetic = balls_of(bits)
             with arithmetic.active():
-                mechanics = Enclosed(chain, seed, arithmetic, state, assume=assume, keep=True)
                 try:
+                    mechanics = _begun(chain, seed, arithmetic, state, past, assume, limits)
                     result = completed(mechanics, direction, self.name, limits)
                     if not (assume or limits.passed()):
                         require_digits(mechanics, self.digits)
@@ -114,6 +117,9 @@ class Certified(FieldSolver):
                 evidence = Evidence.of(mechanics.tally.undecided, Evidence.PROVED)
                 report = dict(result.report) | certificate(mechanics)
                 motion = Solution(mechanics.pieces, mechanics.start) if mechanics.start else None
+                if result.outcome is Outcome.AT_REST:
+                    later = Past.after(past, mechanics, state, direction, result.state)
+                    result = replace(result, state=replace(result.state, past=later))
                 return replace(result, decided=evidence, report=report, motion=motion)
         raise AssertionError("the last precision decides everything")
 
@@ -125,11 +131,12 @@ class Certified(FieldSolver):
         """
         refuse_no_slips(chain)
         known = 0
-        for bits, assume in self.precisions():
+        past = Past.of(state, chain, seed)
+        for bits, assume in self.precisions(past):
             arithmetic = balls_of(bits)
             try:
                 with arithmetic.active():
-                    mechanics = Enclosed(chain, seed, arithmetic, state, assume=assume)
+                    mechanics = _begun(chain, seed, arithmetic, state, past, assume, NO_LIMITS)
                     mechanics.ramp(direction, None)
                     events = filter(None, mechanics.rearrangement())
                 for number in count():
@@ -151,6 +158,98 @@ class Certified(FieldSolver):
         return CertifiedSimulation(chain, state, seed, record, self)
 
 
+@dataclass(frozen=True, eq=False)
+class Past:
+    """How a chain came to the state at the end of `rearrange`, so that balls need not be trusted.
+
+    The next call goes on with the set of states that this one ended with, or, where that is too
+    wide, from the beginning with more bits.
+
+    Attributes
+    ----------
+    chain : Chain
+    seed : int
+    here : State
+        What the rest leads to.
+    origin : State
+        From which the first call departed.
+    anchor : mapping or None
+        A later state that is known exactly in Q(c), as `Enclosed.captured` has it.
+    ways : tuple of int
+        Directions of the rearrangements since then.
+    bits : int
+        Precision of `captured`.
+    captured : mapping
+        `here`, as `Enclosed.captured` has it.
+    """
+
+    chain: Chain
+    seed: int
+    here: State
+    origin: State
+    anchor: Mapping[str, Any] | None
+    ways: tuple[int, ...]
+    bits: int
+    captured: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, state: State, chain: Chain, seed: int) -> Past | None:
+        """Return the past of a state, if it is one of this chain and leads to this state."""
+        past = state.past
+        known = isinstance(past, cls) and (past.chain, past.seed) == (chain, seed)
+        return past if known and past.here == state else None
+
+    @classmethod
+    def after(
+        cls, before: Past | None, mechanics: Enclosed, start: State, way: int, here: State
+    ) -> Past:
+        """Return the past of `here`, at which a rearrangement from `start` has ended."""
+        captured = mechanics.captured()
+        origin, anchor = start, None
+        ways: tuple[int, ...] = (way,)
+        if before is not None:
+            origin, anchor, ways = before.origin, before.anchor, (*before.ways, way)
+        if mechanics.exact is not None:
+            anchor, ways = captured, ()
+        bits, origin = mechanics.arithmetic.bits, replace(origin, past=None)
+        return cls(mechanics.chain, mechanics.seed, here, origin, anchor, ways, bits, captured)
+
+
+def _begun(
+    chain: Chain,
+    seed: int,
+    arithmetic: Arithmetic,
+    state: State,
+    past: Past | None,
+    assume: bool,
+    limits: Limits,
+) -> Enclosed:
+    """Return the chain at `state`, as well known as this precision allows."""
+    if past is None:
+        return Enclosed(chain, seed, arithmetic, state, assume=assume, keep=True)
+    mechanics = Enclosed(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
+    if arithmetic.bits <= past.bits or not _repeated(mechanics, past, limits):
+        mechanics = Enclosed(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
+        mechanics.take_over(past.captured)
+    # ties that were assumed on the way here are assumed of all that follows
+    mechanics.tally = Tally(undecided=mechanics.tally.undecided)
+    mechanics.start, mechanics.pieces, mechanics.evaluations = None, [], 0
+    return mechanics
+
+
+def _repeated(mechanics: Enclosed, past: Past, limits: Limits) -> bool:
+    """Let a chain go through its past once more; return whether there was time for it."""
+    if past.anchor is not None:
+        mechanics.take_over(past.anchor)
+        mechanics.renew()
+    for way in past.ways:
+        mechanics.ramp(way, None)
+        for event in mechanics.rearrangement():
+            if event is None and limits.passed():
+                return False
+    return True
+
+
 def require_digits(mechanics: Mechanics, digits: int) -> None:
     """Raise `Undecided` if a displacement is known to fewer digits than that."""
     allowed = mechanics.arithmetic.number(10) ** -digits
@@ -160,10 +259,14 @@ def require_digits(mechanics: Mechanics, digits: int) -> None:
 
 
 def certificate(mechanics: Mechanics) -> dict[str, Any]:
-    """Return radius, bits lost and assumed ties of a calculation in balls."""
+    """Return radius, digits and bits lost, and assumed ties of a calculation in balls."""
     radii = [mechanics.arithmetic.radius(x) for x in mechanics.state().displacements.tolist()]
     largest = max(radii)
     lost = 0.0
+    wide = max(
+        mechanics.arithmetic.radius(x) / (1 + abs(float(x.mid())))
+        for x in mechanics.state().displacements.tolist()
+    )
     if largest > 0:
         widest = max(mechanics.state().displacements.tolist(), key=lambda x: x.rad())
         mantissa, exponent = widest.rad().man_exp()
@@ -171,6 +274,7 @@ def certificate(mechanics: Mechanics) -> dict[str, Any]:
     return {
         "ties_assumed": mechanics.tally.undecided,
         "largest_radius": largest,
+        "digits_left": math.floor(-math.log10(wide)) if wide > 0 else None,
         "bits_lost": max(lost, 0.0),
         "bits_lost_per_event": max(lost, 0.0) / max(mechanics.tally.events, 1),
         "exact_in_q_c": mechanics.exact is not None,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import pickle
+from dataclasses import replace
 from fractions import Fraction
 
 import flint
@@ -10,9 +12,11 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, State, creep, rearrange
+from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
+from exactcreep.solvers import certified
 from exactcreep.solvers.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.reference import FieldSimulation
 from tests.paper import event_rows, paper_chain
@@ -144,6 +148,62 @@ def test_an_exact_graze_known_only_as_a_ball_is_settled_by_the_rules_and_said_to
     run = creep(chain, Cycles("0.01", 1), start=vague, **options)
     assert run.undecided > 0
     assert run.evidence is Evidence.UNDECIDED
+
+
+def chained(chain, calls, digits, state=None):
+    state, found = State.relaxed(chain) if state is None else state, []
+    for _ in range(calls):
+        found.append(rearrange(chain, state, direction=1, solver="certified", digits=digits))
+        state = found[-1].state
+    return found
+
+
+def test_a_hundred_calls_keep_their_digits_and_are_what_one_run_is():
+    chain = paper_chain(3)
+    found = chained(chain, 100, 30)
+    assert all(one.evidence is Evidence.PROVED for one in found)
+    assert found[-1].report["digits_left"] >= 30
+    theta = Fraction(float(found[-1].theta)) + Fraction(1, 10**9)  # the next start is later
+    drive = ThetaPath([theta])
+    simulation = Certified(digits=30).simulation(chain, State.relaxed(chain), 0, ("x", "events"))
+    stretch = simulation.follow(drive, 1, 1)
+    assert simulation.tally.rearrangements == 100
+    assert simulation.tally.events == sum(len(one.events) for one in found)
+    x = found[-1].state.displacements
+    assert all(a.overlaps(b) for a, b in zip(x, stretch.recorded["x"][0], strict=True))
+
+
+def test_what_is_known_exactly_stays_so_from_call_to_call():
+    chain = Chain(5, 1000, "1/2", "3/5", tan_alpha="1/5")
+    assert [one.report["exact_in_q_c"] for one in chained(chain, 2, 30)] == [True, True]
+
+
+def test_a_chained_call_that_needs_more_digits_takes_them_from_the_beginning(monkeypatch):
+    chain = paper_chain(3)
+    expected = chained(chain, 25, 60)
+    monkeypatch.setattr(certified, "GUARD_BITS", 8)
+    found = chained(chain, 25, 12)
+    bits = [one.report["precision_bits"] for one in found]
+    assert bits == sorted(bits)
+    assert bits[0] < bits[-1]
+    for one, other in zip(found, expected, strict=True):
+        assert one.itinerary == other.itinerary
+        assert one.report["digits_left"] >= 12
+        pairs = zip(one.state.displacements, other.state.displacements, strict=True)
+        assert all(a.overlaps(b) for a, b in pairs)
+
+
+def test_a_state_keeps_its_past_in_a_pickle_and_loses_it_when_it_is_changed():
+    chain = paper_chain(3)
+    found = chained(chain, 12, 20)
+    state = found[-1].state
+    later = chained(chain, 1, 20, state)[0]
+    assert chained(chain, 1, 20, pickle.loads(pickle.dumps(state)))[0] == later
+    events = Certified(digits=20).iterate(chain, state, 1, 0)
+    assert tuple(events) == later.events
+    moved = replace(state, displacements=state.displacements + 1)
+    there = chained(chain, 1, 20, moved)[0].state.displacements
+    assert all(float(a - b) > 0.9 for a, b in zip(there, later.state.displacements, strict=True))
 
 
 @pytest.mark.parametrize("k", [3, 6, 9, 12])
