@@ -8,7 +8,8 @@ from random import Random
 
 import sympy as sp
 
-from derivations.notation import Formula, symbol
+from derivations import slip
+from derivations.notation import Formula, excess, symbol
 from derivations.play import TwoSliders
 from derivations.proof import Derivation, Entry, Step, Verification
 
@@ -21,12 +22,30 @@ def derive() -> Derivation:
     coefficient, cosine = sp.symbols("mu_s c", positive=True)
     force_last = -(tension - l0 * theta) + s
     up = sp.solve(force_last - coefficient * cosine, theta)[0]
-    steps = (
+    steps: tuple[Step, ...] = (
         Step("force on the last slider as theta moves (r = x_N - x_{N-1} - l0)", force_last),
         Step("it grows with theta; slider N starts downhill at", up),
         Step("theta runs from theta_q to theta_{q+1}, so every theta_c lies between the two"),
     )
-    return Derivation("The quasi-static procedure", steps, {"theta_c": up, "force": force_last})
+    # theta changes at once, by J more than what brings slider N to its threshold
+    beyond = sp.Symbol("J", positive=True)
+    at_once = slip.derive().results["displacement"].subs({slip.w: 1, slip.a0: excess + beyond})
+    on_ramp = 2 * excess * sp.ceiling(beyond / (2 * excess))
+    steps += (
+        Step("theta jumps: slider N slips once, by", sp.expand(at_once)),
+        Step("theta runs there: it slips by 2D each time, by", on_ramp),
+    )
+    return Derivation(
+        "The quasi-static procedure",
+        steps,
+        {
+            "theta_c": up,
+            "force": force_last,
+            "jump": sp.expand(at_once),
+            "ramp": on_ramp,
+            "beyond": beyond,
+        },
+    )
 
 
 @cache
@@ -71,6 +90,17 @@ def check() -> Verification:
     v.identity(
         "the force on slider N grows by l0 per unit of theta", sp.diff(r["force"], theta) - l0
     )
+    v.identity(
+        "a jump of theta moves slider N by 2 (D + J), J beyond its threshold",
+        r["jump"] - 2 * (excess + r["beyond"]),
+        "one slip whose first acceleration is D + J, slider 1 at rest",
+    )
+    short = r["jump"] - (r["beyond"] + 2 * excess)
+    v.proved(
+        "a ramp to the same theta moves it by less: by J + 2D at most",
+        sp.expand(short).is_positive,
+        "2D ceil(J/(2D)) < J + 2D < 2 (D + J)",
+    )
     cases = first_starts()
     v.verified(
         "theta_c lies strictly between theta_q and theta_{q+1} or at theta_q",
@@ -98,6 +128,23 @@ ENTRIES: tuple[Entry, ...] = (
         "than its target's",
         holds_exactly=_always,
         evidence=lambda: any(abs(start) >= abs(b) for _, start, b in first_starts()),
+    ),
+    Entry(
+        "dilation_jumps",
+        "Sec. II B",
+        r"We then assume that $\theta = \theta_q$ for $t \in [t_q,t_{q+1}[$.",
+        "inconsistent",
+        "procedure: the method of Sec. II C takes theta through every theta_c between two targets; "
+        "theta that jumps gives other displacements",
+        corrected="theta runs from theta_q to theta_{q+1}, slowly against tau_dyn",
+        error="after a jump slider N slips once, by 2 (D + J), J what the jump exceeds its "
+        "threshold by; on the ramp by 2D ceil(J/(2D)), at most J + 2D",
+        assumptions=("slider 1 stays at rest",),
+        evidence=lambda: bool(
+            sp.expand(
+                derive().results["jump"] - derive().results["beyond"] - 2 * excess
+            ).is_positive
+        ),
     ),
     Entry(
         "end_of_targets",

@@ -30,6 +30,7 @@ from derivations.notation import (
 from derivations.pivots import tension_above, tension_below
 from derivations.play import NotUnique, SlidingChain, play_variation
 from derivations.proof import Derivation, Entry, Step, Verification, follows
+from derivations.shakedown import ends_cycle, follow_ends
 
 delta = sp.Symbol("delta", positive=True)
 """Decrease of l0 theta since the end of a dilation."""
@@ -293,7 +294,53 @@ def _velocity(index: Expression) -> Expression:
     return _R["velocity"].subs(i, index)
 
 
+def _contraction_pulls() -> bool:
+    """Return whether T_n is negative before a contraction's front and positive behind it."""
+    rest, weight = sp.symbols("rest weight", positive=True)  # m and s; mu_d c = m + s
+    before = sp.expand(_R["outer"]).subs(mu_d, (rest + weight) / c).subs(s, weight)
+    behind = sp.expand(_R["outer"] + _R["front_outer"]).subs(mu_d, (rest + weight) / c)
+    behind = sp.factor(behind.subs(s, weight))
+    return bool(sp.factor(before).is_negative and behind.is_positive)
+
+
+def _locks_where_it_should_creep() -> bool:
+    """Return whether N = 3 at tan(alpha) = .19 has a locked cycle where the law says creep."""
+    slope, low, high = Fraction(19, 100), Fraction(1, 2), Fraction(3, 5)
+    if _index(3, slope, low) != 2 or not low * Fraction(1, 3) < slope < low:
+        return False
+    reaches = [Fraction(2), Fraction(20), Fraction(200)]
+    creeps = [2 * (reach - 3 * (low - slope) / 2) > 0 for reach in reaches]
+    locks = [follow_ends(ends_cycle(3, slope, low, high, reach)) for reach in reaches]
+    return all(creeps) and all(locks)
+
+
 ENTRIES: tuple[Entry, ...] = (
+    Entry(
+        "compression_wave",
+        "Sec. III B 2",
+        "When a contraction follows a dilation (or conversely), a compression (resp. dilation) "
+        "wave propagates from\nboth ends inwards.",
+        "inconsistent",
+        "sliding_limit: behind the front from above T_n has grown from -n (mu_d c + s) to n (mu_d "
+        "c - s), by 2 n mu_d c: a contraction takes the springs out of compression into tension",
+        corrected="a wave of tension (resp. of compression) propagates from both ends inwards",
+        error="the sign of the springs' force; it is the positions that come closer",
+        evidence=_contraction_pulls,
+    ),
+    Entry(
+        "insensitive_to_disorder",
+        "Sec. III B 2",
+        "We thus also deduce from these observations that the average velocity is not sensitive to "
+        "the width \n$\\sigma_\\mu$ of the distribution of the static frictional coefficient.",
+        "approximation",
+        "sliding_limit: the law of the sliding limit has mu_d alone",
+        proved=False,
+        assumptions=("tan(alpha) further than (mu_s - mu_d)/N from an edge", "l0 A >> N m/2"),
+        error="false next to the edges, where without disorder a chain may lock at every amplitude "
+        "(N = 3, tan(alpha) = .19; simulated at A = .02: 0 for sigma_mu = 0, 31 for .01), near the "
+        "threshold, and close to alpha_c (see divergence)",
+        evidence=_locks_where_it_should_creep,
+    ),
     Entry(
         "vitesse_seuil",
         "Sec. III B 2",
@@ -310,8 +357,11 @@ ENTRIES: tuple[Entry, ...] = (
             "tan(alpha) = mu_d/2) "
             "the limit is not unique",
         ),
-        error="for mu_s > mu_d a mean over phases: exact at N = 2, to a few D at most elsewhere "
-        "(not proved for N > 2)",
+        error="for mu_s > mu_d and N = 2 it is the mean over phases; for N > 2 nothing is proved, "
+        "and it is false within (mu_s - mu_d)/N of an edge, where a neighbour of the pivot may "
+        "rest for ever: N = 3, .5, .6, sigma_mu = 0, tan(alpha) = .19 is locked at every amplitude "
+        "(A = .02: the law says 39.09), so the gap grows with l0 A",
+        evidence=_locks_where_it_should_creep,
         formula=r"\tau_\mathrm{th} v_\mathrm{N,i}^* =  ( N + 3 - 2 i )\,\tilde{l}_0  \Bigl[ "
         r"A_\theta -"
         "\n"

@@ -12,6 +12,8 @@ from derivations.proof import Derivation, Entry, Step, Verification, follows
 t = sp.Symbol("t", nonnegative=True)
 a0, w = sp.symbols("a_0 omega", positive=True)
 v0 = sp.Symbol("v_0", nonnegative=True)
+V = sp.Symbol("V", positive=True)
+"""Velocity l0 theta' at which a ramp drives an end slider."""
 
 
 def derive() -> Derivation:
@@ -32,6 +34,12 @@ def derive() -> Derivation:
         root for root in sp.solve(energy, symbol("X")) if root.subs({v0: 0, a0: 1, w: 1}) > 0
     )
     at_threshold = {a0: excess}
+    # the spring's far end moves at the constant velocity V while the slider slips
+    driven = sp.dsolve(
+        path(t).diff(t, 2) - excess - V * t + path(t),
+        path(t),
+        ics={path(0): 0, path(t).diff(t).subs(t, 0): 0},
+    ).rhs
     results = {
         "path": sp.simplify(solution),
         "duration": duration,
@@ -41,6 +49,8 @@ def derive() -> Derivation:
         "end_duration": duration.subs(w, 1),
         "inner_displacement": displacement.subs(w, sp.sqrt(2)).subs(at_threshold),
         "inner_duration": duration.subs(w, sp.sqrt(2)),
+        "driven_velocity": sp.expand(driven.diff(t)),
+        "driven_stop": 2 * (sp.pi - sp.atan(excess / V)),
     }
     steps = (
         Step("x'' = a_0 - omega**2 x from rest, omega**2 = number of springs", results["path"]),
@@ -52,6 +62,8 @@ def derive() -> Derivation:
             results["end_displacement"],
         ),
         Step("inner slider: omega**2 = 2", results["inner_displacement"]),
+        Step("end slider driven at the velocity V: its own velocity", results["driven_velocity"]),
+        Step("which is zero again at", results["driven_stop"]),
     )
     return Derivation("One slider's slip", steps, results, ("neighbours rest",))
 
@@ -99,6 +111,25 @@ def check() -> Verification:
         (path.diff(t) / sp.sin(w * t)).simplify().is_positive,
         "the velocity is a positive multiple of sin(omega t)",
     )
+    driven, stop = r["driven_velocity"], r["driven_stop"]
+    tangent = excess / V  # of pi - stop/2
+    half = {sp.sin(t): -2 * tangent / (1 + tangent**2), sp.cos(t): None}
+    half[sp.cos(t)] = (1 - tangent**2) / (1 + tangent**2)
+    v.identity(
+        "a driven slider moves at V (1 - cos t) + D sin t",
+        driven - V * (1 - sp.cos(t)) - excess * sp.sin(t),
+    )
+    v.identity(
+        "it stops after 2 (pi - atan(D/V)) < 2 pi, at every rate V",
+        driven.subs(half),
+        "sine and cosine at that time by the tangent of half of it",
+    )
+    v.identity(
+        "... and is left a force D below mu_d c, as after a slow slip",
+        driven.diff(t).subs(half) + excess,
+        "so it waits 2 D/V for its next slip: it is at rest for a share of about D/(pi V) of time",
+    )
+    v.identity("that time is 2 (pi - atan(D/V))", sp.tan(sp.pi - stop / 2) - tangent)
     v.verified(
         "equality at ordinary numbers: tan(alpha) = 1/5, .5, .6, N = 3, first dilation",
         _ordinary_equality(),

@@ -174,6 +174,11 @@ def check() -> Verification:
     )
     v.identity("the mean over r0 is l0 A - m", r["velocity"] - (room - slope_margin))
     v.identity(
+        "towards alpha_c the velocity without disorder tends to l0 A, mean over r0",
+        sp.limit(r["velocity"], s, mu_d * c) - room,
+        "m vanishes; no divergence",
+    )
+    v.identity(
         "mean displacement after a reversal: l0 |d theta| - 2m",
         r["half_cycle"] - (l0 * jump - 2 * slope_margin),
     )
@@ -328,6 +333,22 @@ def _by_symmetry(formula: Formula) -> bool:
 _CHAIN = ("0 < tan(alpha) < mu_d", "sigma_mu = 0", "mean over the phase r0")
 
 ENTRIES: tuple[Entry, ...] = (
+    Entry(
+        "divergence",
+        "Fig. velocity2sliders, caption",
+        r"$<\tilde{v}_G>$ drastically increases when $\alpha$ is increased and diverges for "
+        r"$\alpha = \alpha_\mathrm{c}$",
+        "approximation",
+        "two_sliders: without disorder the velocity tends to l0 A (cycles), l0 sigma_theta/sqrt(pi)"
+        " (random dilations) as tan(alpha) tends to mu_d: see velocity",
+        proved=False,
+        assumptions=("sigma_mu > 0: both sliders must slide together",),
+        error="false for sigma_mu = 0, where no slip of one slider sets the other in motion; with "
+        "disorder nothing is proved but that an avalanche's path is at most E/m (runaway). "
+        "Simulated, A = .01, tan(alpha) = .49, .499, .4999: 10.06, 10.02, 10.02 without disorder, "
+        "10.3, 16.2, 28.0 with sigma_mu = .01",
+        evidence=lambda: vanishes(sp.limit(_R["velocity"], s, mu_d * c) - room),
+    ),
     Entry(
         "horizontal",
         "Sec. III A 2",

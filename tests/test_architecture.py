@@ -78,7 +78,9 @@ def test_imports_stand_at_the_top_except_in_the_faces(path: Path) -> None:
     inside = {node.lineno for _, node in imports(tree) if node not in at_top}
     allowed = {
         # an intrinsic runs inside the compiler, and needs its types only there
-        node.lineno for name, node in imports(tree) if name.startswith("llvmlite.")
+        node.lineno
+        for name, node in imports(tree)
+        if name.startswith("llvmlite.")
     }
     if path.name == "figures.py":
         return

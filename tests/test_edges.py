@@ -225,3 +225,24 @@ def test_an_edge_without_a_state_at_rest_is_refused_in_a_sentence() -> None:
         laws.at_rest_amplitude(1000, F(1, 10), [F(3, 5)])
     with pytest.raises(ValueError, match="n must be a whole number"):
         EDGES["at_rest"].form(n=1, l0=1, mu_s=1, tan_alpha=0)
+
+
+def test_disorder_frees_three_sliders_that_lock_next_to_an_edge_of_their_plateau() -> None:
+    # inside Eq. (vitesse_seuil)'s own window of slopes, (.1667, .5), and ten times its threshold
+    cycles = Cycles("0.02", 200)
+    clean = creep(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.19"), cycles)
+    drawn = creep(Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.19"), cycles, seed=1)
+    law = laws.LAWS["vitesse_seuil"].exact
+    assert law is not None
+    assert law(n=3, l0=1000, mu_d=0.5, tan_alpha=0.19, amplitude=0.02) == pytest.approx(39.0863454)
+    assert (clean.outcome, clean.velocity) == (Outcome.CYCLING, 0.0)
+    assert drawn.velocity is not None
+    assert 25 < drawn.velocity < 37
+
+
+@pytest.mark.parametrize("slope", ["0.49", "0.499", "0.4999", "0.49999"])
+def test_two_sliders_without_disorder_do_not_diverge_at_the_critical_slope(slope: str) -> None:
+    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha=slope)
+    velocity = creep(chain, Cycles("0.01", 50)).velocity
+    assert velocity is not None
+    assert abs(velocity - 10) < 2 * 0.1 * chain.cos_alpha

@@ -340,9 +340,7 @@ def rearrangement_costs(
             setting = f"dt = {dt}"
             last = end if Fraction(dt) < Fraction(1, 1000) else stretch
             methods.append(_wandering(family, setting, chain, states, known, last, least))
-    tasks = [
-        Task.of(chain, truth.initial, truth.itinerary, 0, ahead=16) for truth in known
-    ]
+    tasks = [Task.of(chain, truth.initial, truth.itinerary, 0, ahead=16) for truth in known]
     for rtol in TOLERANCES:
         methods.append(
             _rival("SciPy", f"rtol = {rtol:.0e}", partial(with_scipy, rtol=rtol), tasks, known)

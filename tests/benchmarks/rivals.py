@@ -53,9 +53,7 @@ class Task:
     thresholds: list[list[float]]
 
     @classmethod
-    def of(
-        cls, chain: Chain, initial: State, itinerary: Itinerary, seed: int, ahead: int
-    ) -> Task:
+    def of(cls, chain: Chain, initial: State, itinerary: Itinerary, seed: int, ahead: int) -> Task:
         """Return the task that begins at `initial` with the first event of `itinerary`."""
         thresholds = []
         for n in range(1, chain.n + 1):

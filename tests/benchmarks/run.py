@@ -74,9 +74,7 @@ def measure(*, quick: bool, tell: Callable[[str], None]) -> Results:
         tell(f"half-cycles, N = {n}")
         turns = (3 if n > 100 else 9) if not quick else 3
         seconds = 0.05 if quick else 0.15
-        halves.append(
-            measurements.half_cycle_times(n, amplitude, turns=turns, seconds=seconds)
-        )
+        halves.append(measurements.half_cycle_times(n, amplitude, turns=turns, seconds=seconds))
     singles = []
     ladder = measurements.LADDER[:-1] if quick else measurements.LADDER
     for n, amplitude in SIZES[:3]:
@@ -84,9 +82,7 @@ def measure(*, quick: bool, tell: Callable[[str], None]) -> Results:
         count = SAMPLES[n] // (4 if quick else 1)
         least = 0.05 if quick else 0.2
         singles.append(
-            measurements.rearrangement_costs(
-                n, amplitude, count=count, ladder=ladder, least=least
-            )
+            measurements.rearrangement_costs(n, amplitude, count=count, ladder=ladder, least=least)
         )
     tell("a long chain")
     per_event = measurements.long_chain_ratio(turns=5 if quick else 15, half_cycles=40)
@@ -104,9 +100,7 @@ def measure(*, quick: bool, tell: Callable[[str], None]) -> Results:
         velocities.append(
             measurements.velocity_costs(n, amplitude, members=members, seconds=seconds)
         )
-    return Results(
-        halves, singles, per_event, speed_ups, memory, long_run, velocities, start_up
-    )
+    return Results(halves, singles, per_event, speed_ups, memory, long_run, velocities, start_up)
 
 
 def _us(seconds: float) -> str:
@@ -311,22 +305,38 @@ def draw(results: Results, path: Path) -> None:
         for family, ink, mark in FAMILIES:
             lost = [m for m in single.family(family) if m.quantile(0.9) == math.inf]
             left.plot(
-                [m.seconds * 1e6 for m in lost], [_LOST] * len(lost), color=ink, marker=mark,
-                markersize=5, markerfacecolor="white", linestyle="none",
+                [m.seconds * 1e6 for m in lost],
+                [_LOST] * len(lost),
+                color=ink,
+                marker=mark,
+                markersize=5,
+                markerfacecolor="white",
+                linestyle="none",
             )
             for method in lost:
                 setting = method.setting.rpartition("= ")[2]
                 left.annotate(
-                    f"{setting}: {100 * method.wrong:.0f} %", (method.seconds * 1e6, _LOST),
-                    xytext=(0, 6), textcoords="offset points", fontsize=6, color=ink, rotation=90,
-                    ha="center", va="bottom",
+                    f"{setting}: {100 * method.wrong:.0f} %",
+                    (method.seconds * 1e6, _LOST),
+                    xytext=(0, 6),
+                    textcoords="offset points",
+                    fontsize=6,
+                    color=ink,
+                    rotation=90,
+                    ha="center",
+                    va="bottom",
                 )
             shown = [m for m in single.family(family) if m.quantile(0.9) < math.inf]
             x = [m.seconds * 1e6 for m in shown]
             y = [max(m.quantile(0.9), _FLOOR) for m in shown]
             left.plot(
-                x, y, color=ink, marker=mark, markersize=11 if mark == "*" else 5,
-                linestyle="-" if len(shown) > 1 else "none", label=LABELS[family],
+                x,
+                y,
+                color=ink,
+                marker=mark,
+                markersize=11 if mark == "*" else 5,
+                linestyle="-" if len(shown) > 1 else "none",
+                label=LABELS[family],
             )
             for method, a, b in zip(shown, x, y, strict=True):
                 words = method.setting.rpartition("= ")[2]
@@ -336,8 +346,12 @@ def draw(results: Results, path: Path) -> None:
                     words = f"{float(words):g}"
                 above = family in ("Verlet", "SciPy", "heyoka")
                 left.annotate(
-                    words, (a, b), xytext=(6 if above else -6, 2 if above else -7),
-                    textcoords="offset points", fontsize=6, color=ink,
+                    words,
+                    (a, b),
+                    xytext=(6 if above else -6, 2 if above else -7),
+                    textcoords="offset points",
+                    fontsize=6,
+                    color=ink,
                     ha="left" if above else "right",
                 )
         left.set_xscale("log")
@@ -372,15 +386,21 @@ def draw(results: Results, path: Path) -> None:
                 for i, one in enumerate(results.half_cycles):
                     place = [c.label for c in one.contestants].index(label)
                     right.annotate(
-                        f"×{one.ratio(place):.2g}", (x[i], heights[i]), xytext=(0, 2),
-                        textcoords="offset points", ha="center", fontsize=7, color=ink,
+                        f"×{one.ratio(place):.2g}",
+                        (x[i], heights[i]),
+                        xytext=(0, 2),
+                        textcoords="offset points",
+                        ha="center",
+                        fontsize=7,
+                        color=ink,
                     )
         right.set_yscale("log")
         right.margins(y=0.12)
         right.tick_params(axis="x", which="both", top=False, bottom=False)
         right.set_xticks(
             range(len(results.half_cycles)),
-            [f"N = {one.n}\nA = {one.amplitude}" for one in results.half_cycles], fontsize=7,
+            [f"N = {one.n}\nA = {one.amplitude}" for one in results.half_cycles],
+            fontsize=7,
         )
         right.set_ylabel("processor time per half-cycle (µs)")
         right.set_title("whole half-cycles; ×: Verlet at dt = 0.01 against exact", fontsize=8)
@@ -397,9 +417,7 @@ def main() -> None:
     asked = parser.parse_args()
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
-    results = measure(
-        quick=asked.quick, tell=lambda what: print(what, file=sys.stderr, flush=True)
-    )
+    results = measure(quick=asked.quick, tell=lambda what: print(what, file=sys.stderr, flush=True))
     text = markdown(results)
     print(text)
     if asked.out is not None:

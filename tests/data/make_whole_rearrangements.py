@@ -150,9 +150,7 @@ def random_cases() -> list[Case]:
             except Undecided:
                 continue
             label = f"random static [{row}, {k}]"
-            cases.append(
-                Case(label, n, friction, tan_alpha, seed, direction, tensions, draws)
-            )
+            cases.append(Case(label, n, friction, tan_alpha, seed, direction, tensions, draws))
     return cases
 
 

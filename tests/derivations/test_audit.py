@@ -43,6 +43,10 @@ INCONSISTENT = {
     "threshold_th_2_gaussienne_corrected": "the same, where its asymptote vanishes",
     "solid_dilation": "an order of magnitude that the formula above it does not give",
     "solid_temperature": "another one",
+    "dilation_rate": "no rate makes a slider slide continuously",
+    "column_threshold": "negative for the vertical column that it is meant for",
+    "dilation_jumps": "a jump of theta where the method has a ramp",
+    "compression_wave": "a contraction pulls",
 }
 
 

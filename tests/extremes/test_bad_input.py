@@ -75,8 +75,9 @@ WILD = st.one_of(
         [math.nan, math.inf, -math.inf, -0.0, 5e-324, 1.8e308, 1e-320, 10**400, 10**4999]
     ),
     st.text(max_size=12),
-    st.sampled_from(["nan", "inf", "1/0", "1e9999999", "1e-5000", "0x10", "1_0", "٣",
-                     "½", "1e5000"]),
+    st.sampled_from(
+        ["nan", "inf", "1/0", "1e9999999", "1e-5000", "0x10", "1_0", "٣", "½", "1e5000"]
+    ),
     st.sampled_from([[], {}, (), b"", b"3", 1j, object, np.array([]), np.array([1.0, 2.0])]),
     st.sampled_from([Decimal("NaN"), Decimal("sNaN"), Decimal("-Infinity"), Decimal("1e-99999")]),
     st.fractions(),

@@ -220,9 +220,7 @@ def stretched(seed: int, extra: Fraction, **options: object) -> Rearrangement:
     unit = Fraction(chain.times_cosine(mu_s))
     tensions = [unit * Fraction(rng.randint(-150, 150), 100) for _ in range(n - 1)]
     tensions[rng.randrange(n - 1)] += extra
-    return rearrange(
-        chain, State.prepared(chain, tensions, seed=3), direction=0, seed=3, **options
-    )
+    return rearrange(chain, State.prepared(chain, tensions, seed=3), direction=0, seed=3, **options)
 
 
 def edges(seeds: Iterable[int]) -> list[tuple[int, Fraction, Fraction]]:

@@ -68,8 +68,11 @@ def test_two_relaxed_sliders_climb_the_staircase_for_two_thousand_rational_chain
         if simulation.tally.undecided:
             # the amplitude is the float next to an edge of a step: the solver says so
             steps = (chain.l0 * amplitude) / Fraction(chain.excess)
-            edge = (steps - Fraction(chain.times_cosine(chain.mu_s - chain.tan_alpha))
-                    / Fraction(chain.excess)) / 2
+            edge = (
+                steps
+                - Fraction(chain.times_cosine(chain.mu_s - chain.tan_alpha))
+                / Fraction(chain.excess)
+            ) / 2
             assert abs(edge - round(edge)) < Fraction(1, 10**13)
             continue
         x = stretch.recorded["x_G"]
@@ -83,9 +86,7 @@ def test_two_relaxed_sliders_climb_the_staircase_for_two_thousand_rational_chain
 def test_the_remainder_of_two_sliders_is_conserved_over_a_million_slips():
     chain = paper_chain(2, sigma_mu="0")
     r0 = 0.03125
-    simulation, _ = followed(
-        chain, Cycles("0.01", 5100), start=State.prepared(chain, [r0])
-    )
+    simulation, _ = followed(chain, Cycles("0.01", 5100), start=State.prepared(chain, [r0]))
     assert simulation.tally.slips > 10**6
     u = simulation.state().displacements
     period = 2 * chain.excess
@@ -106,9 +107,7 @@ def test_the_mean_over_starts_of_two_sliders_is_the_distance_to_the_threshold():
         velocities = []
         for k in range(samples):
             r0 = period * ((k + 0.5) / samples - 0.5)
-            _, stretch = followed(
-                chain, Cycles(amplitude, 6), start=State.prepared(chain, [r0])
-            )
+            _, stretch = followed(chain, Cycles(amplitude, 6), start=State.prepared(chain, [r0]))
             x = stretch.recorded["x_G"]
             velocities.append((x[-1] - x[3]) / 8)
         # a midpoint rule of a function with at most two jumps of height `period` / 2 each
@@ -398,9 +397,7 @@ def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed
     interrupted = ExactSimulation(chain, State.relaxed(chain, n), n)
     done = 0
     while done < drive.half_cycles:
-        done += interrupted.follow(
-            drive, 1 + done, drive.half_cycles - done, Limits(23
-        )).completed
+        done += interrupted.follow(drive, 1 + done, drive.half_cycles - done, Limits(23)).completed
     assert np.array_equal(stretch.recorded["x_G"], logged.recorded["x_G"])
     rows = [layout.FORCE, layout.FORCE_LOW, layout.TRAVEL, layout.TRAVEL_LOW, layout.EXCESS]
     for other in (general, interrupted):

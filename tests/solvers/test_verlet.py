@@ -31,9 +31,7 @@ def run(chain, drive, *, seed=3, budget=10**9, interrupted=False, record=RECORD,
     simulation = solver.simulation(chain, State.relaxed(chain, seed), seed, record)
     parts, done = [], 0
     while done < drive.half_cycles:
-        stretch = simulation.follow(
-            drive, done + 1, drive.half_cycles - done, Limits(budget
-        ))
+        stretch = simulation.follow(drive, done + 1, drive.half_cycles - done, Limits(budget))
         parts.append(stretch.recorded)
         done += stretch.completed
         if stretch.stop.final:
@@ -72,9 +70,7 @@ def test_the_options_have_the_papers_defaults_and_cannot_be_changed():
 def test_an_unknown_option_is_refused_with_the_nearest_known_one():
     chain = paper(2)
     with pytest.raises(InputError, match="did you mean locate"):
-        rearrange(
-            chain, State.relaxed(chain), direction=1, solver="verlet", **{"locat" "e_": True}
-        )
+        rearrange(chain, State.relaxed(chain), direction=1, solver="verlet", **{"locate_": True})
 
 
 def test_the_sliding_limit_is_refused_naming_the_solver_for_it():
@@ -289,7 +285,7 @@ def test_a_runaway_is_proved_and_returned_with_the_state_and_the_time(tan_alpha,
     tensions = result.state.tensions
     twice = ((v - mean) ** 2).sum() + (tensions**2).sum()
     assert way * mean > math.sqrt((1 - 1 / 6) * twice)
-    assert (result.sol(result.sol.t_max).velocities == pytest.approx(v, rel=1e-9))
+    assert result.sol(result.sol.t_max).velocities == pytest.approx(v, rel=1e-9)
 
 
 def test_a_drive_ends_early_with_the_outcome_if_the_chain_runs_away():
@@ -467,9 +463,7 @@ def test_the_records_agree_with_each_other_and_with_the_counts():
         here = stops & (recorded["event_half_cycle"] == q)
         counted = np.bincount(recorded["event_slider"][here], minlength=7)[1:]
         assert (counted == recorded["slips"][q - 1]).all()
-    keys = set(
-        zip(recorded["event_rearrangement"], recorded["event_number"], strict=True)
-    )
+    keys = set(zip(recorded["event_rearrangement"], recorded["event_number"], strict=True))
     assert len(keys) == tally.events
     assert recorded["event_rearrangement"].max() == tally.rearrangements - 1
     assert set(recorded["event_sign"].tolist()) == {-1, 1}

@@ -163,8 +163,9 @@ def test_what_a_walk_that_was_cut_short_has_not_come_to_is_no_difference(turn: b
     assert (found.agreed, found.compared, found.errors.size) == (events, 1, 1)
 
 
-def test_a_walk_that_ended_by_itself_misses_the_events_of_the_target_that_the_other_reached(
-) -> None:
+def test_a_walk_that_ended_by_itself_misses_the_events_of_the_target_that_the_other_reached() -> (
+    None
+):
     events = before(middle()) + 1
     gave_up = cut(own(), 1, events, ended=True)
     found = agree(gave_up, known())

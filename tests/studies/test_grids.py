@@ -56,9 +56,7 @@ def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit(
             one for one in axes.lines
             if one.get_color() == points.lines[0].get_color() and one.get_linestyle() == "--"
         ]  # fmt: skip
-        expected = [
-            float(law(n=2, l0=1000, mu_d=0.5, tan_alpha=t, amplitude=amplitude)) for t in x
-        ]
+        expected = [float(law(n=2, l0=1000, mu_d=0.5, tan_alpha=t, amplitude=amplitude)) for t in x]
         np.testing.assert_allclose(line.get_ydata(orig=False), expected, rtol=1e-12, atol=0)
 
 

@@ -114,9 +114,7 @@ def test_many_contacts_creep_like_the_continuous_solid():
         measured = solid.millimetres_per_day(velocity, DAY)
         gaps.append(abs(measured / solid.continuum_velocity(10, DAY) - 1))
     # plateaus of height 2 in N + 3 - 2i: the deviation is at most one of N tan(alpha)/mu_d
-    assert all(
-        gap <= 1 / (n * 0.46) + 1e-12 for gap, n in zip(gaps, (50, 200, 800), strict=True)
-    )
+    assert all(gap <= 1 / (n * 0.46) + 1e-12 for gap, n in zip(gaps, (50, 200, 800), strict=True))
 
 
 @pytest.mark.parametrize(

@@ -52,9 +52,7 @@ def test_without_an_excess_the_sliding_limit_is_exact_and_a_hair_above_it_is_mea
     )
     assert equal.pilot is None
     assert not rung(equal, "exact").applies
-    above = choose(
-        chain_of(mu_s="0.52", sigma_mu=0), drive, accuracy="0.01", record=("x_G",)
-    )
+    above = choose(chain_of(mu_s="0.52", sigma_mu=0), drive, accuracy="0.01", record=("x_G",))
     assert above.pilot is not None
     assert (above.name, rung(above, "sliding").basis) == ("sliding", "measured")
     assert 0 < rung(above, "sliding").error <= 0.01
@@ -262,8 +260,14 @@ def test_a_plan_says_what_is_needed_and_what_it_costs():
 
 
 SCENE = {
-    "chain": {"n": 6, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01",
-              "tan_alpha": "0.23"},
+    "chain": {
+        "n": 6,
+        "l0": 1000,
+        "mu_d": "0.5",
+        "mu_s": "0.6",
+        "sigma_mu": "0.01",
+        "tan_alpha": "0.23",
+    },
     "drive": {"kind": "cycles", "amplitude": "0.01", "cycles": 100},
 }
 

@@ -23,6 +23,7 @@ from exactcreep.studies.tradeoff import ladder, tradeoff
 
 pytestmark = pytest.mark.xdist_group("tradeoff")  # they share `measured`
 
+
 def experiment_of(n=3, mu_s="0.6", sigma_mu="0.01", tan_alpha="0.23", cycles=100):
     chain = Chain(n, 100, "0.5", mu_s, sigma_mu, tan_alpha=tan_alpha)
     return Experiment.of(chain, Cycles("0.05", cycles))
@@ -221,8 +222,14 @@ def test_a_chain_that_may_run_away_has_no_trade():
 def test_the_command_prints_the_trade(capsys, tmp_path):
     picture = tmp_path / "trade.png"
     words = [
-        "tradeoff", "two-sliders-cycles", "--set", "chain.mu_s=0.5", "--set", "chain.sigma_mu=0",
-        "--budget", "1",
+        "tradeoff",
+        "two-sliders-cycles",
+        "--set",
+        "chain.mu_s=0.5",
+        "--set",
+        "chain.sigma_mu=0",
+        "--budget",
+        "1",
     ]
     assert status([*words, "--json", "--plot", str(picture)]) == 0
     printed = json.loads(capsys.readouterr().out)
