@@ -16,8 +16,6 @@ from typing import Any
 import flint
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import connected_components
 
 from exactcreep.motion.arithmetic import Balls, Undecided
 from exactcreep.motion.modes import Ends, modes
@@ -230,14 +228,19 @@ def _blocks(
 
     A slip at one end of a long chain leaves the axes of the rest as they are.
     """
-    size, k = middles.shape
-    row, column = np.nonzero(middles)
-    joined = csr_array((np.ones(row.size), (row, size + column)), shape=(size + k, size + k))
-    _, labels = connected_components(joined, directed=False)
-    for members in np.split(np.argsort(labels, kind="stable"), np.bincount(labels).cumsum()[:-1]):
-        rows = members[members < size]
-        if rows.size:
-            yield rows, members[members >= size] - size
+    joined: list[tuple[list[int], int]] = []  # rows, and a bit for each of their columns
+    for i, bits in enumerate(np.packbits(middles != 0, axis=1)):
+        rows, columns = [i], int.from_bytes(bits.tobytes(), "big")
+        apart = []
+        for block in joined:
+            if block[1] & columns:
+                rows, columns = block[0] + rows, block[1] | columns
+            else:
+                apart.append(block)
+        joined = [*apart, (rows, columns)]
+    for members, _ in joined:
+        chosen = np.array(sorted(members), dtype=np.int64)
+        yield chosen, np.flatnonzero(middles[chosen].any(axis=0))
 
 
 _TINY = 2.0**-900

@@ -7,7 +7,9 @@ point and the derivative of the rearrangement (see `exactcreep.motion.enclosure`
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import flint
@@ -21,7 +23,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
 from exactcreep.motion.enclosure import ZERO, Box, Passage, Row, Spread
 from exactcreep.motion.modes import Flow, ModalPiece, Run
-from exactcreep.motion.roots import FirstEvent
+from exactcreep.motion.roots import FirstEvent, Search, root_time
 from exactcreep.motion.solution import Motion
 from exactcreep.solvers.mechanics import Mechanics
 
@@ -29,6 +31,46 @@ DERIVATIVE_BITS = 128
 STRETCH = 10
 """Events after which the set is put together again, within a rearrangement; plain balls lose about
 3 bits per event meanwhile, the derivative's as well as the states'."""
+
+
+class Middle(Mechanics):
+    """The middle of a set, which does what is proved of every state of the set.
+
+    Attributes
+    ----------
+    foreseen : deque of FirstEvent
+        The events that come next, each in an enclosure of its time that holds for all states.
+    """
+
+    foreseen: deque[FirstEvent]
+
+    def __init__(self, chain: Chain, seed: int, arithmetic: Arithmetic, state: State) -> None:
+        super().__init__(chain, seed, arithmetic, state)
+        self.foreseen = deque()
+
+    def first_event(self, flow: Flow, runs: list[Run]) -> FirstEvent | None:
+        """Return the first event; one that is foreseen needs no search, only its time."""
+        known = self.foreseen.popleft() if self.foreseen else None
+        if known is not None and known.shifts is None and not bool(known.time == 0):
+            found = self._timed(flow, runs, known)
+            if found is not None:
+                return found
+        return super().first_event(flow, runs)
+
+    def _timed(self, flow: Flow, runs: list[Run], known: FirstEvent) -> FirstEvent | None:
+        """Return the known event at its time for this state, None if no root can be isolated."""
+        acting = (known.stops[0], 0) if known.stops else known.starts[0]
+        search = Search(flow, runs, self.thresholds, {}, half=self.mirrored, only=[acting])
+        (watch,) = search.watches
+        watch.safe, watch.last = known.time.lower(), known.time.upper()
+        watch.steepness = watch.slope
+        if not search.refine(watch):
+            return None
+        time = root_time(search, watch)
+        self.evaluations += search.evaluations
+        if watch.safe > watch.last:
+            raise AssertionError("the enclosure of an event does not hold a state of the set")
+        return replace(known, time=time)
 
 
 class Enclosed(Mechanics):
@@ -54,12 +96,13 @@ class Enclosed(Mechanics):
         # rows of the box: forces, velocities of the sliders `fast`, l0 theta
         self.box: Box | None = None
         self.fast: list[int] = []
-        self.centre: Mechanics | None = None
+        self.centre: Middle | None = None
         self.reach: list[Any] = []  # how uncertain the displacements are
         # of the rearrangement under way
         self.aim: tuple[int, Any] = (0, None)
         self.departure: dict[str, Any] | None = None
         self.passages: list[Passage] | None = []
+        self.found: list[FirstEvent] = []  # of which the middle has not been told
         self.signatures: list[Any] = []
         self.crossing_ends: list[int] = []
         self.young = False  # whether the set was begun in this rearrangement
@@ -73,6 +116,7 @@ class Enclosed(Mechanics):
         self.aim = (way, target)
         self.departure = self._at_rest()
         self.passages, self.signatures, self.young = [], [], False
+        self.found = []
         moves = super().ramp(way, target)
         if self.centre is not None:
             try:
@@ -83,10 +127,11 @@ class Enclosed(Mechanics):
                 self.box = self.centre = None  # the balls go on alone, and a set begins anew
         return moves
 
-    def _ramp_set(self, centre: Mechanics, moves: bool) -> None:
+    def _ramp_set(self, centre: Middle, moves: bool) -> None:
         """Let the set and its middle follow a ramp of the balls."""
         box, (way, target) = self.box, self.aim
         assert box is not None
+        centre.foreseen.clear()
         if centre.ramp(way, target) != moves:
             raise Undecided("the middle of the set does something else")
         self.followed, self.following = [], centre.rearrangement()
@@ -129,6 +174,7 @@ class Enclosed(Mechanics):
     def advance(self, flow: Flow, runs: list[Run], found: FirstEvent) -> NDArray[Any]:
         """Let the sliders move to the event, and note what the derivative needs."""
         signs = flow.signs.copy()
+        self.found.append(found)
         if self.keep and self.start is not None and not bool(found.time == 0):
             later = self.time + found.time
             self.pieces.append(flow.piece(self.time, later, self.start, runs))
@@ -235,9 +281,14 @@ class Enclosed(Mechanics):
         flow.velocities[fast] = [flint.arb(m, r) for m, r in pairs]
         self.passages = []
 
-    def _caught_up(self, limits: Limits = NO_LIMITS) -> Mechanics:
+    def _caught_up(self, limits: Limits = NO_LIMITS) -> Middle:
         """Let the middle of the set do what the balls have done, and return it."""
         assert self.centre is not None
+        assert self.departure is not None
+        # what was assumed, or decided in Q(c), is not proved of the middle
+        if not self.assume and self.departure["mechanics"]["exact"] is None:
+            self.centre.foreseen.extend(self.found)
+        self.found = []
         behind = len(self.followed) < len(self.signatures)
         for event in self.following if behind else ():
             if event is not None:
@@ -277,7 +328,7 @@ class Enclosed(Mechanics):
 
     def _enclose(self, snapshot: Mapping[str, Any]) -> None:
         """Begin a set at the balls of a state at rest."""
-        centre = Mechanics(self.chain, self.seed, self.arithmetic, self.origin)
+        centre = Middle(self.chain, self.seed, self.arithmetic, self.origin)
         centre.resume(snapshot)
         centre.exact = None
         self.centre = centre
@@ -286,7 +337,7 @@ class Enclosed(Mechanics):
         self.reach = [x.rad() for x in centre.displacements]
         self._recentre(centre)
 
-    def _recentre(self, centre: Mechanics) -> None:
+    def _recentre(self, centre: Middle) -> None:
         """Take the middle as a point, and the balls around it as wide as the set."""
         assert self.box is not None
         for name in ("forces", "displacements"):
@@ -342,7 +393,7 @@ class Enclosed(Mechanics):
             axes = [[ZERO if x == 0 else x for x in number(row)] for row in kept["axes"]]
             self.box = Box(axes, kept["widths"].copy(), int(kept["exponent"]))
             self.reach = list(number(kept["reach"]))
-            self.centre = Mechanics(self.chain, self.seed, self.arithmetic, self.origin)
+            self.centre = Middle(self.chain, self.seed, self.arithmetic, self.origin)
             self.centre.take_over(kept["centre"])
         if captured["events"] >= 0:
             self.ramp(captured["way"], captured["target"])

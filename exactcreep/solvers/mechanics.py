@@ -504,6 +504,7 @@ class Mechanics:
         horizon: Any,
     ) -> FirstEvent | None:
         half = self.mirrored
+        watches = self._coarse(flow, excess, touching, horizon)
         search = Search(
             flow,
             runs,
@@ -513,8 +514,8 @@ class Mechanics:
             assume=self.assume,
             half=half,
             limits=self.limits,
+            only=None if watches is None else [(w.slider, w.side) for w in watches],
         )
-        watches = self._coarse(flow, excess, touching, horizon)
         if watches is None:
             watches = search.first(horizon)
         elif watches:

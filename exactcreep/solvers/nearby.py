@@ -21,8 +21,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, balls_of
 from exactcreep.motion.enclosure import ZERO, Box, Row, Spread
 from exactcreep.motion.modes import Flow
-from exactcreep.solvers.enclosed import DERIVATIVE_BITS, Enclosed
-from exactcreep.solvers.mechanics import Mechanics
+from exactcreep.solvers.enclosed import DERIVATIVE_BITS, Enclosed, Middle
 from exactcreep.solvers.reference import FieldSimulation
 
 
@@ -89,7 +88,7 @@ class Nearby(Enclosed):
         load = [(a - b) / 2 + c for a, b, c in zip(first, last, ramp, strict=True)]
         return flint.arb_mat([*self.tangent[1 : n - 1], load])
 
-    def _ramp_set(self, centre: Mechanics, moves: bool) -> None:
+    def _ramp_set(self, centre: Middle, moves: bool) -> None:
         super()._ramp_set(centre, moves)
         if self.tangent is not None:
             self.tangent = self._ramped(self.tangent, moves)
