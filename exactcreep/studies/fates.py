@@ -18,7 +18,7 @@ _MOST_CYCLES = 10_000  # of a picture
 _WORDS = {
     Outcome.AT_REST: "at rest",
     Outcome.CYCLING: "locked",
-    Outcome.CREEPING: "creeps for ever",
+    Outcome.CREEPING: "creeps",
 }
 
 
@@ -61,9 +61,14 @@ def draw_fate(found: Fate, path: Path | str) -> None:
         if settled is not None and settled <= shown:
             for axes in (above, below):
                 axes.axvline(settled, color=INKS[7], linestyle=(0, (4, 2)), linewidth=0.9)
-            words = f" {_WORDS[found.outcome]}, period {found.period}"
+            late = 2 * settled > shown  # the wider side has room for the words
             above.annotate(
-                words, (settled, 0.02), xycoords=("data", "axes fraction"), fontsize=8, va="bottom"
+                f" {_WORDS[found.outcome]}, period {found.period} ",
+                (settled, 0.02),
+                xycoords=("data", "axes fraction"),
+                fontsize=8,
+                va="bottom",
+                ha="right" if late else "left",
             )
 
 
