@@ -66,6 +66,44 @@ def test_six_sliders_lock_at_a_constant_rate(six: Survival) -> None:
     assert six.lifetimes.size > 40
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("over", "mean"),
+    [
+        ("1.0005", 470),
+        ("1.002", 740),
+        ("1.005", 910),
+        ("1.01", 970),
+        ("1.015", 2300),
+        ("1.02", 3400),
+    ],
+)
+def test_lifetimes_of_six_sliders_are_those_of_an_earlier_study(over: str, mean: int) -> None:
+    """It had forty starts; where lifetimes are longest, two hundred are followed here."""
+    found = survival(SIX, HORIZON * Fraction(over), starts=200, cycles=60_000)
+    assert found.fractions["locked"].starts == 200
+    low, high = (stats.chi2.ppf(p, 2 * 40) / 2 / (40 * mean) for p in (0.025, 0.975))
+    assert found.rate.low < high
+    assert found.rate.high > low
+
+
+def test_creep_that_is_periodic_counts_as_seen_up_to_the_horizon() -> None:
+    chain = replace_n(SIX, 3)
+    found = survival(chain, "0.00085", starts=5, cycles=10**6)
+    assert found.fractions["creeping"].starts == 5
+    assert found.censored.tolist() == [10**6] * 5
+    assert max(life.cycles for life in found.lives) < 1000
+    assert found.rate.high == pytest.approx(-np.log(0.025) / (5 * 10**6))
+
+
+@pytest.mark.parametrize("deaths", [0, 1, 7, 19, 20])
+def test_intervals_of_shares_are_those_of_clopper_and_pearson(deaths: int) -> None:
+    found = made(np.full(deaths, 10), np.full(20 - deaths, 30))
+    for share, count in ((found.fractions["locked"], deaths), (found.alive, 20 - deaths)):
+        known = stats.binomtest(count, 20).proportion_ci(0.95, method="exact")
+        assert share == pytest.approx((count, count / 20, known.low, known.high))
+
+
 def test_a_life_is_that_of_its_start_followed_alone(six: Survival) -> None:
     for number in (1, 2, 7):
         start, key = study.start_of(SIX, six.size, 0, number)
