@@ -146,8 +146,12 @@ def test_a_chain_that_returns_to_its_tensions_cycles_for_ever_whatever_it_did_be
     x = result.recorded["x_G"]
     assert result.outcome is Outcome.CYCLING
     assert x[-1] == x[-3] == x[-5]
-    assert result.velocity > 0
+    assert x[result.burn_in - 1] < x[-1]
+    assert (result.velocity, result.velocity_error) == (0, 0)
     assert "transient" in result.reason
+    at_ends = x[1::2]
+    assert (at_ends[result.since - 1 :] == x[-1]).all()
+    assert at_ends[result.since - 2] < x[-1]
     longer = creep(six, Cycles("0.001", 500)).recorded["x_G"]
     assert longer[-1] == x[-1]
 

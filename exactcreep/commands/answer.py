@@ -125,7 +125,9 @@ def _print_one(console: Any, result: Creep) -> None:
 
     table = Table.grid(padding=(0, 2))
     target = "half-cycle" if result.drive.cyclic else "target"
-    table.add_row("outcome", result.outcome.value + (f": {result.reason}" if result.reason else ""))
+    since = "" if result.since is None else f" since cycle {result.since}"
+    remark = f": {result.reason}" if result.reason else ""
+    table.add_row("outcome", result.outcome.value + since + remark)
     table.add_row(f"velocity per {result.drive.per}", measured(result))
     if result.velocity_reason and math.isfinite(result.velocity):
         table.add_row("  standard error", f"not known: {result.velocity_reason}")

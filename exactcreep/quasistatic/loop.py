@@ -124,9 +124,16 @@ def creep(
         - ``AT_REST``: for Cycles, no event in the last whole cycle, so that there will never be
           one again; for other drives, no event after the burn-in;
         - ``CREEPING``: the chain advances: every slider has moved, all of them the same way. If the
-          last cycle returned the chain to the same tensions bit for bit (so that it goes on like
-          this for ever), in that cycle; otherwise over all half-cycles after the burn-in;
-        - ``CYCLING``: sliders slip, but the chain does not advance in this sense.
+          tensions at the end are those at the end of one of the 64 cycles before (without disorder
+          they go on like this), between these two; otherwise over all half-cycles after the
+          burn-in, by two standard errors at least;
+        - ``CYCLING``: sliders slip, but the chain does not advance in this sense. The evidence is
+          `UNDECIDED` where the drift is below two standard errors (`reason` holds its bound), or,
+          without disorder, where the tensions have not returned either.
+
+        They speak of the last part of the run; `since` is the cycle in which it begins. Tensions
+        that return, for two periods, to within 2**-40 of the friction, but neither exactly nor
+        within their enclosures, leave the evidence `UNDECIDED`.
 
         A displacement counts as none if rounding alone can make it: 2**-50 n (mu_s + |tan_alpha|)
         cos(alpha) for every slip.

@@ -6,7 +6,7 @@ import copy
 import math
 import os
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -17,7 +17,7 @@ from exactcreep.limits import Stop
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Outcome
+from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
@@ -28,6 +28,12 @@ _MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however lon
 _BLOCKS = 32  # of the block averages behind the standard error
 _FEWEST_BLOCKS = 8  # below, their scatter says too little
 _LEAST_BYTES = 500  # of memory for a slider
+_LONGEST_PERIOD = 64  # cycles: how far back the tensions at the end are looked for
+_MOST_MARKED = 2**21  # tensions that are kept for that
+NEARLY = "the tensions return to within "
+"""How the reason begins of a chain that has settled so."""
+_REMEMBERED = 1024  # cycles, at least, whose x_G is kept
+_NEAR = 2.0**-40  # how nearly tensions return, in units of the largest that a contact holds
 
 
 class March:
@@ -63,9 +69,14 @@ class March:
         self.burn_in = experiment.burn_in_of(self.total)
         self.origin = Mark.of(self)
         self.burnt: Mark | None = None
-        self.last_cycle: Mark | None = None
+        self.marks: list[Mark] = []  # at the ends of the last cycles, but for the very last
         # a block ends where the run will be looked back to
-        self.boundaries = {self.burn_in, self.total - 2} if drive.cyclic else {self.burn_in}
+        self.boundaries = {self.burn_in}
+        if drive.cyclic:
+            period = max(1, min(_LONGEST_PERIOD, _MOST_MARKED // chain.n))
+            self.boundaries |= set(range(max(self.total - 2 * period, 0), self.total, 2))
+        self.unseen = 0.0  # how far apart tensions may be that count as the same
+        self.course = Course(nearest_float(begin.middle))
         if captured is not None:
             self._restore(captured)
         else:
@@ -91,6 +102,8 @@ class March:
             raw = recorded["x_G"]
             self.tail = [*self.tail, *map(enclosure, raw[-2:].tolist())][-2:]
             self.samples.add(first, floats(raw))
+            if experiment.drive.cyclic:
+                self.course.add(floats(raw)[first % 2 :: 2])
             if self.watch_theta:
                 theta = experiment.drive.targets(first, stretch.completed, experiment.seed)
                 self.beyond_one += int(np.count_nonzero(np.abs(theta) >= 1))
@@ -112,8 +125,9 @@ class March:
     def _mark(self) -> None:
         if self.done == self.burn_in:
             self.burnt = Mark.of(self)
-        if self.experiment.drive.cyclic and self.done == self.total - 2:
-            self.last_cycle = Mark.of(self)
+        late = self.done >= self.total - 2 * _LONGEST_PERIOD
+        if self.experiment.drive.cyclic and late and self.done in self.boundaries:
+            self.marks.append(Mark.of(self))
 
     def recorded(self) -> dict[str, NDArray[Any]]:
         """Return what was recorded, one array for each name."""
@@ -136,7 +150,8 @@ class March:
             "tail": [tuple(x) for x in self.tail],
             "samples": self.samples.capture(),
             "burnt": None if self.burnt is None else self.burnt.capture(),
-            "last_cycle": None if self.last_cycle is None else self.last_cycle.capture(),
+            "marks": [mark.capture() for mark in self.marks],
+            "course": self.course.capture(),
         }
 
     def _restore(self, captured: Mapping[str, Any]) -> None:
@@ -151,8 +166,9 @@ class March:
         self.bytes = sum(array.nbytes for array in captured["recorded"].values())
         self.tail = [Enclosure(*x) for x in captured["tail"]]
         self.samples.restore(captured["samples"])
-        self.burnt = Mark.restored(captured["burnt"])
-        self.last_cycle = Mark.restored(captured["last_cycle"])
+        self.burnt = None if captured["burnt"] is None else Mark.restored(captured["burnt"])
+        self.marks = [Mark.restored(mark) for mark in captured["marks"]]
+        self.course.restore(captured["course"])
 
     def result(self) -> Creep:
         """Return what the run has come to."""
@@ -160,19 +176,26 @@ class March:
         tally = copy.copy(simulation.tally)
         state = simulation.state()
         burn_in, velocity = self._measured()
-        value = math.nan if velocity is None else nearest_float(velocity.middle)
         error = self.samples.error(burn_in, experiment.drive)
+        evidence, since = simulation.evidence, None
         outcome, reason = self.outcome, self.reason
         if outcome is None:
-            outcome, reason = self._behaviour(state)
+            found = self._behaviour(state)
+            outcome, reason, since = found.outcome, found.reason, found.since
+            if found.doubtful:
+                evidence = Evidence.UNDECIDED
+            if velocity is not None and found.velocity is not None:
+                velocity, error = found.velocity, 0.0
+        value = math.nan if velocity is None else nearest_float(velocity.middle)
         if outcome is Outcome.RUNAWAY:
             value = math.copysign(math.inf, nearest_float(experiment.chain.tan_alpha))
             velocity, error = None, math.nan
         return Creep(
             experiment=experiment,
             outcome=outcome,
-            evidence=simulation.evidence,
+            evidence=evidence,
             reason=reason,
+            since=since,
             velocity=value,
             velocity_error=error,
             velocity_enclosure=velocity if experiment.digits and self.burnt else None,
@@ -207,23 +230,72 @@ class March:
         middle = (end.middle - begin.middle) / span
         return burn_in, Enclosure(middle, (end.radius + begin.radius) / span)
 
-    def _behaviour(self, state: State) -> tuple[Outcome, str]:
-        """Return what the chain does once every target is reached, and a remark; see `creep`."""
-        tally, last = self.simulation.tally, self.last_cycle
+    def _behaviour(self, state: State) -> Behaviour:
+        """Return what the chain does at the end, once every target is reached; see `creep`."""
+        burn_in, velocity = self._measured()
+        error = self.samples.error(burn_in, self.experiment.drive)
         begin = self.burnt
         if begin is None or begin.done == self.done:
             begin = self.origin
         advanced = self._advanced_since(begin, state)
-        if last is None:
-            at_rest = tally.events == begin.tally.events
-        else:
-            at_rest = tally.events == last.tally.events
-            if last.same_tensions(state):
-                begin = last
-        if at_rest or not self._advanced_since(begin, state):
-            remark = "the chain advanced in a transient only, before the last cycle"
-            return Outcome.AT_REST if at_rest else Outcome.CYCLING, remark if advanced else ""
-        return Outcome.CREEPING, ""
+        if not self.experiment.drive.cyclic:
+            if self.simulation.tally.events == begin.tally.events:
+                return Behaviour(Outcome.AT_REST)
+            return self._drifting(advanced, velocity, error, None)
+        settled = self._settled(state)
+        if settled is None:
+            return self._drifting(advanced, velocity, error, begin.done // 2)
+        if settled.outcome is not Outcome.CREEPING and advanced and not settled.reason:
+            remark = f"the chain advanced in a transient only, up to cycle {settled.since}"
+            return replace(settled, reason=remark)
+        return settled
+
+    def _settled(self, state: State) -> Behaviour | None:
+        """Return what the last cycles show if they have brought the tensions back."""
+        still, chain = Enclosure(Fraction(0), Fraction(0)), self.experiment.chain
+        events = self.simulation.tally.events
+        if self.marks and events == self.marks[-1].tally.events:
+            return Behaviour(Outcome.AT_REST, self.course.repeats_since(1), velocity=still)
+        if chain.sigma_mu != 0:  # no contact gets back its threshold
+            return None
+        close = _NEAR * (chain.friction + chain.excess + abs(chain.sin_alpha))
+        for mark in reversed(self.marks):
+            apart = mark.apart(state)
+            if apart <= self.unseen:
+                apart = 0.0
+            period = (self.done - mark.done) // 2
+            since = self.course.repeats_since(period)
+            # what returns but nearly is believed if it does so for another period
+            nearly = apart <= close and self.course.cycles - since >= 2 * period
+            if apart and not nearly:
+                continue
+            reason = f"{NEARLY}{apart:.1e} m g, not exactly" if apart else ""
+            if not self._advanced_since(mark, state):
+                return Behaviour(Outcome.CYCLING, since, reason, bool(apart), still)
+            moved, begun = self.tail[-1], mark.x_G
+            velocity = Enclosure(
+                (moved.middle - begun.middle) / (2 * period),
+                (moved.radius + begun.radius) / (2 * period),
+            )
+            return Behaviour(Outcome.CREEPING, since, reason, bool(apart), velocity)
+        return None
+
+    def _drifting(
+        self, advanced: bool, velocity: Enclosure | None, error: float, since: int | None
+    ) -> Behaviour:
+        """Return what is known of a chain that has not settled, from its drift."""
+        value = math.nan if velocity is None else abs(nearest_float(velocity.middle))
+        if value < 2 * error:
+            bound = f"|velocity| is at most {value + 2 * error:.2g}"
+            told = f"no drift is seen beyond two standard errors: {bound}"
+            return Behaviour(Outcome.CYCLING, since, told, doubtful=True)
+        if advanced:
+            return Behaviour(Outcome.CREEPING, since)
+        chain = self.experiment.chain
+        if since is None or chain.sigma_mu != 0:
+            return Behaviour(Outcome.CYCLING, since)
+        told = "not every slider has advanced, and the tensions have not returned"
+        return Behaviour(Outcome.CYCLING, since, told, doubtful=True)
 
     def _advanced_since(self, begin: Mark, state: State) -> bool:
         """Return whether every slider has moved the same way, by more than rounding can make."""
@@ -242,6 +314,20 @@ class March:
 
 
 @dataclass(frozen=True)
+class Behaviour:
+    """What a chain does at the end of a run, and since which cycle.
+
+    `velocity` is that of its cycle, if it has settled; `doubtful` whether that is undecided.
+    """
+
+    outcome: Outcome
+    since: int | None = None
+    reason: str = ""
+    doubtful: bool = False
+    velocity: Enclosure | None = None
+
+
+@dataclass(frozen=True)
 class Mark:
     """Where the run was at a target that is looked back to."""
 
@@ -249,26 +335,26 @@ class Mark:
     x_G: Enclosure
     tally: Tally
     displacements: NDArray[np.float64]
-    tensions: NDArray[Any] | None
-    coefficients: NDArray[Any] | None
+    tensions: NDArray[Any]
 
     @classmethod
     def of(cls, march: March) -> Mark:
         """Return where `march` is now."""
         state, tally = march.simulation.state(), copy.copy(march.simulation.tally)
         moved = floats(state.displacements)
-        if state.tensions.dtype == object or state.coefficients.dtype == object:
-            return cls(march.done, march.tail[-1], tally, moved, None, None)
-        tensions, coefficients = state.tensions, state.coefficients
-        return cls(march.done, march.tail[-1], tally, moved, tensions, coefficients)
+        return cls(march.done, march.tail[-1], tally, moved, _enclosed(state.tensions))
 
-    def same_tensions(self, state: State) -> bool:
-        """Return whether `state` has the same tensions and coefficients, bit for bit."""
-        return (
-            self.tensions is not None
-            and np.array_equal(self.tensions, state.tensions)
-            and np.array_equal(self.coefficients, state.coefficients)  # type: ignore[arg-type]
-        )
+    def apart(self, state: State) -> float:
+        """Return how far the tensions of `state` are from these, 0 if they may be the same."""
+        now = _enclosed(state.tensions)
+        if now.dtype != object:
+            return float(np.abs(now - self.tensions).max(initial=0))
+        largest = 0.0
+        for one, other in zip(now.tolist(), self.tensions.tolist(), strict=True):
+            distance = abs(one.middle - other.middle)
+            if distance > one.radius + other.radius:
+                largest = max(largest, nearest_float(distance))
+        return largest
 
     def capture(self) -> dict[str, Any]:
         """Return this mark as plain data."""
@@ -278,17 +364,86 @@ class Mark:
             "tally": asdict(self.tally),
             "displacements": self.displacements,
             "tensions": self.tensions,
-            "coefficients": self.coefficients,
         }
 
     @classmethod
-    def restored(cls, captured: Mapping[str, Any] | None) -> Mark | None:
+    def restored(cls, captured: Mapping[str, Any]) -> Mark:
         """Return the mark that `capture` described."""
-        if captured is None:
-            return None
         about = dict(captured)
         x_g, tally = Enclosure(*about.pop("x_G")), Tally(**about.pop("tally"))
-        return cls(x_G=x_g, tally=tally, **about)
+        tensions = about.pop("tensions")
+        if tensions.dtype == object:
+            tensions = _objects([Enclosure(*pair) for pair in tensions.tolist()])
+        return cls(x_G=x_g, tally=tally, tensions=tensions, **about)
+
+
+def _enclosed(values: NDArray[Any]) -> NDArray[Any]:
+    """Return floats as they are, numbers of any other arithmetic as `Enclosure`."""
+    if values.dtype != object:
+        return values
+    return _objects([enclosure(value) for value in values.tolist()])
+
+
+def _objects(values: list[Enclosure]) -> NDArray[Any]:
+    array = np.empty(len(values), dtype=object)
+    for k, value in enumerate(values):
+        array[k] = value
+    return array
+
+
+class Course:
+    """x_G at the ends of the last cycles, and since when it has gone on in the same way.
+
+    Every so many cycles the older half is dropped, with a note of the period with which x_G went
+    on; what remains depends only on how many cycles were completed.
+    """
+
+    def __init__(self, start: float) -> None:
+        self.values = np.array([start])
+        self.dropped = 0  # values before these
+        self.noted = (0, 0)  # a period, and since which cycle it holds
+
+    @property
+    def cycles(self) -> int:
+        """Whole cycles so far."""
+        return self.dropped + self.values.size - 1
+
+    def add(self, block: NDArray[np.float64]) -> None:
+        """Take over x_G at the ends of the next cycles."""
+        while block.size:
+            room = 2 * _REMEMBERED + 1 - self.values.size
+            self.values = np.concatenate([self.values, block[:room]])
+            block = block[room:]
+            if self.values.size > 2 * _REMEMBERED:
+                since = {period: self.repeats_since(period) for period in range(1, 65)}
+                best = min(since, key=lambda period: (since[period], period))
+                self.noted = best, since[best]
+                self.values = self.values[_REMEMBERED:]
+                self.dropped += _REMEMBERED
+
+    def repeats_since(self, period: int) -> int:
+        """Return the first cycle from which on x_G moves with `period`, up to its advance.
+
+        If that was before the cycles that are remembered and another period was noted then, the
+        first of these.
+        """
+        steps = np.diff(self.values)
+        if steps.size < period:
+            return self.cycles
+        apart = np.abs(steps[period:] - steps[:-period])
+        different = np.flatnonzero(apart > _NEAR * max(1.0, float(np.abs(self.values).max())))
+        if different.size:
+            return self.dropped + int(different[-1]) + 1
+        noted, since = self.noted
+        return since if noted and period % noted == 0 else self.dropped
+
+    def capture(self) -> dict[str, Any]:
+        return {"values": self.values, "dropped": self.dropped, "noted": self.noted}
+
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        self.values = captured["values"]
+        self.dropped = captured["dropped"]
+        self.noted = captured["noted"]
 
 
 class Samples:

@@ -88,14 +88,19 @@ class Creep:
         What the chain does, or why the computation stopped; see `exactcreep.creep`.
     evidence : Evidence
     reason : str
-        For a limit, a runaway, or a displacement that was only a transient: one sentence.
+        For a limit, a runaway, a drift too small to be seen, or a displacement that was only a
+        transient: one sentence.
+    since : int or None
+        The cycle from which on the chain does what `outcome` says, up to the end of the run: x_G
+        repeats its motion from there; the burn-in, where it does not repeat and `outcome` speaks
+        of the mean after it. None for other drives, a runaway or a limit.
     velocity : float
-        Mean displacement of x_G after the burn-in, unit ``g tau_dyn**2`` per half-cycle of Cycles,
-        per unit of time of a TemperatureRecord, per target of other drives (`velocity_units`); nan
-        if none is left, +-inf for a runaway.
+        Mean displacement of x_G after the burn-in, or in its cycle if the chain has settled; unit
+        ``g tau_dyn**2`` per half-cycle of Cycles, per unit of time of a TemperatureRecord, per
+        target of other drives (`velocity_units`); nan if none is left, +-inf for a runaway.
     velocity_error : float
-        Its standard error; nan if there are too few half-cycles to tell. `velocity_reason` says
-        why one of them is nan.
+        Its standard error, 0 if the chain has settled; nan if there are too few half-cycles to
+        tell. `velocity_reason` says why one of them is nan.
     velocity_enclosure : Enclosure or None
         The velocity as the rational that the solver's digits make it; None if it has none.
     half_cycles : int
@@ -143,6 +148,7 @@ class Creep:
     state: State
     recorded: Mapping[str, NDArray[Any]]
     report: Mapping[str, Any] = field(default_factory=dict)
+    since: int | None = None
 
     @property
     def chain(self) -> Chain:
@@ -210,6 +216,7 @@ class Creep:
             "velocity_units": self.velocity_units,
             "outcome": self.outcome.value,
             "evidence": self.evidence.value,
+            "since": self.since,
             "solver": self.solver,
         }
         out |= {name: getattr(self, name) for name in _COUNTS}
@@ -292,6 +299,7 @@ class Creep:
         about["outcome"] = self.outcome.value
         about["evidence"] = self.evidence.value
         about["reason"] = self.reason
+        about["since"] = -1 if self.since is None else self.since
         about["velocity"] = self.velocity
         about["velocity_error"] = self.velocity_error
         if self.velocity_enclosure is not None:
@@ -355,6 +363,7 @@ class Creep:
             state=_state(data, "final", float(data["final_theta"])),
             recorded={name: data[name].to_numpy() for name in names},
             report=json.loads(about["report"]),
+            since=int(about["since"]) if about.get("since", -1) >= 0 else None,
         )
 
 

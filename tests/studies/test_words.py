@@ -1,0 +1,116 @@
+"""What creep, fate and survival say of one chain is the same, in the same words."""
+
+import random
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exactcreep import (
+    Chain,
+    Creep,
+    Cycles,
+    Evidence,
+    GaussianSteps,
+    Outcome,
+    creep,
+    fate,
+    resume,
+    survival,
+)
+
+
+def captions(n: int, sigma_mu: str = "0", tan_alpha: str = "0.25") -> Chain:
+    return Chain(n, 1000, "0.5", "0.6", sigma_mu, tan_alpha=tan_alpha)
+
+
+def drawn(number: int) -> tuple[Chain, Fraction]:
+    """Return a random short chain and an amplitude near its law."""
+    draw = random.Random(number)
+    n = draw.randint(2, 6)
+    chain = captions(n, tan_alpha=f"{draw.uniform(0.05, 0.4):.3f}")
+    law = n * (0.5 - float(chain.tan_alpha)) * chain.cos_alpha / 2000
+    return chain, Fraction(f"{draw.uniform(0.5, 2) * law:.9f}")
+
+
+@pytest.mark.parametrize("solver", ["exact", "certified"])
+def test_a_chain_that_locked_in_cycle_25_of_150_is_cycling_since_then(solver: str) -> None:
+    cycles = 150 if solver == "exact" else 40
+    result = creep(captions(5), Cycles("0.0007590", cycles), solver=solver)
+    x = result.recorded["x_G"][1::2]
+    assert result.outcome is Outcome.CYCLING
+    assert result.since == 25 == fate(captions(5), "0.0007590", solver="exact").settled_after
+    assert (x[24:] == x[24]).all()
+    assert x[23] < x[24]
+    assert (result.velocity, result.velocity_error) == (0, 0)
+    assert "up to cycle 25" in result.reason
+
+
+def test_creep_and_fate_agree_where_a_run_is_longer_than_the_transient() -> None:
+    seen = set()
+    for number in range(40):
+        chain, amplitude = drawn(number)
+        settled = fate(chain, amplitude, solver="exact", cycles=400)
+        if settled.settled_after is None or settled.period > 64:
+            continue
+        cycles = max(settled.settled_after, 1) + 2 * settled.period + 1
+        result = creep(chain, Cycles(amplitude, cycles))
+        assert result.outcome is settled.outcome, number
+        assert result.velocity == pytest.approx(settled.velocity, rel=1e-9, abs=1e-12)
+        assert result.velocity_error == 0
+        assert result.since <= settled.settled_after
+        seen.add(settled.outcome)
+    assert seen == {Outcome.AT_REST, Outcome.CYCLING, Outcome.CREEPING}
+
+
+def test_creep_from_a_start_of_survival_does_what_that_start_came_to() -> None:
+    from exactcreep.studies.survival import start_of
+
+    chain, amplitude = captions(5), "0.00078"
+    found = survival(chain, amplitude, starts=8, cycles=300, workers=1)
+    for number, life in enumerate(found.lives, 1):
+        start, _ = start_of(chain, "1e-3", 0, number)
+        result = creep(chain, Cycles(amplitude, 300), start=start)
+        if life.settled_after >= 0:
+            assert result.outcome.value == life.outcome
+            assert result.since <= life.settled_after
+        else:
+            assert result.outcome is Outcome.CREEPING
+
+
+def test_a_drift_below_two_standard_errors_is_not_called_creep() -> None:
+    result = creep(captions(30), Cycles(Fraction("0.00338337"), 1500), record=())
+    assert abs(result.velocity) < 2 * result.velocity_error
+    assert (result.outcome, result.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
+    bound = float(result.reason.rpartition(" ")[2])
+    assert bound == pytest.approx(abs(result.velocity) + 2 * result.velocity_error, rel=0.1)
+    level = creep(captions(6, "0.01", "0"), GaussianSteps("0.01", 400), seed=3)
+    assert (level.outcome, level.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
+
+
+def test_a_run_in_parts_knows_since_when_as_one_in_a_piece_does(tmp_path: Path) -> None:
+    for chain, amplitude, cycles in ((captions(5), "0.000759", 5000), (captions(4), "0.0009", 90)):
+        path = tmp_path / f"{chain.n}.checkpoint"
+        whole = creep(chain, Cycles(amplitude, cycles))
+        cut = creep(chain, Cycles(amplitude, cycles), max_events=300, checkpoint=path)
+        assert (cut.outcome, cut.since) == (Outcome.LIMIT, None)
+        for more in (350, 4 * 10**6):
+            cut = resume(path, max_events=more)
+        assert (cut.outcome, cut.since, cut.reason) == (whole.outcome, whole.since, whole.reason)
+        assert cut.velocity == whole.velocity
+        kept = tmp_path / f"{chain.n}.nc"
+        cut.save(kept)
+        assert Creep.load(kept).since == whole.since == whole.summary()["since"]
+
+
+def test_velocity_of_a_settled_chain_is_that_of_its_cycle() -> None:
+    chain, amplitude = captions(3), "0.0009"
+    settled = fate(chain, amplitude, solver="exact")
+    result = creep(chain, Cycles(amplitude, 300))
+    x = result.recorded["x_G"][1::2]
+    period = settled.period
+    assert period > 1
+    assert result.velocity == pytest.approx((x[-1] - x[-1 - period]) / (2 * period), rel=1e-12)
+    steps = np.diff(x)
+    assert np.allclose(steps[result.since + period :], steps[result.since : -period], atol=1e-9)
