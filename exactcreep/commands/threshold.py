@@ -28,9 +28,17 @@ def threshold(
     tan_alpha: Annotated[
         str, typer.Option(metavar="T", help="Slope of the incline.")
     ] = "0.25",
+    criterion: Annotated[
+        str,
+        typer.Option(
+            metavar="NAME",
+            help="horizon: it advances in cycle --cycles; lasting: it creeps for ever.",
+        ),
+    ] = "horizon",
     cycles: Annotated[
-        str, typer.Option(metavar="K", help="Full cycles before the verdict.")
-    ] = "20",
+        str | None,
+        typer.Option(metavar="K", help="Full cycles before the verdict of horizon; default 20."),
+    ] = None,
     digits: Annotated[str, typer.Option(metavar="K", help="Significant digits.")] = "15",
     low: Annotated[
         str | None,
@@ -68,11 +76,13 @@ def threshold(
     """Find the amplitude of temperature cycles above which a chain creeps.
 
     From its start the chain is driven by full cycles +A, -A; it creeps at A if x_G advances by
-    more than 1e-6 during the last of them.
+    more than 1e-6 during the last of them or, with --criterion lasting, if it creeps for ever.
 
     Examples:
 
         exactcreep threshold --n 3 --digits 40
+
+        exactcreep threshold --n 5 --criterion lasting --digits 30
 
         exactcreep threshold --n 5 --windows --refine 3 --json
 
@@ -89,7 +99,8 @@ def threshold(
         with Display(quiet=json) as display:
             found = thresholds.threshold(
                 chain,
-                cycles=_whole(cycles, "cycles"),
+                criterion=criterion,
+                cycles=None if cycles is None else _whole(cycles, "cycles"),
                 digits=_whole(digits, "digits"),
                 low=low,
                 high=high,
@@ -148,7 +159,12 @@ def _print(found: Threshold) -> None:
         row("below", f"{rest} ({found.outcome_evidence.value})")
         row("evidence", found.evidence.value)
         stable = f"; with {2 * found.cycles}, {found.stable_digits} digits are the same"
-        row("cycles", f"{found.cycles}{'' if found.stable_digits is None else stable}")
+        if found.criterion == "horizon":
+            row("cycles", f"{found.cycles}{'' if found.stable_digits is None else stable}")
+        for side, fate in zip(("below", "above"), found.fates or (), strict=False):
+            if fate is not None and fate.period is not None:
+                says = f"{fate.outcome.value} since cycle {fate.settled_after}"
+                row(f"for ever {side}", f"{says}, period {fate.period} ({fate.evidence.value})")
     if found.deciding_event is not None:
         sides = found.deciding_event
         row("first event that differs below", _told(sides.at_lower))

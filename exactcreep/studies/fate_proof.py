@@ -38,13 +38,14 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Itinerary
 from exactcreep.model.drive import Cycles
+from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
 from exactcreep.quasistatic.decimals import Enclosure, enclosure
 from exactcreep.solvers.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.nearby import NearbySimulation
-from exactcreep.studies.eventlog import rearrangements
+from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
 
 HalfCycle = tuple[Itinerary, ...]
 """The itineraries of the rearrangements of one half-cycle."""
@@ -74,6 +75,8 @@ class Recurrence:
         Of x_G over a period.
     itinerary : tuple of (int, Itinerary)
         Of one period, each rearrangement with its half-cycle, from 1.
+    log : tuple of LoggedRearrangement
+        All rearrangements; the times of events are the middles of their enclosures.
     reason : str
     report : dict
     """
@@ -86,8 +89,22 @@ class Recurrence:
     last_advance: int = 0
     advance: Enclosure | None = None
     itinerary: tuple[tuple[int, Itinerary], ...] | None = None
+    log: tuple[LoggedRearrangement, ...] = ()
     reason: str = ""
     report: dict[str, Any] = field(default_factory=dict)
+
+
+    def summary(self) -> dict[str, Any]:
+        """Return it by names, ready for JSON; without the itinerary."""
+        advance = self.advance
+        return {
+            "outcome": self.outcome.value,
+            "evidence": self.evidence.value,
+            "settled_after": self.settled_after,
+            "period": self.period,
+            "advance": None if advance is None else nearest_float(advance.middle),
+            "reason": self.reason,
+        }
 
 
 class _Course(CertifiedSimulation):
@@ -132,6 +149,7 @@ class _Search:
         solver = Certified(digits=digits, most_digits=30_000)
         self.simulation = _Course(chain, start, 0, ("events",), solver)
         self.halves: list[HalfCycle] = []
+        self.log: list[LoggedRearrangement] = []
         self.travel = [self._middle()]  # x_G at the ends of half-cycles
         self.shapes = [self._shape()]  # there, too
         self.known: dict[Any, int] = {}  # since the last avalanche: slips of each slider -> cycle
@@ -160,7 +178,6 @@ class _Search:
         return self._ended(Outcome.LIMIT, self.drive.cycles, reason)
 
     def _half_cycle(self, q: int) -> tuple[Stop, str]:
-        log: list[Itinerary] = []
         parts = []
         while True:
             stretch = self.simulation.follow(self.drive, q, 1, self.limits)
@@ -171,8 +188,11 @@ class _Search:
                 break
         if stretch.stop is Stop.DONE:
             joined = {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}
-            log = [tuple(e.signature for e in one.events) for one in rearrangements(joined)]
-            self.halves.append(tuple(log))
+            times = [enclosure(time).middle for time in joined["event_time"].tolist()]
+            joined["event_time"] = np.array([*times, None], dtype=object)[:-1]
+            log = rearrangements(joined)
+            self.log += log
+            self.halves.append(tuple(tuple(e.signature for e in one.events) for one in log))
             self.travel.append(self._middle())
             self.shapes.append(self._shape())
         return stretch.stop, stretch.reason
@@ -300,6 +320,7 @@ class _Search:
             self._last_advance(before),
             advance,
             itinerary,
+            tuple(self.log),
             reason,
             self._report() | report,
         )
@@ -313,6 +334,7 @@ class _Search:
             evidence,
             cycle,
             last_advance=self._last_advance(cycle),
+            log=tuple(self.log),
             reason=reason,
             report=self._report(),
         )

@@ -38,6 +38,8 @@ from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
 from exactcreep.motion.itinerary import Course, StrayRoot
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.decimals import Enclosure, enclosure
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.recurrence import Course as Recurring
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
 from exactcreep.studies.eventlog import (
@@ -47,6 +49,8 @@ from exactcreep.studies.eventlog import (
     numbered,
     rearrangements,
 )
+from exactcreep.studies.fate import Fate, ended, followed
+from exactcreep.studies.fate_proof import Recurrence, recurrence
 
 MOST_EVENTS = 10**6
 """Events for each slider (at least 20) after which a run is given up: no edge is so far up."""
@@ -143,6 +147,12 @@ class Threshold:
     deciding_event : Difference or None
         None if no event differs: the advance itself passes 1e-6 there.
     solver : str
+    criterion : str
+        ``horizon`` or ``lasting``; see `threshold`.
+    fates : pair of Recurrence or None
+        What the chain does for ever at `lower` and at `upper`, of the criterion ``lasting``.
+    sensitive : tuple of float
+        Amplitudes at which starts 1e-13 apart part in float64, and the fate is the certified one.
     windows : tuple of Edge
         Every edge of the scan, if asked for.
     preparations : mapping of int to Edge
@@ -170,6 +180,9 @@ class Threshold:
     stable_digits: int | None
     deciding_event: Difference | None
     solver: str
+    criterion: str = "horizon"
+    fates: tuple[Recurrence | None, Recurrence | None] | None = None
+    sensitive: tuple[float, ...] = ()
     windows: tuple[Edge, ...] | None = None
     preparations: Mapping[int, Edge | None] | None = None
     report: Mapping[str, Any] = field(default_factory=dict)
@@ -195,6 +208,12 @@ class Threshold:
             else self.deciding_event.summary(),
             "solver": self.solver,
         }
+        if self.criterion != "horizon":
+            out["criterion"] = self.criterion
+            out["sensitive"] = list(self.sensitive)
+        if self.fates is not None:
+            sides = zip(("fate_at_lower", "fate_at_upper"), self.fates, strict=True)
+            out |= {name: one and one.summary() for name, one in sides}
         if self.windows is not None:
             out["windows"] = [edge.summary() for edge in self.windows]
         if self.preparations is not None:
@@ -210,7 +229,8 @@ class Threshold:
 def threshold(
     chain: Chain,
     *,
-    cycles: int = 20,
+    criterion: str = "horizon",
+    cycles: int | None = None,
     digits: int = 15,
     low: Any = None,
     high: Any = None,
@@ -229,8 +249,11 @@ def threshold(
     Parameters
     ----------
     chain : Chain
-    cycles : int
-        Full cycles +A, -A before the verdict.
+    criterion : str
+        ``horizon``: it creeps that advances in cycle `cycles`. ``lasting``: that creeps for ever;
+        see `fate`.
+    cycles : int, optional
+        Full cycles +A, -A before the verdict, default 20; of ``horizon`` only.
     digits : int
         Significant digits of the bracket.
     low, high : number, optional
@@ -280,6 +303,8 @@ def threshold(
     With ``mu_s = mu_d`` the chain slides with theta and the threshold is N m/(2 l0), exactly. For
     ``tan_alpha < 0`` the mirror image is meant, and an advance is one uphill along x.
     """
+    lasting = _is_lasting(criterion, cycles, seeds, solver)
+    cycles = MOST_CYCLES if lasting else 20 if cycles is None else cycles
     asked = _Asked.of(chain, cycles, digits, points, windows, refine, seeds, solver, progress)
     size = Fraction(0) if start_tension is None else exact_number(start_tension, "start_tension")
     if bracket is not None and (low is not None or high is not None):
@@ -295,6 +320,8 @@ def threshold(
         return _sliding(asked)
     start = State.prepared(chain, [size] * (chain.n - 1))
     question = _Question(chain, asked.cycles, start, limits)
+    if lasting:
+        question = _Fates(chain, asked.cycles, start, limits, solver)
     search = _Search(asked, question, scans, span)
     try:
         if low is None and span is None and question.creeps(scans[0][0]):
@@ -316,6 +343,20 @@ def threshold(
             return replace(found, preparations=preparations, reason=str(limit))
         asked.say("preparations", seed, asked.seeds, "starts")
     return replace(found, preparations=preparations)
+
+
+def _is_lasting(criterion: Any, cycles: Any, seeds: Any, solver: Any) -> bool:
+    """Return whether the fate is asked for, and not what happens in some cycle."""
+    if criterion not in ("horizon", "lasting"):
+        raise InputError("criterion", criterion, "must be horizon or lasting")
+    if criterion == "horizon":
+        return False
+    for name, given in (("cycles", cycles), ("seeds", seeds or None)):
+        if given is not None:
+            raise InputError(name, given, "has no meaning with the criterion lasting")
+    if solver not in ("certified", "exact"):
+        raise InputError("solver", solver, "must be certified or exact with the criterion lasting")
+    return True
 
 
 @dataclass(frozen=True)
@@ -419,6 +460,8 @@ class _Trial(NamedTuple):
     evidence: Evidence
     log: list[LoggedRearrangement]
     tensions: tuple[NDArray[Any], NDArray[Any]]
+    outcome: Outcome | None = None  # of a fate
+    fate: Recurrence | None = None
 
     @property
     def change(self) -> float:
@@ -506,6 +549,113 @@ class _Question:
         return Enclosure(way * (end.middle - begin.middle), end.radius + begin.radius)
 
 
+MOST_CYCLES = 10_000
+"""Of a float64 course whose fate is asked for."""
+CERTIFIED_CYCLES = 1_000
+"""Of a certified one."""
+_SHORT = 5  # sliders: the transients of longer chains are too long to certify one after the other
+_TWIN = Fraction(1, 10**13)  # how far apart the starts are on whose fates float64 has to agree
+
+
+@dataclass(frozen=True)
+class _Fates(_Question):
+    """Does the chain creep for ever at this amplitude?
+
+    Twins that start almost alike tell where float64 is no witness: there the fate is a certified
+    one.
+    """
+
+    solver: str = "certified"
+    sensitive: dict[Fraction, bool] = field(default_factory=dict)
+
+    def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
+        """Return the fate in float64, and where x_G has come to apart from a steady advance."""
+        drive = Cycles(amplitude, self.cycles)
+        experiment = Experiment.of(self.chain, drive, solver="exact", start=start, record=())
+        course = Recurring(self.chain, drive, start)
+        stop, reason = followed(course, self.limits)
+        if stop is Stop.DEADLINE:
+            raise OutOfTime(reason)
+        found = ended(experiment, course, stop, reason)
+        steady = found.cycles * (found.advance or 0.0) / (found.period or 1)
+        return found, float(course.simulation.state().displacements.mean()) - steady
+
+    def float_fails(self, low: Fraction, high: Fraction) -> bool:
+        """Return whether float64 is no witness at one of two amplitudes, or between them."""
+        for amplitude in (low, high, (low + high) / 2):
+            self.creeps(amplitude)
+            if amplitude in self.sensitive:
+                return True
+        return False
+
+    def unsettled(self, amplitude: Fraction) -> bool:
+        """Return whether float64 creeps there without ever coming to a period."""
+        return self.float_fate(amplitude).outcome is Outcome.LIMIT
+
+    def float_fate(self, amplitude: Fraction) -> Fate:
+        """Return the fate that float64 finds."""
+        return self._course(amplitude, self.start)[0]
+
+    def creeps(self, amplitude: Fraction) -> bool:
+        """Return whether the chain creeps: what has not settled has not locked."""
+        if amplitude in self.sensitive:
+            return self.sensitive[amplitude]
+        found, place = self._course(amplitude, self.start)
+        creeps = found.outcome not in _IDLE
+        if found.outcome in (Outcome.AT_REST, Outcome.RUNAWAY) or self.solver == "exact":
+            return creeps
+        for seed in (1, 2):
+            other = State.perturbed(self.chain, _TWIN, start_seed=seed)
+            tensions = self.start.tensions + other.tensions
+            twin, there = self._course(amplitude, replace(self.start, tensions=tensions))
+            same = (twin.outcome, twin.period) == (found.outcome, found.period)
+            if not same or (found.period == 1 and abs(there - place) > 1e-6):
+                break
+        else:
+            return creeps
+        if found.outcome is not Outcome.LIMIT and self.chain.n <= _SHORT:
+            creeps = self.tried(amplitude, self.solver, {}).creeps
+        self.sensitive[amplitude] = creeps
+        return creeps
+
+    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> _Trial:
+        """Return the fate that a solver finds, and what happened until it was known."""
+        if solver == "exact":
+            found = self.float_fate(amplitude)
+            most = min(max(found.cycles, 1), CERTIFIED_CYCLES)
+            past = _Question(self.chain, most, self.start, self.limits)
+            trial = past.tried(amplitude, solver, options)
+            return trial._replace(creeps=found.outcome not in _IDLE, outcome=found.outcome)
+        drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
+        proved = recurrence(self.chain, drive, self.start, self.limits)
+        if proved.outcome is Outcome.LIMIT:
+            self.limits.require()
+        creeps = proved.outcome not in _IDLE
+        tensions = np.array([]), np.array([])
+        log = list(proved.log)
+        return _Trial(creeps, proved.evidence, log, tensions, proved.outcome, proved)
+
+
+def _side_by_side(one: _Trial, other: _Trial) -> list[list[LoggedRearrangement]]:
+    """Return what happened in both, that which settled earlier gone on with its last period."""
+    logs = []
+    for trial, beside in ((one, other), (other, one)):
+        log = list(trial.log)
+        fate, longer = trial.fate, beside.fate
+        if fate is not None and longer is not None and fate.period is not None:
+            end, step = 2 * fate.cycles, 2 * fate.period
+            last = [again for again in log if again.half_cycle > end - step]
+            while last and end < 2 * longer.cycles:
+                last = [again._replace(half_cycle=again.half_cycle + step) for again in last]
+                log += last
+                end += step
+        logs.append(log)
+    return logs
+
+
+_IDLE = (Outcome.AT_REST, Outcome.CYCLING)
+
+
 def _rounded(low: Fraction, high: Fraction, begins: bool) -> Edge:
     """Return an edge of float accuracy, rounded outward."""
     unit = _unit(high, _FLOAT_DIGITS - 1)
@@ -547,6 +697,8 @@ class _Search:
         low, high = edges[0][:2] if edges else self.first_bracket()
         refined = self.decided = self.refined(low, high, begins=True)
         at_lower, at_upper = refined.at_lower, refined.at_upper
+        if isinstance(self.question, _Fates):
+            return self.lasting(refined, edges)
         outcome, outcome_evidence = _outcome(at_lower, self.question.half_cycles)
         lasting = outcome is Outcome.AT_REST or (
             outcome is Outcome.CYCLING and outcome_evidence is Evidence.PROVED
@@ -554,14 +706,6 @@ class _Search:
         if outcome is None:
             outcome, outcome_evidence = self.settled(Fraction(refined.edge.lower))
         differs = first_difference(numbered(at_lower.log), numbered(at_upper.log))
-        windows = None
-        if edges is not None:
-            windows = tuple(
-                (refined if k == 0 else self.refined(*edge)).edge
-                if k < asked.refine
-                else self.rough(*edge)
-                for k, edge in enumerate(edges)
-            )
         return Threshold(
             chain=asked.chain,
             cycles=asked.cycles,
@@ -575,9 +719,52 @@ class _Search:
             stable_digits=self.stable_digits(refined, lasting),
             deciding_event=None if differs is None else Difference(*differs[1:]),
             solver=asked.solver,
-            windows=windows,
+            windows=self.windows(refined, edges),
             report={"deciding_runs": self.trials}
             | ({} if self.transient is None else {"transient": self.transient}),
+        )
+
+    def windows(
+        self, first: _Refined, edges: list[tuple[Fraction, Fraction, bool]] | None
+    ) -> tuple[Edge, ...] | None:
+        """Return every edge of the scan, as accurately as was asked for."""
+        if edges is None:
+            return None
+        return tuple(
+            (first if k == 0 else self.refined(*edge)).edge
+            if k < self.asked.refine
+            else self.rough(*edge)
+            for k, edge in enumerate(edges)
+        )
+
+    def lasting(
+        self, refined: _Refined, edges: list[tuple[Fraction, Fraction, bool]] | None
+    ) -> Threshold:
+        """Return the edge of a fate, and what the chain does for ever on both sides."""
+        asked, question = self.asked, self.question
+        assert isinstance(question, _Fates)
+        at_lower, at_upper = refined.at_lower, refined.at_upper
+        sides = map(numbered, _side_by_side(at_lower, at_upper))
+        differs = first_difference(*sides)
+        windows = self.windows(refined, edges)
+        return Threshold(
+            chain=asked.chain,
+            cycles=asked.cycles,
+            digits=asked.digits,
+            **_laws(asked.chain, asked.digits),
+            lower=refined.edge.lower,
+            upper=refined.edge.upper,
+            outcome_at_lower=at_lower.outcome,
+            outcome_evidence=at_lower.evidence,
+            evidence=refined.edge.evidence,
+            stable_digits=None,
+            deciding_event=None if differs is None else Difference(*differs[1:]),
+            solver=asked.solver,
+            criterion="lasting",
+            fates=(at_lower.fate, at_upper.fate),
+            sensitive=tuple(sorted(map(nearest_float, question.sensitive))),
+            windows=windows,
+            report={"deciding_runs": self.trials},
         )
 
     def unfinished(self, reason: str) -> Threshold:
@@ -586,7 +773,10 @@ class _Search:
         outcome, evidence = None, Evidence.COMPUTED
         if self.decided is not None:
             edge = self.decided.edge
-            outcome, evidence = _outcome(self.decided.at_lower, self.question.half_cycles)
+            lower = self.decided.at_lower
+            outcome, evidence = lower.outcome, lower.evidence
+            if outcome is None:
+                outcome, evidence = _outcome(lower, self.question.half_cycles)
         elif self.narrowest is not None:
             edge = _rounded(*self.narrowest, begins=True)
         windows = tuple(_rounded(*one) for one in self.found) if asked.windows else None
@@ -603,6 +793,7 @@ class _Search:
             stable_digits=None,
             deciding_event=None,
             solver=asked.solver,
+            criterion="lasting" if isinstance(self.question, _Fates) else "horizon",
             windows=windows,
             report={"deciding_runs": self.trials},
             reason=reason,
@@ -677,9 +868,19 @@ class _Search:
 
     def refined(self, low: Fraction, high: Fraction, begins: bool) -> _Refined:
         """Return an edge to all digits, decided by two runs of the chosen solver."""
-        low, high = self.narrowed(low, high, begins)
-        guess = self._guess(low, high)
         unit = _unit(high, self.asked.digits + _SPARE)
+        question = self.question
+        if isinstance(question, _Fates) and question.unsettled(high if begins else low):
+            low, high = self.narrowed(low, high, begins)
+            one, other = (question.tried(amplitude, "exact", {}) for amplitude in (low, high))
+            edge = replace(_rounded(low, high, begins), evidence=Evidence.UNDECIDED)
+            return _Refined(edge, one, other)
+        coarse = isinstance(question, _Fates) and question.float_fails(low, high)
+        if coarse:  # bisection in float64 would find an edge of its own
+            guess = high - unit
+        else:
+            low, high = self.narrowed(low, high, begins)
+            guess = self._guess(low, high)
         if self.asked.solver == "exact":
             # float64 claims no more than what its own edge shares with that of the same
             # itinerary at more digits
@@ -698,6 +899,8 @@ class _Search:
         # that errs, outside
         step = max(math.ceil((high - low) / unit), 1)
         reach = below_k - math.floor(low / unit)
+        if coarse:
+            below_k, above_k = math.floor(low / unit), math.ceil(high / unit)
         while above(below_k):
             above_k = below_k
             below_k = max(below_k - max(reach, 1), 0)
@@ -757,9 +960,14 @@ class _Search:
         may differ from that at `high` once more, and the edge lie further on. One bit is taken to
         be lost in `loss` events.
         """
-        one, other = numbered(at_low.log), numbered(at_high.log)
-        lost = 64 + len(one) // loss
-        for condition in _conditions(self.question, at_low.log, one, other):
+        log, beside = _side_by_side(at_low, at_high)
+        one, other = numbered(log), numbered(beside)
+        events = len(one)
+        if at_low.fate is not None:  # what follows the difference does not matter
+            differs = first_difference(one, other)
+            events = 0 if differs is None else differs[0] // 4
+        lost = 64 + events // loss
+        for condition in _conditions(self.question, log, one, other):
             root = _secant(condition, low, high, self.asked.digits + _SPARE + 3, lost)
             if root is not None:
                 return root
