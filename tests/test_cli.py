@@ -67,7 +67,7 @@ def test_numbers_asked_with_digits_are_decimal_strings(command: Command) -> None
 def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
     command: Command,
 ) -> None:
-    told = command(*QUICK)
+    told = command("run", "six-sliders-cycles", "--set", "drive.cycles=80")
     assert told.code == 0
     assert re.search(r"velocity per half-cycle +2[78]\.\d+ ± 0\.\d+", told.out)
     assert re.search(r"paper, Eq\. \(vitesse_seuil\) +27\.8172", told.out)
@@ -189,7 +189,7 @@ def test_a_velocity_that_is_not_known_is_printed_with_the_reason(command: Comman
         told = " ".join(command(*scene, setting).out.split())
         assert said in told
         assert command(*scene, setting, "--json").json["velocity_reason"] in told
-    longer = [*scene, "drive.cycles=50"]
+    longer = [*scene, "drive.cycles=100"]
     assert "not known" not in command(*longer).out
     assert "velocity_reason" not in command(*longer, "--json").json
 

@@ -138,10 +138,10 @@ def creep(
         A displacement counts as none if rounding alone can make it: 2**-50 n (mu_s + |tan_alpha|)
         cos(alpha) for every slip.
 
-        `velocity_error` comes from block averages: 32 to 63 blocks of equal length (at least 8,
-        else nan), their scatter, and their correlation where it is significant. Bounded noise on
-        top of a steady advance makes it too large, never too small; an irregular creep whose
-        quiet periods are longer than a block makes it too small.
+        `velocity_error` comes from averages over blocks (`statistics.standard_error`): the largest
+        estimate of 8, 16 and 32 blocks, at least 64 cycles or targets. It is nan where it still
+        grows with the blocks: the run is too short beside the time over which the advance is
+        correlated. Correlations that no block of the run shows remain unseen.
 
     Raises
     ------

@@ -21,12 +21,11 @@ from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.statistics import standard_error
 from exactcreep.solvers.records import record_arrays
 from exactcreep.solvers.solver import Simulation, Stretch, Tally
 
 _MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however long the run
-_BLOCKS = 32  # of the block averages behind the standard error
-_FEWEST_BLOCKS = 8  # below, their scatter says too little
 _LEAST_BYTES = 500  # of memory for a slider
 _LONGEST_PERIOD = 64  # cycles: how far back the tensions at the end are looked for
 _MOST_MARKED = 2**21  # tensions that are kept for that
@@ -473,23 +472,8 @@ class Samples:
     def error(self, burn_in: int, drive: Drive) -> float:
         """Return the standard error of the velocity along `drive`, nan if unknown."""
         begin = -(-burn_in // self.spacing)
-        values = self.values[begin:]
         clock = drive.clock(np.arange(begin, self.values.size) * self.spacing)
-        steps = values.size - 1
-        group = max(1, steps // _BLOCKS)
-        blocks = steps // group
-        if blocks < _FEWEST_BLOCKS:
-            return math.nan
-        gains = np.diff(values[: blocks * group + 1 : group])
-        spans = np.diff(clock[: blocks * group + 1 : group])
-        # of the ratio of two means: blocks of a record last differently long
-        centred = (gains - spans * (gains.sum() / spans.sum())) / spans.mean()
-        error = math.sqrt(float(centred @ centred) / (blocks - 1) / blocks)
-        power = float(centred @ centred)
-        correlation = float(centred[1:] @ centred[:-1]) / power if power > 0 else 0.0
-        if correlation > 2 / math.sqrt(blocks):
-            error *= math.sqrt((1 + correlation) / (1 - correlation))
-        return error
+        return standard_error(self.values[begin:], clock, silent=math.nan if drive.random else 0.0)
 
     def capture(self) -> dict[str, Any]:
         return {"spacing": self.spacing, "values": self.values}

@@ -29,6 +29,7 @@ from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats, quantity
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
 from exactcreep.quasistatic.files import check_output, file_name, write_file
+from exactcreep.quasistatic.statistics import FEWEST_STEPS
 from exactcreep.solvers.records import (
     EVENT_TABLE,
     FORCE,
@@ -99,8 +100,9 @@ class Creep:
         ``g tau_dyn**2`` per half-cycle of Cycles, per unit of time of a TemperatureRecord, per
         target of other drives (`velocity_units`); nan if none is left, +-inf for a runaway.
     velocity_error : float
-        Its standard error, 0 if the chain has settled; nan if there are too few half-cycles to
-        tell. `velocity_reason` says why one of them is nan.
+        Its standard error, 1.96 of which make an interval of 95 %, 0 if the chain has settled; nan
+        if there are too few half-cycles to tell, also beside the time over which the advance is
+        correlated. `velocity_reason` says why one of them is nan.
     velocity_enclosure : Enclosure or None
         The velocity as the rational that the solver's digits make it; None if it has none.
     half_cycles : int
@@ -205,7 +207,14 @@ class Creep:
             return "the chain runs away: a velocity without bound has no standard error"
         if math.isnan(self.velocity_error):
             after = self.half_cycles - self.burn_in
-            return f"{after} {named} after the burn-in are too few for a standard error"
+            if after < FEWEST_STEPS * (2 if self.drive.cyclic else 1):
+                return f"{after} {named} after the burn-in are too few for a standard error"
+            if not self.events:
+                return f"nothing happened in {after} {named}: how rarely it does is not known"
+            return (
+                f"{after} {named} after the burn-in are too few for a standard error beside the"
+                " time over which the advance is correlated"
+            )
         return ""
 
     def summary(self) -> dict[str, Any]:
