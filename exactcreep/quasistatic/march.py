@@ -232,7 +232,7 @@ class March:
     def _behaviour(self, state: State) -> Behaviour:
         """Return what the chain does at the end, once every target is reached; see `creep`."""
         burn_in, velocity = self._measured()
-        error = self.samples.error(burn_in, self.experiment.drive)
+        error = self.samples.error(burn_in, self.experiment.drive, least=True)
         begin = self.burnt
         if begin is None or begin.done == self.done:
             begin = self.origin
@@ -285,7 +285,10 @@ class March:
         """Return what is known of a chain that has not settled, from its drift."""
         value = math.nan if velocity is None else abs(nearest_float(velocity.middle))
         if value < 2 * error:
-            bound = f"|velocity| is at most {value + 2 * error:.2g}"
+            known = self.samples.error(self.experiment.burn_in_of(self.done), self.experiment.drive)
+            bound = "which may be larger than their estimate"
+            if not math.isnan(known):
+                bound = f"|velocity| is at most {value + 2 * error:.2g}"
             told = f"no drift is seen beyond two standard errors: {bound}"
             return Behaviour(Outcome.CYCLING, since, told, doubtful=True)
         if advanced:
@@ -469,11 +472,15 @@ class Samples:
         k = min(-(-target // self.spacing), self.values.size - 1)
         return k * self.spacing, float(self.values[k])
 
-    def error(self, burn_in: int, drive: Drive) -> float:
-        """Return the standard error of the velocity along `drive`, nan if unknown."""
+    def error(self, burn_in: int, drive: Drive, *, least: bool = False) -> float:
+        """Return the standard error of the velocity along `drive`, or `least` what it may be.
+
+        nan if it is unknown.
+        """
         begin = -(-burn_in // self.spacing)
         clock = drive.clock(np.arange(begin, self.values.size) * self.spacing)
-        return standard_error(self.values[begin:], clock, silent=math.nan if drive.random else 0.0)
+        silent = math.nan if drive.random else 0.0
+        return standard_error(self.values[begin:], clock, silent=silent, least=least)
 
     def capture(self) -> dict[str, Any]:
         return {"spacing": self.spacing, "values": self.values}

@@ -15,7 +15,11 @@ _MOST_GROWTH, _MOST_SKEWNESS = 1.75, 0.8
 
 
 def standard_error(
-    positions: NDArray[np.float64], clock: NDArray[np.float64], *, silent: float = 0.0
+    positions: NDArray[np.float64],
+    clock: NDArray[np.float64],
+    *,
+    silent: float = 0.0,
+    least: bool = False,
 ) -> float:
     """Return the standard error of the mean velocity between the first position and the last.
 
@@ -25,6 +29,8 @@ def standard_error(
         x_G, and when it was there.
     silent : float
         What is returned where nothing moved.
+    least : bool
+        Return the estimate also where the true error may be larger.
 
     Returns
     -------
@@ -55,7 +61,7 @@ def standard_error(
     error = _STUDENT / 1.96 * math.sqrt(coarse / steps) / float(spans.mean())
     single = _spread(excess, 1)[0]
     rounding = 2.0**-40 * float(np.abs(gains).max())
-    if coarse * size <= max(2 * single, rounding**2):
+    if least or coarse * size <= max(2 * single, rounding**2):
         return error
     grows = coarse > _MOST_GROWTH * _spread(excess, steps // FEWEST_STEPS)[0]
     return math.nan if grows or _skewness(excess, steps // 32) > _MOST_SKEWNESS else error
