@@ -63,7 +63,7 @@ def measure(told, tick=TICK):
         let_tick(patch, tick)
         return tradeoff(
             experiment_of(),
-            budget=4,
+            budget=5,  # 5000 looks at the clock
             contestants=FIELD,
             progress=told.append,
         )
