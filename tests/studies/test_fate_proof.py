@@ -9,6 +9,7 @@ import pytest
 from exactcreep import Chain, Evidence, InputError, Outcome, fate, threshold
 from exactcreep.studies import fate_proof
 from exactcreep.studies.fate import Fate
+from tests.oracle.rearrangement import integrate
 
 
 def chain_of(n: int, **changed: str) -> Chain:
@@ -131,3 +132,61 @@ def test_four_sliders_lock_above_the_horizon_threshold() -> None:
     found = fate(chain_of(4), "0.00065")
     assert told(found) == (Outcome.CYCLING, Evidence.PROVED, 1, 75)
     assert fate(chain_of(4), "0.00065", solver="exact").outcome is Outcome.CREEPING
+
+
+def integrated(found: Fate, cycles: int) -> list[tuple[object, ...]]:
+    """Return the itineraries of every half-cycle by an integration of the equations of motion."""
+    chain, amplitude = found.chain, float(found.amplitude) * float(found.chain.l0)
+    tensions, load = np.zeros(chain.n - 1), 0.0
+    draws = np.ones(chain.n, dtype=np.int64)
+    out = []
+    for half_cycle in range(1, 2 * cycles + 1):
+        way = 1 if half_cycle % 2 else -1
+        seen: list[object] = []
+        while True:
+            trajectory = integrate(chain, tensions, draws, way, 0)
+            room = way * (way * amplitude - load - trajectory.ramp)
+            assert abs(room) > 1e-9  # or rounding decides
+            if room < 0:
+                break
+            seen.append(tuple(trajectory.itinerary))
+            tensions, load = trajectory.tensions, load + trajectory.ramp
+        tensions = tensions - (way * amplitude - load)
+        load = way * amplitude
+        out.append(tuple(seen))
+    return out
+
+
+def settled_fates(seed: int, count: int) -> list[Fate]:
+    """Return fates of random chains that settle within ten cycles, and do not only rest."""
+    rng = np.random.default_rng(seed)
+    out: list[Fate] = []
+    while len(out) < count:
+        mu_d = rng.uniform(0.3, 0.6)
+        changed = {
+            "mu_d": f"{mu_d:.3f}",
+            "mu_s": f"{mu_d + rng.uniform(0.05, 0.2):.3f}",
+            "tan_alpha": f"{mu_d * rng.uniform(0.3, 0.9):.3f}",
+        }
+        chain = chain_of(int(rng.integers(2, 5)), **changed)
+        law = chain.n * float(chain.mu_d - chain.tan_alpha) * chain.cos_alpha / 2000
+        found = fate(chain, f"{law * rng.uniform(1, 2.5):.6f}", cycles=12)
+        if found.itinerary and found.settled_after is not None and found.settled_after <= 10:
+            out.append(found)
+    return out
+
+
+@pytest.mark.parametrize(
+    "count", [pytest.param(4), pytest.param(40, marks=pytest.mark.slow)]
+)
+def test_an_integration_goes_through_the_proved_period(count: int) -> None:
+    for found in settled_fates(5, count):
+        assert found.evidence is Evidence.PROVED
+        settled, period = found.settled_after, found.period
+        assert settled is not None
+        assert period is not None
+        halves: list[list[object]] = [[] for _ in range(2 * period)]
+        for half_cycle, itinerary in found.itinerary or ():
+            halves[half_cycle - 1].append(itinerary)
+        wanted = [tuple(half) for half in halves]
+        assert integrated(found, settled + 2 * period)[2 * settled :] == 2 * wanted
