@@ -361,7 +361,12 @@ class Balls(Arithmetic):
 
     def vector(self, values: Iterable[Any]) -> NDArray[Any]:
         """Return an array of balls."""
-        return _objects([self.number(v) for v in values])
+        number, ball = self.number, flint.arb
+        return _objects([v if type(v) is ball else number(v) for v in values])
+
+    def zeros(self, size: int) -> NDArray[Any]:
+        """Return a vector of zeros."""
+        return _objects([flint.arb(0)] * size)
 
     def matrix(self, rows: NDArray[Any]) -> Any:
         """Return an ``arb_mat``."""

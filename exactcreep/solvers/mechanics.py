@@ -50,6 +50,8 @@ LONG = 100
 """A sharper look is worth it if a whole chain in motion will be known to run away only so late."""
 COARSE_BITS = 64
 """Balls look for the first event at this precision, and raise it where it does not decide."""
+COARSE_FROM = 512
+"""Bits from which that is worth it: below, an operation costs about as much at either."""
 
 
 @dataclass
@@ -536,7 +538,8 @@ class Mechanics:
     ) -> list[Watch] | None:
         """Return what acts first as balls of low precision decide it, None if they do not."""
         bits = COARSE_BITS
-        while self.arithmetic.encloses and bits < self.arithmetic.bits:
+        worth = self.arithmetic.encloses and self.arithmetic.bits >= COARSE_FROM
+        while worth and bits < self.arithmetic.bits:
             coarse = balls_of(bits)
             with coarse.active():
                 rough = flow.rounded(coarse)

@@ -18,6 +18,7 @@ from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers import certified
 from exactcreep.solvers.certified import Certified, CertifiedSimulation
+from exactcreep.solvers.enclosed import Middle
 from exactcreep.solvers.reference import FieldSimulation
 from tests.paper import event_rows, paper_chain
 
@@ -55,6 +56,26 @@ def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
         for name in ("x", "event_time"):
             pairs = zip(proved.recorded[name].ravel(), computed.recorded[name].ravel(), strict=True)
             assert all(ball.overlaps(balls.number(value)) for ball, value in pairs)
+
+
+def test_the_middle_of_the_set_does_what_is_proved_of_the_set_without_a_search_of_its_own():
+    simulation, _ = followed(paper_chain(6), Cycles("0.003", 1), 15)
+    balls = simulation.mechanics
+    assert balls.tally.events > 100
+    assert 0 < balls.centre.evaluations < 0.6 * balls.evaluations
+
+
+def test_a_time_said_to_hold_for_all_states_of_the_set_is_refused_if_the_middle_has_another(
+    monkeypatch,
+):
+    timed = Middle._timed
+
+    def later(self, flow, runs, known):
+        return timed(self, flow, runs, replace(known, time=known.time + 1e-9))
+
+    monkeypatch.setattr(Middle, "_timed", later)
+    with pytest.raises(AssertionError, match="does not hold a state of the set"):
+        followed(paper_chain(6), Cycles("0.003", 1), 15)
 
 
 def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_event():
