@@ -164,7 +164,10 @@ def _accuracy(count: int) -> str:
 
 def _evidence(result: Creep) -> str:
     ties = f", {result.undecided} comparisons undecided" if result.undecided else ""
-    return result.evidence.value + ties
+    since = f", from half-cycle {result.undecided_from} on" if result.undecided_from else ""
+    trusted = result.trusted_half_cycles
+    course = "" if trusted is None else f"; the course holds for {trusted} half-cycles"
+    return result.evidence.value + ties + since + course
 
 
 def _print_members(

@@ -11,7 +11,10 @@ class Evidence(Enum):
     PROVED = "proved"
     """Every comparison was decided in proved (ball or rational) arithmetic."""
     COMPUTED = "computed"
-    """Floating-point arithmetic; every comparison was decided by more than its rounding bound."""
+    """Floating-point arithmetic; every comparison was decided by more than its rounding bound, and
+    as far as was looked rounding has not grown beyond 1e-12 in the tensions (of a rearrangement by
+    `exact`: as its `error` estimates; of a run: as a twin a few roundings off shows for some
+    thousand events, or all along if it is asked for)."""
     UNDECIDED = "undecided"
     """A comparison lay inside its rounding bound and was settled by the model's rules, or rounding
     may have grown beyond what the solver promises."""

@@ -53,6 +53,8 @@ class Experiment:
     burn_in : int or None
         Targets left out of the mean velocity; None: a tenth, at least 2, and none of a path or a
         record (see `burn_in_of`).
+    twin : bool
+        Whether a twin is followed all along; see `exactcreep.creep`.
     """
 
     chain: Chain
@@ -63,6 +65,7 @@ class Experiment:
     start: State | None
     record: tuple[str, ...]
     burn_in: int | None
+    twin: bool = False
 
     @classmethod
     def of(
@@ -75,6 +78,7 @@ class Experiment:
         start: Any = None,
         record: Any = ("x_G",),
         burn_in: Any = None,
+        twin: Any = False,
         options: Mapping[str, Any] | None = None,
     ) -> Experiment:
         """Return the experiment with these parameters; see `exactcreep.creep`.
@@ -106,6 +110,7 @@ class Experiment:
             start=start,
             record=_valid_record(record),
             burn_in=_valid_burn_in(burn_in, drive),
+            twin=_truth(twin, "twin"),
         )
         for field, theta in (("drive", experiment.widest), ("start.theta", experiment.theta)):
             if math.isinf(theta) or math.isinf(nearest_float(2 * chain.l0 * Fraction(theta))):
@@ -174,6 +179,7 @@ class Experiment:
             },
             "record": list(self.record),
             "burn_in": self.burn_in,
+            "twin": self.twin,
         }
 
     @classmethod
@@ -197,6 +203,7 @@ class Experiment:
                 start=None if start is None else State(**start),
                 record=data["record"],
                 burn_in=data["burn_in"],
+                twin=data["twin"],
                 options=data["options"],
             )
         except (KeyError, TypeError, ValueError, AttributeError) as error:
@@ -214,6 +221,12 @@ def _valid_record(record: Any) -> tuple[str, ...]:
         if not isinstance(name, str) or name not in RECORDS:
             raise InputError("record", name, "must be among " + ", ".join(RECORDS))
     return tuple(name for name in RECORDS if name in names)
+
+
+def _truth(value: Any, field: str) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(field, value, "must be true or false")
+    return bool(value)
 
 
 def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:

@@ -69,6 +69,7 @@ def creep(
     start: State | None = None,
     record: Sequence[str] = ("x_G",),
     burn_in: int | None = None,
+    twin: bool = False,
     progress: Callable[[Progress], None] | None = None,
     max_events: int | None = None,
     max_seconds: float | None = None,
@@ -96,6 +97,10 @@ def creep(
     burn_in : int, optional
         Targets left out of the mean velocity; made even for Cycles. Default: none of a Path or a
         TemperatureRecord, a tenth, at least 2, of other drives.
+    twin : bool
+        Whether a twin of the chain (of the solver `exact`), whose start is a few roundings off, is
+        followed until it has parted, however long that takes: `trusted_half_cycles` says when. It
+        is followed for some thousand events anyway.
     progress : callable, optional
         Called with a `Progress` about ten times a second.
     max_events, max_seconds, max_bytes : number, optional
@@ -162,6 +167,7 @@ def creep(
         start=start,
         record=record,
         burn_in=burn_in,
+        twin=twin,
         options=options,
     )
     limits = Limits.of(max_events, max_seconds, max_bytes)

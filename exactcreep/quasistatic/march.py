@@ -22,6 +22,7 @@ from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, fl
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.quasistatic.statistics import standard_error
+from exactcreep.quasistatic.watch import Watch
 from exactcreep.solvers.records import record_arrays
 from exactcreep.solvers.solver import Simulation, Stretch, Tally
 
@@ -52,6 +53,7 @@ class March:
         self.simulation: Simulation = experiment.algorithm.simulation(
             chain, experiment.initial, experiment.seed, record
         )
+        self.watch = Watch(asked=experiment.twin)
         self.done = 0
         self.outcome: Outcome | None = None
         self.reason = ""
@@ -90,6 +92,7 @@ class March:
     def room(self) -> int:
         """Targets up to the next one that will be looked back to, or the last."""
         ends = [boundary for boundary in self.boundaries if boundary > self.done]
+        ends.append(self.watch.next)
         return min([self.total, *ends]) - self.done
 
     def take(self, stretch: Stretch) -> None:
@@ -111,6 +114,8 @@ class March:
                 self.crossings += int(np.count_nonzero((gaps <= 0).any(axis=1)))
             self.done += stretch.completed
             self._mark()
+            last = self.done == self.total
+            self.watch.look(self.simulation, experiment.drive, self.done, last=last)
         for name, values in recorded.items():
             if name in self.nothing and len(values):
                 for part, array in as_written(name, values, experiment.digits).items():
@@ -151,10 +156,12 @@ class March:
             "burnt": None if self.burnt is None else self.burnt.capture(),
             "marks": [mark.capture() for mark in self.marks],
             "course": self.course.capture(),
+            "watch": self.watch.capture(),
         }
 
     def _restore(self, captured: Mapping[str, Any]) -> None:
         self.simulation.restore(captured["simulation"])
+        self.watch.restore(captured["watch"], self.simulation)
         self.done = captured["done"]
         self.outcome = None if captured["outcome"] is None else Outcome(captured["outcome"])
         self.reason = captured["reason"]
@@ -189,10 +196,15 @@ class March:
         if outcome is Outcome.RUNAWAY:
             value = math.copysign(math.inf, nearest_float(experiment.chain.tan_alpha))
             velocity, error = None, math.nan
+        doubted = self.watch.doubted_from
+        if not doubted and simulation.evidence is Evidence.UNDECIDED:
+            doubted = self.watch.checked + 1
         return Creep(
             experiment=experiment,
             outcome=outcome,
-            evidence=evidence,
+            evidence=Evidence.UNDECIDED if doubted else evidence,
+            undecided_from=doubted,
+            trusted_half_cycles=self.watch.trusted_up_to(self.done),
             reason=reason,
             since=since,
             velocity=value,

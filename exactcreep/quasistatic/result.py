@@ -74,6 +74,7 @@ _COUNTS = (
     "draws_below_mu_d",
     "undecided",
     "long_rearrangements",
+    "undecided_from",
 )
 
 
@@ -117,6 +118,14 @@ class Creep:
     long_rearrangements : int
         Of the solver `exact`: rearrangements of more than 200 events, whose tensions rounding may
         have taken further than 1e-12 from the truth.
+    undecided_from : int
+        The first target from which on the run may be undecided: a comparison was, an avalanche was
+        too long, or a twin whose start is a few roundings off has parted by more than 1e-12; 0 if
+        there is none (only the outcome may be undecided then, and `reason` says why). It is looked
+        for at every target at first, then at a sixteenth of those reached.
+    trusted_half_cycles : int or None
+        Up to which target the events are those of a twin that starts a few roundings off, and the
+        tensions agree to 1e-9, at the least; None if that was not followed so far.
     warnings : mapping of str to int
         Where the run left the model's physical range, and how often.
     seconds : float
@@ -145,6 +154,8 @@ class Creep:
     draws_below_mu_d: int
     undecided: int
     long_rearrangements: int
+    undecided_from: int
+    trusted_half_cycles: int | None
     warnings: Mapping[str, int]
     seconds: float
     state: State
@@ -229,6 +240,8 @@ class Creep:
             "solver": self.solver,
         }
         out |= {name: getattr(self, name) for name in _COUNTS}
+        if self.trusted_half_cycles is not None:
+            out["trusted_half_cycles"] = self.trusted_half_cycles
         out |= {"x_G": self.x_G, "seconds": self.seconds, "seed": self.seed}
         if self.velocity_enclosure is not None and self.velocity_enclosure.radius:
             out["velocity_radius"] = self.velocity_enclosure.radius_text()
@@ -302,6 +315,7 @@ class Creep:
         about["record"] = " ".join(self.experiment.record)
         asked = self.experiment.burn_in
         about["burn_in_asked"] = "default" if asked is None else str(asked)
+        about["twin"] = int(self.experiment.twin)
         about["start"] = "relaxed" if self.experiment.start is None else "given"
         theta = self.experiment.initial.theta
         about["start_theta"] = ratio_text(enclosure(theta).middle)
@@ -316,6 +330,8 @@ class Creep:
             about["velocity_exact_radius"] = ratio_text(self.velocity_enclosure.radius)
         about["velocity_units"] = self.velocity_units
         about |= {name: getattr(self, name) for name in _COUNTS}
+        if self.trusted_half_cycles is not None:
+            about["trusted_half_cycles"] = self.trusted_half_cycles
         about["seconds"] = self.seconds
         about["warnings"] = _json(self.warnings)
         about["report"] = _json(self.report)
@@ -367,6 +383,7 @@ class Creep:
             velocity_error=float(about["velocity_error"]),
             velocity_enclosure=exact,
             **{name: int(about[name]) for name in _COUNTS},
+            trusted_half_cycles=_whole_or_none(about.get("trusted_half_cycles")),
             warnings=json.loads(about["warnings"]),
             seconds=float(about["seconds"]),
             state=_state(data, "final", float(data["final_theta"])),
@@ -374,6 +391,10 @@ class Creep:
             report=json.loads(about["report"]),
             since=int(about["since"]) if about.get("since", -1) >= 0 else None,
         )
+
+
+def _whole_or_none(value: Any) -> int | None:
+    return None if value is None else int(value)
 
 
 def _labelled(table: Schema[Any], written: Mapping[str, Any]) -> dict[str, Any]:
@@ -436,6 +457,7 @@ def _experiment(data: xr.Dataset) -> Experiment:
         record=about["record"].split(),
         burn_in=None if about["burn_in_asked"] == "default" else about["burn_in_asked"],
         options=json.loads(about["options"]),
+        twin=bool(about["twin"]),
     )
 
 

@@ -534,6 +534,10 @@ class AutoSimulation(Simulation):
         assert self._inner is not None
         self._inner.restore(captured["inner"])
 
+    def twin(self) -> Simulation | None:
+        """Return a twin of the solver which runs."""
+        return None if self._inner is None else self._inner.twin()
+
     @property
     def evidence(self) -> Evidence:
         """That of the solver which runs; an approximation is computed at best."""

@@ -51,6 +51,7 @@ from exactcreep.solvers.solver import (
 from exactcreep.solvers.two_floats import split
 
 _MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
+_NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the run
 _CAPTURED = ("cell", "tally", "real", "whole")
 _ENDLESS = (
     f"an avalanche has neither ended nor been proved to run away after {layout.LONGEST_AVALANCHE}"
@@ -287,6 +288,22 @@ class ExactSimulation(Simulation):
         twin.restore(self.capture())
         twin.work.whole[layout.LOGGING] = 1
         return twin
+
+    def twin(self) -> ExactSimulation | None:
+        """Return a simulation whose tensions at the start are `_NUDGE` off, to either side.
+
+        What mirrors itself goes on doing so.
+        """
+        n, begun = self.chain.n, self.start.state
+        if n == 1:
+            return None
+        largest = nearest_float(self.chain.mu_s + abs(self.chain.tan_alpha))
+        off = [_NUDGE * largest * (-1) ** min(i, n - 2 - i) for i in range(n - 1)]
+        tensions: NDArray[Any] = np.empty(n - 1, dtype=object)
+        given = begun.tensions.tolist()
+        tensions[:] = [rational(t) + Fraction(d) for t, d in zip(given, off, strict=True)]
+        seed = int(self.work.whole[layout.SEED : layout.SEED + 1].view(np.uint64)[0])
+        return ExactSimulation(self.chain, replace(begun, tensions=tensions), seed, ())
 
     @property
     def evidence(self) -> Evidence:

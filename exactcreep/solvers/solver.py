@@ -266,6 +266,13 @@ class Simulation(ABC):
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned (for the same chain, seed and solver)."""
 
+    def twin(self) -> Simulation | None:
+        """Return a simulation whose start is a few roundings off, to be taken the same way.
+
+        None if rounding does not matter to this one, or nobody knows how it does.
+        """
+        return None
+
     @property
     def evidence(self) -> Evidence:
         """How well everything up to now is known."""

@@ -727,8 +727,9 @@ def _follow(auditor: _Auditor, result: Creep, log: list[LoggedRearrangement]) ->
     arithmetic, partial = auditor.arithmetic, result.outcome in (Outcome.RUNAWAY, Outcome.LIMIT)
     march = March(result.experiment, None)
     told = SimpleNamespace(
-        tally=auditor.tally, state=lambda: auditor.state, evidence=result.evidence, report=dict
-    )
+        tally=auditor.tally, state=lambda: auditor.state, evidence=result.evidence, report=dict,
+        twin=lambda: None,
+    )  # fmt: skip
     march.simulation = told  # type: ignore[assignment]
     r = 0
     for q in range(1, result.half_cycles + 2):
@@ -794,8 +795,15 @@ def _claims(auditor: _Auditor, result: Creep, march: March) -> None:
     solver = str(result.report.get("chosen", result.solver))
     long = solver == "exact" and (own.long_rearrangements or (in_motion and auditor.long))
     best = Evidence.PROVED if solver == "certified" else Evidence.COMPUTED
-    evidence = Evidence.of(int(result.undecided) + int(bool(long)) + doubtful, best)
+    counted = int(result.undecided) + int(bool(long)) + result.undecided_from
+    evidence = Evidence.of(counted + doubtful, best)
     differ("evidence", result.evidence.value, evidence.value)
+    since = result.undecided_from
+    if not 0 <= since <= result.half_cycles + 1 or (counted > 0 and since == 0):
+        auditor.find("claim", f"the run is {evidence.value}, from {result.undecided_from} on")
+    trusted = result.trusted_half_cycles
+    if trusted is not None and not 0 <= trusted <= result.half_cycles:
+        auditor.find("claim", f"{trusted} half-cycles are trusted of {result.half_cycles}")
     if result.undecided < 0:
         auditor.find("claim", f"undecided is {result.undecided}")
     if "ties_assumed" in result.report:

@@ -18,6 +18,7 @@ from tests.paper import paper_chain
 CANNOT_BE_KNOWN = {
     "version": "of the program that wrote the file",
     "seconds": "of the machine that computed it",
+    "twin": "what was asked for: with a twin or without, the run is the same",
     "report": "the work that it took; its assumed ties are checked against those counted",
 }
 """Attributes that an audit cannot make again, and what they are about."""
