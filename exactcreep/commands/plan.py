@@ -66,12 +66,12 @@ def _print(console: Any, plan: Plan) -> None:
         needs.add_row(need.name, "needed" if need.needed else "not needed", need.reason)
     console.print(needs)
     ladder = Table(box=None, padding=(0, 2), header_style="bold")
-    for name in ("solver", "error", "known by", "time", "why"):
+    for name in ("solver", "bias", "known by", "time", "why"):
         ladder.add_column(name, overflow="fold")
     for rung in plan.choice.candidates:
         ladder.add_row(
             ("> " if rung.name == plan.choice.name else "  ") + rung.name,
-            "-" if math.isnan(rung.error) else f"{rung.error:.2g}",
+            _bias(rung.name, rung.error),
             rung.basis,
             duration(plan.costs[rung.name]),
             rung.reason,
@@ -97,9 +97,26 @@ def _print(console: Any, plan: Plan) -> None:
             f" {plan.choice.reason}",
             soft_wrap=True,
         )
+    statistical = plan.statistical_error
+    if math.isnan(statistical):
+        console.print("statistical error of the mean: unknown", soft_wrap=True)
+    elif statistical:
+        missed = 1.96 * statistical > plan.accuracy
+        console.print(
+            f"statistical error of the mean over this run: {1.96 * statistical:.2g} at 95 %,"
+            " estimated" + ("; the accuracy is not reached by a run this long" if missed else ""),
+            soft_wrap=True,
+        )
     if plan.choice.name == "law":
         values = " or ".join(f"{value:.10g}" for value in plan.choice.law)
         console.print(f"velocity per half-cycle: {values}")
+
+
+def _bias(name: str, error: float) -> str:
+    """Return the relative bias of a solver's mean velocity in words."""
+    if math.isnan(error):
+        return "-"
+    return "none" if name in ("exact", "certified") else f"{error:.2g}"
 
 
 def duration(seconds: float) -> str:

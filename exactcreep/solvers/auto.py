@@ -66,7 +66,9 @@ class Candidate:
     name : str
         One of `LADDER`.
     error : float
-        Relative error on the mean velocity; nan if it is not known or the rung does not apply.
+        Relative bias of the mean velocity, without its statistical error
+        (`Choice.statistical_error`); of exact and certified, that of a single rearrangement. nan
+        if it is not known or the rung does not apply.
     basis : str
         ``exact``, ``bounded``, ``measured``, ``promised``, ``unknown`` or ``not applicable``.
     reason : str
@@ -156,6 +158,22 @@ class Choice:
     pilot: Pilot | None = None
     law: tuple[float, ...] = ()
 
+    def statistical_error(self, half_cycles: int) -> float:
+        """Return the relative standard error of a mean over so many targets; nan if unknown.
+
+        Estimated from the pilot run; 0 if the chosen rung is known to be right by a theorem.
+        """
+        if self.name in ("law", "sliding"):
+            (taken,) = [rung for rung in self.candidates if rung.name == self.name]
+            if taken.basis == "exact":
+                return 0.0
+        pilot = self.pilot
+        if pilot is None or not pilot.velocity:
+            return math.nan
+        measured = pilot.half_cycles - pilot.burn_in
+        ratio = measured / max(half_cycles - half_cycles // 10, 1)
+        return pilot.velocity_error / abs(pilot.velocity) * math.sqrt(ratio)
+
 
 def valid_accuracy(accuracy: Any) -> Fraction:
     """Return `accuracy` as a rational between 0 and 1 (exclusive), or raise `InputError`."""
@@ -239,7 +257,8 @@ def _dismissed(rungs: tuple[Candidate, ...], chosen: Candidate) -> str:
     """Return why the rungs below the chosen one were left."""
     told = []
     for rung in rungs[: rungs.index(chosen)]:
-        error = "" if math.isnan(rung.error) else f" (error {rung.error:.2g}, {rung.basis})"
+        bias = 0.0 if rung.name in ("exact", "certified") else rung.error
+        error = "" if math.isnan(rung.error) else f" (bias {bias:.2g}, {rung.basis})"
         told.append(rung.name + (error or f" ({rung.reason})"))
     return ", ".join(told)
 
@@ -449,13 +468,13 @@ def _law_candidate(
 def _exact_candidate(chain: Chain) -> Candidate:
     if _has_no_excess(chain):
         return Candidate("exact", math.nan, "not applicable", "mu_s = mu_d: there are no slips")
-    return Candidate("exact", PROMISE, "promised", "the chain itself, in float64")
+    return Candidate("exact", PROMISE, "promised", "the chain itself, in float64: no bias")
 
 
 def _certified_candidate(chain: Chain) -> Candidate:
     if _has_no_excess(chain):
         return Candidate("certified", math.nan, "not applicable", "mu_s = mu_d: no slips")
-    return Candidate("certified", 0.0, "promised", "the chain itself, to any number of digits")
+    return Candidate("certified", 0.0, "promised", "the chain itself, in many digits: no bias")
 
 
 class AutoSimulation(Simulation):
@@ -502,10 +521,14 @@ class AutoSimulation(Simulation):
                 return Stretch(0, {}, Stop.DEADLINE, str(late))
             (taken,) = [rung for rung in choice.candidates if rung.name == choice.name]
             self._take(choice.solver, choice.name)
+            error, known_by = taken.error, taken.basis
+            if choice.name in ("exact", "certified"):  # a mean has no digits of a trajectory
+                error = choice.statistical_error(drive.half_cycles)
+                known_by = "unknown" if math.isnan(error) else "estimated"
             self._told = {
                 "chosen": "sliding" if choice.name == "law" else choice.name,
-                "relative_error": None if math.isnan(taken.error) else taken.error,
-                "known_by": taken.basis,
+                "relative_error": None if math.isnan(error) else error,
+                "known_by": known_by,
                 "reason": choice.reason,
             }
         assert self._inner is not None

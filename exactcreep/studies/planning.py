@@ -79,6 +79,11 @@ class Plan:
             return self.explicit
         return self.choice.name
 
+    @property
+    def statistical_error(self) -> float:
+        """The relative standard error of the mean over this run, expected; nan if unknown."""
+        return self.choice.statistical_error(self.experiment.drive.half_cycles)
+
     def summary(self) -> dict[str, Any]:
         """Return the plan as plain data for JSON; a number that is not known is None."""
         pilot = None
@@ -91,6 +96,10 @@ class Plan:
             "choice": self.choice.name,
             "reason": self.choice.reason,
             "accuracy": self.accuracy,
+            "statistical_error": self.statistical_error,
+            "statistical_error_known_by": "unknown"
+            if math.isnan(self.statistical_error)
+            else ("estimated" if self.statistical_error else "exact"),
             "half_cycles": self.experiment.drive.half_cycles,
             "law": list(self.choice.law),
             "needs": {
@@ -99,7 +108,7 @@ class Plan:
             "candidates": [
                 {
                     "solver": rung.name,
-                    "error": rung.error,
+                    "error": None if rung.name in ("exact", "certified") else rung.error,
                     "basis": rung.basis,
                     "reason": rung.reason,
                     "seconds": self.costs[rung.name],

@@ -211,6 +211,23 @@ def test_auto_gives_the_bits_of_the_solver_it_chooses_and_says_which():
         assert auto.evidence in (Evidence.COMPUTED, direct.evidence)
 
 
+def test_a_mean_velocity_is_never_said_to_be_known_to_the_digits_of_a_trajectory(capsys):
+    drive = Cycles("0.003", 12)
+    chain = Chain(10, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    auto = creep(chain, drive, seed=3, solver="auto", accuracy="1e-6")
+    assert auto.report["known_by"] in ("estimated", "unknown")
+    if auto.report["known_by"] == "estimated":
+        assert auto.report["relative_error"] > 1e-6
+    told = plan(chain, drive, seed=3, accuracy="1e-6").summary()
+    assert told["statistical_error"] is None or told["statistical_error"] > 1e-6
+    assert "e-12" not in json.dumps([told["candidates"], told["reason"], auto.report])
+    words = ["plan", "six-sliders-cycles", "--accuracy", "1e-6", "--set", "drive.cycles=100"]
+    assert status(words) == 0
+    text = " ".join(capsys.readouterr().out.split())
+    assert "e-12" not in text
+    assert "the accuracy is not reached by a run this long" in text
+
+
 def test_auto_goes_on_from_a_capture_with_the_same_choice():
     chain, drive = chain_of(), Cycles("0.01", 60)
     solver = creep(chain, drive, solver="auto", accuracy="0.05").experiment.algorithm
