@@ -46,7 +46,7 @@ class Intercept:
     chain : Chain
     amplitudes, velocities, errors : ndarray, shape (points,)
         What was measured: the velocity per half-cycle, unit ``g tau_dyn**2``, and its standard
-        error.
+        error; where that is not known, the largest of the others.
     cycles, seed : int
     fit : tuple of float
         The range of the line, in units of Eq. (seuil).
@@ -173,8 +173,10 @@ def intercept(
             raise InputError("fit", high, f"must be lower: {run.reason}")
         velocities[k], errors[k] = run.velocity, run.velocity_error
         say("velocities", k + 1, count, "amplitudes")
-    if np.isnan(errors).any():
-        raise InputError("cycles", cycles, "must be more: a velocity has no standard error")
+    unknown = np.isnan(errors)
+    if unknown.sum() > count // 2:
+        raise InputError("cycles", cycles, "must be more: velocities have no standard error")
+    errors[unknown] = errors[~unknown].max()
     # a chain that has settled moves without scatter: its weight is that of the surest other
     scatter = errors[errors > 0]
     weighed = np.maximum(errors, scatter.min() if scatter.size else 1.0)
