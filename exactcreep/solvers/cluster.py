@@ -85,16 +85,16 @@ from exactcreep.solvers.layout import (
 )
 
 
-def _table(values: list[float]) -> NDArray[np.float64]:
+def rows_of_eight(values: list[float]) -> NDArray[np.float64]:
     """Return the values in rows of eight."""
     rows = np.zeros((-(-len(values) // EIGHT), EIGHT))
     rows.reshape(-1)[: len(values)] = values
     return rows
 
 
-_STEP = _table([0.0] + [1.0 / (k * (k + 1.0)) for k in range(1, ORDERS + 2)])
+STEP_FACTORS = rows_of_eight([0.0] + [1.0 / (k * (k + 1.0)) for k in range(1, ORDERS + 2)])
 """t**2 times entry k leads from the weight of derivative k - 1 in a Taylor series to k + 1."""
-_STRIDE = _table(
+_STRIDE = rows_of_eight(
     [0.0] + [1.0 / (k * (k + 1.0) * (k + 2.0) * (k + 3.0)) for k in range(1, ORDERS + 1)]
 )
 """The same for t**4, from k - 1 to k + 3."""
@@ -330,7 +330,7 @@ def _candidate(cell, series, friction, first, strips):
 
 
 @inlined
-def _margin(series, row, lane, orders, t):
+def margin(series, row, lane, orders, t):
     """Return value and slope at t of the series of one slider."""
     u = t * t
     v = u * u
@@ -371,7 +371,7 @@ def _margin(series, row, lane, orders, t):
 
 
 @inlined
-def _clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):
+def is_clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):
     """Return whether a margin (as a distance from the end of its range) is positive on (0, t).
 
     `begins`: it is known to leave zero upwards at 0; `ends`: it is known to vanish at t.
@@ -404,7 +404,7 @@ def _at_both_ends(series, row, lane):
 
 
 @inlined
-def _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t):
+def rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t):
     """Return a bound of the rounding error of one margin on [0, t]."""
     scale = abs(at_0) + abs(at_1) + t * (abs(slope_0) + abs(slope_1))
     if cell[SIDE, i] != 0.0:
@@ -445,7 +445,7 @@ def _first_crossing(
     threshold = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
     at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
     bend = series[row + BENT, lane]
-    bound = _rounding(cell, real, i, at_a, slope_a, at_b, slope_b, t)
+    bound = rounding(cell, real, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
     at_a = threshold + side * at_a
@@ -467,7 +467,7 @@ def _first_crossing(
     crossed = False
     for _ in range(_MOST_PIECES):
         if b != t:
-            at_b, slope_b = _margin(series, row, lane, orders, b)
+            at_b, slope_b = margin(series, row, lane, orders, b)
             whole[ROOTS] += 1
         else:
             at_b = at_t
@@ -486,13 +486,13 @@ def _first_crossing(
                 b = middle
         elif at_b <= bound and (
             (crossed and slope_b < 0.0) or _falls(slope_b, bound)
-        ) and _clear(at_a, slope_a, 0.0, slope_b, bend, b - a, bound, begins, True):  # fmt: skip
+        ) and is_clear(at_a, slope_a, 0.0, slope_b, bend, b - a, bound, begins, True):  # fmt: skip
             return min(max(b - at_b / slope_b, a), far) if _falls(slope_b, bound) else b
         else:
-            clear = at_b > bound and _clear(
+            clear = at_b > bound and is_clear(
                 at_a, slope_a, at_b, slope_b, bend, b - a, bound, begins, False
             )
-            graze = not clear and _clear(
+            graze = not clear and is_clear(
                 at_a + 2.0 * bound, slope_a, at_b + 2.0 * bound, slope_b, bend, b - a,
                 0.0, True, False,
             )  # fmt: skip
@@ -520,7 +520,7 @@ def _first_crossing(
 
 
 @inlined
-def _refine(cell, series, real, whole, i, row, lane, orders, t):
+def refined(cell, series, real, whole, i, row, lane, orders, t):
     """Return the root near t of one margin by Halley's method, inf if it strays."""
     side = cell[SIDE, i]
     threshold = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
@@ -528,7 +528,7 @@ def _refine(cell, series, real, whole, i, row, lane, orders, t):
     slope_0 = element(series, row + 1, lane)
     curve_0 = element(series, row + 2, lane)
     for _ in range(12):
-        value, slope = _margin(series, row, lane, orders, t)
+        value, slope = margin(series, row, lane, orders, t)
         whole[ROOTS] += 1
         # the polynomial of degree four through the values, slopes and the curvature at 0
         turned = t * (slope - slope_0 - t * curve_0)
@@ -570,7 +570,7 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
     at = spread(t)
     ladder = series.shape[0] - LADDER
     for k in range(LADDER):
-        put(series, ladder + k, spread(u) * take(_STEP, k))
+        put(series, ladder + k, spread(u) * take(STEP_FACTORS, k))
     zero = spread(0.0)
     tail = spread(u * u * u * (even_tail * _EVEN_TAIL + t * odd_tail * _ODD_TAIL))
     # movers' displacements and velocities of the strip before and of the one being finished
@@ -707,7 +707,7 @@ def _together(cell, count, series, real, whole, first, contenders, t):
                 if found:
                     missed = max(missed, off)
                 continue
-            bound = _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
+            bound = rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
             near = off <= max(missed, bound)
             known = not (found or _falls(-outward, bound))
             for earlier in range(events):
@@ -742,7 +742,7 @@ def _own_root(
     limit = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
     for turn in range(_POLISH + 1):
         at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
-        bound = _rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
+        bound = rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
         outward = -side
         if side == 0.0:
             outward = 1.0 if slope_1 >= 0.0 else -1.0
@@ -759,7 +759,7 @@ def _own_root(
     proved = (
         holds
         and (fresh or room > bound)
-        and _clear(room, -outward * slope_0, 0.0, -outward * slope_1, bend, t, 0.0, fresh, True)
+        and is_clear(room, -outward * slope_0, 0.0, -outward * slope_1, bend, t, 0.0, fresh, True)
     )
     return t, abs(off), outward, holds, proved
 
@@ -799,7 +799,7 @@ def step(cell, count, series, real, whole, first, last):
         if lane < 0:
             break
         row = SERIES * (lane // EIGHT)
-        t = _refine(cell, series, real, whole, first + lane, row, lane % EIGHT, orders, t)
+        t = refined(cell, series, real, whole, first + lane, row, lane % EIGHT, orders, t)
         if t > HORIZON:
             lane = -1
             t = HORIZON

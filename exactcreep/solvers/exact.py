@@ -23,7 +23,7 @@ from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.condition import Condition, condition
 from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
-from exactcreep.solvers import kernel, layout
+from exactcreep.solvers import clocks, kernel, layout
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.layout import PAD
 from exactcreep.solvers.records import EVENT_TABLE, EventRow, events_of, joined, record_arrays
@@ -33,6 +33,7 @@ from exactcreep.solvers.rest import (
     TENSION,
     TENSION_LOW,
     Rest,
+    Work,
     dilation,
     placed,
     rational,
@@ -79,9 +80,19 @@ class ExactSimulation(Simulation):
     def _inner(self) -> slice:
         return slice(PAD, PAD + self.chain.n)
 
+    @property
+    def _present(self) -> Work:
+        """The arrays with all sliders at the present time."""
+        work = self.work
+        if work.clock is None or not work.whole[layout.LOCAL]:
+            return work
+        cell = work.cell.copy()
+        clocks.present(work.cell, work.clock, work.real, cell)
+        return work._replace(cell=cell)
+
     def _cell(self, row: int) -> NDArray[np.float64]:
         """Return one row of `kernel`'s cells for the sliders of the chain, shape (n,)."""
-        return self.work.cell[row, self._inner]
+        return self._present.cell[row, self._inner]
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
@@ -218,7 +229,7 @@ class ExactSimulation(Simulation):
         return self._cell(layout.TRAVEL) + moved
 
     def _tensions(self) -> NDArray[np.float64]:
-        return self.start.tensions(self.work)
+        return self.start.tensions(self._present)
 
     def _coefficients(self) -> NDArray[np.float64]:
         """Return the coefficients; without disorder the compiled loop keeps those of the start."""
@@ -248,6 +259,9 @@ class ExactSimulation(Simulation):
         captured: dict[str, Any] = {
             name: getattr(self.work, name).copy() for name in _CAPTURED
         }
+        # in the middle of a long avalanche sliders stand where they were at different times
+        if self.work.clock is not None and self.work.whole[layout.LOCAL]:
+            captured["clock"] = self.work.clock.copy()
         numbers = self.start.numbers.copy()
         captured |= {
             "start_tension": numbers[TENSION, :-1],
@@ -262,6 +276,9 @@ class ExactSimulation(Simulation):
         """Take over what `capture` returned."""
         for name in _CAPTURED:
             getattr(self.work, name)[...] = captured[name]
+        if self.work.clock is not None:
+            self.work.clock[[layout.KEY, layout.BLOCK]] = layout.NEVER
+            self.work.clock[...] = captured.get("clock", self.work.clock)
         kernel.prepare(self.work.cell, self.work.tally, self.work.deviate, self.work.whole)
 
         def whole(name: str) -> NDArray[Any]:

@@ -22,6 +22,7 @@ import math
 
 import numpy as np
 
+from exactcreep.solvers.clocks import advance, at_once
 from exactcreep.solvers.cluster import step
 from exactcreep.solvers.draws import BATCH, KEPT, fill
 from exactcreep.solvers.lanes import (
@@ -57,6 +58,8 @@ from exactcreep.solvers.layout import (
     FRESH,
     FRICTION,
     LAST,
+    LEAST_LONG,
+    LOCAL,
     LOG_FULL,
     LOG_KIND,
     LOG_NUMBER,
@@ -84,6 +87,7 @@ from exactcreep.solvers.layout import (
     PROMISED_EVENTS,
     REARRANGEMENTS,
     REST,
+    RETRY,
     RUNAWAY,
     SEED,
     SIDE,
@@ -721,7 +725,14 @@ def _no_mode_stops(cell, series, real, whole):
 
 
 @inlined
-def _cluster(cell, count, deviate, series, real, whole, log):
+def _long(whole):
+    """Return whether the movers stand far enough apart for clocks of their own."""
+    apart = whole[LAST] - whole[FIRST]
+    return apart >= LEAST_LONG and whole[DOWNHILL] == 0 and whole[RETRY] == 0
+
+
+@inlined
+def _cluster(cell, count, deviate, clock, series, real, whole, log):
     """Advance several movers to their first event and resolve it; return True for a runaway."""
     if whole[MOVING] == whole[N] and whole[DOWNHILL] != 0:
         if _never_stops(cell, real, whole):
@@ -731,10 +742,20 @@ def _cluster(cell, count, deviate, series, real, whole, log):
             if _no_mode_stops(cell, series, real, whole):
                 return True
     whole[CALM] += 1
-    whole[WORK] += STEP_WORK + STRIP_WORK * ((whole[LAST] - whole[FIRST] + 10) // 8)
-    t, events, residual = step(
-        cell, count, series, real, whole, whole[FIRST] - 1, whole[LAST] + 1
-    )
+    whole[WORK] += STEP_WORK
+    events = np.int64(-1)
+    if clock is not None:  # noqa: SIM102 - known when this is compiled, the rest is not
+        if whole[LOCAL] == 1 or _long(whole):
+            t, events, residual = advance(cell, count, clock, series, real, whole)
+            if events < 0:
+                real[TIME] += t
+                whole[RETRY] = 1
+    if events < 0:
+        whole[WORK] += STRIP_WORK * ((whole[LAST] - whole[FIRST] + 10) // 8)
+        whole[RETRY] -= whole[RETRY] > 0
+        t, events, residual = step(
+            cell, count, series, real, whole, whole[FIRST] - 1, whole[LAST] + 1
+        )
     real[TIME] += t
     if events == 0:
         return False
@@ -775,6 +796,10 @@ def _cluster(cell, count, deviate, series, real, whole, log):
         if stops > 0:
             whole[EVENTS] += 1
     _after_event(cell, real, whole)
+    if clock is not None:
+        short = whole[LAST] - whole[FIRST] < LEAST_LONG // 2
+        if whole[LOCAL] == 1 and (short or whole[STAGE] != CLUSTER):
+            at_once(cell, clock, real, whole)
     return False
 
 
@@ -791,7 +816,7 @@ def prepare(cell, count, deviate, whole):
 
 @compiled
 def follow(
-    cell, count, deviate, series, real, whole, log, theta, theta_low, travel, max_events,
+    cell, count, deviate, clock, series, real, whole, log, theta, theta_low, travel, max_events,
     max_work, single,
 ):  # fmt: skip
     """Take the chain along the targets; return why it came back, and how many it reached.
@@ -838,7 +863,7 @@ def follow(
             if _lone(cell, count, deviate, real, whole, log):
                 return RUNAWAY, reached
         elif stage == CLUSTER:
-            if _cluster(cell, count, deviate, series, real, whole, log):
+            if _cluster(cell, count, deviate, clock, series, real, whole, log):
                 return RUNAWAY, reached
         else:
             _unstable(cell, real, whole, log)

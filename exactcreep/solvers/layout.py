@@ -1,7 +1,8 @@
 """Where the compiled exact solver keeps what: the rows of its arrays and the cells of its scalars.
 
-The loop works on seven arrays that Python owns: `cell` and `count` (one column for each slider),
-`deviate` (one row for each slider: the batch that holds its next draw), `series` (`SERIES` rows of
+The loop works on arrays that Python owns: `cell` and `count` (one column for each slider),
+`deviate` (one row for each slider: the batch that holds its next draw), `clock` (one column for
+each slider of a chain that is long enough for `clocks`, else None), `series` (`SERIES` rows of
 eight lanes for each strip of eight sliders of the window that moves), `real`, `whole` and `log`.
 """
 
@@ -18,9 +19,15 @@ ORDERS = 24
 """Taylor coefficients 0 .. ORDERS - 1 of a velocity are kept; even."""
 HORIZON = 1.0
 """Longest step of a cluster, in units of tau_dyn."""
-PAD = 2
+EPOCH = 0.5
+"""Long clusters are expanded as a whole that often, in units of tau_dyn."""
+KNOWN = 20
+"""Taylor coefficients kept for an epoch; even."""
+LEAST_LONG = 80
+"""A cluster is long from so many sliders between its first and last on. Measured."""
+PAD = 18
 """Slider n stands in column n - 1 + PAD; the columns outside the chain never move."""
-TAIL = 12
+TAIL = 20
 """Columns after the last slider: a window may reach so far beyond it."""
 NEVER = 1e300
 """The excess of a column outside the chain: a threshold that no force reaches."""
@@ -77,6 +84,20 @@ SERIES = ORDERS + 9
 LADDER = (ORDERS + 9) // 8
 """Rows after those of all strips: the factors between a series' terms at the end of a step."""
 
+# rows of `clock`, float64: first the derivatives 0 .. KNOWN + 1 of the margins, then
+(
+    BASE,  # time of the epoch at which the series begins
+    KEY,  # until then the margin is certified to stay in its range
+    ROOT,  # when it was found to leave its range
+    GUESS,  # when it might; once found what it misses the end of its range by
+    MOVE,  # 1 for a mover, else 0
+    HOLD,  # minus the stiffness for a mover, else 0
+    NOW_X,  # X and SPEED around the last event, at its time
+    NOW_SPEED,
+    BLOCK,  # in column b the first key of columns 8 b .. 8 b + 7
+) = range(KNOWN + 2, KNOWN + 11)
+CLOCKS = KNOWN + 11
+
 # cells of `real`, float64
 (
     THETA,  # l0 theta
@@ -92,8 +113,9 @@ LADDER = (ORDERS + 9) // 8
     MEAN,  # of the static coefficients
     WIDTH,  # their standard deviation
     MEAN_EXCESS,  # (mu_s - mu_d) cos(alpha)
-) = range(13)
-REALS = 13
+    CLOCK,  # time since the beginning of the epoch
+) = range(14)
+REALS = 14
 
 # cells of `whole`, int64
 (
@@ -122,8 +144,14 @@ REALS = 13
     ROOTS,  # evaluations of one slider's margin
     LONG,  # rearrangements of more than `PROMISED_EVENTS`
     WORK,  # of clusters, in units of about 5 ns
-) = range(25)
-WHOLES = 25
+    LOCAL,  # whether sliders keep the series of their own last change
+    CENTRE,  # column around which series are to be renewed
+    LEFT,  # blocks of eight columns that the epoch has reached
+    RIGHT,
+    EPOCH_EVENTS,
+    RETRY,  # steps until a long cluster is tried as such again
+) = range(31)
+WHOLES = 31
 
 # columns of `log`
 (

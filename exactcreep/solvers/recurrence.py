@@ -211,15 +211,15 @@ def _shortest(course, ring, advanced, close):
 
 @compiled
 def settle(
-    cell, count, deviate, series, real, whole, log, bits, high, low, travel, course, begun, ring,
-    link, advanced, head, same_slips, slips, most_cycles, most_work, downhill, rounding, close,
-    dormant,
+    cell, count, deviate, clock, series, real, whole, log, bits, high, low, travel, course, begun,
+    ring, link, advanced, head, same_slips, slips, most_cycles, most_work, downhill, rounding,
+    close, dormant,
 ):  # fmt: skip
     """Follow cycles until the chain has settled, `most_cycles` are over, or the work is done.
 
     Parameters
     ----------
-    cell, count, deviate, series, real, whole, log : ndarray
+    cell, count, deviate, clock, series, real, whole, log : ndarray
         See `layout`.
     bits : ndarray of uint64
         The memory of `cell`.
@@ -266,8 +266,8 @@ def settle(
             return BUDGET
         at = course[REACHED]
         reason, reached = kernel.follow(
-            cell, count, deviate, series, real, whole, log, high[at:], low[at:], travel, left,
-            left, False,
+            cell, count, deviate, clock, series, real, whole, log, high[at:], low[at:], travel,
+            left, left, False,
         )  # fmt: skip
         course[REACHED] += reached
         if reason != DONE:

@@ -47,6 +47,7 @@ class Work(NamedTuple):
     cell: NDArray[np.float64]
     tally: NDArray[np.int64]
     deviate: NDArray[np.float64]
+    clock: NDArray[np.float64] | None
     series: NDArray[np.float64]
     real: NDArray[np.float64]
     whole: NDArray[np.int64]
@@ -160,7 +161,9 @@ def placed(chain: Chain, rest: Rest, seed: int, capacity: int) -> Work:
     whole[layout.SEED] = seed if seed < 2**63 else seed - 2**64
 
     # each begins at a multiple of 64 bytes: their sizes are multiples of eight numbers
+    shapes: tuple[tuple[int, int], ...]
     shapes = (layout.CELLS, m), (m, KEPT), (layout.SERIES * (m // 8) + layout.LADDER, 8)
+    shapes += ((layout.CLOCKS, m),) if n > layout.LEAST_LONG else ()
     room = np.zeros(sum(rows * columns for rows, columns in shapes) + 8)
     begin = -room.ctypes.data % 64 // 8
     tables = []
@@ -171,11 +174,14 @@ def placed(chain: Chain, rest: Rest, seed: int, capacity: int) -> Work:
         cell=tables[0],
         tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
         deviate=tables[1],
+        clock=tables[3] if n > layout.LEAST_LONG else None,
         series=tables[2],
         real=real,
         whole=whole,
         log=np.empty((capacity, layout.LOG_COLUMNS)),
     )
+    if work.clock is not None:
+        work.clock[[layout.KEY, layout.BLOCK]] = layout.NEVER
     state, inner = rest.state, slice(PAD, PAD + n)
     coefficient, coefficient_low = halves(state.coefficients)
     work.cell[layout.EXCESS] = layout.NEVER

@@ -1,0 +1,166 @@
+"""Long clusters, in which every part keeps the series of its own last change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Cycles, State, rearrange
+from exactcreep.limits import Limits
+from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
+from exactcreep.solvers import clocks, layout
+from exactcreep.solvers.exact import ExactSimulation
+from tests.paper import event_rows, paper_chain
+
+AMPLITUDES = {150: "0.025", 300: "0.05", 301: "0.05", 1000: "0.166"}
+"""A third above Eq. (seuil)."""
+ROWS = 400
+"""Events compared from one state: rounding grows tenfold in some hundreds."""
+
+
+def drive(n: int) -> Cycles:
+    return Cycles(AMPLITUDES[n], 10**6)
+
+
+def simulation(chain: Chain, *, whole: bool = False) -> ExactSimulation:
+    """Return a simulation from the relaxed chain; `whole`: it expands whole windows only."""
+    found = ExactSimulation(chain, State.relaxed(chain, 3), 3, ("events",))
+    found.work.whole[layout.RETRY] = 2**62 if whole else 0
+    return found
+
+
+def rows(found: ExactSimulation, events: int) -> list[tuple[int, ...]]:
+    """Go on for so many events or a few more, and return them."""
+    first = int(found.work.whole[layout.TARGET])
+    return event_rows(found.follow(drive(found.chain.n), first, 100, Limits(events)))
+
+
+def pairs(chain: Chain, count: int, events: int) -> Iterator[tuple[ExactSimulation, ...]]:
+    """Yield pairs in one state, every so many events of a run; the second expands all."""
+    run = simulation(chain, whole=True)
+    for _ in range(count):
+        rows(run, events)
+        captured = run.capture()
+        pair = simulation(chain), simulation(chain, whole=True)
+        for found in pair:
+            retry = found.work.whole[layout.RETRY]
+            found.restore(captured)
+            found.work.whole[layout.RETRY] = retry
+        yield pair
+
+
+def compared(n: int, sigma_mu: str, count: int, events: int) -> float:
+    """Hold events against those of whole windows; return the share of certified strips."""
+    certified = [0, 0]
+    for pair in pairs(paper_chain(n, sigma_mu), count, events):
+        before = pair[0].report()["windows_certified"]
+        one, other = (rows(found, ROWS) for found in pair)
+        shared = min(len(one), len(other))
+        assert shared >= ROWS
+        assert one[:shared] == other[:shared]
+        for k, found in enumerate(pair):
+            certified[k] += found.report()["windows_certified"] - before
+    return certified[0] / certified[1]
+
+
+@pytest.mark.parametrize(("n", "sigma_mu"), [(300, "0.01"), (301, "0"), (1000, "0.01")])
+def test_far_apart_events_are_those_of_the_whole_window_for_less(n: int, sigma_mu: str) -> None:
+    assert compared(n, sigma_mu, 8, 50_000) < 0.8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("n", "sigma_mu"), [(150, "0.03"), (300, "0.01"), (1000, "0.01")])
+def test_far_apart_events_are_those_of_the_whole_window_in_thousands(
+    n: int, sigma_mu: str
+) -> None:
+    assert compared(n, sigma_mu, 2000, 4000) < 0.9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("n", [150, 300])
+def test_the_reference_finds_the_events_of_long_avalanches(n: int) -> None:
+    chain = paper_chain(n)
+    state = State.relaxed(chain, 3)
+    longest = 0
+    for _ in range(100):
+        run = ExactSimulation(chain, state, 3)
+        run.follow(drive(n), 1, 1, Limits(4000))
+        state = rearrange(chain, run.start, direction=1, seed=3).state
+        found, told = (
+            rearrange(chain, state, direction=1, seed=3, solver=name, max_events=300).itinerary
+            for name in ("exact", "reference")
+        )
+        shared = min(len(found), len(told))
+        assert found[:shared] == told[:shared]
+        longest = max(longest, shared)
+    assert longest > 100
+
+
+@pytest.mark.parametrize("n", [300, 301])
+def test_the_mirror_image_of_long_avalanches_is_the_same_bit_for_bit(n: int) -> None:
+    chain = paper_chain(n, "0")
+    tensions = np.random.default_rng(n).uniform(-0.05, 0.05, n - 1)
+    here = ExactSimulation(chain, State.prepared(chain, tensions), 0, ("events",))
+    turned = chain.mirrored()
+    there = ExactSimulation(turned, State.prepared(turned, tensions[::-1]), 0, ("events",))
+    times, sliders, local = [], [], 0
+    for found in (here, there):
+        recorded = []
+        for _ in range(30):
+            first = int(found.work.whole[layout.TARGET])
+            recorded.append(found.follow(drive(n), first, 9, Limits(3001)).recorded)
+            local += int(found.work.whole[layout.LOCAL])
+        times.append(np.concatenate([each["event_time"] for each in recorded]))
+        sliders.append(np.concatenate([each["event_slider"] for each in recorded]))
+    shared = min(map(len, times))
+    assert shared > 80_000
+    assert local > 3
+    assert np.array_equal(times[0][:shared], times[1][:shared])
+    one_by_one = np.diff(times[0][:shared]) != 0
+    alone = np.append(one_by_one, False) & np.insert(one_by_one, 0, False)
+    assert np.array_equal(sliders[0][:shared][alone], n + 1 - sliders[1][:shared][alone])
+
+
+def test_a_long_avalanche_goes_on_bit_for_bit_from_a_checkpoint_in_its_middle() -> None:
+    chain = paper_chain(300)
+    through = simulation(chain)
+    rows(through, 200_000)
+    first = simulation(chain)
+    first.restore(through.capture())
+    events = rows(through, 2000)
+    pieces: list[tuple[int, ...]] = []
+    inside = 0
+    while len(pieces) < len(events):
+        second = simulation(chain)
+        second.restore(from_bytes(to_bytes(first.capture())))
+        pieces += rows(second, 101)
+        inside += int(second.work.whole[layout.LOCAL])
+        first = second
+    assert pieces[: len(events)] == events
+    assert inside > 3
+
+
+def test_all_sliders_are_shown_at_one_time_in_the_middle_of_a_long_avalanche() -> None:
+    seen = 0
+    for pair in pairs(paper_chain(300), 9, 40_000):
+        for _ in range(20):
+            for found in pair:
+                rows(found, 1)
+            counts = [int(found.work.whole[layout.EVENTS]) for found in pair]
+            if pair[0].work.whole[layout.LOCAL] and counts[0] == counts[1]:
+                seen += 1
+                here, there = (found._displacements() for found in pair)
+                assert np.abs(here - there).max() < 1e-12
+                here, there = (found._cell(layout.SPEED) for found in pair)
+                assert np.abs(here - there).max() < 1e-12
+    assert seen > 20
+
+
+def test_what_an_epoch_leaves_out_is_within_the_rounding_bound() -> None:
+    reach = layout.EPOCH**16 / math.factorial(16)
+    wildest = math.exp(2 * layout.EPOCH) * clocks._CALM
+    assert clocks._MOST_EVENTS * reach * wildest < 0.5 * 16 * layout.ULP * 2
+    assert (2 * layout.EPOCH) ** layout.KNOWN / math.factorial(layout.KNOWN) < 3e-17
