@@ -72,6 +72,8 @@ def derive() -> Derivation:
     results = {
         "critical": critical(i),
         "critical_contraction": edge(j, False, 1),
+        "dilation": dilation,
+        "contraction": contraction,
         "partner": partner,
         "window": window,
         "window_width": sp.expand(window[1] - window[0]),
@@ -129,11 +131,12 @@ def check() -> Verification:
     v.identity("slider N + 1 - i in a contraction has the same edge", r["partner"] - (N + 1 - i))
     v.identity(
         "a contraction of i is a dilation of N + 1 - i",
-        pivot_force(i, False) - pivot_force(N + 1 - i, True),
+        r["contraction"].subs(j, i) - r["dilation"].subs(i, N + 1 - i),
         "force on the pivot",
     )
     v.identity(
-        "edges of neighbours are 2 mu_d/N apart", critical(i - 1) - critical(i) - 2 * mu_d / N
+        "edges of neighbours are 2 mu_d/N apart",
+        r["critical"].subs(i, i - 1) - r["critical"] - 2 * mu_d / N,
     )
     v.identity("the window is 2 (mu_s - mu_d)/N wide", r["window_width"] - 2 * (mu_s - mu_d) / N)
     v.identity(

@@ -77,8 +77,8 @@ def check() -> Verification:
     v.identity("creep downhill for i < (N + 3)/2", r["last"] - (N + 3) / 2)
     v.identity(
         "N + 3 - 2i is within 1 of N tan(alpha)/mu_d",
-        sp.expand((N + 3 - 2 * i) - (N - 2 * i + 2) - 1)
-        + sp.expand((N - 2 * i + 4) - (N + 3 - 2 * i) - 1),
+        sp.Abs(sp.cancel(r["cycle"] / (2 * l0 * amplitude)) - (N - 2 * i + 2) - 1)
+        + sp.Abs((N - 2 * i + 4) - sp.cancel(r["cycle"] / (2 * l0 * amplitude)) - 1),
         "the pivot's window in the sliding limit is N - 2i + 2 < N tan(alpha)/mu_d < N - 2i + 4",
     )
     return v

@@ -10,17 +10,34 @@ import sympy as sp
 from derivations.notation import Formula, alpha, c, mu_d, s, slope_margin, symbol
 from derivations.proof import Derivation, Entry, Judge, Step, Verification, follows
 
+p = symbol("p")
+speed = sp.Symbol("speed", nonnegative=True)
+first, rate = sp.symbols("start rate", positive=True)
+
 
 def derive() -> Derivation:
     """Return the mean acceleration of a chain that moves as a whole, and the critical slope."""
     direction = sp.Symbol("S")
     mean = s - mu_d * c * direction  # springs cancel in the sum over the chain
     critical = sp.solve((mean.subs(direction, 1) / c).subs(s, c * symbol("t")), symbol("t"))[0]
-    results = {"mean_acceleration": mean.subs(direction, 1), "critical_slope": critical}
+    time = sp.Symbol("time", positive=True)
+    own, other = sp.Integer(1) - 1 / p, -1 / p  # of a unit vector less its mean
+    results = {
+        "mean_acceleration": mean.subs(direction, 1),
+        "critical_slope": critical,
+        "own": own,
+        "other": other,
+        "certificate": sp.sqrt((1 - 1 / p) * 2 * sp.Symbol("J", positive=True)),
+        "power": sp.expand(direction * speed * s - mu_d * c * speed),
+        "shortest": sp.integrate(first * time - rate * time**2 / 2, (time, 0, 2 * first / rate)),
+    }
     steps = (
         Step("sum of the equations of motion over a chain that moves as a whole, per slider", mean),
         Step("downhill", results["mean_acceleration"]),
         Step("it vanishes at tan(alpha)", critical),
+        Step("no slider stops while the mean velocity exceeds", results["certificate"]),
+        Step("power of weight and friction on a slider that moves as S says", results["power"]),
+        Step("least path of a slip by its first acceleration and B", results["shortest"]),
     )
     return Derivation("Runaway", steps, results, ("all sliders move downhill",))
 
@@ -33,50 +50,53 @@ def check() -> Verification:
         "the chain's mean acceleration downhill is -m", r["mean_acceleration"] + slope_margin
     )
     v.identity("it vanishes at tan(alpha) = mu_d", r["critical_slope"] - mu_d)
-    # certificate: v_n = mean + w_n, w orthogonal to (1, ..., 1), |w|**2 <= 2 J
-    p, J = symbol("p"), sp.Symbol("J", positive=True)
+    own, other, J = r["own"], r["other"], sp.Symbol("J", positive=True)
     v.identity(
         "the projection of a unit vector on the internal motions has the square 1 - 1/p",
-        (1 - 1 / p) ** 2 + (p - 1) / p**2 - (1 - 1 / p),
-        "components 1 - 1/p once and -1/p (p - 1) times; Cauchy-Schwarz then gives "
+        own**2 + (p - 1) * other**2 - (1 - 1 / p),
+        "own component once, the others p - 1 times; Cauchy-Schwarz then gives "
         "|w_n| <= sqrt((1 - 1/p) 2J)",
     )
-    surplus = sp.Symbol("surplus", positive=True)
-    bound = sp.sqrt((1 - 1 / p) * 2 * J)
+    v.identity(
+        "the certificate's mean velocity is the largest that an internal motion can take from v_n",
+        r["certificate"] ** 2 - (own**2 + (p - 1) * other**2) * 2 * J,
+        "v_n = mean + w_n, w orthogonal to (1, ..., 1), |w|**2 <= 2 J",
+    )
+    beyond = sp.Symbol("beyond", nonnegative=True)
     v.proved(
+        "the mean velocity never falls for tan(alpha) >= mu_d",
+        sp.expand(r["mean_acceleration"].subs(s, mu_d * c + beyond)).is_nonnegative,
+        "its rate is s - mu_d c",
+    )
+    v.argued(
         "a mean velocity above sqrt((1 - 1/N) 2J) at tan(alpha) >= mu_d: no slider ever stops",
-        sp.expand(bound + surplus - bound).is_positive
-        and sp.expand(r["mean_acceleration"].subs(s, mu_d * c + surplus)).is_positive,
-        "every v_n >= mean - sqrt((1 - 1/N) 2J) > 0; J is conserved while all move (modes), and "
-        "the mean "
-        "does not decrease since its acceleration s - mu_d c is not negative",
+        "every v_n >= mean - sqrt((1 - 1/N) 2J) > 0 by the three claims above; J is conserved "
+        "while all move (modes)",
     )
     v.verified(
         "|w_n|**2 <= (1 - 1/p)|w|**2 for motions without a mean", _spread(), "300 rational vectors"
     )
-    speed = sp.Symbol("speed", nonnegative=True)
     for direction, way in ((1, "down"), (-1, "up")):
-        power = s * direction * speed - mu_d * c * speed
+        power = r["power"].subs(sp.Symbol("S"), direction)
         v.identity(
             f"power of weight and friction on a slider moving {way}hill "
             "is at most -(mu_d c - s)|v| for s >= 0",
             power + slope_margin * speed - (direction - 1) * s * speed,
             "the difference (direction - 1) s |v| is never positive",
         )
-    v.identity(
+    v.argued(
         "for 0 <= tan(alpha) < mu_d the path lengths of an avalanche sum up to at most E_elastic/m",
-        sp.integrate(slope_margin, (speed, 0, J)) - slope_margin * J,
-        "the energy, not below zero, loses at least m per unit of path (the power above, "
-        "integrated)",
+        "the power above, integrated over an avalanche that begins at rest: the energy is not "
+        "below zero and loses at least m per unit of path",
     )
-    start, rate, time = sp.symbols("start rate time", positive=True)
-    path = sp.integrate(start * time - rate * time**2 / 2, (time, 0, 2 * start / rate))
     v.identity(
         "a slip whose first acceleration is a is longer than (2/3) a**3/B**2, B a bound of |a'|",
-        path - sp.Rational(2, 3) * start**3 / rate**2,
-        "v >= a t - B t**2/2 up to its zero; so if every mu_s exceeds mu_d by a minimum, finite "
-        "path means "
-        "finitely many slips: the avalanche ends",
+        r["shortest"] - sp.Rational(2, 3) * first**3 / rate**2,
+        "v >= a t - B t**2/2 up to its zero",
+    )
+    v.argued(
+        "an avalanche ends if every mu_s exceeds mu_d by a minimum and 0 <= tan(alpha) < mu_d",
+        "finite path, and a least path of every slip, by the claims above",
     )
     return v
 

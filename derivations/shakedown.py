@@ -15,7 +15,7 @@ from random import Random
 
 import sympy as sp
 
-from derivations import slip
+from derivations import runaway, slip
 from derivations.notation import Expression, N, c, excess, mu_d, mu_s, n, s, slope_margin
 from derivations.proof import Derivation, Entry, Step, Verification
 
@@ -206,8 +206,7 @@ def _no_lasting_creep(v: Verification, r: Mapping[str, Expression]) -> None:
     accel, energy = sp.symbols("accel E", positive=True)
     rate_of_force = sp.sqrt(sp.Matrix([1, -2, 1]).dot(sp.Matrix([1, -2, 1])))
     bound = rate_of_force * sp.sqrt(2 * energy)
-    time = sp.Symbol("time", positive=True)
-    path = sp.integrate(accel * time - bound * time**2 / 2, (time, 0, 2 * accel / bound))
+    path = runaway.derive().results["shortest"].subs({runaway.first: accel, runaway.rate: bound})
     v.identity(
         "a slip that starts with the acceleration a is longer than a**3/(18 E)",
         path - accel**3 / (18 * energy),

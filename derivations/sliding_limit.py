@@ -115,7 +115,10 @@ def check() -> Verification:
     v.identity(
         "the front from above is at slider i - 2 before delta = N m exactly for slopes below the "
         "upper edge",
-        sp.cancel((N * (mu_d - t) - 2 * (i - 2) * mu_d) / N - (tan_high - t)),
+        sp.cancel(
+            sp.expand(r["front_inner"] - r["front_outer"].subs(n, i - 2)).subs(s, t * c) / (N * c)
+            - (tan_high - t)
+        ),
         "2 (i-2) mu_d c < N m is tan(alpha) < mu_d (1 - 2(i-2)/N)",
     )
     v.identity(
@@ -152,6 +155,12 @@ def check() -> Verification:
         "slider 1 turns at delta = 2 mu_d c < N m if 1 <= i - 2; a creeping plateau with "
         "i >= 3 needs "
         "i < (N + 3)/2, so N >= 4",
+    )
+    v.argued(
+        "theorem of the play: for any path of theta, after the transient, the sliders between the "
+        "pivots move by the rise and the fall of one play of width N m",
+        "the claims above: balances of sliders that slide (equations of motion without inertia), "
+        "thresholds of those that rest; an outer front only relieves the pivot",
     )
     cycles, zero = _cycles()
     v.verified(

@@ -9,6 +9,7 @@ from random import Random
 
 import sympy as sp
 
+from derivations import slip
 from derivations.notation import (
     Expression,
     Formula,
@@ -74,6 +75,7 @@ def derive() -> Derivation:
         "alpha_c_minus": width,
         "alpha_c_plus": upper.subs({mu_1: mu_s, mu_2: mu_s}) - width,
         "half_cycle": mean,
+        "advance": slip.derive().results["end_displacement"] / 2,
         "velocity": sp.expand(velocity),
         "threshold": sp.solve(room - slope_margin - excess, amplitude)[0],
     }
@@ -163,14 +165,21 @@ def check() -> Verification:
     )
     v.identity(
         "every switching moves the centre of mass downhill by D",
-        sp.Rational(1, 2) * 2 * excess - excess,
-        "slider 2 down by 2D in a dilation, slider 1 down by 2D in a contraction",
+        r["advance"] - excess,
+        "slider 2 down by 2D in a dilation, slider 1 down by 2D in a contraction (slip)",
     )
     r0 = sp.Symbol("r_0", nonnegative=True)
     v.identity(
-        "creep is sustained iff l0 A > a - |r0|",
-        (slope_margin + (excess - r0)) - (static_margin - r0),
-        "the relay closest to zero is at D - |r0|, |r0| <= D; it switches iff D - |r0| < l0 A - m",
+        "the relay at r0 - D, 0 <= r0 <= D, switches back at y = -(a - r0)",
+        y_down.subs(position, r0) + (static_margin - r0),
+        "the other way it switches at r0 - D + m, closer to zero; r0 < 0 is the mirror image",
+    )
+    v.argued(
+        "theorem of the staircase: along any path of theta x_G moves by D whenever y passes rho + m"
+        " upwards or rho - m downwards for a rho in r0 + D + 2D Z, in turns; cycles move it by D "
+        "times the number of |rho| < l0 A - m, and creep is sustained iff l0 A > a - |r0|",
+        "the claims above: starts and slips follow from the equations of motion, between them "
+        "nothing moves; the relay closest to zero is at D - |r0|",
     )
     v.identity("the mean over r0 is l0 A - m", r["velocity"] - (room - slope_margin))
     v.identity(
@@ -184,7 +193,7 @@ def check() -> Verification:
     )
     v.identity(
         "the paper's minimum dilation 2a is that of the least favourable phase; the mean is 2m",
-        (2 * static_margin - 2 * excess) - 2 * slope_margin,
+        (r["start_1_down"] - r["start_2"] - 2 * excess) - 2 * slope_margin,
         "a dilation ends with T anywhere in [-a, -a + 2D), a contraction in (a - 2D, a]: D on "
         "average at each end",
     )
