@@ -42,6 +42,7 @@ def derive() -> Derivation:
     mass = rho * section * L / N
     stiffness = N * Y * section / L
     unit = sp.simplify(g * mass / stiffness)  # g tau_dyn**2
+    unit_exact = sp.simplify(g * mass / ((N - 1) * Y * section / L))
     spring = sp.simplify(L / N / unit)  # L = N l0: large N
     steps_per_cycle = N * s / (c * mu_d)  # N + 3 - 2i to within 1
     law = steps_per_cycle * (l0 * amplitude - N * slope_margin / 2)
@@ -56,6 +57,9 @@ def derive() -> Derivation:
     column = sp.simplify((D / (2 * R)) * (rho * R**3 * g / stiff) / (2 * 2 * R))
     results = {
         "unit": unit,
+        "unit_exact": unit_exact,
+        "spring_exact": sp.simplify(L / (N - 1) / unit_exact),
+        "steps": sp.cancel(plateaus().results["cycle"] / (2 * l0 * amplitude)),
         "spring": spring,
         "velocity": velocity,
         "bare": bare,
@@ -110,7 +114,7 @@ def check() -> Verification:
     v.identity("it does not depend on N", sp.diff(r["velocity"], N))
     v.identity(
         "N + 3 - 2i - N tan(alpha)/mu_d is 1 at the lower edge",
-        (N + 3 - 2 * i) - (N + 2 - 2 * i) - 1,
+        r["steps"] - (N + 2 - 2 * i) - 1,
     )
     v.identity(
         "threshold g rho L (mu_d c - s)/(2Y)", r["threshold"] - g * rho * L * slope_margin / (2 * Y)
@@ -126,11 +130,15 @@ def check() -> Verification:
         and sp.simplify(r["column"] / (rho * g * D / Y) ** sp.Rational(2, 3)).is_number,
         "R cancels",
     )
-    exact_unit = sp.simplify((N - 1) / N)
     v.identity(
-        "with N - 1 springs of length L/(N-1) the threshold has (N-1)/N besides",
-        exact_unit - (1 - 1 / N),
-        "relative -1/N",
+        "with N - 1 springs of length L/(N-1), and N masses, the threshold is the same",
+        r["spring_exact"] - r["spring"],
+        "l_0 in units of g tau_dyn**2 is the same",
+    )
+    v.identity(
+        "... and the velocity has N/(N-1) besides",
+        r["unit_exact"] / r["unit"] - N / (N - 1),
+        "the unit of length has it",
     )
     v.verified(
         "solid: 1.2e-9 at the captions' angle, at most 2.5e-9 for mu_d = 1/2; not 1e-8",
@@ -249,7 +257,7 @@ ENTRIES: tuple[Entry, ...] = (
         "approximation",
         "continuum: Eq. (seuil), theta = kappa Delta T",
         assumptions=("N >> 1",),
-        error="relative D/(N m) and 1/N",
+        error="relative D/(N m)",
         holds=follows(_is("Delta_T_star", _R["threshold"] / kappa)),
     ),
     Entry(

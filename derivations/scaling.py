@@ -84,6 +84,8 @@ def derive() -> Derivation:
         "force_inner": _total(upper + lower + weight),
         "force_last": _total(upper + weight),
         "friction": -mu_d * c,
+        "from_above": spring(n, n + 1),
+        "from_below": spring(n + 1, n),
     }
     steps = (
         Step("Elastic energy and weight that contain slider n", upper + lower + weight),
@@ -186,7 +188,7 @@ def check() -> Verification:
     )
     v.identity(
         "action and reaction",
-        spring(n + 1, n) + spring(n, n + 1),
+        results["from_below"] + results["from_above"],
         "derivatives of one spring's energy",
     )
     mirrored = {before: -after, after: -before, here: -here, s: -s}
