@@ -23,7 +23,14 @@ from exactcreep.laws import LAWS
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import (
+    InputError,
+    Number,
+    exact_number,
+    nearest_float,
+    plain_data,
+    whole_number,
+)
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.loop import creep
@@ -59,7 +66,8 @@ class Intercept:
     chi2, chi2_probability : float
         Of the line, and the probability of one as large.
     law_seuil, law_slope : float
-        Eq. (seuil), and ``(N + 3 - 2i) l0`` of Eq. (vitesse).
+        Eq. (seuil), and ``(N + 3 - 2i) l0`` of Eq. (vitesse); nan at slopes
+        between two plateaus, where i is not unique.
     reason : str
         Why the evidence is undecided; "" if it is not.
     """
@@ -93,16 +101,17 @@ class Intercept:
             "intercept", "error", "systematic", "slope", "slope_error", "chi2",
             "chi2_probability", "law_seuil", "law_slope", "cycles", "seed", "reason",
         )  # fmt: skip
-        return {
+        about = {
             "criterion": "intercept",
             **{name: getattr(self, name) for name in names},
             "fit": list(self.fit),
             "evidence": self.evidence.value,
             "compare": "the intercept with Eq. (seuil), a law for long chains, and no other law",
-            "amplitudes": self.amplitudes.tolist(),
-            "velocities": self.velocities.tolist(),
-            "errors": self.errors.tolist(),
+            "amplitudes": self.amplitudes,
+            "velocities": self.velocities,
+            "errors": self.errors,
         }
+        return plain_data(about)
 
 
 def intercept(
@@ -161,7 +170,10 @@ def intercept(
         name: nearest_float(getattr(chain, name)) for name in ("l0", "mu_d", "tan_alpha")
     }
     law = float(_law("seuil")(n=chain.n, mu_s=nearest_float(chain.mu_s), **about))
-    law_slope = float(_law("vitesse")(n=chain.n, amplitude=1.0, **about))
+    try:
+        law_slope = float(_law("vitesse")(n=chain.n, amplitude=1.0, **about))
+    except ValueError:  # two plateaus are as near to the slope
+        law_slope = math.nan
     amplitudes = law * np.linspace(low, high, count)
     velocities, errors = np.empty(count), np.empty(count)
     for k, amplitude in enumerate(amplitudes.tolist()):

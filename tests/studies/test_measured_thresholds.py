@@ -39,6 +39,13 @@ def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_la
     assert json.loads(json.dumps(found.summary()))["intercept"] == found.intercept
 
 
+def test_between_two_plateaus_no_law_has_a_slope() -> None:
+    found = intercept(captions(4, "0.01"), cycles=100)
+    assert math.isnan(found.law_slope)
+    assert found.summary()["law_slope"] is None
+    assert found.slope > 0
+
+
 def test_stairs_are_no_straight_line() -> None:
     stairs = intercept(captions(2), cycles=60)
     assert stairs.evidence is Evidence.UNDECIDED
