@@ -85,7 +85,9 @@ def test_a_cell_is_the_run_of_its_member(scene: Scene) -> None:
         )
         assert float(cell["velocity"]) == alone.velocity
         error = float(cell["velocity_error"])
-        assert error == alone.velocity_error or math.isnan(error) is bool(alone.velocity_reason)
+        assert error == alone.velocity_error or (
+            math.isnan(error) and math.isnan(alone.velocity_error)
+        )
         assert float(cell["x_G"]) == alone.x_G
         assert int(cell["events"]) == alone.events
         assert str(cell["outcome"].item()) == alone.outcome.value
