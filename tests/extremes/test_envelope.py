@@ -164,8 +164,12 @@ def test_a_law_that_cannot_tell_is_no_truth() -> None:
     unknown = replace(QUICK["N = 1000"], known=lambda result: math.nan)
     (cell,) = envelope(chosen=[unknown])
     assert (cell.solver, cell.verdict) == ("exact", NO_TRUTH)
-    (cell,) = envelope(chosen=[replace(unknown, known=lambda result: math.inf)])
+    # what a law denies is a fault, unless the run itself says that it is undecided
+    decided = QUICK["slips in one half-cycle = 1e+05"]
+    (cell,) = envelope(chosen=[replace(decided, known=lambda result: math.inf)])
     assert cell.verdict == BROKEN
+    (cell,) = envelope(chosen=[replace(unknown, known=lambda result: math.inf)])
+    assert cell.verdict == FLAGGED
 
 
 def test_no_clock_changes_anything_but_the_seconds(monkeypatch: pytest.MonkeyPatch) -> None:
