@@ -15,13 +15,12 @@ import numpy as np
 from exactcreep.limits import Limits, Stop
 from exactcreep.model.drive import Drive
 from exactcreep.model.verdict import Evidence
+from exactcreep.motion.condition import PROMISE
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.solvers.solver import Simulation
 
-PROMISE = 1e-12
-"""Largest error of a tension (unit m g) for which a run is `computed`; of larger ones, relative."""
 TRUSTED = 1e-9
-"""The same for `Creep.trusted_half_cycles`."""
+"""What `condition.PROMISE` is for a rearrangement, for `Creep.trusted_half_cycles`."""
 MOST_EVENTS = 2**14
 """A twin that was not asked for goes along for so many events."""
 
