@@ -163,17 +163,16 @@ def _accuracy(count: int) -> str:
 
 
 def _evidence(result: Creep) -> str:
-    ties = f", {result.undecided} comparisons undecided" if result.undecided else ""
-    since = f", from half-cycle {result.undecided_from} on" if result.undecided_from else ""
-    trusted = result.trusted_half_cycles
-    course = "" if trusted is None else f"; the course holds for {trusted} half-cycles"
-    return result.evidence.value + ties + since + course
+    ties = f", {result.undecided} comparisons by the model's rules" if result.undecided else ""
+    return result.evidence.value + ties + (f": {result.course}" if result.course else "")
 
 
 def _print_members(
     console: Any, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]
 ) -> None:
     from rich.table import Table
+
+    from exactcreep.quasistatic.result import known_of
 
     table = Table(box=None, padding=(0, 1), header_style="bold")
     for key in settings[0]:
@@ -195,12 +194,16 @@ def _print_members(
     evidence = Counter(result.evidence.value for result in results)
     missing = len(settings) - len(results)
     console.print(
-        f"{len(results)} members: {_told(outcomes)}; evidence: {_told(evidence)}"
+        f"{len(results)} members: {_told(outcomes)}"
         + (f"; {missing} not run" if missing else "")
         + f"; {sum(result.seconds for result in results):.3g} s",
         soft_wrap=True,
     )
-
+    known = known_of(results)
+    console.print(
+        f"{known} (evidence: {_told(evidence)})" if known else f"evidence: {_told(evidence)}",
+        soft_wrap=True,
+    )
     outside: Counter[str] = Counter()
     for result in results:
         outside.update(result.warnings)

@@ -96,6 +96,9 @@ def _print(found: Comparison, name: str, title: str) -> None:
     for key, texts in rows.items():
         table.add_row(key, *texts)
     console.print(table)
+    for standing in found.contestants:
+        if standing.creep.course:
+            console.print(f"{standing.contestant.solver}: {standing.creep.course}", soft_wrap=True)
     errors = found.standard_errors
     if errors == errors:  # it is known
         console.print(
@@ -120,6 +123,8 @@ def _rows(standing: Standing) -> dict[str, str]:
     out["velocity"] = measured(run)
     out["slips per half-cycle"] = f"{run.slips / max(run.half_cycles, 1):.4g}"
     out["half-cycles"] = str(run.half_cycles)
+    trusted = run.trusted_half_cycles
+    out["  of them trusted"] = "" if trusted is None else str(trusted)
     return out
 
 

@@ -107,6 +107,8 @@ def _print(console: Any, plan: Plan) -> None:
             " estimated" + ("; the accuracy is not reached by a run this long" if missed else ""),
             soft_wrap=True,
         )
+    if plan.course:
+        console.print(f"by exact, {plan.course}", soft_wrap=True)
     if plan.choice.name == "law":
         values = " or ".join(f"{value:.10g}" for value in plan.choice.law)
         console.print(f"velocity per half-cycle: {values}")

@@ -58,6 +58,12 @@ def run(
     max_events: MaxEvents = None,
     max_seconds: MaxSeconds = None,
     max_bytes: MaxBytes = None,
+    twin: Annotated[
+        bool,
+        typer.Option(
+            "--twin", help="Follow a twin a few roundings off until it parts, however late."
+        ),
+    ] = False,
 ) -> None:
     """Drive the chain of a scene, or of every member of it.
 
@@ -71,6 +77,8 @@ def run(
 
     Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 130 Ctrl-C.
     """
+    from dataclasses import replace
+
     from exactcreep.commands.answer import as_json
     from exactcreep.commands.session import run_session
     from exactcreep.limits import Limits
@@ -93,7 +101,7 @@ def run(
     note = {"scene": wanted.name, "title": wanted.title, "settings": as_json(varied)}
     keeper = None if checkpoint is None else Keeper.of(checkpoint, every, force=force, note=note)
     run_session(
-        [member.experiment for member in members],
+        [replace(member.experiment, twin=twin) for member in members],
         varied,
         scene=wanted.name,
         title=wanted.title,

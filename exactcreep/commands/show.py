@@ -55,4 +55,6 @@ def show(
     seen = portrait(chosen, wanted, wide)
     with mpl.rc_context(STYLE):
         save_picture(draw_portrait(seen), target)
+    if chosen.course:
+        typer.echo(f"{chosen.evidence.value}: {chosen.course}")
     typer.echo(f"written: {target}")

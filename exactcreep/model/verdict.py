@@ -17,7 +17,8 @@ class Evidence(Enum):
     thousand events, or all along if it is asked for)."""
     UNDECIDED = "undecided"
     """A comparison lay inside its rounding bound and was settled by the model's rules, or rounding
-    may have grown beyond what the solver promises."""
+    may have grown beyond what the solver promises. Of a run that is said of its course, from a
+    half-cycle on; mean velocities are statistics, with an error of their own."""
 
     @classmethod
     def of(cls, undecided: int, best: Evidence) -> Evidence:

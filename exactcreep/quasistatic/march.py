@@ -204,7 +204,7 @@ class March:
             outcome=outcome,
             evidence=Evidence.UNDECIDED if doubted else evidence,
             undecided_from=doubted,
-            trusted_half_cycles=self.watch.trusted_up_to(self.done),
+            trusted_half_cycles=self.watch.trusted_up_to,
             reason=reason,
             since=since,
             velocity=value,

@@ -228,6 +228,23 @@ class Creep:
             )
         return ""
 
+    @property
+    def followed(self) -> int | None:
+        """Up to which target the course is followed, if it is undecided beyond; else None."""
+        if not self.undecided_from:
+            return None
+        before = self.undecided_from - 1
+        by_rules = self.undecided or self.long_rearrangements
+        return before if by_rules else max(before, self.trusted_half_cycles or 0)
+
+    @property
+    def course(self) -> str:
+        """One sentence: what outcome and velocity are worth, and how far the course is known.
+
+        "" where there is nothing to say but the evidence.
+        """
+        return known_of([self])
+
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, ready for JSON: a number that is not finite is None."""
         out: dict[str, Any] = {
@@ -242,6 +259,8 @@ class Creep:
         out |= {name: getattr(self, name) for name in _COUNTS}
         if self.trusted_half_cycles is not None:
             out["trusted_half_cycles"] = self.trusted_half_cycles
+        if self.course:
+            out["course"] = self.course
         out |= {"x_G": self.x_G, "seconds": self.seconds, "seed": self.seed}
         if self.velocity_enclosure is not None and self.velocity_enclosure.radius:
             out["velocity_radius"] = self.velocity_enclosure.radius_text()
@@ -391,6 +410,55 @@ class Creep:
             report=json.loads(about["report"]),
             since=int(about["since"]) if about.get("since", -1) >= 0 else None,
         )
+
+
+def course_of(results: Sequence[Creep]) -> str:
+    """Return one sentence: how far courses are known; "" where nothing was looked at.
+
+    The course of a run is what happens when: x_G at every target, and all events.
+    """
+    lost = [one for one in results if one.followed is not None]
+    many = len(results) > 1
+    targets = "half-cycle" if all(one.drive.cyclic for one in results) else "target"
+    if not lost:
+        twins = [one for one in results if one.trusted_half_cycles == one.half_cycles > 0]
+        if not results or len(twins) < len(results):
+            return ""
+        least = min(one.half_cycles for one in twins)
+        whole = all(one.half_cycles == one.drive.half_cycles for one in twins)
+        far = "to the end" if whole else f"for the first {least} {targets}s"
+        return f"a twin that starts a few roundings off takes the same course {far}"
+    ends = sorted({one.followed or 0 for one in lost})
+    to = f"{targets} {ends[0]}" + (f" to {ends[-1]}" if len(ends) > 1 else "")
+    of = f" of {len(lost)} runs" if many and len(lost) < len(results) else ""
+    rules = any(one.undecided or one.long_rearrangements for one in lost)
+    decides = "rounding or a rule" if rules else "rounding"
+    return (
+        f"the course{'s' * many} (x_G(t), events){of} {'are' if many else 'is'} followed"
+        f" to {to} and undecided beyond, where {decides} picks one of many"
+    )
+
+
+def known_of(results: Sequence[Creep]) -> str:
+    """Return one sentence: what outcome and velocity are worth, and how far courses are known.
+
+    "" where there is nothing to say but the evidence.
+    """
+    course = course_of(results)
+    lost = [one for one in results if one.followed is not None]
+    if not lost:
+        return course
+    unknown = sum(math.isnan(one.velocity_error) for one in lost)
+    if all(one.velocity_error == 0 for one in lost):
+        worth = "outcome and velocity are what the course ended in"
+    elif len(results) > 1:
+        worth = "outcomes and velocities are statistics, the latter with their standard errors"
+        worth += f" (of {unknown} not known)" * bool(unknown)
+    else:
+        worth = "outcome and velocity are statistics, the latter " + (
+            "of unknown error" if unknown else "to within its standard error"
+        )
+    return f"{worth}; {course}"
 
 
 def _whole_or_none(value: Any) -> int | None:

@@ -55,10 +55,10 @@ class Watch:
         """The next target to look at."""
         return self.checked + max(1, self.checked // 16)
 
-    def trusted_up_to(self, done: int) -> int | None:
-        """Return up to which target the run can be trusted, None if that is not known."""
-        known = self.parted or (self.followed and self.checked == done)
-        return self.trusted if known else None
+    @property
+    def trusted_up_to(self) -> int | None:
+        """Up to which target the run can be trusted at the least, None if that is not known."""
+        return self.trusted if self.parted or self.followed else None
 
     def look(self, simulation: Simulation, drive: Drive, done: int, *, last: bool) -> None:
         """Look at a run that has reached target `done`, if it is due or the last."""

@@ -110,6 +110,8 @@ class Standing(Agreement):
             "outcome": run.outcome.value,
             "evidence": run.evidence.value,
             "undecided": run.undecided,
+            "trusted_half_cycles": run.trusted_half_cycles,
+            "course": run.course or None,
             "seconds": run.seconds,
         })
 
@@ -259,6 +261,7 @@ def compare(
             seed=experiment.seed,
             start=experiment.start,
             solver=contestant.solver,
+            twin=True,
             max_events=_STATISTICS_EVENTS,
             progress=lambda p, name=contestant.solver: say(  # type: ignore[misc]
                 f"{name}, statistics", p.half_cycles / max(p.total, 1)

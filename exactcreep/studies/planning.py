@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +17,9 @@ from exactcreep.model.numbers import nearest_float, plain_data
 from exactcreep.model.state import State
 from exactcreep.motion.condition import PROMISE
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.loop import PhysicsWarning, creep
+from exactcreep.quasistatic.result import Creep, course_of
+from exactcreep.quasistatic.watch import MOST_EVENTS
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import (
     LADDER,
@@ -63,6 +67,11 @@ class Plan:
     needs : tuple of Need
     costs : mapping of str to float
         Predicted seconds of the whole run for each of `LADDER`; nan where it does not apply.
+    course : str
+        One sentence: how far the course of the run by `exact` can be followed; "" where that is not
+        known.
+    trusted_half_cycles : int or None
+        As in `Creep`.
     """
 
     experiment: Experiment
@@ -71,6 +80,8 @@ class Plan:
     explicit: str | None
     needs: tuple[Need, ...]
     costs: Mapping[str, float]
+    course: str = ""
+    trusted_half_cycles: int | None = None
 
     @property
     def solver(self) -> str:
@@ -116,6 +127,8 @@ class Plan:
                 for rung in self.choice.candidates
             ],
             "pilot": pilot,
+            "trusted_half_cycles": self.trusted_half_cycles,
+            "course": self.course or None,
         })
 
 
@@ -205,6 +218,7 @@ def _planned(
         seed=experiment.seed,
         record=record,
     )
+    begun = _begun(experiment, choice)
     return Plan(
         experiment=experiment,
         accuracy=wanted,
@@ -212,7 +226,27 @@ def _planned(
         explicit=explicit,
         needs=_needs(experiment, choice, wanted, record),
         costs=_costs(experiment, choice, wanted),
+        course=course_of(begun),
+        trusted_half_cycles=begun[0].trusted_half_cycles if begun else None,
     )
+
+
+def _begun(experiment: Experiment, choice: Choice) -> list[Creep]:
+    """Return the beginning of an exact run with its twin, if that solver applies."""
+    if not any(rung.name == "exact" and rung.applies for rung in choice.candidates):
+        return []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
+        begun = creep(
+            experiment.chain,
+            experiment.drive,
+            seed=experiment.seed,
+            start=experiment.start,
+            record=(),
+            twin=True,
+            max_events=MOST_EVENTS,
+        )
+    return [begun]
 
 
 def _needs(

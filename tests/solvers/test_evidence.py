@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, Outcome, State, creep, rearrange
+from exactcreep import Chain, Cycles, Evidence, GaussianSteps, Outcome, State, creep, rearrange
+from exactcreep.quasistatic.result import known_of
 from exactcreep.solvers import exact, verlet
 
 STEEP = Chain(2, 1000, "1/2", "3/5", "1/100", tan_alpha="0.5001")
@@ -53,3 +55,71 @@ def test_a_twin_is_followed_to_the_end_where_it_never_parts() -> None:
     assert run.evidence is Evidence.COMPUTED
     assert run.trusted_half_cycles == run.half_cycles == 4000
     assert creep(chain, Cycles("0.001", 20_000)).trusted_half_cycles is None
+
+
+SIX = Chain(6, 1000, "1/2", "3/5", "1/100", tan_alpha="1/4")
+
+
+def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_worth() -> None:
+    run = creep(SIX, Cycles("0.01", 150), seed=1)
+    assert run.evidence is Evidence.UNDECIDED
+    assert run.undecided_from - 1 <= run.followed == run.trusted_half_cycles < 150
+    worth, course = run.course.split("; ")
+    assert worth.startswith("outcome and velocity are statistics")
+    assert f"followed to half-cycle {run.followed} and undecided beyond" in course
+    assert run.summary()["course"] == run.course
+    short = creep(SIX, GaussianSteps("0.01", 20), seed=1)
+    assert "of unknown error" in short.course
+    assert f"to target {short.followed} and" in short.course
+    locked = creep(Chain(5, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.000759", 150))
+    assert locked.undecided_from
+    assert locked.course.startswith("outcome and velocity are what the course ended in")
+
+
+def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agrees() -> None:
+    level = Chain(2, 1000, "1/2", "3/5", tan_alpha="0")  # both ends reach their thresholds at once
+    run = creep(level, Cycles("0.003", 10), twin=True)
+    assert run.undecided > 0
+    assert run.followed == run.undecided_from - 1 < (run.trusted_half_cycles or 0)
+    assert "rounding or a rule" in run.course
+
+
+def test_nothing_is_said_of_a_course_that_was_not_looked_at() -> None:
+    pair = Chain(2, 1000, "1/2", "3/5", tan_alpha="1/4")
+    assert creep(pair, Cycles("0.001", 20_000)).course == ""
+    assert creep(pair, Cycles("0.001", 20), solver="certified").course == ""
+    assert creep(pair, Cycles("0.001", 20)).course.endswith("the same course to the end")
+    cut = creep(pair, Cycles("0.001", 2000), twin=True, max_events=100)
+    assert cut.outcome is Outcome.LIMIT
+    assert 0 < cut.half_cycles < 16  # so far every one is looked at
+    assert cut.course.endswith(f"the same course for the first {cut.half_cycles} half-cycles")
+
+
+def test_several_runs_are_told_of_together() -> None:
+    runs = [creep(SIX, Cycles("0.01", 40), seed=seed) for seed in range(4)]
+    told = known_of(runs)
+    ends = [run.followed for run in runs]
+    assert f"are followed to half-cycle {min(ends)} to {max(ends)} and undecided" in told
+    assert "(of 4 not known)" in told
+    pair = creep(Chain(2, 1000, "1/2", "3/5", tan_alpha="1/4"), Cycles("0.001", 20))
+    assert "(x_G(t), events) of 4 runs are followed" in known_of([*runs, pair])
+
+
+def test_other_courses_have_other_positions_and_the_same_velocity_within_their_errors() -> None:
+    """Starts a few roundings apart: what a course beyond its end is worth is its statistics."""
+    runs = [
+        creep(
+            SIX,
+            GaussianSteps("0.01", 1000),
+            seed=2,
+            start=State.prepared(SIX, [k * 2.0**-45, 0, 0, 0, 0], seed=2),
+        )
+        for k in range(6)
+    ]
+    assert max(run.followed for run in runs) < 100
+    x = np.array([run.recorded["x_G"] for run in runs])
+    assert np.abs(x[1:] - x[0])[:, 100:].max(axis=1).min() > 1e-3
+    velocities = np.array([run.velocity for run in runs])
+    known = [run.velocity_error for run in runs if run.velocity_error > 0]
+    assert len(known) >= 3
+    assert 0 < np.ptp(velocities) < 5 * np.median(known)

@@ -1,5 +1,6 @@
 """What creep, fate and survival say of one chain is the same, in the same words."""
 
+import json
 import random
 from fractions import Fraction
 from pathlib import Path
@@ -19,6 +20,7 @@ from exactcreep import (
     resume,
     survival,
 )
+from exactcreep.cli import status
 
 
 def captions(n: int, sigma_mu: str = "0", tan_alpha: str = "0.25") -> Chain:
@@ -114,3 +116,25 @@ def test_velocity_of_a_settled_chain_is_that_of_its_cycle() -> None:
     assert result.velocity == pytest.approx((x[-1] - x[-1 - period]) / (2 * period), rel=1e-12)
     steps = np.diff(x)
     assert np.allclose(steps[result.since + period :], steps[result.since : -period], atol=1e-9)
+
+
+def test_run_show_plan_and_compare_say_alike_how_far_a_course_is_followed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    scene = "six-sliders-cycles --set drive.cycles=60"
+    kept = tmp_path / "run.nc"
+    result = creep(captions(6, "0.01"), Cycles("0.01", 60))
+    course = result.course.split("; ")[1]
+    for words in (
+        f"run {scene} --twin --out {kept}",
+        f"show {kept} --window 4",
+        f"plan {scene}",
+        f"compare {scene} --events 20",
+    ):
+        assert status(words.split()) == 0
+        printed = " ".join(capsys.readouterr().out.split())
+        assert course in printed, words
+    assert Creep.load(kept).course == result.course
+    assert status(f"plan {scene} --json".split()) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert (told["course"], told["trusted_half_cycles"]) == (course, result.trusted_half_cycles)
