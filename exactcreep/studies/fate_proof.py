@@ -56,6 +56,8 @@ BITS = 192
 PROOF_BITS = 128
 """Of what is concluded from the derivatives."""
 _CLOSE = 2.0**-40  # how nearly a shape has to return before a proof is tried
+_BETTER = 2.0**-8  # how much more nearly it has to return than after a shorter period
+_CLOSER = 0.25  # how much more nearly before it is tried once more
 _LEAST = 2.0**-100  # half width of the joint set
 _ROOM = 4.0  # how much larger than needed the joint set is
 
@@ -154,7 +156,9 @@ class _Search:
         self.shapes = [self._shape()]  # there, too
         self.known: dict[Any, int] = {}  # since the last avalanche: slips of each slider -> cycle
         self.slips = [0] * chain.n
-        self.later = 0  # cycle before which no further proof is tried
+        # of periods that were not proved: how nearly the shape has to return, or the cycle from
+        # which on it is tried in any case
+        self.again: dict[int, tuple[float, int]] = {}
         self.tried = 0
         self.doubt = ""
 
@@ -253,39 +257,43 @@ class _Search:
 
     def _contracted(self, cycle: int) -> Recurrence | None:
         """Return the recurrence if a set of states is proved to be taken into itself."""
-        if cycle < self.later or self.chain.sigma_mu != 0:
+        held = self.simulation.mechanics.coefficients.tolist()
+        if self.chain.sigma_mu != 0 or len(set(held)) > 1:
             return None
-        word = self._symmetric(cycle)
-        if word is None:
-            return None
-        period = len(word.halves) // 2
-        proof = _Joint.of(self.simulation, self.drive, word, self.limits)
-        self.tried += 1
-        if isinstance(proof, str):
-            self.doubt = proof
-            self.later = cycle + max(period, cycle // 16)
-            return None
-        before = cycle - period
-        while before > 0 and self._cycle(before) == self._cycle(before + period):
-            before -= 1
-        return self._settled(before, period, proof.advance, contraction=proof.contraction)
+        best = math.inf
+        for period in range(1, min(MOST_PERIOD, cycle // 2) + 1):
+            if self._cycle(cycle) != self._cycle(cycle - period):
+                continue
+            apart = abs(self.shapes[-1] - self.shapes[-1 - 2 * period]).max(initial=0.0)
+            near, later = self.again.get(period, (_CLOSE, cycle + 1))
+            if apart > near and cycle < later:
+                best = min(best, apart)
+                continue
+            # what comes to a period in turns returns somewhat better after several
+            word = self._symmetric(cycle, period) if apart <= best * _BETTER else None
+            if word is None:
+                continue
+            proof = _Joint.of(self.simulation, self.drive, word, self.limits)
+            self.tried += 1
+            if isinstance(proof, str):
+                self.doubt = proof
+                self.again[period] = (_CLOSER * apart, cycle + max(period, cycle // 4))
+                return None
+            before = cycle - period
+            while before > 0 and self._cycle(before) == self._cycle(before + period):
+                before -= 1
+            return self._settled(before, period, proof.advance, contraction=proof.contraction)
+        return None
 
     def _cycle(self, cycle: int) -> list[HalfCycle]:
         return self.halves[2 * cycle - 2 : 2 * cycle]
 
-    def _symmetric(self, cycle: int) -> _Word | None:
-        """Return the shortest period whose states nearly return, and whose word has a symmetry."""
-        if len(set(self.simulation.mechanics.coefficients.tolist())) > 1:
-            return None
-        for p in range(1, min(MOST_PERIOD, cycle // 2) + 1):
-            if self._cycle(cycle) != self._cycle(cycle - p):
-                continue
-            if abs(self.shapes[-1] - self.shapes[-1 - 2 * p]).max(initial=0.0) > _CLOSE:
-                continue
-            word = _Word.of(self.halves[-2 * p :], self.chain.n)
-            if word is not None:
-                return word
-        return None
+    def _symmetric(self, cycle: int, period: int) -> _Word | None:
+        """Return the word of the last period, if it is that of the one before, with a symmetry."""
+        for ago in range(1, period):
+            if self._cycle(cycle - ago) != self._cycle(cycle - ago - period):
+                return None
+        return _Word.of(self.halves[-2 * period :], self.chain.n)
 
     # -- results ---------------------------------------------------------------------------------
 

@@ -27,7 +27,9 @@ def told(found: Fate) -> tuple[object, ...]:
         (2, "0.0003", Outcome.AT_REST, 1, 0),
         (2, "0.0004", Outcome.CREEPING, 1, 1),
         (3, "0.0007", Outcome.CREEPING, 3, 9),
+        (3, "0.00085", Outcome.CREEPING, 15, 11),
         (4, "0.0007", Outcome.CREEPING, 1, 3),
+        (4, "0.0009", Outcome.CREEPING, 5, 39),
         (5, "0.000759", Outcome.CYCLING, 1, 25),
     ],
 )
