@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 import typer
 
+from exactcreep import interrupts
 from exactcreep.commands import (
     animate,
     audit,
@@ -58,7 +59,8 @@ def _exactcreep(
 
     Start with [bold]exactcreep scenes[/bold], then [bold]exactcreep run two-sliders-cycles[/bold].
 
-    Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 130 Ctrl-C.
+    Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is
+    older than the result, 130 Ctrl-C, 143 SIGTERM.
     """
 
 
@@ -107,4 +109,11 @@ def _complain(sentence: str) -> None:
 
 def main() -> None:
     """Run the command line of this process."""
-    sys.exit(status(sys.argv[1:]))
+    interrupts.listen()
+    code = status(sys.argv[1:])
+    heard = interrupts.status()
+    if heard is not None and code in (0, 130):
+        if code == 0:  # it came too late to change anything, or was lost on its way
+            _complain("interrupted")
+        code = heard
+    sys.exit(code)

@@ -12,7 +12,7 @@ import exactcreep
 PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
     ("model",),
-    ("limits", "progress", "disorder"),
+    ("interrupts", "limits", "progress", "disorder"),
     ("laws",),
     ("motion",),
     ("solvers",),
@@ -25,7 +25,7 @@ ROOMS = (
 )
 """From the foundations up; rooms of one entry share a floor."""
 FLOOR = {room: floor for floor, rooms in enumerate(ROOMS) for room in rooms}
-FACES = {"commands", "cli", "__init__"}
+FACES = {"commands", "cli", "__init__", "__main__"}
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
 

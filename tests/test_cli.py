@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from exactcreep import Creep, resume
+from exactcreep import Creep, InputError, resume
 from exactcreep.cli import status
+from exactcreep.quasistatic import checkpoint, loop
 from exactcreep.quasistatic.result import load_members
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun, finished, wait_until
@@ -229,6 +230,45 @@ def test_resume_refuses_what_is_no_checkpoint(command: Command, tmp_path: Path) 
     assert "is not a checkpoint of exactcreep" in command("resume", "a.ckpt").sentence
 
 
+def test_a_stale_checkpoint_is_told_by_the_exit_status_beside_the_result(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = ("run", "two-sliders-cycles", "--json", "--checkpoint", "a.ckpt", "--every", "0")
+    write, calls = checkpoint.write_file, []
+
+    def full_after_the_first(*arguments: object, **options: object) -> None:
+        calls.append(arguments)
+        if len(calls) > 1:
+            raise InputError("checkpoint", "a.ckpt", "cannot be written: No space left on device")
+        write(*arguments, **options)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(checkpoint, "write_file", full_after_the_first)
+        done = command(*run, "--out", "a.nc")
+    assert done.code == 4
+    assert done.err.count("No space left on device") == 1
+    assert done.json["outcome"] == "creeping"
+    assert Creep.load(tmp_path / "a.nc").half_cycles == done.json["half_cycles"]
+    assert command("resume", "a.ckpt", "--json").json["x_G"] == done.json["x_G"]
+
+
+def test_of_two_runs_with_one_output_the_second_saves_under_another_name(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    members = loop.run_members
+
+    def meanwhile(*arguments: object, **options: object) -> object:
+        (tmp_path / "a.nc").write_bytes(b"of another program")
+        return members(*arguments, **options)
+
+    monkeypatch.setattr(loop, "run_members", meanwhile)
+    done = command("run", "two-sliders-cycles", "--json", "--out", "a.nc")
+    assert done.code == 2
+    assert "was made by another program meanwhile; this result is in a-2.nc" in done.err
+    assert (tmp_path / "a.nc").read_bytes() == b"of another program"
+    assert Creep.load(tmp_path / "a-2.nc").half_cycles == done.json["half_cycles"]
+
+
 def size(path: Path) -> int:
     return path.stat().st_size if path.exists() else 0
 
@@ -256,7 +296,7 @@ def test_ctrl_c_saves_and_summarises_what_was_computed(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("ignores_ctrl_c")
-def test_a_run_in_the_background_is_deaf_to_ctrl_c_and_ended_by_sigterm(tmp_path: Path) -> None:
+def test_a_run_in_the_background_is_deaf_to_ctrl_c_and_saved_by_sigterm(tmp_path: Path) -> None:
     kept = tmp_path / "a.ckpt"
     with begun(*ENDLESS, cwd=tmp_path) as process:
         wait_until(lambda: size(kept) > 10_000, process)
@@ -264,10 +304,61 @@ def test_a_run_in_the_background_is_deaf_to_ctrl_c_and_ended_by_sigterm(tmp_path
         pressed = size(kept)
         wait_until(lambda: size(kept) > 4 * pressed, process)
         process.terminate()
-        process.communicate(timeout=PATIENCE)
-    assert process.returncode == -signal.SIGTERM
-    assert not (tmp_path / "a.nc").exists()
-    assert resume(kept, max_events=0).half_cycles > 100
+        out, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 128 + signal.SIGTERM
+    assert json.loads(out)["reason"] == "interrupted"
+    assert "exactcreep resume a.ckpt goes on" in err
+    loaded = Creep.load(tmp_path / "a.nc")
+    assert resume(kept, max_events=0).half_cycles == loaded.half_cycles > 100
+
+
+SWALLOWED = """
+import os, signal, sys
+from exactcreep import interrupts
+from exactcreep.cli import main
+from exactcreep.studies import sweeps
+
+class Finaliser:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(1000):  # the signal is heard here, where Python drops what is raised
+            pass
+
+def begin(*arguments):
+    sweeps._shared = shared
+    Finaliser()
+    return shared(*arguments)
+
+shared = sweeps._shared
+sweeps._shared = begin
+sys.argv[1:] = ["reproduce", "all", "--quick", "--workers", "1"]
+main()
+"""
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_a_ctrl_c_that_a_finaliser_swallows_is_heard_all_the_same(tmp_path: Path) -> None:
+    with begun(sys.executable, "-c", SWALLOWED, cwd=tmp_path) as process:
+        _, err = process.communicate(timeout=PATIENCE)
+    assert "Exception ignored in" in err
+    assert process.returncode == 130
+    assert len(list(tmp_path.rglob("*.csv"))) == 1
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_ctrl_c_while_the_program_is_imported_ends_in_a_sentence() -> None:
+    script = """
+import os, signal, sys
+class Press:
+    def find_spec(self, name, path=None, target=None):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Press())
+from exactcreep.__main__ import main
+main()
+"""
+    done = finished(sys.executable, "-c", script)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "exactcreep: interrupted\n")
 
 
 def test_help_waits_for_no_compiler() -> None:

@@ -24,7 +24,8 @@ from exactcreep import Path as ThetaPath
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint as checkpoints
 from exactcreep.quasistatic import loop
-from exactcreep.quasistatic.loop import PhysicsWarning, resume
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.loop import CheckpointWarning, PhysicsWarning, resume
 from exactcreep.quasistatic.result import load_members, save_members
 
 TWO = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
@@ -466,6 +467,41 @@ def test_a_checkpoint_that_cannot_be_written_leaves_the_last_one(
     monkeypatch.undo()
     assert same(resume(file), whole)
     assert [path.name for path in tmp_path.iterdir()] == ["run.ckpt"]
+
+
+@pytest.mark.parametrize("repaired", [True, False])
+def test_a_run_goes_on_and_tries_again_when_its_checkpoint_cannot_be_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, repaired: bool
+) -> None:
+    whole = creep(SIX, Cycles("0.005", 20))
+    file, written, write = tmp_path / "run.ckpt", [], checkpoints.write_file
+
+    def sometimes_full(*arguments, **options) -> None:
+        written.append(len(written))
+        if len(written) in (2, 3) or (not repaired and len(written) > 3):
+            raise InputError("checkpoint", str(file), "cannot be written: No space left on device")
+        write(*arguments, **options)
+
+    monkeypatch.setattr(checkpoints, "write_file", sometimes_full)
+    with pytest.warns(CheckpointWarning, match="No space left on device; the run goes on") as seen:
+        result = creep(SIX, Cycles("0.005", 20), checkpoint=file, every=0)
+    assert len(written) > 4
+    assert same(result, whole)
+    assert len(seen) == 1
+    monkeypatch.undo()
+    assert (resume(file, max_events=0).half_cycles == 40) == repaired
+    assert same(resume(file), whole)
+
+
+def test_of_two_runs_with_one_checkpoint_the_second_does_not_begin(tmp_path: Path) -> None:
+    """It is refused even if the first one's file was not there when both were started."""
+    file = tmp_path / "run.ckpt"
+    second = loop.Keeper.of(file, 60)
+    whole = creep(SIX, Cycles("0.005", 20), checkpoint=file)
+    experiment = Experiment.of(SIX, Cycles("0.005", 20))
+    with pytest.raises(InputError, match="exists and is not overwritten without force"):
+        loop.run_members([experiment], keeper=second)
+    assert same(resume(file), whole)
 
 
 def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> None:

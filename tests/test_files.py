@@ -7,6 +7,7 @@ import json
 import os
 import random
 import signal
+import stat
 import subprocess
 import sys
 import time
@@ -18,7 +19,7 @@ import xarray as xr
 
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic import files
-from exactcreep.quasistatic.files import write_file
+from exactcreep.quasistatic.files import Occupied, check_output, remove_parts, write_file
 from exactcreep.quasistatic.result import netcdf
 from tests.processes import PATIENCE, PROGRAM, finished
 
@@ -82,6 +83,84 @@ def test_a_writer_killed_at_random_leaves_the_old_file_or_the_new_one(tmp_path: 
         os.waitpid(child, 0)
         found = target.read_bytes()
         assert found in (bytes([k]) * length for k in range(256))
+
+
+def test_only_regular_files_are_replaced_and_links_are_followed(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(OLD)
+    (tmp_path / "link").symlink_to("a")
+    write_file(tmp_path / "link", NEW, "out")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "a").read_bytes() == NEW
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "to_pipe").symlink_to("pipe")
+    (tmp_path / "dangling").symlink_to("nowhere")
+    (tmp_path / "ring").symlink_to("ring")
+    refused = {"pipe": "regular file", "to_pipe": "regular file",
+               "dangling": "link to a file that does not exist", "ring": "link to a file",
+               "": "not a directory"}  # fmt: skip
+    before = left(tmp_path)
+    for name, sentence in refused.items():
+        for refusing in (lambda path: check_output(path, "out", force=True),
+                         lambda path: write_file(path, NEW, "out")):  # fmt: skip
+            with pytest.raises(InputError, match=sentence):
+                refusing(tmp_path / name)
+    assert left(tmp_path) == before
+    assert (tmp_path / "pipe").is_fifo()
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="needs root")
+def test_a_device_is_not_replaced(tmp_path: Path) -> None:
+    node = tmp_path / "null"
+    try:
+        os.mknod(node, 0o666 | stat.S_IFCHR, os.makedev(1, 3))
+    except OSError as error:
+        pytest.skip(f"no device can be made here: {error}")
+    with pytest.raises(InputError, match="must be a regular file, not a device"):
+        write_file(node, NEW, "out")
+    assert node.is_char_device()
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_of_two_writers_of_one_file_the_second_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
+) -> None:
+    def refuse(*names: object) -> None:
+        raise OSError(95, "Operation not supported")
+
+    if not links:
+        monkeypatch.setattr(files.os, "link", refuse)
+    for name in "ab":
+        assert check_output(tmp_path / name, "out", force=False)
+        write_file(tmp_path / name, NEW, "out", force=False)
+        with pytest.raises(Occupied, match="exists and is not overwritten without force"):
+            write_file(tmp_path / name, OLD, "out", force=False)
+        assert (tmp_path / name).read_bytes() == NEW
+    assert left(tmp_path) == ["a", "b"]
+
+
+@pytest.mark.skipif(files.fcntl is None, reason="needs locks")
+def test_parts_of_killed_writers_are_removed_and_those_of_living_ones_stay(tmp_path: Path) -> None:
+    (tmp_path / "a").write_bytes(OLD)
+    (tmp_path / "to_a").symlink_to("a")
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        files.os.replace = lambda *names: (os.write(write, b"."), signal.pause())
+        write_file(tmp_path / "a", NEW, "out")
+    assert os.read(read, 1) == b"."
+    (part,) = [name for name in left(tmp_path) if name.endswith(".part")]
+    check_output(tmp_path / "to_a", "out", force=True)
+    assert part in left(tmp_path)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    (tmp_path / "other.part").write_bytes(OLD)
+    check_output(tmp_path / "b", "out", force=True)  # of another file
+    assert part in left(tmp_path)
+    check_output(tmp_path / "to_a", "out", force=True)
+    assert left(tmp_path) == ["a", "other.part", "to_a"]
+    (tmp_path / part).write_bytes(OLD)
+    remove_parts(tmp_path)
+    assert left(tmp_path) == ["a", "other.part", "to_a"]
 
 
 FULL_DISKS = """

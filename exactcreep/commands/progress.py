@@ -8,6 +8,8 @@ import time
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
+from exactcreep import interrupts
+
 if TYPE_CHECKING:
     from exactcreep.progress import Progress
 
@@ -60,7 +62,8 @@ class Display(AbstractContextManager["Display"]):
             self.bar.stop()
 
     def show(self, progress: Progress) -> None:
-        """Show how far the computation has come."""
+        """Show how far the computation has come; raise a Ctrl-C that was lost on its way."""
+        interrupts.check()
         if progress.phase == "compiling" and not self.compiling:
             self.compiling = True
             self._write(COMPILING)

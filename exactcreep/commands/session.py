@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from exactcreep.quasistatic.result import Creep
 
 LIMIT_STATUS = 3
+STALE_STATUS = 4
 INTERRUPTED_STATUS = 130
 
 
@@ -40,22 +41,27 @@ def run_session(
     Raises
     ------
     typer.Exit
-        With 3 after a limit, 130 after Ctrl-C.
+        With 3 after a limit, 4 if the checkpoint is older than the result, 130 after Ctrl-C.
     """
     from exactcreep.commands import answer
     from exactcreep.model.numbers import InputError
     from exactcreep.model.verdict import Outcome
-    from exactcreep.quasistatic.files import check_output, check_picture
-    from exactcreep.quasistatic.loop import Interrupted, PhysicsWarning, run_members
+    from exactcreep.quasistatic.files import Occupied, check_output, check_picture, free_name
+    from exactcreep.quasistatic.loop import (
+        CheckpointWarning,
+        Interrupted,
+        PhysicsWarning,
+        run_members,
+    )
     from exactcreep.quasistatic.result import save_members
 
     named = {} if keeper is None else {Path(keeper.path).resolve(): "checkpoint"}
     for path, option in ((out, "out"), (plot, "plot")):
         if path is not None:
             check_output(path, option, force=force)
-            other = named.setdefault(path.resolve(), option)
-            if other != option:
-                raise InputError(option, str(path), f"must not be the file of --{other}")
+            first = named.setdefault(path.resolve(), option)
+            if first != option:
+                raise InputError(option, str(path), f"must not be the file of --{first}")
     if plot is not None:
         check_picture(plot)
         if not any("x_G" in experiment.record for experiment in experiments):
@@ -64,6 +70,7 @@ def run_session(
     results: list[Creep]
     with Display(quiet=as_json) as display, warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # the summary and the JSON say it
+        warnings.simplefilter("ignore", CheckpointWarning)  # the last line says it
         try:
             results = run_members(
                 experiments,
@@ -77,11 +84,19 @@ def run_session(
             status = INTERRUPTED_STATUS
     if status == 0 and any(result.outcome is Outcome.LIMIT for result in results):
         status = LIMIT_STATUS
-    written, failure = [], None
+    written: list[Path] = []
+    failure: InputError | None = None
     try:
         if out is not None:
-            save_members(results, out, force=force)
-            written.append(out)
+            try:
+                save_members(results, out, force=force)
+            except Occupied:  # another program has taken the name during the run
+                other = free_name(out)
+                save_members(results, other)
+                sentence = f"was made by another program meanwhile; this result is in {other}"
+                failure = Occupied("out", str(out), sentence)
+            else:
+                written.append(out)
         if plot is not None:
             from exactcreep.studies.figures import draw_run
 
@@ -97,7 +112,10 @@ def run_session(
             typer.echo(f"written: {path}")
     if failure is not None:
         raise failure
-    if status == INTERRUPTED_STATUS and keeper is not None:
+    if keeper is not None and keeper.stale:
+        typer.echo(f"exactcreep: {keeper.stale}; it does not hold the last part", err=True)
+        status = status if status == INTERRUPTED_STATUS else STALE_STATUS
+    elif status == INTERRUPTED_STATUS and keeper is not None:
         typer.echo(f"exactcreep: interrupted; exactcreep resume {keeper.path} goes on", err=True)
     if status:
         raise typer.Exit(status)

@@ -151,8 +151,17 @@ def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:
     return content
 
 
-def write(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
+def write(
+    path: str | os.PathLike[str], content: Mapping[str, Any], *, force: bool = True
+) -> None:
     """Write a checkpoint; whatever happens, `path` holds the previous one or the new one.
+
+    Parameters
+    ----------
+    path : path
+    content : mapping
+    force : bool
+        Whether a file that exists is replaced.
 
     Raises
     ------
@@ -161,7 +170,7 @@ def write(path: str | os.PathLike[str], content: Mapping[str, Any]) -> None:
     TypeError
         If it would hold what a checkpoint cannot hold.
     """
-    write_file(path, to_bytes(content), "checkpoint")
+    write_file(path, to_bytes(content), "checkpoint", force=force)
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import contextlib
+import importlib
+import itertools
 import os
+import re
 import secrets
 from pathlib import Path
 from typing import Any
 
 from exactcreep.model.numbers import InputError
 
+fcntl: Any = None
+with contextlib.suppress(ImportError):  # not on Windows, where no part is known to be stale
+    fcntl = importlib.import_module("fcntl")
+
 PICTURES = (".png", ".pdf", ".svg")
+_PART = re.compile(r"\.[0-9a-f]{8}\.part$")
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 
 
 def file_name(value: Any, field: str) -> str:
@@ -35,25 +45,51 @@ def file_name(value: Any, field: str) -> str:
     return name
 
 
+class Occupied(InputError):
+    """A file exists, and is not to be overwritten."""
+
+    def __init__(self, field: str, value: str, allowed: str = "") -> None:
+        super().__init__(field, value, allowed or "exists and is not overwritten without force")
+
+
 def check_output(path: str | os.PathLike[str], field: str, *, force: bool) -> Path:
-    """Return `path` if a file can be written there.
+    """Return `path` if a file can be written there; remove what killed writers left of it.
 
     Raises
     ------
     InputError
-        If it is a directory, exists and `force` is not given, or its directory cannot be written.
+        If it is a directory, a device or a link to nothing, exists and `force` is not given, or
+        its directory cannot be written.
     """
+    target = _regular_file(path, field)
+    if target.exists() and not force:
+        raise Occupied(field, os.fspath(path))
+    remove_parts(target.parent, target.name)
+    return Path(path)
+
+
+def _regular_file(path: str | os.PathLike[str], field: str) -> Path:
+    """Return the file, there or not yet, to which links at `path` lead, if it can be written."""
     name = file_name(path, field)
-    target = Path(name)
+    target = Path(os.path.realpath(name))
     if target.is_dir():
         raise InputError(field, name, "must be a file, not a directory")
-    if target.exists() and not force:
-        raise InputError(field, name, "exists and is not overwritten without force")
+    if target.exists() and not target.is_file():
+        raise InputError(field, name, "must be a regular file, not a device, a pipe or a socket")
+    if Path(name).is_symlink() and not target.exists():
+        raise InputError(field, name, "must not be a link to a file that does not exist")
     if not target.parent.is_dir():
         raise InputError(field, name, "must lie in a directory that exists")
     if not os.access(target.parent, os.W_OK):
         raise InputError(field, name, "must lie in a directory that can be written")
     return target
+
+
+def free_name(path: str | os.PathLike[str]) -> Path:
+    """Return ``run-2.nc``, ``run-3.nc``, ... for ``run.nc``: the first that does not exist."""
+    taken = Path(path)
+    names = (taken.with_name(f"{taken.stem}-{k}{taken.suffix}") for k in itertools.count(2))
+    return next(name for name in names if not os.path.lexists(name))
 
 
 def output_directory(path: str | os.PathLike[str], field: str) -> Path:
@@ -86,31 +122,85 @@ def check_plot(path: str | os.PathLike[str], *, force: bool) -> None:
     check_picture(check_output(path, "plot", force=force))
 
 
-def write_file(path: str | os.PathLike[str], data: bytes | memoryview, field: str) -> None:
+def remove_parts(folder: Path, name: str | None = None) -> None:
+    """Remove the parts of a file, or of all files, in `folder` that killed writers left.
+
+    Whoever writes a part holds a lock on it, which the system takes away when the process ends.
+    """
+    begins = "." if name is None else f".{name}."
+    with contextlib.suppress(OSError):
+        for entry in os.scandir(folder):
+            if entry.name.startswith(begins) and _PART.search(entry.name):
+                _remove_if_unlocked(entry.path)
+
+
+def _remove_if_unlocked(part: str) -> None:
+    with contextlib.suppress(OSError):
+        file = os.open(part, os.O_RDONLY | _NO_LINK)
+        try:
+            if _locked(file):
+                os.unlink(part)
+        finally:
+            os.close(file)
+
+
+def _locked(file: int) -> bool:
+    """Return whether this process could take the lock of an open file."""
+    if fcntl is None:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
+
+
+def _begin(target: Path) -> tuple[Path, int]:
+    """Return a new part of a file, locked while it is open."""
+    while True:
+        part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+        # made, as any file, with the permissions that the user's mask leaves
+        file = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
+        _locked(file)
+        if part.exists():  # not taken away by another process before the lock held
+            return part, file
+        os.close(file)
+
+
+def write_file(
+    path: str | os.PathLike[str], data: bytes | memoryview, field: str, *, force: bool = True
+) -> None:
     """Make `data` the content of a file, in one piece or not at all, even if the power fails.
 
     Parameters
     ----------
     path : path
+        Links are followed.
     data : bytes
     field : str
         The name used in the error message.
+    force : bool
+        Whether a file that exists is replaced.
 
     Raises
     ------
+    Occupied
+        If the file exists, perhaps since a moment ago, and `force` is not given.
     InputError
         If it cannot be written, on a full disk for instance; what was there before is still there.
     """
-    target = Path(path)
-    part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+    target = _regular_file(path, field)
     try:
+        part, descriptor = _begin(target)
         try:
-            # made, as any file, with the permissions that the user's mask leaves
-            with open(os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666), "wb") as file:
+            with open(descriptor, "wb") as file:
                 file.write(data)
                 file.flush()
                 os.fsync(file.fileno())
-            os.replace(part, target)
+                if force:
+                    os.replace(part, target)
+                else:
+                    _create(part, target)
         except BaseException:
             part.unlink(missing_ok=True)
             raise
@@ -120,6 +210,21 @@ def write_file(path: str | os.PathLike[str], data: bytes | memoryview, field: st
                 os.fsync(folder)
             finally:
                 os.close(folder)
+    except FileExistsError:
+        raise Occupied(field, os.fspath(path)) from None
     except OSError as error:
         reason = f"cannot be written: {error.strerror or error}"
         raise InputError(field, os.fspath(path), reason) from None
+
+
+def _create(part: Path, target: Path) -> None:
+    """Give a part its name, or raise `FileExistsError` if that is taken."""
+    try:
+        os.link(part, target)
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links
+        os.close(os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
+        os.replace(part, target)
+    else:
+        part.unlink()

@@ -10,19 +10,16 @@ from __future__ import annotations
 
 import math
 import os
-import signal
-import threading
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 from numba.core import event as compiler_event
 
-from exactcreep import __version__
+from exactcreep import __version__, interrupts
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
@@ -45,6 +42,10 @@ _WARNINGS = {
 
 class PhysicsWarning(UserWarning):
     """A run has left the model's physical range; the result counts how often."""
+
+
+class CheckpointWarning(UserWarning):
+    """The checkpoint of a run could not be written; the run goes on, and tries again."""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -238,10 +239,13 @@ class Saved:
 class Keeper:
     """Writes the checkpoint file of a run when it is due."""
 
-    def __init__(self, path: str, every: float, note: Mapping[str, Any]) -> None:
+    def __init__(self, path: str, every: float, note: Mapping[str, Any], *, force: bool) -> None:
         self.path = path
         self.every = every
         self.note = note
+        self.stale = ""
+        """Why the file does not hold how far the run has come; "" if it does."""
+        self._force = force
         self._last = -math.inf
 
     @classmethod
@@ -258,14 +262,20 @@ class Keeper:
         if seconds < 0:
             raise InputError("every", every, "must not be negative")
         check_output(path, "checkpoint", force=force)
-        return cls(os.fspath(path), nearest_float(seconds), note or {})
+        return cls(os.fspath(path), nearest_float(seconds), note or {}, force=force)
 
     def due(self) -> bool:
         """Return whether the file is older than it should be."""
         return time.monotonic() - self._last >= self.every
 
     def keep(self, members: Sequence[tuple[Experiment, Mapping[str, Any] | None]]) -> None:
-        """Write the file."""
+        """Write the file; if that fails now, but did not at first, warn, and be due again.
+
+        Raises
+        ------
+        InputError
+            If it could never be written.
+        """
         content = {
             "version": __version__,
             "note": dict(self.note),
@@ -274,11 +284,20 @@ class Keeper:
                 for experiment, captured in members
             ],
         }
+        started = math.isfinite(self._last)
+        self._last = time.monotonic()
         try:
-            checkpoint.write(self.path, content)
+            checkpoint.write(self.path, content, force=self._force or started)
         except TypeError as error:
             raise InputError("checkpoint", self.path, f"cannot be written: {error}") from None
-        self._last = time.monotonic()
+        except InputError as error:
+            if not started:
+                raise
+            if not self.stale:
+                warnings.warn(f"{error}; the run goes on", CheckpointWarning, stacklevel=4)
+            self.stale = str(error)
+        else:
+            self.stale = ""
 
 
 def run_members(
@@ -320,7 +339,7 @@ def run_members(
         kept[index] = march.capture()
         keeper.keep(list(zip(experiments, kept, strict=True)))
 
-    with _deferred_interrupt() as interrupted:
+    with interrupts.deferred() as interrupted:
         limits = replace(limits, interrupted=interrupted)
         for index, experiment in enumerate(experiments):
             begin = time.perf_counter()
@@ -439,27 +458,3 @@ class _CompilerListener(compiler_event.Listener):  # type: ignore[misc]
     def on_end(self, event: Any) -> None:
         pass
 
-
-@contextmanager
-def _deferred_interrupt() -> Iterator[Callable[[], bool]]:
-    """Let Ctrl-C wait for the end of a block, so that a simulation is never left half changed.
-
-    Yields a function that returns whether Ctrl-C was pressed; pressed twice, it interrupts at once.
-    """
-    pressed = False
-
-    def press(number: int, frame: Any) -> None:
-        nonlocal pressed
-        if pressed:
-            raise KeyboardInterrupt
-        pressed = True
-
-    main = threading.current_thread() is threading.main_thread()
-    if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield lambda: False
-        return
-    signal.signal(signal.SIGINT, press)
-    try:
-        yield lambda: pressed
-    finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)

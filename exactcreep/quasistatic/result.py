@@ -28,7 +28,7 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats, quantity
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
-from exactcreep.quasistatic.files import check_output, file_name, write_file
+from exactcreep.quasistatic.files import file_name, write_file
 from exactcreep.quasistatic.statistics import FEWEST_STEPS
 from exactcreep.solvers.records import (
     EVENT_TABLE,
@@ -573,13 +573,12 @@ def save_members(
     InputError
         If the file exists and `force` is not given, or it cannot be written.
     """
-    check_output(path, "out", force=force)
     groups: dict[str | None, xr.Dataset] = {None: results[0].dataset}
     if len(results) != 1:
         about = {"format": FORMAT, "version": __version__, "members": len(results)}
         groups = {None: xr.Dataset(attrs=about)}
         groups |= {f"member_{k}": result.dataset for k, result in enumerate(results, 1)}
-    write_file(path, netcdf(groups), "out")
+    write_file(path, netcdf(groups), "out", force=force)
 
 
 def load_members(path: str | os.PathLike[str]) -> list[Creep]:

@@ -30,7 +30,7 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float, wh
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import output_directory, write_file
+from exactcreep.quasistatic.files import output_directory, remove_parts, write_file
 from exactcreep.quasistatic.loop import PhysicsWarning, run_members
 from exactcreep.quasistatic.result import netcdf
 from exactcreep.scene import Scene, load_scene
@@ -222,6 +222,8 @@ class Store:
                 "out", name, "holds the cells of an earlier sweep; resume it, or name another"
             )
         output_directory(self.cells, "out")
+        for folder in (self.folder, self.cells):
+            remove_parts(folder)
         if not os.access(self.cells, os.W_OK):
             raise InputError("out", name, "must be a directory that can be written")
 

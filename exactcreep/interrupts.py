@@ -1,0 +1,76 @@
+"""Ctrl-C and SIGTERM: heard at once, or at the end of a block that must not be left half done.
+
+Python throws a KeyboardInterrupt away that is raised in a finaliser or a callback. The command line
+therefore remembers the signal, too, and `check` raises what was lost.
+"""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+STATUS = 128
+"""The exit status of a program that a signal ended is this plus the signal's number."""
+_heard: list[int] = []
+"""The signals that the command line has received."""
+_deferring: list[Callable[[int, Any], None]] = []
+"""What the blocks that are running do with a signal, the innermost last."""
+
+
+def _hear(number: int, frame: Any) -> None:
+    _heard.append(number)
+    press = _deferring[-1] if _deferring else signal.default_int_handler
+    press(number, frame)
+
+
+def listen() -> None:
+    """Remember every Ctrl-C of this process from now on, and take SIGTERM for one.
+
+    Ctrl-C stays ignored where it is, as in the background of a shell.
+    """
+    signal.signal(signal.SIGTERM, _hear)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _hear)
+
+
+def check() -> None:
+    """Raise `KeyboardInterrupt` if the command line has heard a signal that no block defers."""
+    if _heard and not _deferring:
+        raise KeyboardInterrupt
+
+
+def status() -> int | None:
+    """Return the exit status of the last signal that the command line has heard; None if none."""
+    return STATUS + _heard[-1] if _heard else None
+
+
+@contextmanager
+def deferred() -> Iterator[Callable[[], bool]]:
+    """Let a signal wait for the end of a block, so that a simulation is never left half changed.
+
+    Yields a function that returns whether there was one; the second interrupts at once.
+    """
+    pressed = False
+
+    def press(number: int, frame: Any) -> None:
+        nonlocal pressed
+        if pressed:
+            raise KeyboardInterrupt
+        pressed = True
+
+    if threading.current_thread() is not threading.main_thread():
+        yield lambda: False
+        return
+    alone = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    _deferring.append(press)
+    if alone:
+        signal.signal(signal.SIGINT, press)
+    try:
+        yield lambda: pressed
+    finally:
+        _deferring.remove(press)
+        if alone:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
