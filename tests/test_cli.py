@@ -172,10 +172,10 @@ def test_a_limit_leaves_with_status_3_and_the_partial_result(
 def test_what_was_computed_is_told_even_if_it_cannot_be_written(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def full(*files: object) -> None:
+    def full(descriptor: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(os, "replace", full)
+    monkeypatch.setattr(os, "fsync", full)
     told = command(*QUICK, "--out", "run.nc", "--json")
     assert told.code == 2
     assert told.json["outcome"] == "creeping"
