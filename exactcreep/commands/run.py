@@ -75,7 +75,8 @@ def run(
 
         exactcreep run chain-jumps --out jumps.nc --checkpoint jumps.ckpt
 
-    Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 130 Ctrl-C.
+    Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is
+    older than the result, 130 Ctrl-C, 143 SIGTERM.
     """
     from dataclasses import replace
 

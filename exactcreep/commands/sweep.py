@@ -18,6 +18,7 @@ from exactcreep.commands.options import (
     parsed_settings,
 )
 from exactcreep.commands.progress import Display
+from exactcreep.commands.session import INTERRUPTED_STATUS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,7 +98,7 @@ def sweep(
         except KeyboardInterrupt:
             display.stop()
             typer.echo(f"exactcreep: interrupted; --out {folder} --resume goes on", err=True)
-            raise typer.Exit(130) from None
+            raise typer.Exit(INTERRUPTED_STATUS) from None
     _summarise(dataset, folder)
     if plot is not None:
         from exactcreep.studies.grids import draw_sweep
