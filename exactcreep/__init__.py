@@ -6,14 +6,9 @@ that `load_scene` reads is a `Scene`. `rearrange` (a `Rearrangement`, whose moti
 and `iterate` (one `Event` after the other) follow one rearrangement, `creep` (a `Creep`) a whole
 drive, `sweep` a grid of them; `resume` goes on from a checkpoint. `fate` (a `Fate`) follows a chain
 until it has settled, `survival` (a `Survival`) many starts of one. `threshold`, `compare`, `plan`
-and `audit` ask what a user asks, and answer with a `Threshold`, a `Comparison`, a `Plan` and an
-`Audit`; `physical` turns a solid in SI units into the chain of a `Solid`. `laws` are the formulas
-of the paper, `disorder` the numbers that are drawn.
-
-Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
-tell a callable their `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted` with what was
-computed, a threshold that cannot be decided `GivenUp`; a run that leaves the model's physical range
-warns with `PhysicsWarning`.
+and `audit` ask what a user asks, and answer with a `Threshold`, a `Comparison` (of many seeds:
+`Partings`), a `Plan` and an `Audit`; `physical` turns a solid in SI units into the chain of a
+`Solid`. `laws` are the formulas of the paper, `disorder` the numbers that are drawn.
 """
 
 from __future__ import annotations
@@ -59,6 +54,7 @@ if TYPE_CHECKING:
     from exactcreep.studies.comparison import compare as compare
     from exactcreep.studies.fate import Fate as Fate
     from exactcreep.studies.fate import fate as fate
+    from exactcreep.studies.partings import Partings as Partings
     from exactcreep.studies.physical import Solid as Solid
     from exactcreep.studies.physical import physical as physical
     from exactcreep.studies.planning import Plan as Plan
@@ -91,6 +87,7 @@ _HOMES = {
     "Interrupted": "quasistatic.loop:Interrupted",
     "Motion": "motion.solution:Motion",
     "Outcome": "model.verdict:Outcome",
+    "Partings": "studies.partings:Partings",
     "Path": "model.drive:Path",
     "PhysicsWarning": "quasistatic.loop:PhysicsWarning",
     "Plan": "studies.planning:Plan",

@@ -38,6 +38,9 @@ SolverName = Annotated[
 Seed = Annotated[
     str | None, typer.Option(metavar="SEED", help="Of the disorder and random dilations.")
 ]
+Seeds = Annotated[
+    str | None, typer.Option(metavar="K", help="Compare over K seeds, or over those listed: 1,2,3.")
+]
 Member = Annotated[
     str, typer.Option(metavar="M", help="Which member of a scene that varies something.")
 ]
@@ -76,3 +79,14 @@ def parsed_settings(entries: list[str] | None) -> dict[str, Any]:
             raise InputError("set", entry, "must be KEY=VALUE, e.g. chain.n=6")
         settings[key.strip()] = parsed_value(text.strip())
     return settings
+
+
+def parsed_seeds(text: str | None) -> int | list[int] | None:
+    """Return how many seeds, or which, an option names."""
+    from exactcreep.model.numbers import whole_number
+
+    if text is None:
+        return None
+    if "," not in text:
+        return whole_number(text, "seeds", least=2)
+    return [whole_number(part.strip(), "seeds", least=0) for part in text.split(",")]

@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from exactcreep.commands.options import Force, Json, SceneName, Settings, parsed_settings
+from exactcreep.commands.options import (
+    Force,
+    Json,
+    SceneName,
+    Seeds,
+    Settings,
+    parsed_seeds,
+    parsed_settings,
+)
 from exactcreep.commands.progress import Display
 
 if TYPE_CHECKING:
@@ -21,6 +29,7 @@ def tradeoff(
         str, typer.Option(metavar="SECONDS", help="About how long to measure.")
     ] = "60",
     settings: Settings = None,
+    seeds: Seeds = None,
     json: Json = False,
     plot: Annotated[
         Path | None,
@@ -36,7 +45,7 @@ def tradeoff(
 
         exactcreep tradeoff six-sliders-cycles --plot tradeoff.png
 
-        exactcreep tradeoff thirty-sliders-cycles --budget 300 --json
+        exactcreep tradeoff thirty-sliders-cycles --budget 300 --seeds 16 --json
     """
     from rich.console import Console
 
@@ -52,7 +61,9 @@ def tradeoff(
     chosen = wanted.settings()[0]
     experiment = wanted.experiment(chosen)
     with Display(quiet=json) as display:
-        measured = measure(experiment, budget=budget, progress=display.show)
+        measured = measure(
+            experiment, budget=budget, seeds=parsed_seeds(seeds), progress=display.show
+        )
     if plot is not None:
         draw_tradeoff(measured, plot, title=wanted.title or wanted.name)
     if json:
@@ -89,6 +100,7 @@ def _print(console: Any, measured: Tradeoff) -> None:
         " with other events than the certified ones; agreed: the first of"
         f" {measured.events_compared} events that agree (*: all that were reached); bias: of the"
         " mean velocity, against exact with the same disorder, with its standard error"
+        + (f", over {len(measured.seeds)} seeds" * (len(measured.seeds) > 1))
         + (f"; {measured.left_out} long rearrangements were left out" * bool(measured.left_out))
         + (f"; {measured.no_truth} rearrangements have no truth" * bool(measured.no_truth)),
         style="dim",
@@ -100,17 +112,17 @@ def _print(console: Any, measured: Tradeoff) -> None:
 def _row(score: Score, measured: Tradeoff) -> tuple[str, ...]:
     from exactcreep.commands.plan import duration
 
-    words = score.contestant.label.replace("dt = ", "").replace(",", "").replace(" digits", "")
-    words = words.replace("located", "loc.")
     spread = (score.seconds_high - score.seconds_low) / (2 * score.seconds)
     bias = "-"
     if score.contestant.solver != "exact" and not math.isnan(score.bias) and measured.velocity:
         scale = 100 / abs(measured.velocity)
+        bias = f"{score.bias * scale:.2g}±?"
+    if bias != "-" and not math.isnan(score.bias_error):
         places = 1 - math.floor(math.log10(max(score.bias_error * scale, 1e-4)))
         bias = f"{score.bias * scale:.{places}f}±{score.bias_error * scale:.{places}f}"
     agreed = "-" if not score.compared else f"{score.agreed}" + "*" * score.agreed_all
     return (
-        words,
+        score.contestant.short,
         duration(score.seconds),
         "-" if math.isnan(spread) else f"{100 * spread:.0f}",
         "-" if math.isnan(score.ratio) else f"{score.ratio:.3g}",

@@ -11,11 +11,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
-from fractions import Fraction
-from itertools import pairwise
 from typing import Any
 
-from exactcreep.limits import Limits, Stop
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Drive, Path
@@ -29,12 +27,19 @@ from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import creep
 from exactcreep.quasistatic.result import Creep
-from exactcreep.solvers.solver import advance
-from exactcreep.studies.contest import Agreement, Contestant, Walk, agree, walk
-from exactcreep.studies.eventlog import LoggedEvent, rearrangements
+from exactcreep.studies.contest import (
+    MOST_EVENTS,
+    Agreement,
+    Contestant,
+    Walk,
+    agree,
+    beyond,
+    broken_drive,
+    walk,
+)
+from exactcreep.studies.eventlog import LoggedEvent
+from exactcreep.studies.partings import DEFAULT_SEEDS, DEFAULT_STEPS, Partings, partings
 
-MOST_EVENTS = 100_000
-"""Certified events that may be compared: some minutes of the certified solver."""
 _STATISTICS_EVENTS = 200_000  # of each contestant's own run, for its mean velocity
 
 
@@ -186,9 +191,13 @@ def compare(
     locate: bool = False,
     digits: int = 30,
     events: int = 1000,
+    seeds: int | Sequence[int] | None = None,
+    dts: Sequence[Any] | None = None,
     progress: Callable[[Progress], None] | None = None,
-) -> Comparison:
+) -> Comparison | Partings:
     """Return how exact and Verlet fare beside the certified solver, with the same disorder.
+
+    With `seeds` or `dts`, over many seeds and time steps, without and with located events.
 
     Parameters
     ----------
@@ -207,14 +216,21 @@ def compare(
     digits : int
         Of the certified solver.
     events : int
-        About how many certified events to compare; the drive may end before.
+        About how many certified events to compare, of each seed; the drive may end before.
+    seeds : int or sequence of int, optional
+        How many, from the experiment's own on, or which. If only `dts` is given: 8.
+    dts : sequence of number, optional
+        Time steps. If only `seeds` is given: 0.1, 0.03, 0.01. Beside them neither `dt` nor
+        `locate` plays a part.
     progress : callable, optional
         Called with a `Progress`.
 
     Returns
     -------
-    Comparison
-        Two `contestants`: how many events of each agree, the first that does not, how close
+    Comparison or Partings
+        `Partings` with `seeds` or `dts`: the first wrong event, the position error before it, its
+        order in dt, and the bias of the mean velocity, with intervals. Else a `Comparison` of two
+        `contestants`: how many events of each agree, the first that does not, how close
         that tie was, and the position errors of all rest states.
 
     Raises
@@ -231,13 +247,22 @@ def compare(
     """
     experiment = _experiment(chain, drive, seed, start)
     most = whole_number(events, "events", least=1, most=MOST_EVENTS)
+    say = reporter(progress)
+    if seeds is not None or dts is not None:
+        return partings(
+            experiment,
+            seeds=DEFAULT_SEEDS if seeds is None else seeds,
+            dts=DEFAULT_STEPS if dts is None else dts,
+            digits=digits,
+            events=most,
+            say=say,
+        )
     verlet = {"dt": dt, **({"locate": True} if locate else {})}
     contestants = Contestant("exact"), Contestant("verlet", verlet)
     certified = Contestant("certified", {"digits": digits})
     for one in (*contestants, certified):
         one.algorithm()
-    say = reporter(progress)
-    path, ends = _broken_drive(experiment, most)
+    path, ends = broken_drive(experiment, most)
     say("certified", 0.0)
     truth = walk(
         certified,
@@ -245,7 +270,7 @@ def compare(
         path,
         path.half_cycles,
         enough=most,
-        limits=Limits(_beyond(MOST_EVENTS)),
+        limits=Limits(beyond(MOST_EVENTS)),
         say=lambda done: say("certified", min(1.0, done / most)),
     )
     if truth.reached == 0:
@@ -253,7 +278,7 @@ def compare(
     standings = []
     for contestant in contestants:
         say(contestant.solver, 0.0)
-        limits = Limits(_beyond(len(truth.events)))
+        limits = Limits(beyond(len(truth.events)))
         own = walk(contestant, experiment, path, truth.reached, limits=limits)
         run = creep(
             experiment.chain,
@@ -302,42 +327,6 @@ def _experiment(chain: Any, drive: Any, seed: Any, start: Any) -> Experiment:
         if given is not None:
             raise InputError(name, given, "must not be given beside an experiment, which has one")
     return chain
-
-
-def _beyond(events: int) -> int:
-    """Return after how many events a walk that need not be longer than `events` is cut short."""
-    return 2 * events + 100
-
-
-def _broken_drive(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
-    """Return the drive with a breakpoint between any two rearrangements, as far as is needed.
-
-    With it the half-cycle that each breakpoint belongs to.
-    """
-    drive, seed = experiment.drive, experiment.seed
-    simulation = Contestant("exact").simulation(experiment, ("events",))
-    theta: list[Fraction] = []
-    ends: list[int] = []
-    for q in range(1, drive.half_cycles + 1):
-        loads: list[float] = []  # theta_c of the rearrangements of this half-cycle
-        for most in (_beyond(events), _beyond(MOST_EVENTS)):  # the latter of the very first alone
-            left = Limits(most).after(simulation.tally.events)
-            stretch = advance(simulation, drive, q, left, done=q - 1)
-            loads += [float(one.theta) for one in rearrangements(stretch.recorded)]
-            if stretch.stop is not Stop.BUDGET or theta or len(set(loads)) > 1:
-                break
-        between = [(Fraction(a) + Fraction(b)) / 2 for a, b in pairwise(loads) if a != b]
-        theta += between
-        ends += [q] * len(between)
-        if stretch.stop is Stop.BUDGET and theta:
-            break  # a half-cycle may have more events than memory holds
-        theta.append(drive.exact_target(q, seed))
-        ends.append(q)
-        if stretch.stop is not Stop.DONE or simulation.tally.events >= events:
-            break
-    if simulation.tally.events == 0:
-        raise InputError("scene", "no events", "must drive the chain so far that a slider slips")
-    return Path(theta), ends
 
 
 def _placed(event: LoggedEvent | None, ends: Sequence[int]) -> LoggedEvent | None:

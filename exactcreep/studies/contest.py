@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,10 +20,10 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.drive import Drive, Path
-from exactcreep.model.numbers import exact_number, nearest_float
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.quasistatic.decimals import enclosure
+from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.records import joined
 from exactcreep.solvers.registry import rearrange, solver_named
@@ -34,6 +35,9 @@ from exactcreep.studies.eventlog import (
     numbered,
     rearrangements,
 )
+
+MOST_EVENTS = 100_000
+"""Certified events that may be compared: some minutes of the certified solver."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +58,12 @@ class Contestant:
         if "digits" in self.options:
             words.append(f"{self.options['digits']} digits")
         return ", ".join(words)
+
+    @property
+    def short(self) -> str:
+        """The same for a narrow column."""
+        words = self.label.replace("dt = ", "").replace(",", "").replace(" digits", "")
+        return words.replace("located", "loc.")
 
     def algorithm(self) -> Solver:
         """Return the solver."""
@@ -247,6 +257,66 @@ def walk(
     x = columns["x"] if reached and width else np.empty((reached, width))
     log = rearrangements(columns) if parts else []
     return Walk(log, x, stop.final, simulation.evidence)
+
+
+def beyond(events: int) -> int:
+    """Return after how many events a walk that need not be longer than `events` is cut short."""
+    return 2 * events + 100
+
+
+def broken_drive(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
+    """Return the drive with a breakpoint between any two rearrangements, as far as is needed.
+
+    With it the half-cycle that each breakpoint belongs to.
+    """
+    drive, seed = experiment.drive, experiment.seed
+    simulation = Contestant("exact").simulation(experiment, ("events",))
+    theta: list[Fraction] = []
+    ends: list[int] = []
+    for q in range(1, drive.half_cycles + 1):
+        loads: list[float] = []  # theta_c of the rearrangements of this half-cycle
+        for most in (beyond(events), beyond(MOST_EVENTS)):  # the latter of the very first alone
+            left = Limits(most).after(simulation.tally.events)
+            stretch = advance(simulation, drive, q, left, done=q - 1)
+            loads += [float(one.theta) for one in rearrangements(stretch.recorded)]
+            if stretch.stop is not Stop.BUDGET or theta or len(set(loads)) > 1:
+                break
+        between = [(Fraction(a) + Fraction(b)) / 2 for a, b in pairwise(loads) if a != b]
+        theta += between
+        ends += [q] * len(between)
+        if stretch.stop is Stop.BUDGET and theta:
+            break  # a half-cycle may have more events than memory holds
+        theta.append(drive.exact_target(q, seed))
+        ends.append(q)
+        if stretch.stop is not Stop.DONE or simulation.tally.events >= events:
+            break
+    if simulation.tally.events == 0:
+        raise InputError("scene", "no events", "must drive the chain so far that a slider slips")
+    return Path(theta), ends
+
+
+def positions(
+    contestant: Contestant, experiment: Experiment, until: int, limits: Limits = NO_LIMITS
+) -> NDArray[np.float64]:
+    """Return x_G at the first targets of an experiment's drive, as far as the limits allow."""
+    simulation = contestant.simulation(experiment)
+    return floats(advance(simulation, experiment.drive, until, limits).recorded["x_G"])
+
+
+def steady(x_G: NDArray[np.float64], experiment: Experiment) -> int:
+    """Return the first target that counts for a mean: the first fifth is left out, whole cycles."""
+    first = max(x_G.size // 5, 1)
+    if experiment.drive.cyclic:
+        first += (x_G.size - first) % 2
+    return first
+
+
+def mean_velocity(x_G: NDArray[np.float64], experiment: Experiment) -> float:
+    """Return the mean advance per target but for the first fifth; nan if nothing is left."""
+    first = steady(x_G, experiment)
+    if x_G.size <= first:
+        return math.nan
+    return float(x_G[-1] - x_G[first - 1]) / (x_G.size - first)
 
 
 def rests_along(experiment: Experiment, longest: int) -> Iterator[Rest]:

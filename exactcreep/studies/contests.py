@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,6 +13,7 @@ from matplotlib.ticker import MaxNLocator
 
 from exactcreep.studies.comparison import Comparison, Standing
 from exactcreep.studies.figures import INKS, page
+from exactcreep.studies.partings import Interval, Parting, Partings
 from exactcreep.studies.tradeoff import Score, Tradeoff
 
 _FLOOR = 1e-18
@@ -57,6 +60,67 @@ def _draw_course(axes: Axes, standing: Standing, ink: str) -> None:
             linewidth=0.8,
             label=f"{standing.contestant.solver}: first event that differs",
         )
+
+
+def draw_partings(found: Sequence[Partings], path: Path | str, *, title: str = "") -> None:
+    """Draw against the time step where Verlet parts, how far off it is before, and its bias.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    with page(path, 10.0, 4.4, title) as figure:
+        turns, errors, biases = figure.subplots(1, 3)
+        for axes in (turns, errors):
+            axes.set_yscale("log")
+        for one, ink in zip(found, INKS, strict=False):
+            for locate, mark, line in ((False, "o", "-"), (True, "s", "--")):
+                family = one.family(locate=locate)
+                order = one.order(locate=locate)
+                label = f"N = {one.experiment.chain.n}" + ", events located" * locate
+                about = {"color": ink, "marker": mark, "linestyle": line, "capsize": 2,
+                         "markersize": 4, "linewidth": 1.0}  # fmt: skip
+                if locate:
+                    about["markerfacecolor"] = "white"
+                _draw_spans(turns, family, [part.rate for part in family], about, label=label)
+                fitted = "" if math.isnan(order.value) else f"order {_of_order(order)}"
+                _draw_spans(errors, family, [part.error for part in family], about, label=fitted)
+                shares = [Interval(*(100 * x for x in part.bias)) for part in family]
+                _draw_spans(biases, family, shares, about)
+        for axes in (turns, errors, biases):
+            axes.set_xscale("log")
+            axes.set_xlabel(r"time step ($\tau_\mathrm{dyn}$)")
+        turns.set_ylabel("wrong turns per event (95 %)")
+        errors.set_ylabel(r"largest error before ($g\,\tau_\mathrm{dyn}^2$), quartiles")
+        biases.set_ylabel("bias of the mean velocity (%), 95 %")
+        biases.axhline(0.0, color=INKS[7], linewidth=0.8, zorder=0)
+        if errors.get_legend_handles_labels()[0]:
+            errors.legend(fontsize=7)
+        known = turns.get_legend_handles_labels()
+        if known[0]:
+            figure.legend(*known, loc="outside lower center", ncols=len(known[0]), fontsize=8)
+
+
+def _of_order(order: Interval) -> str:
+    return f"{order.value:.2f} ({order.lower:.2f} to {order.upper:.2f})"
+
+
+def _draw_spans(
+    axes: Axes, family: Sequence[Parting], spans: Sequence[Interval], about: Any, label: str = ""
+) -> None:
+    """Draw numbers with their intervals against the time steps; on a log scale 0 as its bound."""
+    known = [
+        (one.dt, *span)
+        for one, span in zip(family, spans, strict=True)
+        if all(map(math.isfinite, span))
+    ]
+    none = [one for one in known if axes.get_yscale() == "log" and one[1] == 0]
+    if shown := [one for one in known if one not in none]:
+        dt, value, lower, upper = np.array(shown).T
+        axes.errorbar(dt, value, [value - lower, upper - value], label=label or None, **about)
+    for dt_of_none, _, _, bound in none:
+        axes.plot(dt_of_none, bound, marker=7, color=about["color"], markersize=6)
 
 
 def draw_tradeoff(measured: Tradeoff, path: Path | str, *, title: str = "") -> None:

@@ -9,7 +9,8 @@ Every contestant is measured in four ways, against the certified solver where th
 - *events* from the start of the scene that agree with the certified ones before the first that
   differs;
 - *bias* of the mean velocity against the exact solver, on the same drive and with the same
-  disorder, with the standard error of the paired difference.
+  disorder, with the standard error of the paired difference: over the seeds, which are independent,
+  or else along the one run.
 """
 
 from __future__ import annotations
@@ -18,24 +19,37 @@ import math
 import statistics
 import time
 import tracemalloc
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from itertools import pairwise
+from itertools import zip_longest
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, plain_data
 from exactcreep.model.state import State
 from exactcreep.progress import Progress, reporter
-from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.statistics import standard_error
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import TWO_SLIDERS, advance, warm_up
-from exactcreep.studies.contest import Contestant, Walk, agree, rests_between, settled, walk
+from exactcreep.studies.contest import (
+    Contestant,
+    Rest,
+    Walk,
+    agree,
+    mean_velocity,
+    positions,
+    rests_between,
+    settled,
+    steady,
+    walk,
+)
+from exactcreep.studies.partings import experiments_of, interval_of_mean
 
 TIME_STEPS = ("0.3", "0.1", "0.03", "0.01", "0.003", "0.001")
 """The ladder of Verlet's time steps."""
@@ -46,7 +60,6 @@ DEFAULT_BUDGET = 60
 
 _ROUNDS = 9  # of timing, if the budget allows: quartiles need a few on either side
 _FEWEST_ROUNDS = 3  # a median needs them, whatever the budget
-_BLOCKS = 16  # of a paired run, for the standard error of its bias to 1/sqrt(30)
 _SAMPLES = 200  # single rearrangements: "wrong" to half a percent
 _LONGEST_LOG = 20_000  # certified events, however large the budget: a log that is kept whole
 _SIGMAS = 3.0  # standard errors within which a bias counts as none
@@ -82,9 +95,10 @@ class Score:
     agreed_all : bool
         Whether no differing event was met.
     bias, bias_error : float
-        Mean velocity minus that of the exact solver, with its standard error.
+        Mean velocity minus that of the exact solver, with its standard error: 1.96 of it make an
+        interval of 95 %; nan where it is not known.
     bias_half_cycles : int
-        Over how many half-cycles.
+        Over how many half-cycles, of all seeds.
     memory : int
         Bytes that a simulation takes, at its peak over the first events.
     notes : list of str
@@ -113,6 +127,14 @@ class Score:
         return self.different / self.compared if self.compared else math.nan
 
     @property
+    def wrong_interval(self) -> tuple[float, float]:
+        """The interval of 95 % of `wrong` (Wilson's); nan if none was compared."""
+        if not self.compared:
+            return math.nan, math.nan
+        found = stats.binomtest(self.different, self.compared).proportion_ci(method="wilson")
+        return float(found.low), float(found.high)
+
+    @property
     def unbiased(self) -> bool:
         """Whether the bias was measured and is zero within three standard errors."""
         return abs(self.bias) <= _SIGMAS * self.bias_error
@@ -128,6 +150,7 @@ class Score:
             "time_ratio_to_exact": self.ratio,
             "rearrangements_compared": self.compared,
             "rearrangements_with_other_events": self.different,
+            "wrong_interval": self.wrong_interval,
             "position_error_median": self.error,
             "position_error_largest": self.error_high,
             "events_agreed": self.agreed,
@@ -162,6 +185,9 @@ class Tradeoff:
         How long the measurement took.
     truth : Contestant
         What single rearrangements and events were compared with.
+    seeds : tuple of int
+        Whose rearrangements and velocities were compared; times and events from the start are those
+        of the first.
     """
 
     experiment: Experiment
@@ -173,6 +199,7 @@ class Tradeoff:
     no_truth: int
     seconds: float
     truth: Contestant = TRUTH
+    seeds: tuple[int, ...] = ()
 
     def score(self, solver: str) -> Score | None:
         """Return the first score of a solver, None if it has none."""
@@ -203,7 +230,7 @@ class Tradeoff:
                 f" {_relative(_SIGMAS * best.bias_error, self.velocity)} up to dt ="
                 f" {best.contestant.options['dt']}, at {best.ratio:.2g} times the time of exact"
             )
-        if sliding is not None and not math.isnan(sliding.bias):
+        if sliding is not None and not math.isnan(sliding.bias_error):
             largest = abs(sliding.bias) + _SIGMAS * sliding.bias_error
             sentence += (
                 f"; sliding costs {_microseconds(sliding.seconds)} and is off by at most"
@@ -221,6 +248,7 @@ class Tradeoff:
             "events_compared": self.events_compared,
             "long_rearrangements_left_out": self.left_out,
             "rearrangements_without_truth": self.no_truth,
+            "seeds": self.seeds,
             "truth": {"solver": self.truth.solver, "options": self.truth.options},
             "advice": self.advice,
             "seconds": self.seconds,
@@ -256,6 +284,7 @@ def tradeoff(
     experiment: Experiment,
     *,
     budget: Any = DEFAULT_BUDGET,
+    seeds: int | Sequence[int] | None = None,
     progress: Callable[[Progress], None] | None = None,
     contestants: Sequence[Contestant] | None = None,
     truth: Contestant = TRUTH,
@@ -268,6 +297,9 @@ def tradeoff(
         Its own solver and record play no part.
     budget : number
         About how many seconds to spend, at least 1; compilation comes on top.
+    seeds : int or sequence of int, optional
+        How many, from the experiment's own on, or which, to take rearrangements and velocities from
+        in turn. Default: its own alone.
     progress : callable, optional
         Called with a `Progress`.
     contestants : sequence of Contestant, optional
@@ -293,6 +325,7 @@ def tradeoff(
     chain = experiment.chain
     if chain.may_run_away:
         raise InputError("tan_alpha", chain.tan_alpha, "must be below mu_d in absolute value")
+    members = [experiment] if seeds is None else experiments_of(experiment, seeds)
     field_of = list(ladder(chain) if contestants is None else contestants)
     scores = [Score(one) for one in field_of]
     begin = time.perf_counter()
@@ -301,7 +334,7 @@ def tradeoff(
     def tell(what: str, share: float) -> None:
         report("measuring", share, text=what)
 
-    race = _Race(experiment, scores, seconds, tell, truth)
+    race = _Race(members, scores, seconds, tell, truth)
     race.warm_up()
     race.take_times()
     has_slips = not (chain.mu_s == chain.mu_d and chain.sigma_mu == 0)
@@ -321,6 +354,7 @@ def tradeoff(
         no_truth=race.no_truth,
         seconds=time.perf_counter() - begin,
         truth=truth,
+        seeds=tuple(member.seed for member in members),
     )
 
 
@@ -329,13 +363,14 @@ class _Race:
 
     def __init__(
         self,
-        experiment: Experiment,
+        members: list[Experiment],
         scores: list[Score],
         budget: float,
         tell: Callable[[str, float], None],
         truth: Contestant,
     ) -> None:
-        self.experiment = experiment
+        self.members = members
+        self.experiment = members[0]
         self.scores = scores
         self.timed = [one for one in scores if one.contestant.solver in _COMPILED]
         self.exact = next((one for one in scores if one.contestant.solver == "exact"), None)
@@ -403,7 +438,7 @@ class _Race:
         """Compare single rearrangements, from rest states of the scene, with the truth."""
         share = self.budget * _SHARES["rearrangements"]
         begin = time.perf_counter()
-        chain, seed = self.experiment.chain, self.experiment.seed
+        chain = self.experiment.chain
         racing = [one for one in self.scores if one.contestant.solver != "sliding"]
         algorithms = [one.contestant.algorithm() for one in racing]
         took: list[list[float]] = [[] for _ in racing]
@@ -411,7 +446,7 @@ class _Race:
         errors: list[list[float]] = [[] for _ in racing]
         exact, truth = solver_named("exact", {}), self.truth.algorithm()
         pace_of_truth = 0.0
-        for count, (state, way) in enumerate(rests_between(self.experiment)):
+        for count, (seed, (state, way)) in enumerate(self._rests()):
             fraction = max(count / _SAMPLES, (time.perf_counter() - begin) / share)
             if fraction >= 1:
                 break
@@ -453,6 +488,13 @@ class _Race:
             if score not in racing:
                 score.notes.append("the sliding limit has no rearrangements")
 
+    def _rests(self) -> Iterator[tuple[int, Rest]]:
+        """Yield the rests of all seeds in turn, with their seed."""
+        for round_of in zip_longest(*map(rests_between, self.members)):
+            for member, rest in zip(self.members, round_of, strict=True):
+                if rest is not None:
+                    yield member.seed, rest
+
     def compare_events(self) -> None:
         """Compare the events from the start of the scene with the truth."""
         share = self.budget * _SHARES["events"]
@@ -482,24 +524,43 @@ class _Race:
         if exact is None or math.isnan(exact.seconds):
             return
         racing = [one for one in self.timed if one is not exact and not math.isnan(one.seconds)]
-        each = self.budget * _SHARES["bias"] / (len(racing) + 1)
-        reference = self._positions(exact.contestant, total, each)
-        self.velocity, self.velocity_error = _mean_velocity(reference, self.experiment)
-        exact.bias, exact.bias_error, exact.bias_half_cycles = 0.0, 0.0, reference.size
+        each = self.budget * _SHARES["bias"] / (len(racing) + 1) / len(self.members)
+        references = [
+            positions(exact.contestant, member, total, Limits(at=time.perf_counter() + each))
+            for member in self.members
+        ]
+        self.velocity, self.velocity_error = self._mean_velocity(references)
+        exact.bias, exact.bias_error = 0.0, 0.0
+        exact.bias_half_cycles = sum(one.size for one in references)
         for place, score in enumerate(racing):
             self.tell(f"bias: {score.contestant.label}", 0.7 + 0.28 * place / len(racing))
-            positions = self._positions(score.contestant, reference.size, each)
-            gap = positions - reference[: positions.size]
-            score.bias_half_cycles = positions.size
-            score.bias, score.bias_error = _mean_velocity(gap, self.experiment)
+            gaps = []
+            for member, reference in zip(self.members, references, strict=True):
+                limits = Limits(at=time.perf_counter() + each)
+                own = positions(score.contestant, member, reference.size, limits)
+                gaps.append(own - reference[: own.size])
+            score.bias_half_cycles = sum(one.size for one in gaps)
+            score.bias, score.bias_error = self._mean_velocity(gaps)
             if math.isnan(score.bias):
                 score.notes.append("too slow for a mean velocity within the budget")
+            elif math.isnan(score.bias_error):
+                score.notes.append("too few half-cycles for the error of the bias: take more seeds")
 
-    def _positions(self, contestant: Contestant, most: int, seconds: float) -> NDArray[np.float64]:
-        """Return x_G at as many targets as the time allows."""
-        limits = Limits(at=time.perf_counter() + seconds)
-        simulation = contestant.simulation(self.experiment)
-        return floats(advance(simulation, self.experiment.drive, most, limits).recorded["x_G"])
+    def _mean_velocity(self, courses: list[NDArray[np.float64]]) -> tuple[float, float]:
+        """Return the mean advance per half-cycle but for the first fifth, and its standard error.
+
+        Over independent seeds, such that 1.96 of it make Student's interval; of one seed along it.
+        """
+        experiment = self.experiment
+        means = [mean_velocity(x_G, experiment) for x_G in courses]
+        if len(means) > 1:
+            mean, _, upper = interval_of_mean(means)
+            return mean, (upper - mean) / 1.96
+        (x_G,) = courses
+        pace = 2 if experiment.drive.cyclic else 1
+        kept = x_G[steady(x_G, experiment) - 1 :: pace] if x_G.size else x_G
+        clock = pace * np.arange(kept.size, dtype=float)
+        return means[0], standard_error(kept, clock)
 
     def measure_memory(self) -> None:
         """Measure how much memory a simulation takes."""
@@ -568,17 +629,3 @@ class _Lap:
         took = time.perf_counter() - begin
         self.done += stretch.completed
         return _Split(took, stretch.completed, self.simulation.tally.events - events)
-
-
-def _mean_velocity(
-    positions: NDArray[np.float64], experiment: Experiment
-) -> tuple[float, float]:
-    """Return the mean advance per half-cycle but for the first fifth, and its standard error."""
-    group = (positions.size - max(positions.size // 5, 1)) // _BLOCKS
-    if experiment.drive.cyclic:
-        group -= group % 2
-    if group < 1:
-        return math.nan, math.nan
-    ends = positions[positions.size - group * _BLOCKS - 1 :: group]
-    steps = np.array([b - a for a, b in pairwise(ends.tolist())]) / group
-    return float(steps.mean()), float(steps.std(ddof=1)) / math.sqrt(_BLOCKS)

@@ -5,9 +5,12 @@ from __future__ import annotations
 import json
 import math
 import time
-from itertools import count
+from dataclasses import replace
+from itertools import count, islice
 
+import numpy as np
 import pytest
+from scipy import stats
 
 from exactcreep.cli import status
 from exactcreep.laws import prediction
@@ -17,9 +20,9 @@ from exactcreep.model.numbers import InputError
 from exactcreep.progress import Progress
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import creep
-from exactcreep.studies.contest import Contestant
+from exactcreep.studies.contest import Contestant, mean_velocity, rests_between
 from exactcreep.studies.contests import draw_tradeoff
-from exactcreep.studies.tradeoff import ladder, tradeoff
+from exactcreep.studies.tradeoff import TRUTH, _Race, ladder, tradeoff
 
 pytestmark = pytest.mark.xdist_group("tradeoff")  # they share `measured`
 
@@ -167,6 +170,41 @@ def test_what_has_no_truth_is_counted_and_held_against_no_one(monkeypatch):
         assert (score.compared, score.different) == (0, 0)
         assert math.isnan(score.wrong)
         assert math.isnan(score.error)
+
+
+def test_seeds_are_taken_in_turn_and_their_velocities_are_independent(measured):
+    alone, _ = measured
+    experiment = experiment_of()
+    found = tradeoff(experiment, budget=5, seeds=4, contestants=FIELD[:2])
+    assert found.seeds == tuple(found.summary()["seeds"]) == (0, 1, 2, 3)
+    sliding = of(found, "sliding")
+    x_G = [creep(experiment.chain, experiment.drive, seed=k).recorded["x_G"] for k in range(4)]
+    each = [mean_velocity(x, experiment) for x in x_G]
+    assert found.velocity == np.mean(each)
+    sem = stats.sem(each)
+    assert found.velocity_error == pytest.approx(stats.t.ppf(0.975, 3) * sem / 1.96, rel=1e-9)
+    law = alone.velocity + of(alone, "sliding").bias
+    assert sliding.bias == pytest.approx(law - found.velocity, rel=1e-9)
+    assert sliding.bias_half_cycles == 800
+    exact = of(found, "exact")
+    low, high = exact.wrong_interval
+    assert exact.different == low == 0
+    assert high == pytest.approx(1.96**2 / (exact.compared + 1.96**2), rel=1e-3)
+    race = _Race([experiment, replace(experiment, seed=9)], [], 1, None, TRUTH)
+    rests = list(islice(race._rests(), 6))
+    assert [seed for seed, _ in rests] == [0, 9, 0, 9, 0, 9]
+    assert [rest.state.theta for _, rest in rests[::2]] == [
+        rest.state.theta for rest in islice(rests_between(experiment), 3)
+    ]
+
+
+def test_a_run_too_short_for_the_error_of_its_bias_says_so():
+    found = tradeoff(experiment_of(cycles=20), budget=5, contestants=FIELD[:2])
+    sliding = of(found, "sliding")
+    assert math.isnan(sliding.bias_error)
+    assert not math.isnan(sliding.bias)
+    assert any("take more seeds" in note for note in sliding.notes)
+    assert "nan" not in found.advice
 
 
 def test_the_advice_is_one_sentence_that_names_what_was_measured(measured):
