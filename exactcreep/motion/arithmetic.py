@@ -162,6 +162,10 @@ class Arithmetic(ABC):
         """Return the scalar product."""
         return (x * y).sum() if x.size else self.number(0)
 
+    def larger(self, x: Any, y: Any) -> Any:
+        """Return the larger of two numbers."""
+        return max(x, y)
+
 
 class Float64(Arithmetic):
     """IEEE double precision, by NumPy."""
@@ -382,6 +386,10 @@ class Balls(Arithmetic):
         if n == 0:
             return flint.arb(0)
         return (flint.arb_mat(1, n, x.tolist()) * flint.arb_mat(n, 1, y.tolist()))[0, 0]
+
+    def larger(self, x: Any, y: Any) -> Any:
+        """Return a ball that holds the larger of two numbers."""
+        return x.max(self.number(y))
 
     def sqrt(self, x: Any) -> Any:
         """Return the square root of a ball (its part below zero, if any, is left out)."""

@@ -25,6 +25,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
@@ -168,11 +169,9 @@ class Replay:
 
     def energies(self) -> Energies:
         """Return where energy went since the start."""
-        flow, before = self.flow, self.tensions
-        change = np.diff(flow.moved)
-        dot, zero = self.arithmetic.dot, self.arithmetic.number(0)
+        flow, dot = self.flow, self.arithmetic.dot
         return Energies(
-            elastic=dot(change, before) + dot(change, change) / 2 if change.size else zero,
+            elastic=elastic_gain(self.arithmetic, self.tensions, flow.moved),
             kinetic=dot(flow.velocities, flow.velocities) / 2,
             gravity=self.weight * flow.moved.sum(),
             friction=flow.friction * self._path,
@@ -279,6 +278,19 @@ class Phase:
         self.arrive()
         for event in self.events[self._happened :]:
             self.happen(event)
+
+
+def elastic_gain(
+    arithmetic: Arithmetic, tensions: NDArray[Any], moved: NDArray[Any]
+) -> Any:
+    """Return the elastic energy that displacements from a chain with these tensions bring.
+
+    Unit ``m g**2 tau_dyn**2``.
+    """
+    change = np.diff(moved)
+    if not change.size:
+        return arithmetic.number(0)
+    return arithmetic.dot(change, tensions) + arithmetic.dot(change, change) / 2
 
 
 def _instants(events: Iterable[Event]) -> Iterator[list[Event]]:

@@ -21,7 +21,7 @@ import numpy as np
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.files import file_name, write_file
 
-VERSION = 4
+VERSION = 5
 """Of the solvers' arrays, too: it steps when a row or a cell of theirs is added."""
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 _LINE = b"exactcreep checkpoint %d\n"

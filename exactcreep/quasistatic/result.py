@@ -31,12 +31,11 @@ from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
 from exactcreep.quasistatic.files import file_name, write_file
 from exactcreep.quasistatic.statistics import FEWEST_STEPS
 from exactcreep.solvers.records import (
-    EVENT_TABLE,
     FORCE,
-    HALF_CYCLE_TABLE,
     LENGTH,
     NUMBER,
     RECORDS,
+    TABLES,
     Column,
     Schema,
     lists_columns,
@@ -275,12 +274,13 @@ class Creep:
         return plain_data(out)
 
     @cached_property
-    @lists_columns(HALF_CYCLE_TABLE, EVENT_TABLE)
+    @lists_columns(*TABLES)
     def dataset(self) -> xr.Dataset:
         """What was recorded, labelled, with all that is needed to make it again.
 
-        Dimensions: ``half_cycle`` (from 1), ``slider`` (1 .. n), ``spring`` (1 .. n - 1) and
-        ``event``. Parameters stand in the attributes, rationals as strings.
+        Dimensions: ``half_cycle`` (from 1), ``slider`` (1 .. n), ``spring`` (1 .. n - 1),
+        ``event``, ``rearrangement`` and ``slip``. Parameters stand in the attributes, rationals as
+        strings.
         """
         return xr.Dataset(self._variables(), self._coordinates(), self._attributes())
 
@@ -295,7 +295,9 @@ class Creep:
         written = dict(self.recorded)
         if self.experiment.record:
             written["theta"] = self.drive.targets(1, self.half_cycles, self.seed)
-        variables = _labelled(HALF_CYCLE_TABLE, written) | _labelled(EVENT_TABLE, written)
+        variables: dict[str, Any] = {}
+        for table in TABLES:
+            variables |= _labelled(table, written)
         variables |= _labelled(_INITIAL, self._written("initial", self.experiment.initial))
         variables |= _labelled(_FINAL, self._written("final", self.state))
         for name, value in self.drive.parameters().items():

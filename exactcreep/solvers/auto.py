@@ -35,6 +35,7 @@ from exactcreep.model.verdict import Evidence
 from exactcreep.motion.condition import PROMISE
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.exact import Exact
+from exactcreep.solvers.records import LOGS
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import (
     ONE_REARRANGEMENT,
@@ -49,7 +50,7 @@ from exactcreep.solvers.solver import (
 LADDER = ("law", "sliding", "exact", "certified")
 """What there is to choose from, the cheapest first."""
 
-_TRAJECTORIES = ("x", "tension", "slips", "events")
+_TRAJECTORIES = ("x", "tension", "slips", *LOGS)
 _PILOT_EVENTS = 300_000  # about 0.3 s of the exact solver
 _PILOT_TARGETS = 20_000  # where there are few events, a pilot ends here
 _PILOT_BLOCKS = 16  # for a standard error that is itself known to a fifth

@@ -25,6 +25,7 @@ from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, 
 from exactcreep.motion.solution import Solution
 from exactcreep.solvers.enclosed import Enclosed
 from exactcreep.solvers.mechanics import Mechanics
+from exactcreep.solvers.records import LOGS
 from exactcreep.solvers.reference import (
     FieldSimulation,
     FieldSolver,
@@ -296,8 +297,9 @@ class CertifiedSimulation(FieldSimulation):
         self.restarts = 0
         self.origin = state
         self.settles = False  # at the precision limit
-        self.handed_out = 0  # event rows of the half-cycle under way, in earlier calls
-        self.repeated = 0  # of these, how many are still to come once more
+        # rows of the half-cycle under way in earlier calls, and how many are to come once more
+        self.handed_out = dict.fromkeys(LOGS, 0)
+        self.repeated = dict.fromkeys(LOGS, 0)
         # on the way back to where a comparison was undecided: the next target, and what is known
         # of the last one that was reached, which the present state has not come to
         self.behind: int | None = None
@@ -324,14 +326,15 @@ class CertifiedSimulation(FieldSimulation):
                 for name, values in rows.items():
                     del values[kept[name] :]
                 self._go_back()
-        events, begin = rows.get("events", []), kept.get("events", 0)
-        new = len(events) - begin
-        again = min(new, self.repeated)  # handed out before, and not once more
-        del events[begin : begin + again]
-        self.repeated -= again
-        self.handed_out += new - again
+        for name in LOGS:
+            logged, begin = rows.get(name, []), kept.get(name, 0)
+            new = len(logged) - begin
+            again = min(new, self.repeated[name])  # handed out before, and not once more
+            del logged[begin : begin + again]
+            self.repeated[name] -= again
+            self.handed_out[name] += new - again
         if stop is None:
-            self.handed_out = 0
+            self.handed_out = dict.fromkeys(LOGS, 0)
             with self.mechanics.arithmetic.active():
                 self.known = self.mechanics.state(), replace(self.tally)
             if self.mechanics.exact is not None:
@@ -359,7 +362,8 @@ class CertifiedSimulation(FieldSimulation):
         self.tally = self.mechanics.tally
         reached, self.theta_target = self.anchor_target
         self.behind = reached + 1
-        self.repeated = self.handed_out
+        self.avalanche, self.undecided = None, self.tally.undecided
+        self.repeated = dict(self.handed_out)
 
     def follow(
         self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
@@ -399,8 +403,8 @@ class CertifiedSimulation(FieldSimulation):
             "anchor_target": list(self.anchor_target),
             "settles": self.settles,
             "restarts": self.restarts,
-            "handed_out": self.handed_out,
-            "repeated": self.repeated,
+            "handed_out": dict(self.handed_out),
+            "repeated": dict(self.repeated),
             "behind": self.behind,
             "known": self._known_as_plain() if self.behind is not None else None,
         }
@@ -427,8 +431,8 @@ class CertifiedSimulation(FieldSimulation):
         q, target = captured["anchor_target"]
         self.anchor_target = (q, target)
         self.restarts = int(captured["restarts"])
-        self.handed_out = int(captured["handed_out"])
-        self.repeated = int(captured["repeated"])
+        self.handed_out = dict(captured["handed_out"])
+        self.repeated = dict(captured["repeated"])
         self.behind = captured["behind"]
         self.known = None
         if captured["known"] is not None:

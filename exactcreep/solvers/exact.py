@@ -26,7 +26,15 @@ from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers import clocks, kernel, layout
 from exactcreep.solvers.certified import Certified
 from exactcreep.solvers.layout import PAD
-from exactcreep.solvers.records import EVENT_TABLE, EventRow, events_of, joined, record_arrays
+from exactcreep.solvers.records import (
+    EVENT_TABLE,
+    REARRANGEMENT_TABLE,
+    SLIP_TABLE,
+    EventRow,
+    events_of,
+    joined,
+    record_arrays,
+)
 from exactcreep.solvers.rest import (
     PLACE,
     PLACE_LOW,
@@ -54,6 +62,12 @@ from exactcreep.solvers.two_floats import split
 _MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
 _NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the run
 _CAPTURED = ("cell", "tally", "real", "whole")
+_LOGGED = ("track", "sums")  # of the tables' rows under way
+_LOGS = {
+    "events": layout.LOGS_EVENTS,
+    "rearrangements": layout.LOGS_REARRANGEMENTS,
+    "slip_table": layout.LOGS_SLIPS,
+}
 _ENDLESS = (
     f"an avalanche has neither ended nor been proved to run away after {layout.LONGEST_AVALANCHE}"
     " events; at tan_alpha = mu_d it may go round for ever"
@@ -73,8 +87,7 @@ class ExactSimulation(Simulation):
         self.record = record
         self.start = Rest.of(chain, state)
         self._pace = 2**14  # work of one call of the compiled loop
-        capacity = 4 * chain.n + 256 if "events" in record else 0
-        self.work = placed(chain, self.start, seed, capacity)
+        self.work = placed(chain, self.start, seed, _logging(record))
 
     @property
     def _inner(self) -> slice:
@@ -151,6 +164,8 @@ class ExactSimulation(Simulation):
             done += reached
             if self.work.whole[layout.LOGGED]:
                 logs.append(_columns(self.chain, self._drain()))
+            if self.work.log.used.any():
+                logs.append(self._drain_tables())
             if rows and reached:
                 for name, values in rows.items():
                     values.append(each[name]())
@@ -161,8 +176,8 @@ class ExactSimulation(Simulation):
             stop = Stop.DONE if done == count else limits.stop(events - begun)
         recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
         recorded |= record_arrays(rows, self.chain.n)
-        if "events" in self.record:
-            recorded |= joined([EVENT_TABLE.from_rows(()), *logs])
+        tables = [record_arrays({name: ()}, 1) for name in self.record if name in _LOGS]
+        recorded |= joined([*tables, *logs])
         if stop is not None:
             return Stretch(done, recorded, stop, limits.reason(stop))
         return Stretch(done, recorded, *self.ending(reason))
@@ -219,7 +234,22 @@ class ExactSimulation(Simulation):
         """Return the rows of the event log, and empty it."""
         count = int(self.work.whole[layout.LOGGED])
         self.work.whole[layout.LOGGED] = 0
-        return self.work.log[:count].copy()
+        return self.work.log.events[:count].copy()
+
+    def _drain_tables(self) -> dict[str, NDArray[Any]]:
+        """Return the rows of the tables of rearrangements and slips, and empty these."""
+        log = self.work.log
+        found: dict[str, NDArray[Any]] = {}
+        if log.used[0]:
+            rows = log.rearrangements[:, : log.used[0]]
+            values = dict(zip(REARRANGEMENT_TABLE.fields, rows, strict=True))
+            values["theta"] = rows[layout.R_LOAD] / nearest_float(self.chain.l0)
+            found |= REARRANGEMENT_TABLE.arrays(values)
+        if log.used[1]:
+            rows = log.slips[:, : log.used[1]]
+            found |= SLIP_TABLE.arrays(dict(zip(SLIP_TABLE.fields, rows, strict=True)))
+        log.used[:] = 0
+        return found
 
     def _slips(self) -> NDArray[np.int64]:
         return self.work.tally[layout.SLIPS, self._inner].copy()
@@ -262,6 +292,8 @@ class ExactSimulation(Simulation):
         # in the middle of a long avalanche sliders stand where they were at different times
         if self.work.clock is not None and self.work.whole[layout.LOCAL]:
             captured["clock"] = self.work.clock.copy()
+        if self.work.whole[layout.LOGGING] > layout.LOGS_EVENTS:
+            captured |= {name: getattr(self.work.log, name).copy() for name in _LOGGED}
         numbers = self.start.numbers.copy()
         captured |= {
             "start_tension": numbers[TENSION, :-1],
@@ -276,6 +308,10 @@ class ExactSimulation(Simulation):
         """Take over what `capture` returned."""
         for name in _CAPTURED:
             getattr(self.work, name)[...] = captured[name]
+        self.work.whole[layout.LOGGING] = _logging(self.record)
+        if self.work.whole[layout.LOGGING] > layout.LOGS_EVENTS:
+            for name in _LOGGED:
+                getattr(self.work.log, name)[...] = captured[name]
         if self.work.clock is not None:
             self.work.clock[[layout.KEY, layout.BLOCK]] = layout.NEVER
             self.work.clock[...] = captured.get("clock", self.work.clock)
@@ -303,7 +339,6 @@ class ExactSimulation(Simulation):
         """Return a simulation that goes on from here bit for bit, and records events."""
         twin = ExactSimulation(self.chain, self.start.state, 0, ("events",))
         twin.restore(self.capture())
-        twin.work.whole[layout.LOGGING] = 1
         return twin
 
     def twin(self) -> ExactSimulation | None:
@@ -510,6 +545,11 @@ def _targets(chain: Chain, direction: int) -> list[NDArray[np.float64]]:
     """Return where theta goes until something moves: nowhere at first, then for ever."""
     still = np.zeros(1)
     return [still] if direction == 0 or chain.n == 1 else [still, np.array([np.inf * direction])]
+
+
+def _logging(record: tuple[str, ...]) -> int:
+    """Return what the compiled loop logs, see `layout.LOGGING`."""
+    return sum(flag for name, flag in _LOGS.items() if name in record)
 
 
 def _columns(chain: Chain, log: NDArray[np.float64]) -> dict[str, NDArray[Any]]:

@@ -22,6 +22,7 @@ import math
 
 import numpy as np
 
+from exactcreep.solvers import rows
 from exactcreep.solvers.clocks import advance, at_once
 from exactcreep.solvers.cluster import step
 from exactcreep.solvers.draws import BATCH, KEPT, fill
@@ -73,6 +74,7 @@ from exactcreep.solvers.layout import (
     LOG_TIME,
     LOGGED,
     LOGGING,
+    LOGS_EVENTS,
     LONE,
     LONG,
     LONGEST_AVALANCHE,
@@ -132,19 +134,19 @@ MODES_WORK = 6
 
 @inlined
 def _log(real, whole, log, kind, i, sign, residual):
-    if whole[LOGGING] == 0:
+    if whole[LOGGING] & LOGS_EVENTS == 0:
         return
-    row = whole[LOGGED]
-    log[row, LOG_TIME] = real[TIME]
-    log[row, LOG_RESIDUAL] = residual
-    log[row, LOG_THETA] = real[THETA]
-    log[row, LOG_THETA_LOW] = real[THETA_LOW]
-    log[row, LOG_TARGET] = whole[TARGET]
-    log[row, LOG_REARRANGEMENT] = whole[REARRANGEMENTS] - 1
-    log[row, LOG_NUMBER] = whole[NUMBER]
-    log[row, LOG_KIND] = kind
-    log[row, LOG_SLIDER] = i + 1 - PAD
-    log[row, LOG_SIGN] = sign
+    events, row = log.events, whole[LOGGED]
+    events[row, LOG_TIME] = real[TIME]
+    events[row, LOG_RESIDUAL] = residual
+    events[row, LOG_THETA] = real[THETA]
+    events[row, LOG_THETA_LOW] = real[THETA_LOW]
+    events[row, LOG_TARGET] = whole[TARGET]
+    events[row, LOG_REARRANGEMENT] = whole[REARRANGEMENTS] - 1
+    events[row, LOG_NUMBER] = whole[NUMBER]
+    events[row, LOG_KIND] = kind
+    events[row, LOG_SLIDER] = i + 1 - PAD
+    events[row, LOG_SIGN] = sign
     whole[LOGGED] = row + 1
 
 
@@ -229,6 +231,8 @@ def _start(cell, real, whole, log, i, sign, drive, residual):
     else:
         whole[FIRST] = min(whole[FIRST], i)
         whole[LAST] = max(whole[LAST], i)
+    if whole[LOGGING] > LOGS_EVENTS:
+        rows.start(cell, real, whole, log, i)
     _log(real, whole, log, START, i, sign, residual)
 
 
@@ -242,20 +246,26 @@ def _stop(cell, count, deviate, real, whole, log, i, residual):
     whole[SLIP_TOTAL] += 1
     count[SLIPS, i] += 1
     _draw(cell, count, deviate, real, whole, i)
+    if whole[LOGGING] > LOGS_EVENTS:
+        rows.stop(cell, real, whole, log, i)
 
 
 @inlined
-def _begin(cell, real, whole):
+def _begin(cell, real, whole, log, way):
     whole[REARRANGEMENTS] += 1
     whole[NUMBER] = 0
     whole[TOUCHED_FIRST] = cell.shape[1]
     whole[TOUCHED_LAST] = 0
     real[TIME] = 0.0
+    if whole[LOGGING] > LOGS_EVENTS:
+        rows.begin(cell, real, whole, log, way)
 
 
 @inlined
-def _settle(cell, real, whole):
+def _settle(cell, real, whole, log):
     """Turn the displacements of the rearrangement into forces at rest."""
+    if whole[LOGGING] > LOGS_EVENTS:
+        rows.end(cell, real, whole, log)
     first = whole[TOUCHED_FIRST]
     last = whole[TOUCHED_LAST]
     for i in range(max(first - 1, PAD), min(last + 2, PAD + whole[N])):
@@ -280,11 +290,11 @@ def _settle(cell, real, whole):
 
 
 @inlined
-def _after_event(cell, real, whole):
+def _after_event(cell, real, whole, log):
     """Choose the stage that goes on from the present set of movers."""
     whole[EVENTS] += 1
     if whole[MOVING] == 0:
-        _settle(cell, real, whole)
+        _settle(cell, real, whole, log)
         return
     first = whole[FIRST]
     last = whole[LAST]
@@ -363,7 +373,7 @@ def _ramp(cell, real, whole, log, target, target_low):
         whole[UNDECIDED] += 1
     if not (top or end):
         return False
-    _begin(cell, real, whole)
+    _begin(cell, real, whole, log, up)
     _place_ends(cell, real, whole)
     if top:
         _start(cell, real, whole, log, PAD, -up, cell[EXCESS, PAD], 0.0)
@@ -371,7 +381,7 @@ def _ramp(cell, real, whole, log, target, target_low):
         i = PAD + whole[N] - 1
         _start(cell, real, whole, log, i, up, cell[EXCESS, i], 0.0)
     whole[NUMBER] += 1
-    _after_event(cell, real, whole)
+    _after_event(cell, real, whole, log)
     return True
 
 
@@ -497,7 +507,7 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
 
 
 @compiled
-def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):
+def _end_slips(cell, count, deviate, real, whole, log, target, target_low, stop_at):
     """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
 
     Does what `_ramp`, `_lone` and `_settle` do, without the steps that such a slip can skip;
@@ -506,10 +516,12 @@ def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):
     last = PAD + whole[N] - 1
     friction = real[FRICTION]
     pair = whole[N] == 2
+    recorded = whole[LOGGING] != 0
     while whole[EVENTS] < stop_at:
-        _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_at)
-        if whole[EVENTS] >= stop_at:
-            return
+        if not recorded:
+            _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_at)
+            if whole[EVENTS] >= stop_at:
+                return
         top, end, theta, theta_low, undecided = _next_start(cell, real, whole, target, target_low)
         if undecided or top == end:
             return
@@ -529,6 +541,8 @@ def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):
             return
         real[THETA] = theta
         real[THETA_LOW] = theta_low
+        if recorded:
+            rows.at_theta(cell, real, whole, log.sums)
         moved = side * length
         high, low = plus(cell[FORCE, i], cell[FORCE_LOW, i], -moved)
         cell[FORCE, i] = high
@@ -542,6 +556,8 @@ def _end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):
         cell[TRAVEL_LOW, i] = low
         real[TOTAL], real[TOTAL_LOW] = plus(real[TOTAL], real[TOTAL_LOW], moved)
         _draw(cell, count, deviate, real, whole, i)
+        if recorded:
+            rows.end_slip(cell, real, whole, log, i, side if end else -side, moved)
         count[SLIPS, i] += 1
         whole[SLIP_TOTAL] += 1
         whole[REARRANGEMENTS] += 1
@@ -563,7 +579,7 @@ def _unstable(cell, real, whole, log):
             bound += 2.0 * ULP * abs(real[THETA])
         if beyond > bound:
             if not began:
-                _begin(cell, real, whole)
+                _begin(cell, real, whole, log, 0.0)
                 began = True
             sign = 1.0 if pull > 0.0 else -1.0
             _start(cell, real, whole, log, i, sign, abs(pull) - real[FRICTION], 0.0)
@@ -573,7 +589,7 @@ def _unstable(cell, real, whole, log):
     whole[STAGE] = AT_REST
     if began:
         whole[NUMBER] += 1
-        _after_event(cell, real, whole)
+        _after_event(cell, real, whole, log)
     return began
 
 
@@ -613,7 +629,7 @@ def _lone(cell, count, deviate, real, whole, log):
     if room >= length - bound:
         if room <= length + bound:
             whole[UNDECIDED] += 1
-        if whole[LOGGING] == 1:
+        if whole[LOGGING] != 0:
             if stiff == 0.0:
                 real[TIME] += speed / -drive
             elif length > 0.0:
@@ -633,11 +649,11 @@ def _lone(cell, count, deviate, real, whole, log):
             _start(cell, real, whole, log, i, turn, abs(pull) - friction, 0.0)
             whole[EVENTS] += 1
             whole[NUMBER] += 1
-        _after_event(cell, real, whole)
+        _after_event(cell, real, whole, log)
         return False
     # a neighbour starts at once with everything else unchanged
     faster = math.sqrt(max(speed * speed + room * (2.0 * drive - stiff * room), 0.0))
-    if whole[LOGGING] == 1:
+    if whole[LOGGING] != 0:
         later = drive - stiff * room
         omega = math.sqrt(stiff)
         turned = math.atan2(
@@ -659,7 +675,7 @@ def _lone(cell, count, deviate, real, whole, log):
         cell[FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
         cell[DRIVE, i] = drive
     whole[NUMBER] += 1
-    _after_event(cell, real, whole)
+    _after_event(cell, real, whole, log)
     return False
 
 
@@ -795,7 +811,7 @@ def _cluster(cell, count, deviate, clock, series, real, whole, log):
         whole[NUMBER] += 1
         if stops > 0:
             whole[EVENTS] += 1
-    _after_event(cell, real, whole)
+    _after_event(cell, real, whole, log)
     if clock is not None:
         short = whole[LAST] - whole[FIRST] < LEAST_LONG // 2
         if whole[LOCAL] == 1 and (short or whole[STAGE] != CLUSTER):
@@ -823,7 +839,8 @@ def follow(
 
     Parameters
     ----------
-    cell, count, deviate, series, real, whole, log : ndarray
+    cell, count, deviate, series, real, whole : ndarray
+    log : Log
         See `layout`.
     theta, theta_low : ndarray, shape (m,)
         The targets, ``l0 theta`` as two floats.
@@ -843,18 +860,25 @@ def follow(
     longest = LONGEST_AVALANCHE + 1000 * whole[N]
     if whole[DOWNHILL] == 0:
         longest = 2**62
-    room = log.shape[0] - 2 * whole[N] - 4
+    room = log.events.shape[0] - 2 * whole[N] - 4
     while reached < theta.size:
         stage = whole[STAGE]
         if whole[EVENTS] >= stop_at or whole[WORK] >= work_limit:
             return BUDGET, reached
-        if whole[LOGGING] == 1 and whole[LOGGED] > room:
+        if whole[LOGGING] & LOGS_EVENTS != 0 and whole[LOGGED] > room:
             return LOG_FULL, reached
+        slips_at_most = (stop_at - whole[EVENTS] + 1) // 2
+        if whole[LOGGING] > LOGS_EVENTS:
+            slips_at_most = min(slips_at_most, rows.room(log) - whole[N])
+            if slips_at_most <= 0:
+                return LOG_FULL, reached
         if stage == AT_REST:
-            if whole[LOGGING] == 0 and whole[N] > 1 and not single:
+            if whole[LOGGING] & LOGS_EVENTS == 0 and whole[N] > 1 and not single:
+                upto = whole[EVENTS] + 2 * slips_at_most
                 _end_slips(
-                    cell, count, deviate, real, whole, theta[reached], theta_low[reached], stop_at
-                )
+                    cell, count, deviate, real, whole, log, theta[reached], theta_low[reached],
+                    min(stop_at, upto),
+                )  # fmt: skip
             if not _ramp(cell, real, whole, log, theta[reached], theta_low[reached]):
                 travel[reached] = real[TOTAL] + real[TOTAL_LOW]
                 reached += 1

@@ -3,12 +3,17 @@
 The loop works on arrays that Python owns: `cell` and `count` (one column for each slider),
 `deviate` (one row for each slider: the batch that holds its next draw), `clock` (one column for
 each slider of a chain that is long enough for `clocks`, else None), `series` (`SERIES` rows of
-eight lanes for each strip of eight sliders of the window that moves), `real`, `whole` and `log`.
+eight lanes for each strip of eight sliders of the window that moves), `real`, `whole` and `log`,
+which holds what is recorded.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 """Compile without reference counting: the arrays belong to the caller, nothing is allocated."""
@@ -136,7 +141,7 @@ REALS = 14
     SLIP_TOTAL,
     BELOW,  # draws below mu_d
     UNDECIDED,
-    LOGGING,
+    LOGGING,  # what of `log` is kept: a sum of LOGS_...
     LOGGED,  # rows of the log in use
     STEPS,  # of clusters
     CALM,  # of them since the last event
@@ -153,7 +158,20 @@ REALS = 14
 ) = range(31)
 WHOLES = 31
 
-# columns of `log`
+class Log(NamedTuple):
+    """What the loop records."""
+
+    events: NDArray[np.float64]  # a row for each slider of an event
+    rearrangements: NDArray[np.float64]  # a column for each
+    slips: NDArray[np.float64]  # a column for each
+    used: NDArray[np.int64]  # columns of these two in use
+    track: NDArray[np.float64]  # a column for each slider: the slip under way
+    sums: NDArray[np.float64]  # the rearrangement under way
+
+
+LOGS_EVENTS, LOGS_REARRANGEMENTS, LOGS_SLIPS = 1, 2, 4
+
+# columns of `Log.events`
 (
     LOG_TIME,
     LOG_RESIDUAL,
@@ -167,6 +185,57 @@ WHOLES = 31
     LOG_SIGN,
 ) = range(10)
 LOG_COLUMNS = 10
+
+# rows of `Log.rearrangements`; see `records.RearrangementRow`
+(
+    R_HALF_CYCLE,
+    R_LOAD,  # l0 theta
+    R_DIRECTION,
+    R_BEGAN,
+    R_BEGAN_FIRST,
+    R_BEGAN_LAST,
+    R_DURATION,
+    R_EVENTS,
+    R_SLIPS,
+    R_SLIDERS,
+    R_FIRST,
+    R_LAST,
+    R_DISPLACEMENT,
+    R_LARGEST,
+    R_BEFORE,
+    R_AFTER,
+    R_GRAVITY,
+    R_DISSIPATION,
+    R_UNDECIDED,
+) = range(19)
+R_ROWS = 19
+
+# rows of `Log.slips`; see `records.SlipRow`
+S_SLIDER, S_REARRANGEMENT, S_START, S_STOP, S_DISPLACEMENT, S_COEFFICIENT = range(6)
+S_ROWS = 6
+
+# rows of `Log.track`
+T_TIME, T_X, T_REARRANGEMENT = range(3)  # of its last start
+TRACKS = 3
+
+# cells of `Log.sums`
+(
+    LEFT_FOR,  # rearrangements until the elastic energy is summed anew
+    ELASTIC,  # energy at the last start or rest
+    TENSIONS,  # their sum, at the same time
+    AT_LOAD,  # l0 theta then
+    AT_LOAD_LOW,
+    WAY,  # of the ramp
+    STARTED,  # sliders of the first event
+    STARTED_FIRST,
+    STARTED_LAST,
+    MOVERS,  # different sliders that have moved
+    PATH,  # travelled by all sliders together
+    LARGEST,
+    SLIPS_BEFORE,  # counts at the end of the rearrangement before
+    UNDECIDED_BEFORE,
+) = range(14)
+SUMS = 14
 
 # stages
 AT_REST, LONE, CLUSTER, UNSTABLE = range(4)

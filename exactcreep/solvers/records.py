@@ -21,6 +21,7 @@ from exactcreep.model.contact import Event, EventKind
 LENGTH = "g tau_dyn^2"
 FORCE = "m g"
 TIME = "tau_dyn"
+ENERGY = "m g^2 tau_dyn^2"
 NUMBER = "1"
 _KINDS = (EventKind.START, EventKind.STOP)  # as the column of kinds numbers them
 
@@ -152,9 +153,62 @@ class EventRow(NamedTuple):
     sign: Annotated[int, Column("int8", NUMBER, "+1 downhill, -1 uphill")]
 
 
+class RearrangementRow(NamedTuple):
+    """A row for each rearrangement that has come to rest."""
+
+    half_cycle: Annotated[int, Column("int64", NUMBER, "number of the half-cycle, from 1")]
+    theta: Annotated[
+        Any, Column("float64", NUMBER, "dilation theta_c at which the chain rearranges")
+    ]
+    direction: Annotated[
+        int, Column("int8", NUMBER, "of the ramp: +1 dilation, -1 contraction, 0 no ramp")
+    ]
+    began: Annotated[int, Column("int64", NUMBER, "sliders that start first, together")]
+    began_first: Annotated[int, Column("int64", NUMBER, "the uppermost of them, from 1")]
+    began_last: Annotated[int, Column("int64", NUMBER, "the lowermost of them")]
+    duration: Annotated[Any, Column("float64", TIME, "time from the first event to the last")]
+    events: Annotated[int, Column("int64", NUMBER, "start and stop events")]
+    slips: Annotated[int, Column("int64", NUMBER, "motions of one slider from start to stop")]
+    sliders: Annotated[int, Column("int64", NUMBER, "different sliders that slip")]
+    first: Annotated[int, Column("int64", NUMBER, "the uppermost slider that slips, from 1")]
+    last: Annotated[int, Column("int64", NUMBER, "the lowermost slider that slips")]
+    displacement: Annotated[Any, Column("float64", LENGTH, "of the centre of mass")]
+    largest_slip: Annotated[Any, Column("float64", LENGTH, "length of the longest slip")]
+    elastic_before: Annotated[Any, Column("float64", ENERGY, "elastic energy at theta_c")]
+    elastic_after: Annotated[Any, Column("float64", ENERGY, "elastic energy at rest again")]
+    gravity: Annotated[Any, Column("float64", ENERGY, "work of gravity on the sliders")]
+    dissipation: Annotated[Any, Column("float64", ENERGY, "energy that friction takes")]
+    undecided: Annotated[
+        int,
+        Column("int64", NUMBER, "comparisons inside their bound, since the rearrangement before"),
+    ]
+
+
+class SlipRow(NamedTuple):
+    """A row for each slip, in order of their stops."""
+
+    slider: Annotated[int, Column("int64", NUMBER, "number of the slider, from 1")]
+    rearrangement: Annotated[int, Column("int64", NUMBER, "number of the rearrangement, from 0")]
+    start: Annotated[Any, Column("float64", TIME, "since the start of the rearrangement")]
+    stop: Annotated[Any, Column("float64", TIME, "since the start of the rearrangement")]
+    displacement: Annotated[Any, Column("float64", LENGTH, "of the slider, positive downhill")]
+    coefficient: Annotated[float, Column("float64", NUMBER, "static coefficient drawn at the stop")]
+
+
 HALF_CYCLE_TABLE = Schema("half_cycle", HalfCycle)
 EVENT_TABLE = Schema("event", EventRow, "event_")
-RECORDS = (*(name for name in HALF_CYCLE_TABLE.columns if name != "theta"), "events")
+REARRANGEMENT_TABLE = Schema("rearrangement", RearrangementRow, "rearrangement_")
+SLIP_TABLE = Schema("slip", SlipRow, "slip_")
+LOGS: dict[str, Schema[Any]] = {
+    "events": EVENT_TABLE,
+    "rearrangements": REARRANGEMENT_TABLE,
+    "slip_table": SLIP_TABLE,
+}
+"""The tables that have no row for each target, by what records them."""
+TABLES = (HALF_CYCLE_TABLE, *LOGS.values())
+COLUMNS = {name: column for table in TABLES for name, column in table.columns.items()}
+"""Of all tables, by their full names."""
+RECORDS = (*(name for name in HALF_CYCLE_TABLE.columns if name != "theta"), *LOGS)
 """What a simulation can record; theta is known from the drive."""
 
 
@@ -164,14 +218,14 @@ def record_arrays(rows: Mapping[str, Sequence[Any]], n: int) -> dict[str, NDArra
     Parameters
     ----------
     rows : mapping
-        Of each record asked for: its value at every target, or for ``events`` `EventRow`.
+        Of each record asked for: its value at every target, or the rows of one of `LOGS`.
     n : int
         Sliders of the chain.
     """
     arrays: dict[str, NDArray[Any]] = {}
     for name, values in rows.items():
-        if name == "events":
-            arrays |= EVENT_TABLE.from_rows(values)
+        if name in LOGS:
+            arrays |= LOGS[name].from_rows(values)
         else:
             arrays[name] = HALF_CYCLE_TABLE.columns[name].array(values, n)
     return arrays

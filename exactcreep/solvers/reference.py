@@ -25,6 +25,7 @@ from exactcreep.motion.arithmetic import (
     digits_of,
 )
 from exactcreep.motion.roots import SearchLimit
+from exactcreep.solvers.avalanches import Avalanche
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.records import record_arrays, rows_of
 from exactcreep.solvers.solver import (
@@ -158,6 +159,8 @@ class FieldSimulation(Simulation):
         with arithmetic.active():
             self.mechanics = self.kind(chain, seed, arithmetic, state)
         self.tally = self.mechanics.tally
+        self.avalanche: Avalanche | None = None
+        self.undecided = 0  # up to the end of the last rearrangement
         self.theta_target: Fraction | None = None
         try:
             self.theta_target = exact_number(state.theta, "theta")
@@ -205,7 +208,9 @@ class FieldSimulation(Simulation):
                     for event in mechanics.rearrangement():
                         if event is not None:
                             self._log(event, q, rows)
-                        elif (stop := self._early()) is not None:
+                        if mechanics.flow is None:
+                            self._log_rest(rows)
+                        if event is None and (stop := self._early()) is not None:
                             return stop
                 except OutOfTime:
                     return Stop.DEADLINE
@@ -242,11 +247,36 @@ class FieldSimulation(Simulation):
         mechanics.slips[:] = 0
 
     def _log(self, event: Event, q: int, rows: dict[str, list[Any]]) -> None:
+        mechanics = self.mechanics
+        number, theta = mechanics.tally.rearrangements - 1, mechanics.theta
         if "events" in rows:
-            number, mechanics = self.tally.rearrangements - 1, self.mechanics
-            rows["events"] += rows_of(
-                event, q, number, mechanics.event_number - 1, mechanics.theta
+            rows["events"] += rows_of(event, q, number, mechanics.event_number - 1, theta)
+        if "rearrangements" not in rows and "slip_table" not in rows:
+            return
+        if mechanics.event_number == 1:
+            way = mechanics.way if mechanics.crossed else 0
+            still = mechanics.arithmetic.zeros(self.chain.n)
+            self.avalanche = Avalanche(
+                number, q, theta, way, mechanics.tensions, still, self.undecided
             )
+        assert self.avalanche is not None
+        assert mechanics.flow is not None
+        slips = self.avalanche.take(
+            event,
+            mechanics.flow.moved,
+            mechanics.coefficients.__getitem__,
+            mechanics.arithmetic,
+        )
+        rows.get("slip_table", []).extend(slips)
+
+    def _log_rest(self, rows: dict[str, list[Any]]) -> None:
+        mechanics, avalanche = self.mechanics, self.avalanche
+        if avalanche is not None and "rearrangements" in rows:
+            undecided = mechanics.tally.undecided
+            rows["rearrangements"].append(
+                avalanche.row(self.chain, mechanics.arithmetic, undecided)
+            )
+        self.avalanche, self.undecided = None, mechanics.tally.undecided
 
     def state(self) -> State:
         """Return the present state."""
@@ -260,13 +290,19 @@ class FieldSimulation(Simulation):
                 "bits": self.mechanics.arithmetic.bits,
                 "theta_target": self.theta_target,
                 "mechanics": self.mechanics.captured(),
+                "avalanche": self.avalanche
+                and self.avalanche.captured(self.mechanics.arithmetic.plain),
+                "undecided": self.undecided,
             }
 
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned."""
         self.theta_target = captured["theta_target"]
+        known, number = captured["avalanche"], self.mechanics.arithmetic.from_plain
         with self.mechanics.arithmetic.active():
             self.mechanics.take_over(captured["mechanics"])
+            self.avalanche = known and Avalanche.restored(known, number)
+        self.undecided = int(captured["undecided"])
         self.tally = self.mechanics.tally
 
     def report(self) -> dict[str, Any]:

@@ -31,6 +31,7 @@ from exactcreep.solvers.layout import (
     THETA_LOW,
     TRAVEL,
     TRAVEL_LOW,
+    Log,
     N,
     X,
     compiled,
@@ -39,6 +40,8 @@ from exactcreep.solvers.two_floats import split, split_ratio, two_sum
 
 TENSION, TENSION_LOW, PLACE, PLACE_LOW = range(4)
 """Rows of `Rest.numbers`; the tensions leave the last column free."""
+_ROWS = 4099
+"""Of the tables, at least, between two calls of the loop; not a multiple of a cache's ways."""
 
 
 class Work(NamedTuple):
@@ -51,7 +54,7 @@ class Work(NamedTuple):
     series: NDArray[np.float64]
     real: NDArray[np.float64]
     whole: NDArray[np.int64]
-    log: NDArray[np.float64]
+    log: Log
 
 
 class Rest(NamedTuple):
@@ -151,13 +154,13 @@ def _constants(chain: Chain) -> _Constants:
     return _Constants(real, whole, Contacts(chain))
 
 
-def placed(chain: Chain, rest: Rest, seed: int, capacity: int) -> Work:
-    """Return the arrays of a simulation that begins at rest, with room for `capacity` log rows."""
+def placed(chain: Chain, rest: Rest, seed: int, logging: int) -> Work:
+    """Return the arrays of a simulation that begins at rest; `logging` is a sum of LOGS_..."""
     n, m = chain.n, layout.columns(chain.n)
     constants = _constants(chain)
     real, whole = constants.real.copy(), constants.whole.copy()
     real[THETA], real[THETA_LOW] = rest.load
-    whole[layout.LOGGING] = capacity > 0
+    whole[layout.LOGGING] = logging
     whole[layout.SEED] = seed if seed < 2**63 else seed - 2**64
 
     # each begins at a multiple of 64 bytes: their sizes are multiples of eight numbers
@@ -178,7 +181,7 @@ def placed(chain: Chain, rest: Rest, seed: int, capacity: int) -> Work:
         series=tables[2],
         real=real,
         whole=whole,
-        log=np.empty((capacity, layout.LOG_COLUMNS)),
+        log=_log(n, m, logging),
     )
     if work.clock is not None:
         work.clock[[layout.KEY, layout.BLOCK]] = layout.NEVER
@@ -191,6 +194,20 @@ def placed(chain: Chain, rest: Rest, seed: int, capacity: int) -> Work:
     _place(work.cell, work.tally, work.deviate, real, whole, rest.numbers)
     real[layout.TOTAL] = work.cell[TRAVEL, inner].sum()
     return work
+
+
+def _log(n: int, m: int, logging: int) -> Log:
+    events = 4 * n + 256 if logging & layout.LOGS_EVENTS else 0
+    tables = logging > layout.LOGS_EVENTS
+    rows = 2 * n + _ROWS if tables else 0
+    return Log(
+        events=np.empty((events, layout.LOG_COLUMNS)),
+        rearrangements=np.empty((layout.R_ROWS, rows)),
+        slips=np.empty((layout.S_ROWS, rows)),
+        used=np.zeros(2, dtype=np.int64),
+        track=np.zeros((layout.TRACKS, m if tables else 0)),
+        sums=np.zeros(layout.SUMS),
+    )
 
 
 @compiled

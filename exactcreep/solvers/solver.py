@@ -25,9 +25,8 @@ from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import Replay
 from exactcreep.motion.solution import Solution
 from exactcreep.solvers.records import (
-    EVENT_TABLE,
-    HALF_CYCLE_TABLE,
     RECORDS,
+    TABLES,
     joined,
     lists_columns,
 )
@@ -213,7 +212,7 @@ class Tally:
     """Rearrangements of so many events that float64 does not promise 1e-12 (of `exact`)."""
 
 
-@lists_columns(HALF_CYCLE_TABLE, EVENT_TABLE)
+@lists_columns(*TABLES)
 @dataclass(frozen=True, eq=False)
 class Stretch:
     """What `Simulation.follow` and `advance` came to.
@@ -224,8 +223,8 @@ class Stretch:
         Targets reached in this call.
     recorded : mapping of str to ndarray
         ``x_G`` (completed,), and if asked for ``x`` (completed, n), ``tension`` (completed,
-        n - 1), ``slips`` (completed, n), each at the end of a half-cycle; if ``events`` was asked
-        for, the columns of `EVENT_TABLE`.
+        n - 1), ``slips`` (completed, n), each at the end of a half-cycle; if ``events``,
+        ``rearrangements`` or ``slip_table`` was asked for, the columns of that table.
     stop : Stop
         Why it ended.
     reason : str

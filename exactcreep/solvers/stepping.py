@@ -92,9 +92,18 @@ NOW = np.dtype(
         ("undecided", np.int64),
         ("number", np.int64),  # of the event in its rearrangement
         ("target", np.int64),
+        ("way", np.int64),  # of the ramp to this rearrangement, 0 if there was none
     ]
 )
-ROW = np.dtype([*EVENT_TABLE.dtype, ("residual", np.float64)])
+ROW = np.dtype(
+    [
+        *EVENT_TABLE.dtype,
+        ("residual", np.float64),
+        ("moved", np.float64),  # displacement since the last rest
+        ("undecided", np.int64),  # count up to now
+        ("way", np.int64),
+    ]
+)
 
 
 class Work(NamedTuple):
@@ -225,6 +234,9 @@ def _write(work, time, kind, i, sign, residual):
     row.slider = i
     row.sign = np.int8(sign)
     row.residual = residual
+    row.moved = work.lanes[X, i]
+    row.undecided = now.undecided
+    row.way = now.way
     work.written[0] += 1
 
 
@@ -235,10 +247,11 @@ def _close_event(now):
 
 
 @_compiled
-def _begin(laws, now):
+def _begin(laws, now, way):
     """Begin a rearrangement."""
     now.rearrangements += 1
     now.number = 0
+    now.way = way
     now.origin = 0.0
     now.step = 0
     now.steps_here = 0
@@ -259,7 +272,7 @@ def release(laws, work):
             now.undecided += 1
         if excess > 0.0:
             if started == 0:
-                _begin(laws, now)
+                _begin(laws, now, 0)
             started += 1
             sign = math.copysign(1.0, force)
             _start(laws, work, i, sign)
@@ -299,7 +312,7 @@ def ramp(laws, work, way, room):
     now.theta = (laws.origin + now.shift) / laws.l0
     sliders[0].base = now.shift
     sliders[n].base = now.shift
-    _begin(laws, now)
+    _begin(laws, now, int(way))
     for i in (1, n):
         if tie or ramp == (gaps[1] if i == n else gaps[0]):
             sign = way if i == n else -way

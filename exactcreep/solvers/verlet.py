@@ -28,7 +28,17 @@ from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.endless import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
-from exactcreep.solvers.records import EVENT_TABLE, joined, logged_events
+from exactcreep.solvers.avalanches import Avalanche
+from exactcreep.solvers.records import (
+    EVENT_TABLE,
+    LOGS,
+    EventRow,
+    RearrangementRow,
+    SlipRow,
+    joined,
+    logged_events,
+    record_arrays,
+)
 from exactcreep.solvers.solver import (
     ONE_REARRANGEMENT,
     Rearrangement,
@@ -248,6 +258,83 @@ def _report(laws: Laws, work: Work) -> dict[str, Any]:
     return {"dt": laws.dt, "locate": laws.locate, "steps": int(work.now["steps"][0])}
 
 
+class _Tables:
+    """The tables of rearrangements and slips, made of the rows of events."""
+
+    def __init__(self, chain: Chain, state: State, seed: int) -> None:
+        self._chain = chain
+        self._contacts = Contacts(chain, seed)
+        self._draws = state.draws.copy()
+        self._theta = float(state.theta)
+        self._tensions = state.tensions.astype(np.float64)  # with theta at rest
+        self._undecided = [0, 0]  # at the end of the last rearrangement, and at the last event
+        self._avalanche: Avalanche | None = None
+
+    def take(self, rows: NDArray[Any], *, moves: bool) -> dict[str, NDArray[Any]]:
+        """Return the rows that these rows of events complete; `moves` says if the chain does."""
+        done: list[RearrangementRow] = []
+        slips: list[SlipRow] = []
+        moved = np.zeros(self._chain.n)
+        place = 0
+        for first, event in logged_events(EVENT_TABLE.arrays(rows)):
+            here = rows[place : place + len(event.sliders)]
+            place += len(here)
+            if first.number == 0:
+                done += self._ended()
+                self._begin(first, int(here["way"][0]))
+            assert self._avalanche is not None
+            moved[here["slider"] - 1] = here["moved"]
+            slips += self._avalanche.take(event, moved, self._drawn, FLOAT64)
+            self._undecided[1] = int(here["undecided"].max())
+        if not moves:
+            done += self._ended()
+        return record_arrays({"rearrangements": done, "slip_table": slips}, self._chain.n)
+
+    def _begin(self, first: EventRow, way: int) -> None:
+        self._tensions -= nearest_float(self._chain.l0) * (first.theta - self._theta)
+        self._theta = first.theta
+        self._avalanche = Avalanche(
+            first.rearrangement,
+            first.half_cycle,
+            first.theta,
+            way,
+            self._tensions.copy(),
+            np.zeros(self._chain.n),
+            self._undecided[0],
+        )
+
+    def _drawn(self, n: int) -> Any:
+        self._draws[n] += 1
+        return self._contacts.coefficient(n + 1, int(self._draws[n]) - 1)
+
+    def _ended(self) -> list[RearrangementRow]:
+        avalanche, self._avalanche = self._avalanche, None
+        if avalanche is None:
+            return []
+        self._tensions += np.diff(avalanche.moved)
+        self._undecided[0] = self._undecided[1]
+        return [avalanche.row(self._chain, FLOAT64, self._undecided[1])]
+
+    def captured(self) -> dict[str, Any]:
+        """Return everything needed to go on bit for bit."""
+        return {
+            "draws": self._draws.copy(),
+            "theta": self._theta,
+            "tensions": self._tensions.copy(),
+            "undecided": list(self._undecided),
+            "avalanche": self._avalanche and self._avalanche.captured(FLOAT64.plain),
+        }
+
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        """Take over what `captured` returned."""
+        self._draws[:] = captured["draws"]
+        self._theta = float(captured["theta"])
+        self._tensions[:] = captured["tensions"]
+        self._undecided = list(captured["undecided"])
+        known = captured["avalanche"]
+        self._avalanche = known and Avalanche.restored(known, FLOAT64.from_plain)
+
+
 class VerletSimulation(Simulation):
     """A chain on its way along a drive, stepped in time."""
 
@@ -266,8 +353,9 @@ class VerletSimulation(Simulation):
         self._seed = seed
         self._record = record
         self._laws = _laws(chain, state, seed, dt, locate)
-        self._work = _work(chain, state, self._laws, "events" in record)
+        self._work = _work(chain, state, self._laws, any(name in record for name in LOGS))
         self._count()
+        self._tables = _Tables(chain, state, seed)
 
     def _count(self) -> None:
         now = self._work.now[0]
@@ -290,7 +378,9 @@ class VerletSimulation(Simulation):
         x = np.empty((count if wanted[0] else 0, n))
         tension = np.empty((count if wanted[1] else 0, n - 1))
         slips = np.empty((count if wanted[2] else 0, n), dtype=np.int64)
-        rows = []
+        logs: list[dict[str, NDArray[Any]]] = []
+        tables = [name for name in ("rearrangements", "slip_table") if name in self._record]
+        kept = [name for table in tables for name in LOGS[table].columns]
         done = 0
         begun = events = int(work.now["events"][0])
         stop: Stop | None = None
@@ -309,7 +399,13 @@ class VerletSimulation(Simulation):
                 wanted,
             )
             done += more
-            rows.append(EVENT_TABLE.arrays(work.rows[: int(work.written[0])]))
+            written = work.rows[: int(work.written[0])]
+            if "events" in self._record:
+                logs.append(EVENT_TABLE.arrays(written))
+            if tables:
+                moves = work.now["phase"][0] == MOVING
+                found = self._tables.take(written, moves=moves)
+                logs.append({name: found[name] for name in kept})
             work.written[0] = 0
             events = int(work.now["events"][0])
             stop = _STOPS.get(code) or limits.stop(events - begun)
@@ -320,8 +416,7 @@ class VerletSimulation(Simulation):
         ):
             if asked:
                 recorded[name] = values[:done]
-        if "events" in self._record:
-            recorded |= joined(rows)
+        recorded |= joined(logs)
         return Stretch(done, recorded, stop, _REASONS.get(code) or limits.reason(stop))
 
     def state(self) -> State:
@@ -333,6 +428,7 @@ class VerletSimulation(Simulation):
         work = self._work
         return {
             "origin": self._laws.origin,
+            "tables": self._tables.captured(),
             "movers": work.movers.copy(),
             "lanes": work.lanes.copy(),
             **{"slider_" + name: work.sliders[name].copy() for name in SLIDER.names or ()},
@@ -350,6 +446,7 @@ class VerletSimulation(Simulation):
         for name in NOW.names or ():
             work.now[name] = captured["now_" + name]
         work.written[0] = 0
+        self._tables.restore(captured["tables"])
         self._count()
 
     def report(self) -> dict[str, Any]:

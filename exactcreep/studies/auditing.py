@@ -39,7 +39,7 @@ from exactcreep.quasistatic.decimals import as_claimed, enclosure, floats, quant
 from exactcreep.quasistatic.march import NEARLY, March
 from exactcreep.quasistatic.result import Creep, read_members
 from exactcreep.solvers.layout import PROMISED_EVENTS
-from exactcreep.solvers.records import EVENT_TABLE, HALF_CYCLE_TABLE, record_arrays
+from exactcreep.solvers.records import COLUMNS, EVENT_TABLE, LOGS, record_arrays
 from exactcreep.solvers.solver import Rearrangement, Stretch, Tally
 from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
 
@@ -673,10 +673,15 @@ def _tables(auditor: _Auditor, result: Creep) -> None:
     if not 0 <= result.half_cycles <= result.drive.half_cycles:
         auditor.find("claim", f"the drive has no target {result.half_cycles}")
     rows = len(recorded["event_time"])
+    lengths = {
+        name: len(recorded.get(next(iter(table.columns)), ()))
+        for table in LOGS.values()
+        for name in table.columns
+    }
     for name, values in recorded.items():
-        column = {**HALF_CYCLE_TABLE.columns, **EVENT_TABLE.columns}[quantity(name)]
+        column = COLUMNS[quantity(name)]
         sizes = {"slider": n, "spring": n - 1}
-        length = rows if quantity(name) in EVENT_TABLE.columns else result.half_cycles
+        length = lengths.get(quantity(name), result.half_cycles)
         shape = (length, *(sizes[across] for across in column.across))
         if values.shape != shape:
             auditor.find("state", f"{name} has the shape {values.shape} instead of {shape}")

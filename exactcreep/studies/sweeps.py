@@ -34,7 +34,7 @@ from exactcreep.quasistatic.files import output_directory, remove_parts, write_f
 from exactcreep.quasistatic.loop import PhysicsWarning, run_members
 from exactcreep.quasistatic.result import netcdf
 from exactcreep.scene import Scene, load_scene
-from exactcreep.solvers.records import HALF_CYCLE_TABLE, LENGTH
+from exactcreep.solvers.records import HALF_CYCLE_TABLE, LENGTH, LOGS
 
 FORMAT = "exactcreep sweep 1"
 _CELL_FORMAT = "exactcreep cell 1"
@@ -394,10 +394,11 @@ def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:
     """Return one member; nothing is recorded that the scene does not ask for by name."""
     record = setting.get("run.record", scene.tables["run"].get("record", []))
     experiment = scene.experiment({**setting, "run.record": record})
-    if "events" in experiment.record:
-        raise InputError(
-            "run.record", "events", "are too many for a sweep; record them in a single run"
-        )
+    for name in experiment.record:
+        if name in LOGS:
+            raise InputError(
+                "run.record", name, "are too many for a sweep; record them in a single run"
+            )
     return experiment
 
 

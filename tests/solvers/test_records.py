@@ -19,9 +19,12 @@ from exactcreep.quasistatic.loop import creep
 from exactcreep.quasistatic.result import Creep
 from exactcreep.scene import load_scene
 from exactcreep.solvers.records import (
+    COLUMNS,
     EVENT_TABLE,
-    HALF_CYCLE_TABLE,
+    LOGS,
+    REARRANGEMENT_TABLE,
     RECORDS,
+    TABLES,
     joined,
     logged_events,
     record_arrays,
@@ -34,7 +37,6 @@ from tests.paper import paper_chain
 
 EVENTS_HAPPEN = sorted(set(SOLVERS) - {"sliding"})
 MOVES, STILL = Cycles("0.004", 1), Cycles("0.000001", 1)
-COLUMNS = HALF_CYCLE_TABLE.columns | EVENT_TABLE.columns
 RECORDED = [name for name in COLUMNS if name != "theta"]
 """The dilation is known from the drive."""
 STEEP = Chain(3, 1000, "1/2", "3/5", "1/100", tan_alpha=1)
@@ -50,19 +52,22 @@ def test_every_solver_records_exactly_the_columns_of_the_tables(name: str, drive
     assert (simulation.tally.events > 0) == (drive is MOVES)
     assert sorted(stretch.recorded) == sorted(RECORDED)
     sizes = {"slider": 3, "spring": 2}
-    lengths = set()
+    lengths: dict[str, set[int]] = {}
     for column_name, array in stretch.recorded.items():
         column = COLUMNS[column_name]
         # a solver with digits of its own keeps its numbers
         own = column.dtype == "float64" and array.dtype == object and array.size > 0
         assert own or array.dtype == column.dtype
         assert array.shape[1:] == tuple(sizes[across] for across in column.across)
-        if column_name in EVENT_TABLE.columns:
-            lengths.add(len(array))
+        for name, table in LOGS.items():
+            if column_name in table.columns:
+                lengths.setdefault(name, set()).add(len(array))
+                break
         else:
             assert len(array) == 2
-    (length,) = lengths
-    assert (length > 0) == (drive is MOVES)
+    assert list(lengths) == list(LOGS)
+    for (length,) in lengths.values():
+        assert (length > 0) == (drive is MOVES)
 
 
 @pytest.mark.parametrize("drive", [MOVES, STILL], ids=["events", "no events"])
@@ -73,7 +78,7 @@ def test_a_file_holds_every_column_with_its_type_unit_and_meaning(
     result = creep(paper_chain(3), drive, solver=solver, record=RECORDS)
     result.save(tmp_path / "run.nc")
     data = Creep.load(tmp_path / "run.nc").dataset
-    for table in (HALF_CYCLE_TABLE, EVENT_TABLE):
+    for table in TABLES:
         for name, column in table.columns.items():
             assert data[name].dtype == column.dtype
             assert data[name].dims == (table.dimension, *column.across)
@@ -81,7 +86,12 @@ def test_a_file_holds_every_column_with_its_type_unit_and_meaning(
             assert data[name].attrs["long_name"] == column.meaning
     companions = [name for name in data.data_vars if name.endswith(("_decimal", "_radius"))]
     recorded = {name for name in companions if not name.startswith(("initial_", "final_"))}
-    exact = {"x_G", "x", "tension", *(["event_theta", "event_time"] if drive is MOVES else [])}
+    exact = {"x_G", "x", "tension"}
+    if drive is MOVES:
+        exact |= {"event_theta", "event_time", "slip_start", "slip_stop", "slip_displacement"}
+        exact |= {
+            name for name, column in REARRANGEMENT_TABLE.columns.items() if column.dtype[0] == "f"
+        }
     expected = {f"{name}_{kind}" for name in exact for kind in ("decimal", "radius")}
     assert recorded == (expected if solver == "certified" else set())
     for name in companions:
@@ -158,6 +168,18 @@ def test_files_that_others_read_keep_their_columns() -> None:
         "slips": "int64", "event_half_cycle": "int64", "event_rearrangement": "int64",
         "event_number": "int64", "event_theta": "float64", "event_time": "float64",
         "event_kind": "int8", "event_slider": "int64", "event_sign": "int8",
+        "rearrangement_half_cycle": "int64", "rearrangement_theta": "float64",
+        "rearrangement_direction": "int8", "rearrangement_began": "int64",
+        "rearrangement_began_first": "int64", "rearrangement_began_last": "int64",
+        "rearrangement_duration": "float64", "rearrangement_events": "int64",
+        "rearrangement_slips": "int64", "rearrangement_sliders": "int64",
+        "rearrangement_first": "int64", "rearrangement_last": "int64",
+        "rearrangement_displacement": "float64", "rearrangement_largest_slip": "float64",
+        "rearrangement_elastic_before": "float64", "rearrangement_elastic_after": "float64",
+        "rearrangement_gravity": "float64", "rearrangement_dissipation": "float64",
+        "rearrangement_undecided": "int64", "slip_slider": "int64",
+        "slip_rearrangement": "int64", "slip_start": "float64", "slip_stop": "float64",
+        "slip_displacement": "float64", "slip_coefficient": "float64",
     }  # fmt: skip
 
 

@@ -62,7 +62,7 @@ def test_theta_is_the_float_nearest_to_the_load_over_the_length() -> None:
 def test_every_table_begins_at_a_multiple_of_64_bytes() -> None:
     for n in (1, 2, 7, 30):
         chain = chain_of(n)
-        work = placed(chain, Rest.of(chain, State.relaxed(chain)), 0, 10)
+        work = placed(chain, Rest.of(chain, State.relaxed(chain)), 0, layout.LOGS_EVENTS)
         for table in (work.cell, work.deviate, work.series):
             assert table.ctypes.data % 64 == 0
             assert table.flags.c_contiguous
