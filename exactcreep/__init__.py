@@ -6,9 +6,15 @@ that `load_scene` reads is a `Scene`. `rearrange` (a `Rearrangement`, whose moti
 and `iterate` (one `Event` after the other) follow one rearrangement, `creep` (a `Creep`) a whole
 drive, `sweep` a grid of them; `resume` goes on from a checkpoint. `fate` (a `Fate`) follows a chain
 until it has settled, `survival` (a `Survival`) many starts of one. `threshold`, `compare`, `plan`
-and `audit` ask what a user asks, and answer with a `Threshold`, a `Comparison` (of many seeds:
-`Partings`), a `Plan` and an `Audit`; `physical` turns a solid in SI units into the chain of a
-`Solid`. `laws` are the formulas of the paper, `disorder` the numbers that are drawn.
+and `audit` ask what a user asks, and answer with a `Threshold` (where creep is chaotic a `HalfLife`
+or an `Intercept`), a `Comparison` (of many seeds: `Partings`), a `Plan` and an `Audit`; `physical`
+turns a solid in SI units into the chain of a `Solid`. `laws` are the formulas of the paper,
+`disorder` the numbers that are drawn.
+
+Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
+tell a callable their `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted` with what was
+computed, a threshold that cannot be decided `GivenUp`; a run that leaves the model's physical range
+warns with `PhysicsWarning`.
 """
 
 from __future__ import annotations
@@ -52,8 +58,12 @@ if TYPE_CHECKING:
     from exactcreep.studies.auditing import audit as audit
     from exactcreep.studies.comparison import Comparison as Comparison
     from exactcreep.studies.comparison import compare as compare
+    from exactcreep.studies.edges import Threshold as Threshold
     from exactcreep.studies.fate import Fate as Fate
     from exactcreep.studies.fate import fate as fate
+    from exactcreep.studies.half_life import HalfLife as HalfLife
+    from exactcreep.studies.horizon import GivenUp as GivenUp
+    from exactcreep.studies.intercept import Intercept as Intercept
     from exactcreep.studies.partings import Partings as Partings
     from exactcreep.studies.physical import Solid as Solid
     from exactcreep.studies.physical import physical as physical
@@ -62,8 +72,6 @@ if TYPE_CHECKING:
     from exactcreep.studies.survival import Survival as Survival
     from exactcreep.studies.survival import survival as survival
     from exactcreep.studies.sweeps import sweep as sweep
-    from exactcreep.studies.thresholds import GivenUp as GivenUp
-    from exactcreep.studies.thresholds import Threshold as Threshold
     from exactcreep.studies.thresholds import threshold as threshold
 
 # Where each public name lives; it is imported when it is first used, so that a command line
@@ -82,8 +90,10 @@ _HOMES = {
     "Experiment": "quasistatic.experiment:Experiment",
     "Fate": "studies.fate:Fate",
     "GaussianSteps": "model.drive:GaussianSteps",
-    "GivenUp": "studies.thresholds:GivenUp",
+    "GivenUp": "studies.horizon:GivenUp",
+    "HalfLife": "studies.half_life:HalfLife",
     "InputError": "model.numbers:InputError",
+    "Intercept": "studies.intercept:Intercept",
     "Interrupted": "quasistatic.loop:Interrupted",
     "Motion": "motion.solution:Motion",
     "Outcome": "model.verdict:Outcome",
@@ -99,7 +109,7 @@ _HOMES = {
     "State": "model.state:State",
     "Survival": "studies.survival:Survival",
     "TemperatureRecord": "model.record:TemperatureRecord",
-    "Threshold": "studies.thresholds:Threshold",
+    "Threshold": "studies.edges:Threshold",
     "audit": "studies.auditing:audit",
     "compare": "studies.comparison:compare",
     "creep": "quasistatic.loop:creep",

@@ -138,6 +138,11 @@ class Limits:
         return ""
 
     @property
+    def seconds_left(self) -> float | None:
+        """How long it may still take; None: any time."""
+        return None if self.at == math.inf else max(self.at - time.perf_counter(), 0.0)
+
+    @property
     def full(self) -> str:
         """What a result says that ends because the memory is used up."""
         return f"max_bytes = {self.bytes} was reached by what is recorded"

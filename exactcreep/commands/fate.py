@@ -2,41 +2,32 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from exactcreep.commands.options import (
     Amplitude,
-    Disorder,
-    Dynamical,
     Force,
     Json,
-    Length,
     MaxSeconds,
-    Sliders,
-    Slope,
-    Static,
+    Plot,
+    StartTension,
+    of_chain,
 )
 from exactcreep.commands.progress import Display
 from exactcreep.commands.session import LIMIT_STATUS
 
 if TYPE_CHECKING:
+    from exactcreep.model.chain import Chain
     from exactcreep.studies.fate import Fate
 
 
+@of_chain
 def fate(
-    n: Sliders,
+    chain: Chain,
     amplitude: Amplitude,
-    l0: Length = "1000",
-    mu_d: Dynamical = "0.5",
-    mu_s: Static = "0.6",
-    sigma_mu: Disorder = "0",
-    tan_alpha: Slope = "0.25",
-    start_tension: Annotated[
-        str | None, typer.Option(metavar="R0", help="Tension of every spring at the start.")
-    ] = None,
+    start_tension: StartTension = None,
     cycles: Annotated[
         str, typer.Option(metavar="K", help="Give up after so many cycles.")
     ] = "10000",
@@ -45,10 +36,7 @@ def fate(
     ] = "certified",
     max_seconds: MaxSeconds = None,
     json: Json = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw x_G and the tensions to this PNG or PDF file."),
-    ] = None,
+    plot: Plot = None,
     force: Force = False,
 ) -> None:
     """Follow a chain under temperature cycles until it rests, is locked, or creeps, for ever.
@@ -61,14 +49,12 @@ def fate(
 
     Exit status: 0 settled, 2 bad input, 3 not settled within the limits (what is known is shown).
     """
-    from exactcreep.model.chain import Chain
     from exactcreep.model.numbers import whole_number
     from exactcreep.model.state import State
     from exactcreep.model.verdict import Outcome
     from exactcreep.quasistatic.files import check_plot
     from exactcreep.studies import fate as study
 
-    chain = Chain(n, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
     start = None
     if start_tension is not None:
         start = State.prepared(chain, [start_tension] * (chain.n - 1))

@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 
-Sliders = Annotated[str, typer.Option(metavar="N", help="Number of sliders.")]
-Length = Annotated[
-    str, typer.Option(metavar="L0", help="Natural length of a spring, unit g tau_dyn^2.")
-]
-Dynamical = Annotated[str, typer.Option(metavar="MU", help="Dynamical friction coefficient.")]
-Static = Annotated[str, typer.Option(metavar="MU", help="Static friction coefficient.")]
-Disorder = Annotated[
-    str, typer.Option(metavar="S", help="Standard deviation of the static coefficients.")
-]
-Slope = Annotated[str, typer.Option(metavar="T", help="Slope of the incline.")]
+_CHAIN: dict[str, tuple[str, str, str | None]] = {
+    "n": ("N", "Number of sliders.", None),
+    "l0": ("L0", "Natural length of a spring, unit g tau_dyn^2.", "1000"),
+    "mu_d": ("MU", "Dynamical friction coefficient.", "0.5"),
+    "mu_s": ("MU", "Static friction coefficient.", "0.6"),
+    "sigma_mu": ("S", "Standard deviation of the static coefficients.", "0"),
+    "tan_alpha": ("T", "Slope of the incline.", "0.25"),
+}
+"""What a command that is about a chain and no scene takes: placeholder, help, default."""
 Amplitude = Annotated[str, typer.Option(metavar="A", help="Of the temperature cycles +A, -A.")]
+StartTension = Annotated[
+    str | None, typer.Option(metavar="R0", help="Tension of every spring at the start.")
+]
 SceneName = Annotated[
     str, typer.Argument(metavar="SCENE", help="A built-in scene, or a TOML file.")
 ]
@@ -52,6 +56,9 @@ Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist
 DataFile = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Write the data to this NetCDF file.")
 ]
+Plot = Annotated[
+    Path | None, typer.Option(metavar="FILE", help="Draw what is found to this PNG or PDF file.")
+]
 RunPlot = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Draw x_G and theta to this PNG or PDF file.")
 ]
@@ -65,6 +72,34 @@ MaxSeconds = Annotated[
 MaxBytes = Annotated[
     str | None, typer.Option(metavar="BYTES", help="Give up a member that records more.")
 ]
+
+
+def of_chain(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that takes the options of a chain, and hands the chain to `command`."""
+
+    def with_chain(**given: Any) -> None:
+        from exactcreep.model.chain import Chain
+
+        command(Chain(**{name: given.pop(name) for name in _CHAIN}), **given)
+
+    kind = inspect.Parameter.KEYWORD_ONLY
+    parameters = [
+        inspect.Parameter(
+            name,
+            kind,
+            default=inspect.Parameter.empty if default is None else default,
+            annotation=Annotated[str, typer.Option(metavar=metavar, help=text)],
+        )
+        for name, (metavar, text, default) in _CHAIN.items()
+    ]
+    types = get_type_hints(command, localns={"Chain": object}, include_extras=True)
+    for parameter in list(inspect.signature(command).parameters.values())[1:]:
+        parameters.append(parameter.replace(kind=kind, annotation=types[parameter.name]))
+    with_chain.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    with_chain.__annotations__ = {one.name: one.annotation for one in parameters}
+    with_chain.__name__, with_chain.__doc__ = command.__name__, command.__doc__
+    with_chain.__module__ = command.__module__
+    return with_chain
 
 
 def parsed_settings(entries: list[str] | None) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -10,32 +9,25 @@ import typer
 from exactcreep.commands.options import (
     Amplitude,
     DataFile,
-    Disorder,
-    Dynamical,
     Force,
     Json,
-    Length,
     MaxSeconds,
-    Sliders,
-    Slope,
-    Static,
+    Plot,
     Workers,
+    of_chain,
 )
 from exactcreep.commands.progress import Display
 from exactcreep.commands.session import LIMIT_STATUS
 
 if TYPE_CHECKING:
+    from exactcreep.model.chain import Chain
     from exactcreep.studies.survival import Survival
 
 
+@of_chain
 def survival(
-    n: Sliders,
+    chain: Chain,
     amplitude: Amplitude,
-    l0: Length = "1000",
-    mu_d: Dynamical = "0.5",
-    mu_s: Static = "0.6",
-    sigma_mu: Disorder = "0",
-    tan_alpha: Slope = "0.25",
     starts: Annotated[str, typer.Option(metavar="K", help="Number of starts.")] = "100",
     size: Annotated[
         str, typer.Option(metavar="R", help="Their tensions are uniform in (-R, R), unit m g.")
@@ -52,10 +44,7 @@ def survival(
     max_seconds: MaxSeconds = None,
     out: DataFile = None,
     json: Json = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the survival curve to this PNG or PDF file."),
-    ] = None,
+    plot: Plot = None,
     force: Force = False,
 ) -> None:
     """Follow many starts of a chain and tell how long creep lives, at which rate it dies.
@@ -68,13 +57,11 @@ def survival(
 
     Exit status: 0 done, 2 bad input, 3 a limit cut starts short (what is known is shown).
     """
-    from exactcreep.model.chain import Chain
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_output, check_plot, write_file
     from exactcreep.quasistatic.result import netcdf
     from exactcreep.studies import survival as study
 
-    chain = Chain(n, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
     if plot is not None:
         check_plot(plot, force=force)
     if out is not None:

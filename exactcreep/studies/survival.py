@@ -43,6 +43,8 @@ from exactcreep.studies.sweeps import Signals, pool_of
 CONFIDENCE = 0.95
 """Of every interval."""
 MOST_SEED = 2**32 - 1
+SIZE = "1e-3"
+"""Of the tensions of starts, unit m g."""
 _STARTS_OF_A_TASK = 4
 _GLANCE = 0.25  # seconds between two reports of progress
 _FEWEST_DEATHS = 5  # of which a distribution is tested
@@ -202,15 +204,14 @@ class Survival:
         """The starts that are not dead at the horizon."""
         return self._share(~self.dead)
 
-    @cached_property
-    def fractions(self) -> dict[str, Share]:
-        """Which part of the starts does what in the end, with intervals of Clopper and Pearson.
+    @property
+    def creeping(self) -> Share:
+        """The starts that still creep at the horizon, or run away; chaos without advance is not."""
+        return self._share(self._kinds["creeping"] | self._kinds["runaway"])
 
-        ``locked`` and ``at_rest`` are dead; ``creeping`` are those that creep periodically, or have
-        come further down than ever within the last `dormant` cycles (and the last half);
-        ``dormant`` those with disorder whose inner sliders have not slipped for so long;
-        ``runaway`` those proved never to come to rest; ``undecided`` all others.
-        """
+    @cached_property
+    def _kinds(self) -> dict[str, NDArray[np.bool_]]:
+        """Which starts do what in the end; see `fractions`."""
         cycles, unsettled = self._column("cycles"), self._came_to(Outcome.LIMIT)
         sleeping = unsettled & self._column("dormant")
         lately = cycles - np.minimum(self.dormant, cycles // 2)
@@ -222,8 +223,18 @@ class Survival:
             "dormant": sleeping,
             "runaway": self._came_to(Outcome.RUNAWAY),
         }
-        kinds["undecided"] = ~np.any(list(kinds.values()), axis=0)
-        return {name: self._share(which) for name, which in kinds.items()}
+        return kinds | {"undecided": ~np.any(list(kinds.values()), axis=0)}
+
+    @cached_property
+    def fractions(self) -> dict[str, Share]:
+        """Which part of the starts does what in the end, with intervals of Clopper and Pearson.
+
+        ``locked`` and ``at_rest`` are dead; ``creeping`` are those that creep periodically, or have
+        come further down than ever within the last `dormant` cycles (and the last half);
+        ``dormant`` those with disorder whose inner sliders have not slipped for so long;
+        ``runaway`` those proved never to come to rest; ``undecided`` all others.
+        """
+        return {name: self._share(which) for name, which in self._kinds.items()}
 
     @property
     def evidence(self) -> Evidence:
@@ -317,7 +328,7 @@ def survival(
     amplitude: Any,
     *,
     starts: int = 100,
-    size: Any = "1e-3",
+    size: Any = SIZE,
     cycles: int = 10_000,
     seed: int = 0,
     dormant: int = 500,

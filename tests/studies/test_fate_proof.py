@@ -6,7 +6,7 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Evidence, InputError, Outcome, fate, threshold
+from exactcreep import Chain, Evidence, Outcome, fate, threshold
 from exactcreep.studies import fate_proof
 from exactcreep.studies.fate import Fate
 from tests.oracle.rearrangement import integrate
@@ -115,18 +115,6 @@ def test_five_sliders_creep_for_ever_from_later_than_they_pass_a_horizon() -> No
     below, above = found.fates
     assert (below.outcome, above.outcome) == (Outcome.CYCLING, Outcome.CREEPING)
     assert found.summary()["fate_at_upper"]["outcome"] == "creeping"
-
-
-@pytest.mark.parametrize("given", [{"cycles": 20}, {"seeds": 1}, {"solver": "mpmath"}])
-def test_a_lasting_threshold_takes_no_argument_in_vain(given: dict[str, object]) -> None:
-    (name,) = given
-    with pytest.raises(InputError, match=name):
-        threshold(chain_of(3), criterion="lasting", **given)  # type: ignore[arg-type]
-
-
-def test_a_criterion_has_a_name_that_is_known() -> None:
-    with pytest.raises(InputError, match="horizon or lasting"):
-        threshold(chain_of(3), criterion="forever")
 
 
 def test_four_sliders_lock_above_the_horizon_threshold() -> None:

@@ -14,18 +14,20 @@ from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.studies import thresholds
+from exactcreep.studies import edges
+from exactcreep.studies.edges import Edge, Threshold
+from exactcreep.studies.horizon import transient
 from exactcreep.studies.thresholds import threshold
 from tests.paper import captions
 
-FLOAT = {"solver": "exact", "digits": 9}
+FLOAT = {"solver": "exact", "digits": 9, "cycles": 20}
 
 
 def pythagorean() -> Chain:
     return Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")  # cos = 12/13, sin = 5/13
 
 
-def encloses(found: thresholds.Threshold | thresholds.Edge, value: Fraction) -> bool:
+def encloses(found: Threshold | Edge, value: Fraction) -> bool:
     assert found.lower is not None
     assert found.upper is not None
     return Fraction(found.lower) <= value <= Fraction(found.upper)
@@ -55,7 +57,7 @@ class TestTwoSliders:
         assert encloses(found, (Fraction(11, 65) - reduced) / 1000)
 
     def test_the_search_does_not_use_the_laws(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(thresholds, "LAWS", {})
+        monkeypatch.setattr(edges, "LAWS", {})
         found = threshold(pythagorean(), **FLOAT)
         assert found.law_two_sliders is None
         assert encloses(found, Fraction(11, 65) / 1000)
@@ -92,7 +94,7 @@ class TestMoreSliders:
     def test_a_transient_that_dies_later_is_followed_to_its_end(self) -> None:
         """Eleven cycles do not return this chain; they come closer by a fifth each time."""
         chain = Chain(4, "1/7", "0.9", "1.05", tan_alpha="0.045")
-        found = threshold(chain, cycles=11, points=200, **FLOAT)
+        found = threshold(chain, points=200, **FLOAT | {"cycles": 11})
         assert found.outcome_at_lower is Outcome.CYCLING
         assert found.outcome_evidence is Evidence.COMPUTED
 
@@ -128,7 +130,7 @@ class TestMoreSliders:
     def test_the_root_of_the_condition_that_decides_lies_where_float64_has_put_the_edge(
         self,
     ) -> None:
-        root = threshold(captions(4), digits=60, solver="mpmath")
+        root = threshold(captions(4), digits=60, solver="mpmath", cycles=20)
         assert root.report["deciding_runs"] <= 4  # it is a root, and not bisected for
         assert encloses(threshold(captions(4), **FLOAT), Fraction(root.lower or 0))
 
@@ -193,13 +195,13 @@ class TestRefusals:
 
     def test_a_chain_with_disorder_has_no_single_threshold(self) -> None:
         with pytest.raises(InputError, match="sigma_mu"):
-            threshold(Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"))
+            threshold(Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"), cycles=20)
 
 
 def test_the_command_prints_one_object_with_every_key(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    words = "threshold --n 2 --solver exact --digits 9 --json --seeds 1"
+    words = "threshold --n 2 --cycles 20 --solver exact --digits 9 --json --seeds 1"
     assert cli.status(words.split()) == 0
     found = json.loads(capsys.readouterr().out)
     assert {
@@ -219,7 +221,7 @@ def test_the_command_prints_one_object_with_every_key(
 
 def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditions() -> None:
     # the third edge: two itineraries change within 5e-12 of each other, creep at the second
-    found = threshold(captions(3), windows=True, refine=3, points=100, digits=40)
+    found = threshold(captions(3), windows=True, refine=3, points=100, digits=40, cycles=20)
     assert found.windows is not None
     third = found.windows[2]
     assert third.evidence is Evidence.PROVED
@@ -238,14 +240,14 @@ class Hurry:
         return self.left < 0
 
 
-def interrupted(monkeypatch: pytest.MonkeyPatch, asked: int) -> thresholds.Threshold:
+def interrupted(monkeypatch: pytest.MonkeyPatch, asked: int) -> Threshold:
     limits = Limits(interrupted=Hurry(asked))
     monkeypatch.setattr(Limits, "of", lambda max_seconds: limits)
-    return threshold(captions(3), digits=20, points=100, max_seconds=1)
+    return threshold(captions(3), digits=20, points=100, cycles=20, max_seconds=1)
 
 
 def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = threshold(captions(3), digits=20, points=100)
+    whole = threshold(captions(3), digits=20, points=100, cycles=20)
     assert whole.reason == ""
     widths: list[Fraction] = []
     complete = False
@@ -273,7 +275,7 @@ def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.Monke
 
 def test_a_search_of_many_cycles_comes_back_in_time() -> None:
     begin = time.process_time()
-    found = threshold(captions(8), cycles=2000, max_seconds=1, **FLOAT)
+    found = threshold(captions(8), max_seconds=1, **FLOAT | {"cycles": 2000})
     assert found.reason == "max_seconds = 1 was reached"
     assert time.process_time() - begin < 5
     with pytest.raises(InputError, match="max_seconds"):
@@ -304,12 +306,12 @@ def test_a_transient_without_end_is_told_by_how_its_changes_fall() -> None:
 def test_changes_that_follow_no_power_are_not_said_to() -> None:
     # asked in private: a search whose changes follow no power for long takes hours
     falling = [(k, 3.0 / k**2) for k in (80, 320, 1280)]
-    assert thresholds._transient(falling) == {
+    assert transient(falling) == {
         "cycles": 1280,
         "change": falling[-1][1],
         "power": -2.0,
     }
     for changes in (falling[1:], [(80, 1e-3), (320, 1e-4), (1280, 1e-7)], [(80, 1e-3)] * 3):
-        assert "power" not in thresholds._transient(
+        assert "power" not in transient(
             [(80 * 4**j, change) for j, (_, change) in enumerate(changes)]
         )

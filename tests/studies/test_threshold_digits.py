@@ -9,12 +9,13 @@ import pytest
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.studies import thresholds
+from exactcreep.studies import edges
+from exactcreep.studies.edges import Threshold
 from exactcreep.studies.thresholds import threshold
 from tests.paper import captions
 
 
-def bounds(found: thresholds.Threshold) -> tuple[Fraction, Fraction]:
+def bounds(found: Threshold) -> tuple[Fraction, Fraction]:
     assert found.lower is not None
     assert found.upper is not None
     return Fraction(found.lower), Fraction(found.upper)
@@ -23,8 +24,8 @@ def bounds(found: thresholds.Threshold) -> tuple[Fraction, Fraction]:
 def test_two_sliders_to_a_thousand_digits_by_the_search_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(thresholds, "LAWS", {})
-    found = threshold(captions(2), digits=1000)
+    monkeypatch.setattr(edges, "LAWS", {})
+    found = threshold(captions(2), cycles=20, digits=1000)
     lower, upper = bounds(found)
     # (mu_s - tan) cos / l0 = 0.35 * 4 / sqrt(17) / 1000, enclosed by integer square roots
     square = Fraction(35 * 4, 100 * 1000) ** 2 / 17
@@ -38,7 +39,7 @@ def test_two_sliders_to_a_thousand_digits_by_the_search_alone(
 
 
 def test_the_two_slider_law_is_the_threshold() -> None:
-    found = threshold(captions(2), digits=60)
+    found = threshold(captions(2), cycles=20, digits=60)
     assert found.law_two_sliders is not None
     lower, upper = bounds(found)
     law = Fraction(found.law_two_sliders)
@@ -47,7 +48,7 @@ def test_the_two_slider_law_is_the_threshold() -> None:
 
 def test_a_start_tension_lowers_the_threshold_by_its_size_exactly() -> None:
     chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")
-    found = threshold(chain, digits=100, start_tension="-0.03", low="1e-5", high="1e-3")
+    found = threshold(chain, cycles=20, digits=100, start_tension="-0.03", low="1e-5", high="1e-3")
     lower, upper = bounds(found)
     assert lower <= (Fraction(11, 65) - Fraction(3, 100)) / 1000 <= upper
     assert found.evidence is Evidence.PROVED
@@ -56,7 +57,7 @@ def test_a_start_tension_lowers_the_threshold_by_its_size_exactly() -> None:
 def test_a_threshold_that_is_a_decimal_is_decided_exactly() -> None:
     """At the threshold itself the slider stays, and that is known in Q(c)."""
     chain = Chain(2, 1000, "0.775", "0.8", tan_alpha="3/4")  # mu_s c - s = 0.64 - 0.6
-    found = threshold(chain, digits=30)
+    found = threshold(chain, cycles=20, digits=30)
     lower, upper = bounds(found)
     assert lower <= Fraction("0.00004") < upper
     assert upper - lower <= lower / 10**30
@@ -64,15 +65,15 @@ def test_a_threshold_that_is_a_decimal_is_decided_exactly() -> None:
 
 
 def test_a_bracket_that_float64_does_not_resolve() -> None:
-    wide = threshold(captions(2), digits=40)
+    wide = threshold(captions(2), cycles=20, digits=40)
     lower, upper = bounds(wide)
-    narrow = threshold(captions(2), digits=40, bracket=(lower - lower / 10**25, upper))
+    narrow = threshold(captions(2), cycles=20, digits=40, bracket=(lower - lower / 10**25, upper))
     assert bounds(narrow) == (lower, upper)
 
 
 def test_beyond_mu_d_the_chain_runs_away_above_its_first_slip() -> None:
     chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.55")
-    found = threshold(chain, digits=30)
+    found = threshold(chain, cycles=20, digits=30)
     lower, upper = bounds(found)
     square = (Fraction(1, 20) / 1000) ** 2 / (1 + Fraction("0.55") ** 2)
     assert lower**2 < square < upper**2
@@ -80,7 +81,7 @@ def test_beyond_mu_d_the_chain_runs_away_above_its_first_slip() -> None:
 
 
 def test_three_sliders_to_forty_digits_are_proved() -> None:
-    found = threshold(captions(3), digits=40)
+    found = threshold(captions(3), cycles=20, digits=40)
     lower, upper = bounds(found)
     assert found.evidence is Evidence.PROVED
     assert found.outcome_at_lower is Outcome.AT_REST
@@ -91,15 +92,15 @@ def test_three_sliders_to_forty_digits_are_proved() -> None:
 
 
 def test_four_sliders_cycle_for_ever_below_and_that_is_proved() -> None:
-    found = threshold(captions(4), digits=20)
+    found = threshold(captions(4), cycles=20, digits=20)
     assert found.outcome_at_lower is Outcome.CYCLING
     assert found.outcome_evidence is Evidence.PROVED
 
 
 def _agree(n: int, digits: int) -> None:
-    certified = threshold(captions(n), digits=digits)
-    mpmath = threshold(captions(n), digits=digits, solver="mpmath")
-    floats = threshold(captions(n), digits=12, solver="exact")
+    certified = threshold(captions(n), cycles=20, digits=digits)
+    mpmath = threshold(captions(n), cycles=20, digits=digits, solver="mpmath")
+    floats = threshold(captions(n), cycles=20, digits=12, solver="exact")
     assert bounds(certified) == bounds(mpmath)
     assert certified.evidence is Evidence.PROVED
     assert mpmath.evidence is Evidence.COMPUTED
@@ -121,6 +122,6 @@ def test_three_arithmetics_agree(n: int) -> None:
 
 @pytest.mark.slow
 def test_more_digits_continue_fewer() -> None:
-    few, many = (threshold(captions(3), digits=digits) for digits in (25, 60))
+    few, many = (threshold(captions(3), cycles=20, digits=digits) for digits in (25, 60))
     (lower, upper), (low, high) = bounds(few), bounds(many)
     assert lower <= low < high <= upper
