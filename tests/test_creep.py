@@ -132,14 +132,14 @@ def test_two_sliders_creep_on_the_staircase_with_no_error() -> None:
 def test_a_chain_below_its_threshold_is_at_rest() -> None:
     result = creep(TWO_SURE, Cycles("0.0003", 10))
     assert result.outcome is Outcome.AT_REST
-    assert (result.velocity, result.slips, result.events) == (0.0, 0, 0)
+    assert (result.velocity, result.slip_count, result.event_count) == (0.0, 0, 0)
 
 
 def test_a_chain_on_the_level_slips_in_every_cycle_without_net_displacement() -> None:
     level = Chain(2, 1000, "0.5", "0.6", tan_alpha=0)
     result = creep(level, Cycles("0.01", 20))
     assert result.outcome is Outcome.CYCLING
-    assert result.slips > 20
+    assert result.slip_count > 20
     assert result.velocity == 0
 
 
@@ -213,9 +213,9 @@ def test_the_records_agree_with_each_other() -> None:
     result = creep(SIX, Cycles("0.005", 10), record=RECORDS)
     data = result.dataset
     assert np.allclose(data.x.mean("slider"), data.x_G, rtol=1e-14, atol=0)
-    assert int(data.slips.sum()) == result.slips
+    assert int(data.slips.sum()) == result.slip_count
     starts = data.event_kind == 0
-    assert int(starts.sum()) == int((~starts).sum()) == result.slips
+    assert int(starts.sum()) == int((~starts).sum()) == result.slip_count
     length = 1000 * (1 + data.theta)
     # T_n = x_(n+1) - x_n - theta l0, with x_n the displacements
     gap = data.x.diff("slider").values - (length - 1000).values[:, None]
@@ -385,11 +385,11 @@ def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(
     run = {"seed": 5, "solver": solver, "record": RECORDS, **options}
     whole = creep(chain, drive, **run)
     file = tmp_path / "run.ckpt"
-    part = creep(chain, drive, max_events=whole.events // 3, checkpoint=file, **run)
+    part = creep(chain, drive, max_events=whole.event_count // 3, checkpoint=file, **run)
     assert part.outcome is Outcome.LIMIT
-    part = resume(file, max_events=whole.events // 2)
+    part = resume(file, max_events=whole.event_count // 2)
     assert part.outcome is Outcome.LIMIT
-    assert part.events < whole.events
+    assert part.event_count < whole.event_count
     assert same(resume(file), whole)
 
 
@@ -509,7 +509,7 @@ def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> 
     tensions = [Fraction(t, 100) for t in (-3, 18, -18, -14, -2, 0, -2)]
     start = State.prepared(chain, tensions)
     result = creep(chain, ThetaPath(["0"]), start=start, checkpoint=tmp_path / "run.ckpt")
-    assert (result.rearrangements, result.events) == (1, 672)
+    assert (result.rearrangements, result.event_count) == (1, 672)
     assert result.evidence is Evidence.UNDECIDED
     assert result.long_rearrangements == result.summary()["long_rearrangements"] == 1
     result.save(tmp_path / "run.nc")
@@ -588,3 +588,11 @@ def test_a_velocity_that_is_known_needs_no_reason() -> None:
         assert math.isfinite(result.velocity_error)
         assert result.velocity_reason == ""
         assert "velocity_reason" not in result.summary()
+
+
+@pytest.mark.parametrize(("old", "new"), [("events", "event_count"), ("slips", "slip_count")])
+def test_the_old_name_of_a_count_warns_and_names_the_new_one(old: str, new: str) -> None:
+    result = creep(TWO, Cycles("0.01", 5))
+    with pytest.warns(DeprecationWarning, match=f"use Creep.{new}"):
+        count = getattr(result, old)
+    assert count == getattr(result, new) == result.summary()[old] > 0

@@ -50,7 +50,7 @@ def check(numbers: range) -> None:
         assert result.outcome is not Outcome.RUNAWAY, told
         finished = result.outcome is not Outcome.LIMIT
         assert finished == (result.half_cycles == drive.half_cycles), told
-        assert not finished or result.slips >= result.rearrangements, told
+        assert not finished or result.slip_count >= result.rearrangements, told
         if finished:
             acting = np.maximum(result.state.coefficients.astype(float), float(chain.mu_d))
             forces = abs(result.state.forces(chain))
@@ -58,7 +58,7 @@ def check(numbers: range) -> None:
             assert result.state.theta == pytest.approx(
                 float(drive.exact_target(drive.half_cycles, number)), rel=1e-15, abs=0
             ), told
-        if finished and not result.slips:
+        if finished and not result.slip_count:
             assert result.outcome is Outcome.AT_REST, told
             assert result.x_G == 0, told
 

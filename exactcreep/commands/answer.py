@@ -143,7 +143,7 @@ def _print_one(console: Any, result: Creep) -> None:
     table.add_row(
         "counts",
         f"{result.half_cycles} {target}s, {result.rearrangements} rearrangements,"
-        f" {result.events} events, {result.slips} slips",
+        f" {result.event_count} events, {result.slip_count} slips",
     )
     if result.long_rearrangements:
         table.add_row("accuracy", _accuracy(result.long_rearrangements))
@@ -187,7 +187,7 @@ def _print_members(
             measured(result, digits=4),
             law[1] if law is not None else "",
             result.outcome.value,
-            str(result.slips),
+            str(result.slip_count),
         )
     console.print(table)
     outcomes = Counter(result.outcome.value for result in results)

@@ -192,7 +192,7 @@ def _rows(standing: Standing) -> dict[str, str]:
     out["position error, largest"] = f"{standing.error_after:.2g}"
     run = standing.creep
     out["velocity"] = measured(run)
-    out["slips per half-cycle"] = f"{run.slips / max(run.half_cycles, 1):.4g}"
+    out["slips per half-cycle"] = f"{run.slip_count / max(run.half_cycles, 1):.4g}"
     out["half-cycles"] = str(run.half_cycles)
     trusted = run.trusted_half_cycles
     out["  of them trusted"] = "" if trusted is None else str(trusted)

@@ -6,6 +6,7 @@ import io
 import json
 import math
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -64,17 +65,19 @@ class _StateRow(NamedTuple):
 
 
 _INITIAL, _FINAL = (Schema("", _StateRow, prefix) for prefix in ("initial_", "final_"))
-_COUNTS = (
-    "half_cycles",
-    "burn_in",
-    "rearrangements",
-    "events",
-    "slips",
-    "draws_below_mu_d",
-    "undecided",
-    "long_rearrangements",
-    "undecided_from",
-)
+_COUNTS = {
+    "half_cycles": "half_cycles",
+    "burn_in": "burn_in",
+    "rearrangements": "rearrangements",
+    "events": "event_count",
+    "slips": "slip_count",
+    "draws_below_mu_d": "draws_below_mu_d",
+    "undecided": "undecided",
+    "long_rearrangements": "long_rearrangements",
+    "undecided_from": "undecided_from",
+}
+"""Attributes of `Creep` by their names in files."""
+_RENAMED = "Creep.{} is a count, as its name shall say: use Creep.{}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +112,7 @@ class Creep:
         Targets reached.
     burn_in : int
         Targets left out of the velocity.
-    rearrangements, events, slips : int
+    rearrangements, event_count, slip_count : int
     draws_below_mu_d : int
         Static coefficients drawn below `mu_d`, which act as `mu_d`.
     undecided : int
@@ -148,8 +151,8 @@ class Creep:
     half_cycles: int
     burn_in: int
     rearrangements: int
-    events: int
-    slips: int
+    event_count: int
+    slip_count: int
     draws_below_mu_d: int
     undecided: int
     long_rearrangements: int
@@ -219,7 +222,7 @@ class Creep:
             after = self.half_cycles - self.burn_in
             if after < FEWEST_STEPS * (2 if self.drive.cyclic else 1):
                 return f"{after} {named} after the burn-in are too few for a standard error"
-            if not self.events:
+            if not self.event_count:
                 return f"nothing happened in {after} {named}: how rarely it does is not known"
             return (
                 f"{after} {named} after the burn-in are too few for a standard error beside the"
@@ -244,6 +247,23 @@ class Creep:
         """
         return known_of([self])
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """The counts by the names that they have in files."""
+        return {name: getattr(self, held) for name, held in _COUNTS.items()}
+
+    @property
+    def events(self) -> int:
+        """`event_count`, by the name that it had."""
+        warnings.warn(_RENAMED.format("events", "event_count"), DeprecationWarning, stacklevel=2)
+        return self.event_count
+
+    @property
+    def slips(self) -> int:
+        """`slip_count`, by the name that it had."""
+        warnings.warn(_RENAMED.format("slips", "slip_count"), DeprecationWarning, stacklevel=2)
+        return self.slip_count
+
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, ready for JSON: a number that is not finite is None."""
         out: dict[str, Any] = {
@@ -255,7 +275,7 @@ class Creep:
             "since": self.since,
             "solver": self.solver,
         }
-        out |= {name: getattr(self, name) for name in _COUNTS}
+        out |= self.counts
         if self.trusted_half_cycles is not None:
             out["trusted_half_cycles"] = self.trusted_half_cycles
         if self.course:
@@ -350,7 +370,7 @@ class Creep:
             about["velocity_exact"] = ratio_text(self.velocity_enclosure.middle)
             about["velocity_exact_radius"] = ratio_text(self.velocity_enclosure.radius)
         about["velocity_units"] = self.velocity_units
-        about |= {name: getattr(self, name) for name in _COUNTS}
+        about |= self.counts
         if self.trusted_half_cycles is not None:
             about["trusted_half_cycles"] = self.trusted_half_cycles
         about["seconds"] = self.seconds
@@ -403,7 +423,7 @@ class Creep:
             velocity=float(about["velocity"]),
             velocity_error=float(about["velocity_error"]),
             velocity_enclosure=exact,
-            **{name: int(about[name]) for name in _COUNTS},
+            **{held: int(about[name]) for name, held in _COUNTS.items()},
             trusted_half_cycles=_whole_or_none(about.get("trusted_half_cycles")),
             warnings=json.loads(about["warnings"]),
             seconds=float(about["seconds"]),

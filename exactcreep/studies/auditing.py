@@ -791,10 +791,9 @@ def _claims(auditor: _Auditor, result: Creep, march: March) -> None:
         if claimed != found:
             auditor.find("claim", f"{name} is {claimed}, and the events make it {found}")
 
-    for name in ("half_cycles", "burn_in", "rearrangements", "events", "slips"):
-        differ(name, getattr(result, name), getattr(own, name))
-    for name in ("draws_below_mu_d", "long_rearrangements"):
-        differ(name, getattr(result, name), getattr(own, name))
+    for name, count in own.counts.items():
+        if name not in ("undecided", "undecided_from"):
+            differ(name, result.counts[name], count)
     differ("warnings", dict(result.warnings), dict(own.warnings))
     doubtful = _ending(auditor, result, march, whole=whole, in_motion=in_motion)
     solver = str(result.report.get("chosen", result.solver))

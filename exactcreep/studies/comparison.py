@@ -110,7 +110,7 @@ class Standing(Agreement):
             "position_error_after": self.error_after,
             "velocity": run.velocity,
             "velocity_error": run.velocity_error,
-            "slips_per_half_cycle": run.slips / max(run.half_cycles, 1),
+            "slips_per_half_cycle": run.slip_count / max(run.half_cycles, 1),
             "half_cycles": run.half_cycles,
             "outcome": run.outcome.value,
             "evidence": run.evidence.value,

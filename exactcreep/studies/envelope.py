@@ -465,7 +465,8 @@ def _cell(
     error, remark = _error(extreme, result, truth)
     told = ", ".join(f"{name}: {count}" for name, count in result.warnings.items())
     return Cell(
-        *name, error, allowed, math.nan, 0, 0, result.events, result.half_cycles, result.seconds,
+        *name, error, allowed, math.nan, 0, 0,
+        result.event_count, result.half_cycles, result.seconds,
         result.outcome.value, result.evidence.value,
         _verdict(result, error, allowed, truth.run), "; ".join(filter(None, (remark, told))),
     )  # fmt: skip
@@ -486,7 +487,7 @@ def _allowed(extreme: Extreme, solver: str, result: Creep) -> float:
     each = 1e-25 if solver in ("mpmath", "certified") else ROUNDING
     # a sum of displacements is good to its last place, however small each one's error
     travelled = float(np.abs(floats(result.state.displacements)).max(initial=0.0)) * 2**-52
-    return (1 + result.events) * each * _largest_force(extreme.chain) + travelled
+    return (1 + result.event_count) * each * _largest_force(extreme.chain) + travelled
 
 
 def _error(extreme: Extreme, result: Creep, truth: Truth) -> tuple[float, str]:
@@ -501,8 +502,8 @@ def _error(extreme: Extreme, result: Creep, truth: Truth) -> tuple[float, str]:
         return (float(radius) if result.outcome is not Outcome.RUNAWAY else math.nan), ""
     if result.outcome is Outcome.RUNAWAY and known.outcome is Outcome.RUNAWAY:
         return math.nan, "proved to run away"
-    if (result.events, result.half_cycles) != (known.events, known.half_cycles):
-        return math.nan, f"{result.events} events, certified {known.events}"
+    if (result.event_count, result.half_cycles) != (known.event_count, known.half_cycles):
+        return math.nan, f"{result.event_count} events, certified {known.event_count}"
     return apart(floats(result.state.displacements), floats(known.state.displacements)), ""
 
 

@@ -186,7 +186,7 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dic
     result = run_members([experiment], progress=glance)[0]
     value: dict[str, Any] = {"version": __version__, "seconds": result.seconds}
     value |= {name: float(getattr(result, name)) for name in _NUMBERS}
-    value |= {name: int(getattr(result, name)) for name in _COUNTS}
+    value |= {name: result.counts[name] for name in _COUNTS}
     value |= {
         "outcome": result.outcome.value,
         "evidence": result.evidence.value,

@@ -144,8 +144,8 @@ def test_sums_over_the_tables_are_what_the_run_did(solver: str) -> None:
     slips = {name: floats(a) for name, a in rows(run.recorded, "slip_table").items()}
     assert len(table["theta"]) == run.rearrangements > 20
     assert table["direction"][0] == 0 != np.abs(table["direction"][1:]).min()
-    assert table["events"].sum() == run.events
-    assert table["slips"].sum() == len(slips["slider"]) == run.slips
+    assert table["events"].sum() == run.event_count
+    assert table["slips"].sum() == len(slips["slider"]) == run.slip_count
     assert table["undecided"].sum() == run.undecided
     assert math.fsum(table["displacement"]) == pytest.approx(run.x_G, abs=1e-13)
     assert math.fsum(slips["displacement"]) == pytest.approx(3 * run.x_G, abs=1e-13)

@@ -17,7 +17,7 @@ def test_an_avalanche_beyond_the_promise_is_undecided_alone_and_in_a_run() -> No
     alone = rearrange(STEEP, State.relaxed(STEEP), direction=1)
     run = creep(STEEP, Cycles("0.01", 1))
     assert alone.outcome is run.outcome is Outcome.RUNAWAY
-    assert run.events > 200
+    assert run.event_count > 200
     assert alone.evidence is run.evidence is Evidence.UNDECIDED
 
 

@@ -101,7 +101,7 @@ class TestHonest:
         result = creep(chain, Cycles("0.002", 2), start=own, solver=solver, record=("events",))
         found = audit(result)
         assert found.passed, found.findings
-        assert result.slips > 20
+        assert result.slip_count > 20
 
     def test_random_dilations_pass(self) -> None:
         result = creep(paper_chain(3), GaussianSteps("0.002", 6), seed=2, record=("events",))
