@@ -298,7 +298,7 @@ def test_a_limit_is_an_outcome_with_the_partial_result(limit: dict, told: str) -
 
 def test_what_the_compiler_takes_does_not_count_as_time(monkeypatch: pytest.MonkeyPatch) -> None:
     # the private name stands for a compilation, which happens once on a machine
-    monkeypatch.setattr(loop, "_warm_up", lambda experiment, compiling: 1e6)
+    monkeypatch.setattr(loop, "_warm_up", lambda *_: 1e6)
     result = creep(TWO, Cycles("0.01", 10), max_seconds=0)
     assert (result.outcome, result.half_cycles) == (Outcome.CREEPING, 20)
 

@@ -77,6 +77,11 @@ class Chain:
         if self.sigma_mu < 0:
             raise InputError("sigma_mu", sigma_mu, "must not be negative")
 
+    def __hash__(self) -> int:
+        # the hash of a Fraction would take a modular inverse
+        numbers = self.l0, self.mu_d, self.mu_s, self.sigma_mu, self.tan_alpha
+        return hash((self.n, *(part for number in numbers for part in number.as_integer_ratio())))
+
     def times_cosine(self, value: Fraction) -> float:
         """Return ``value * cos(alpha)`` as the nearest float64 (error below 0.5000001 ulp)."""
         top, bottom = self._cosine

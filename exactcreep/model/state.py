@@ -77,6 +77,29 @@ class State:
                 shape = getattr(self, name).shape
                 raise InputError(f"state.{name}", shape, f"must have the shape ({size},)")
 
+    @classmethod
+    def owning(
+        cls,
+        tensions: NDArray[np.float64],
+        displacements: NDArray[np.float64],
+        coefficients: NDArray[np.float64],
+        draws: NDArray[np.int64],
+        theta: Any,
+    ) -> State:
+        """Return the state of a solver's own new arrays, which it takes over as they are."""
+        made = cls.__new__(cls)
+        for array in (tensions, displacements, coefficients, draws):
+            array.flags.writeable = False
+        vars(made).update(
+            tensions=tensions,
+            displacements=displacements,
+            coefficients=coefficients,
+            draws=draws,
+            theta=theta,
+            past=None,
+        )
+        return made
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, State):
             return NotImplemented

@@ -347,7 +347,7 @@ def run_members(
             show = partial(_show, progress, march, index + 1, len(experiments))
             if not march.ended:
                 save(march, index, if_due=True)
-                compiling = _warm_up(experiment, partial(show, "compiling"))
+                compiling = _warm_up(experiment, limits, partial(show, "compiling"))
                 limits = limits.later(compiling)
                 hear = partial(show, "running"), partial(save, march, index, if_due=True)
                 _advance(march, limits, begin + compiling, hear)
@@ -425,19 +425,26 @@ def _endless(chain: Chain, events: int) -> str:
     )
 
 
-_WARM: set[tuple[str, tuple[str, ...]]] = set()
+_WARM: set[tuple[Any, ...]] = set()
 
 
-def _warm_up(experiment: Experiment, compiling: Callable[[], None]) -> float:
-    """Have the solver's code compiled, or loaded, and return how many seconds that took."""
-    key = (experiment.solver, experiment.record)
+def _warm_up(experiment: Experiment, limits: Limits, compiling: Callable[[], None]) -> float:
+    """Have the solver's code compiled, or loaded, and return how many seconds that took.
+
+    All that may be needed if the time is limited: compiling later would use it up.
+    """
+    solver = experiment.algorithm
+    lengths = solver.compiles(experiment.chain.n)
+    if limits.at == math.inf:
+        lengths = lengths[:1]
+    key = (experiment.solver, lengths, experiment.record)
     if key in _WARM:
         return 0.0
     begin = time.perf_counter()
     listener = _CompilerListener(compiling)
     compiler_event.register("numba:compile", listener)
     try:
-        warm_up(experiment.algorithm, experiment.record)
+        warm_up(solver, lengths, experiment.record)
     finally:
         compiler_event.unregister("numba:compile", listener)
     _WARM.add(key)

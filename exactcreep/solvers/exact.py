@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -45,6 +46,7 @@ from exactcreep.solvers.rest import (
     dilation,
     placed,
     rational,
+    roomier,
 )
 from exactcreep.solvers.solver import (
     ONE_REARRANGEMENT,
@@ -61,6 +63,7 @@ from exactcreep.solvers.two_floats import split
 
 _MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
 _NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the run
+_GOES_ON = (layout.BUDGET, layout.LOG_FULL)
 _CAPTURED = ("cell", "tally", "real", "whole")
 _LOGGED = ("track", "sums")  # of the tables' rows under way
 _LOGS = {
@@ -204,20 +207,44 @@ class ExactSimulation(Simulation):
         `layout.BUDGET` comes back after `most` events, or what takes some hundredths of a second.
         """
         reason, reached = self.paced(
-            lambda pace: kernel.follow(*self.work, high, low, travel, most, pace, single)
+            lambda work, pace: kernel.follow(*work, high, low, travel, most, pace, single)
         )
-        return int(reason), int(reached)
+        return reason, reached
 
-    def paced(self, run: Callable[[int], Any]) -> Any:
+    def paced(self, run: Callable[[Work, int], Any]) -> Any:
         """Return what `run` does with as much work as takes some hundredths of a second."""
+        if self.work.series is None and self.work.whole[layout.STAGE] == layout.CLUSTER:
+            self.make_room()
         begin = time.perf_counter()
-        result = run(self._pace)
+        result = run(self.work, self._pace)
         seconds = time.perf_counter() - begin
         if seconds > 0.1:
             self._pace = max(self._pace // 2, 1)
         elif seconds < 0.01 and self._pace < _MOST_WORK:
             self._pace *= 2
         return result
+
+    def single(self, direction: int, most: int, at_once: int = _MOST_WORK) -> Iterator[int]:
+        """Rearrange as the chain stands, else where theta makes it; yield why the loop came back.
+
+        That is soon after `most` events or, each time, `at_once`; to ask for more lets it go on.
+        `layout.ONE_DONE`, or `layout.DONE` without a rearrangement, says that it has ended.
+        """
+        high, low = self.load()
+        if direction != 0 and self.chain.n > 1:
+            high, low = np.inf * direction, 0.0
+        where, low_part, travel = np.array([[high], [low], [0.0]])
+        whole = self.work.whole
+        reason = layout.BUDGET
+        while reason in _GOES_ON:
+            left = min(most - int(whole[layout.EVENTS]), at_once)
+            reason, _ = self._advance(where, low_part, travel, left, single=True)
+            yield reason
+
+    def make_room(self) -> None:
+        """Be ready for several sliders that move together."""
+        if self.work.series is None:
+            self.work = roomier(self.work)
 
     def never_rests(self) -> bool:
         """Return whether it is proved that the chain in motion never comes to rest."""
@@ -255,19 +282,10 @@ class ExactSimulation(Simulation):
         return self.work.tally[layout.SLIPS, self._inner].copy()
 
     def _displacements(self) -> NDArray[np.float64]:
-        moved = self._cell(layout.TRAVEL_LOW) + self._cell(layout.X)
-        return self._cell(layout.TRAVEL) + moved
+        return self.start.read(self._present)[1]
 
     def _tensions(self) -> NDArray[np.float64]:
-        return self.start.tensions(self._present)
-
-    def _coefficients(self) -> NDArray[np.float64]:
-        """Return the coefficients; without disorder the compiled loop keeps those of the start."""
-        kept = self._cell(layout.COEFFICIENT)
-        if self.chain.sigma_mu != 0:
-            return kept
-        drawn = self.work.tally[layout.DRAWS, self._inner] > self.start.state.draws
-        return np.where(drawn, nearest_float(self.chain.mu_s), kept)
+        return self.start.read(self._present)[0]
 
     def load(self) -> tuple[float, float]:
         """Return ``l0 theta`` at present, as two floats."""
@@ -276,13 +294,8 @@ class ExactSimulation(Simulation):
 
     def state(self) -> State:
         """Return the present state."""
-        return State(
-            tensions=self._tensions(),
-            displacements=self._displacements(),
-            coefficients=self._coefficients(),
-            draws=self.work.tally[layout.DRAWS, self._inner],
-            theta=dilation(self.chain, self.load()),
-        )
+        theta = dilation(self.chain, self.load())
+        return State.owning(*self.start.read(self._present), theta)
 
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
@@ -457,6 +470,12 @@ class Exact(Solver):
         if not isinstance(self.escalate, bool):
             raise InputError("escalate", self.escalate, "must be true or false")
 
+    def compiles(self, n: int) -> tuple[int, ...]:
+        """Return lengths of chains with which all is compiled that one of `n` sliders may need."""
+        if n > layout.LEAST_LONG:
+            return (layout.LEAST_LONG + 1,)
+        return (3,) if n > 2 else (2, 3)
+
     def rearrange(
         self,
         chain: Chain,
@@ -466,31 +485,25 @@ class Exact(Solver):
         limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
-        limits = limits.later(compiled(self))
+        if limits.at < math.inf:
+            limits = limits.later(compiled(self, chain.n))
         simulation = ExactSimulation(chain, state, seed, ("events",))
-        work = simulation.work
+        whole = simulation.work.whole
         logs: list[NDArray[np.float64]] = []
-        reason, limit = layout.ONE_DONE, ""
-        for target in _targets(chain, direction):
-            if work.whole[layout.REARRANGEMENTS]:
-                break  # it did not rest at its own theta
-            reason = layout.LOG_FULL
-            while reason in (layout.LOG_FULL, layout.BUDGET) and not limit:
-                left = limits.events_left - int(work.whole[layout.EVENTS])
-                reason, _ = simulation._advance(
-                    target, np.zeros(1), np.empty(1), left, single=True
-                )
-                if (stop := limits.stop(int(work.whole[layout.EVENTS]))) is not None:
-                    limit = limits.reason(stop)
-                logs.append(simulation._drain())
         outcome, told = Outcome.AT_REST, ""
-        if reason == layout.RUNAWAY:
-            outcome, told = Outcome.RUNAWAY, NEVER_STOPS
-        elif reason != layout.ONE_DONE and simulation.never_rests():
-            outcome, told = Outcome.RUNAWAY, NEVER_RESTS
-        elif reason != layout.ONE_DONE:
-            outcome, told = Outcome.LIMIT, limit or _ENDLESS
-        undecided = int(work.whole[layout.UNDECIDED])
+        for reason in simulation.single(direction, limits.events_left):
+            logs.append(simulation._drain())
+            if reason == layout.RUNAWAY:
+                outcome, told = Outcome.RUNAWAY, NEVER_STOPS
+                break
+            stop = limits.stop(int(whole[layout.EVENTS])) if reason in _GOES_ON else None
+            if stop is None and reason != layout.ENDLESS:
+                continue
+            outcome, told = Outcome.LIMIT, limits.reason(stop) if stop else _ENDLESS
+            if simulation.never_rests():
+                outcome, told = Outcome.RUNAWAY, NEVER_RESTS
+            break
+        undecided = int(whole[layout.UNDECIDED])
         result = Estimated(
             chain=chain,
             given=state,
@@ -501,10 +514,10 @@ class Exact(Solver):
             state=simulation.state(),
             velocities=simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE),
             undecided=undecided,
-            draws_below_mu_d=int(work.whole[layout.BELOW]),
+            draws_below_mu_d=int(whole[layout.BELOW]),
             solver=self.name,
             seed=seed,
-            report=simulation.report() | {"time": float(work.real[layout.TIME])},
+            report=simulation.report() | {"time": float(simulation.work.real[layout.TIME])},
             reason=told,
         )
         if not self.escalate or outcome is Outcome.LIMIT:
@@ -519,15 +532,8 @@ class Exact(Solver):
         """Yield the events of `rearrange` one by one, each as soon as it is known."""
         self._refuse_to_escalate("events that were handed out cannot be taken back")
         simulation = ExactSimulation(chain, state, seed, ("events",))
-        work = simulation.work
-        for target in _targets(chain, direction):
-            if work.whole[layout.REARRANGEMENTS]:
-                break
-            reason = layout.BUDGET
-            while reason in (layout.BUDGET, layout.LOG_FULL):
-                here = target, np.zeros(1), np.empty(1)
-                reason, _ = kernel.follow(*work, *here, 1, _MOST_WORK, True)
-                yield from _events(simulation._drain())
+        for _ in simulation.single(direction, NO_LIMITS.events_left, 1):
+            yield from _events(simulation._drain())
 
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
@@ -539,12 +545,6 @@ class Exact(Solver):
     def _refuse_to_escalate(self, why: str) -> None:
         if self.escalate:
             raise InputError("escalate", True, why)
-
-
-def _targets(chain: Chain, direction: int) -> list[NDArray[np.float64]]:
-    """Return where theta goes until something moves: nowhere at first, then for ever."""
-    still = np.zeros(1)
-    return [still] if direction == 0 or chain.n == 1 else [still, np.array([np.inf * direction])]
 
 
 def _logging(record: tuple[str, ...]) -> int:

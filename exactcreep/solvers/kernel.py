@@ -851,7 +851,9 @@ def follow(
     max_work : int
         Return soon after so much work: events, and the `layout.WORK` of clusters.
     single : bool
-        Return after the first rearrangement.
+        Return after the first rearrangement of all.
+
+    `layout.BUDGET` also comes back once several sliders move and there are no `series`.
     """
     align_stack()
     stop_at = whole[EVENTS] + min(max_events, max_work)
@@ -887,12 +889,14 @@ def follow(
             if _lone(cell, count, deviate, real, whole, log):
                 return RUNAWAY, reached
         elif stage == CLUSTER:
+            if series is None:  # known when this is compiled
+                return BUDGET, reached
             if _cluster(cell, count, deviate, clock, series, real, whole, log):
                 return RUNAWAY, reached
         else:
             _unstable(cell, real, whole, log)
         if max(whole[NUMBER], whole[CALM]) > longest and whole[STAGE] != AT_REST:
             return ENDLESS, reached
-        if single and whole[STAGE] == AT_REST:
+        if single and whole[STAGE] == AT_REST and whole[REARRANGEMENTS] > 0:
             return ONE_DONE, reached
     return DONE, reached

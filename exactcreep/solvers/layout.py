@@ -3,8 +3,9 @@
 The loop works on arrays that Python owns: `cell` and `count` (one column for each slider),
 `deviate` (one row for each slider: the batch that holds its next draw), `clock` (one column for
 each slider of a chain that is long enough for `clocks`, else None), `series` (`SERIES` rows of
-eight lanes for each strip of eight sliders of the window that moves), `real`, `whole` and `log`,
-which holds what is recorded.
+eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
+together: most of the code to be compiled is for them), `real`, `whole` and `log`, which holds what
+is recorded.
 """
 
 from __future__ import annotations
@@ -17,8 +18,18 @@ from numpy.typing import NDArray
 
 compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 """Compile without reference counting: the arrays belong to the caller, nothing is allocated."""
-inlined = njit(cache=True, nogil=True, error_model="numpy", _nrt=False, forceinline=True)
-"""The same, merged into the caller: one call costs as much as a slip."""
+inlined = njit(
+    nogil=True,
+    error_model="numpy",
+    _nrt=False,
+    forceinline=True,
+    no_cpython_wrapper=True,
+    no_cfunc_wrapper=True,
+)
+"""The same, merged into the caller: one call costs as much as a slip.
+
+Only compiled code can call it; it is kept on disk within its callers alone.
+"""
 
 ORDERS = 24
 """Taylor coefficients 0 .. ORDERS - 1 of a velocity are kept; even."""

@@ -366,6 +366,7 @@ class Course:
         self, chain: Chain, drive: Cycles, start: State, seed: int = 0, dormant: int = 2**62
     ) -> None:
         self.simulation = ExactSimulation(chain, start, seed, ())
+        self.simulation.make_room()  # else `settle` might have to be compiled twice
         self.drive = drive
         self.memory = Memory.of(chain)
         self.dormant = dormant
@@ -440,7 +441,7 @@ class Course:
         begun = int(work.whole[layout.EVENTS])
         while True:
             reason = simulation.paced(
-                lambda most: settle(
+                lambda work, most: settle(
                     *work,
                     work.cell.view(np.uint64),
                     *self._targets,

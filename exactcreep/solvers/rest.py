@@ -13,16 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contacts import Contacts
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers import layout
 from exactcreep.solvers.draws import KEPT
 from exactcreep.solvers.kernel import prepare
 from exactcreep.solvers.layout import (
+    COEFFICIENT,
+    CONSTANT,
+    COSINE,
     DRAWS,
+    EXCESS,
     FORCE,
     FORCE_LOW,
+    MEAN,
+    MEAN_EXCESS,
+    MU_D,
+    MU_D_LOW,
+    NEVER,
     PAD,
     REST,
     SINE,
@@ -38,10 +46,12 @@ from exactcreep.solvers.layout import (
 )
 from exactcreep.solvers.two_floats import split, split_ratio, two_sum
 
-TENSION, TENSION_LOW, PLACE, PLACE_LOW = range(4)
+TENSION, TENSION_LOW, PLACE, PLACE_LOW, HELD, HELD_LOW = range(6)
 """Rows of `Rest.numbers`; the tensions leave the last column free."""
 _ROWS = 4099
 """Of the tables, at least, between two calls of the loop; not a multiple of a cache's ways."""
+_ALONE = 2
+"""Chains up to this length begin without `series`: most of their slips are of one slider."""
 
 
 class Work(NamedTuple):
@@ -51,7 +61,7 @@ class Work(NamedTuple):
     tally: NDArray[np.int64]
     deviate: NDArray[np.float64]
     clock: NDArray[np.float64] | None
-    series: NDArray[np.float64]
+    series: NDArray[np.float64] | None
     real: NDArray[np.float64]
     whole: NDArray[np.int64]
     log: Log
@@ -63,8 +73,8 @@ class Rest(NamedTuple):
     Attributes
     ----------
     state : State
-    numbers : ndarray, shape (4, n)
-        Tensions and displacements, each as two floats.
+    numbers : ndarray, shape (6, n)
+        Tensions, displacements and coefficients, each as two floats.
     load : tuple of float
         ``l0 theta``, as two floats.
     """
@@ -76,20 +86,32 @@ class Rest(NamedTuple):
     @classmethod
     def of(cls, chain: Chain, state: State) -> Rest:
         """Return a state as two floats for each number."""
-        numbers = np.zeros((4, chain.n))
-        for row, values in ((TENSION, state.tensions), (PLACE, state.displacements)):
-            numbers[row : row + 2, : values.size] = halves(values)
+        numbers = np.zeros((6, chain.n))
+        for row, values in (
+            (TENSION, state.tensions), (PLACE, state.displacements), (HELD, state.coefficients)
+        ):  # fmt: skip
+            if values.dtype == np.float64:
+                numbers[row, : values.size] = values
+                continue
+            for i, value in enumerate(values.tolist()):
+                numbers[row : row + 2, i] = split(rational(value))
         theta = state.theta if type(state.theta) is float else rational(state.theta)
         numerator, denominator = theta.as_integer_ratio()
         l0 = chain.l0
         load = split_ratio(l0.numerator * numerator, l0.denominator * denominator)
         return cls(state, numbers, load)
 
-    def tensions(self, work: Work) -> NDArray[np.float64]:
-        """Return the present tensions, shape (n - 1,), from displacements and theta."""
-        out = np.empty(self.numbers.shape[1] - 1)
-        _tensions(work.cell, work.real, self.numbers, *self.load, out)
-        return out
+    def read(
+        self, work: Work
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+        """Return the present tensions, displacements, coefficients and draws, new arrays."""
+        n = self.numbers.shape[1]
+        found = np.empty(n - 1), np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
+        _read(
+            work.cell, work.tally, work.real, work.whole, self.numbers, *self.load,
+            self.state.draws, *found,
+        )  # fmt: skip
+        return found
 
     def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
         """Return the tensions after theta has gone to another ``l0 theta``, shape (n - 1,)."""
@@ -108,17 +130,6 @@ def rational(value: Any) -> Fraction:
         return Fraction(float(value))
 
 
-def halves(array: NDArray[Any]) -> NDArray[np.float64]:
-    """Return an array of numbers as two rows of floats whose sum it is."""
-    out = np.zeros((2, array.size))
-    if array.dtype == np.float64:
-        out[0] = array
-    else:
-        for i, value in enumerate(array.tolist()):
-            out[:, i] = split(rational(value))
-    return out
-
-
 def dilation(chain: Chain, load: tuple[float, float]) -> float:
     """Return the float64 nearest to theta, from ``l0 theta``."""
     (high, below), (low, under) = (part.as_integer_ratio() for part in load)
@@ -126,16 +137,9 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
     return (high * under + low * below) * l0.denominator / (below * under * l0.numerator)
 
 
-class _Constants(NamedTuple):
-    """What the arrays of a chain have in common."""
-
-    real: NDArray[np.float64]
-    whole: NDArray[np.int64]
-    contacts: Contacts
-
-
 @lru_cache(maxsize=64)
-def _constants(chain: Chain) -> _Constants:
+def _constants(chain: Chain) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return what `Work.real` and `Work.whole` of a chain have in common."""
     real = np.zeros(layout.REALS)
     whole = np.zeros(layout.WHOLES, dtype=np.int64)
     real[layout.FRICTION] = chain.friction
@@ -151,48 +155,32 @@ def _constants(chain: Chain) -> _Constants:
     whole[layout.TARGET] = 1
     if chain.may_run_away:
         whole[layout.DOWNHILL] = 1 if chain.tan_alpha >= 0 else -1
-    return _Constants(real, whole, Contacts(chain))
+    return real, whole
 
 
 def placed(chain: Chain, rest: Rest, seed: int, logging: int) -> Work:
     """Return the arrays of a simulation that begins at rest; `logging` is a sum of LOGS_..."""
     n, m = chain.n, layout.columns(chain.n)
-    constants = _constants(chain)
-    real, whole = constants.real.copy(), constants.whole.copy()
+    known_real, known_whole = _constants(chain)
+    real, whole = known_real.copy(), known_whole.copy()
     real[THETA], real[THETA_LOW] = rest.load
     whole[layout.LOGGING] = logging
     whole[layout.SEED] = seed if seed < 2**63 else seed - 2**64
-
-    # each begins at a multiple of 64 bytes: their sizes are multiples of eight numbers
-    shapes: tuple[tuple[int, int], ...]
-    shapes = (layout.CELLS, m), (m, KEPT), (layout.SERIES * (m // 8) + layout.LADDER, 8)
-    shapes += ((layout.CLOCKS, m),) if n > layout.LEAST_LONG else ()
-    room = np.zeros(sum(rows * columns for rows, columns in shapes) + 8)
-    begin = -room.ctypes.data % 64 // 8
-    tables = []
-    for rows, columns in shapes:
-        tables.append(room[begin : begin + rows * columns].reshape(rows, columns))
-        begin += rows * columns
+    cell, deviate = _aligned((layout.CELLS, m), (m, KEPT))
     work = Work(
-        cell=tables[0],
+        cell=cell,
         tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
-        deviate=tables[1],
-        clock=tables[3] if n > layout.LEAST_LONG else None,
-        series=tables[2],
+        deviate=deviate,
+        clock=_aligned((layout.CLOCKS, m))[0] if n > layout.LEAST_LONG else None,
+        series=_series(n) if n > _ALONE else None,
         real=real,
         whole=whole,
         log=_log(n, m, logging),
     )
     if work.clock is not None:
         work.clock[[layout.KEY, layout.BLOCK]] = layout.NEVER
-    state, inner = rest.state, slice(PAD, PAD + n)
-    coefficient, coefficient_low = halves(state.coefficients)
-    work.cell[layout.EXCESS] = layout.NEVER
-    work.cell[layout.EXCESS, inner] = constants.contacts.excesses(coefficient, coefficient_low)
-    work.cell[layout.COEFFICIENT, inner] = coefficient
-    work.tally[DRAWS, inner] = state.draws
-    _place(work.cell, work.tally, work.deviate, real, whole, rest.numbers)
-    real[layout.TOTAL] = work.cell[TRAVEL, inner].sum()
+    _place(cell, work.tally, deviate, real, whole, rest.numbers, rest.state.draws)
+    real[layout.TOTAL] = rest.numbers[PLACE].sum()
     return work
 
 
@@ -210,9 +198,29 @@ def _log(n: int, m: int, logging: int) -> Log:
     )
 
 
+def roomier(work: Work) -> Work:
+    """Return the same arrays with `series`, which have no memory."""
+    return work._replace(series=_series(int(work.whole[N])))
+
+
+def _series(n: int) -> NDArray[np.float64]:
+    return _aligned((layout.SERIES * (layout.columns(n) // 8) + layout.LADDER, 8))[0]
+
+
+def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
+    """Return tables that begin at a multiple of 64 bytes; their sizes are multiples of 8."""
+    room = np.zeros(sum(rows * columns for rows, columns in shapes) + 8)
+    begin = -room.ctypes.data % 64 // 8
+    tables = []
+    for rows, columns in shapes:
+        tables.append(room[begin : begin + rows * columns].reshape(rows, columns))
+        begin += rows * columns
+    return tables
+
+
 @compiled
-def _place(cell, count, deviate, real, whole, numbers):
-    """Fill in forces and displacements, and prepare the draws."""
+def _place(cell, count, deviate, real, whole, numbers, draws):
+    """Fill in forces, displacements and contacts, and prepare the draws."""
     n = whole[N]
     before, before_low = 0.0, 0.0
     for k in range(n):
@@ -235,15 +243,35 @@ def _place(cell, count, deviate, real, whole, numbers):
         before, before_low = after, after_low
     for i in range(cell.shape[1]):
         cell[STIFFNESS, i] = 2.0
+        cell[EXCESS, i] = NEVER
+    for k in range(n):
+        i = k + PAD
+        held = numbers[HELD, k]
+        above = ((held - real[MU_D]) - real[MU_D_LOW]) + numbers[HELD_LOW, k]
+        cell[EXCESS, i] = max(above, 0.0) * real[COSINE]
+        if whole[CONSTANT] == 1 and held == real[MEAN]:
+            cell[EXCESS, i] = real[MEAN_EXCESS]
+        cell[COEFFICIENT, i] = held
+        count[DRAWS, i] = draws[k]
     cell[STIFFNESS, PAD] = 1.0 if n > 1 else 0.0
     cell[STIFFNESS, PAD + n - 1] = cell[STIFFNESS, PAD]
     prepare(cell, count, deviate, whole)
 
 
 @compiled
-def _tensions(cell, real, numbers, load, load_low, out):
-    """Write the tensions that displacements and theta make to `out`."""
-    for k in range(out.size):
+def _read(
+    cell, count, real, whole, numbers, load, load_low, drawn,
+    tensions, displacements, coefficients, draws,
+):  # fmt: skip
+    """Write the present state to the last four; without disorder the loop renews no coefficient."""
+    for k in range(draws.size):
+        i = k + PAD
+        displacements[k] = cell[TRAVEL, i] + (cell[TRAVEL_LOW, i] + cell[X, i])
+        draws[k] = count[DRAWS, i]
+        renewed = whole[CONSTANT] == 1 and draws[k] > drawn[k]
+        coefficients[k] = real[MEAN] if renewed else cell[COEFFICIENT, i]
+    # each is what displacements and theta have made of it
+    for k in range(tensions.size):
         i = k + PAD
         total, error = numbers[TENSION, k], numbers[TENSION_LOW, k]
         for step in range(6):
@@ -261,4 +289,4 @@ def _tensions(cell, real, numbers, load, load_low, out):
                 value, low = load, load_low
             total, rounded = two_sum(total, value)
             error += rounded + low
-        out[k] = total + error
+        tensions[k] = total + error

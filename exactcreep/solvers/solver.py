@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -35,7 +35,7 @@ MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
 TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
-"""Whatever the chain, it makes the compiler compile the same."""
+"""What is compiled depends on the number of sliders alone; see `Solver.compiles`."""
 _STRETCH_SECONDS = 0.1  # of an advance that somebody watches
 _LONGEST_STRETCH = 1 << 18  # targets; bounds the memory of a stretch
 
@@ -307,6 +307,13 @@ class Solver(ABC):
         more, if they are simultaneous) or soon after its time is over.
         """
 
+    def compiles(self, n: int) -> tuple[int, ...]:
+        """Return lengths of chains with which all is compiled that one of `n` sliders may need.
+
+        What the first of them leaves out is compiled when a chain needs it.
+        """
+        return (2,)
+
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
         """Yield the events of `rearrange` one by one."""
         yield from self.rearrange(chain, state, direction, seed).events
@@ -395,23 +402,24 @@ def advance(
     return Stretch(done - start, recorded, stop, reason)
 
 
-_COMPILED: set[str] = set()  # solvers
+_COMPILED: set[tuple[str, int]] = set()  # solvers, with the lengths of chains
 
 
-def compiled(solver: Solver) -> float:
+def compiled(solver: Solver, n: int) -> float:
     """Have a solver's code compiled, or loaded, once; return the seconds that it took just now."""
-    if solver.name in _COMPILED:
-        return 0.0
-    _COMPILED.add(solver.name)
     begin = time.perf_counter()
-    warm_up(type(solver)())
+    lengths = [one for one in solver.compiles(n) if (solver.name, one) not in _COMPILED]
+    _COMPILED.update((solver.name, one) for one in lengths)
+    warm_up(type(solver)(), lengths)
     return time.perf_counter() - begin
 
 
-def warm_up(solver: Solver, record: tuple[str, ...] = ()) -> None:
-    """Have a solver's code compiled, or loaded, on two half-cycles of two sliders."""
-    simulation = solver.simulation(TWO_SLIDERS, State.relaxed(TWO_SLIDERS), 0, record)
-    simulation.follow(Cycles("1/10", 1), 1, 2)
+def warm_up(solver: Solver, lengths: Sequence[int], record: tuple[str, ...] = ()) -> None:
+    """Have a solver's code compiled, or loaded, on two half-cycles of chains of these lengths."""
+    for n in lengths:
+        chain = replace(TWO_SLIDERS, n=n)
+        simulation = solver.simulation(chain, State.relaxed(chain), 0, record)
+        simulation.follow(Cycles("1/10", 1), 1, 2)
 
 
 def refuse_no_slips(chain: Chain) -> None:

@@ -514,7 +514,8 @@ class Verlet(Solver):
         limits: Limits = ONE_REARRANGEMENT,
     ) -> Rearrangement:
         """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange."""
-        limits = limits.later(compiled(self))
+        if limits.at < math.inf:
+            limits = limits.later(compiled(self, chain.n))
         laws, work = self._start(chain, state, direction, seed)
         n = chain.n
         base = work.sliders["base"][: n + 1].copy()

@@ -362,7 +362,7 @@ def measured_pace(
         How long to measure, at most about twice that.
     """
     chain, drive = experiment.chain, experiment.drive
-    warm_up(algorithm)
+    warm_up(algorithm, algorithm.compiles(chain.n))
     simulation = algorithm.simulation(chain, experiment.initial, experiment.seed, ())
     begin = time.perf_counter()
     done = advance(simulation, drive, drive.half_cycles, Limits(at=begin + seconds)).completed

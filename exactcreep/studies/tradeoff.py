@@ -389,9 +389,10 @@ class _Race:
         for count, contestant in enumerate(one.contestant for one in self.scores):
             self.tell(f"compiling: {contestant.label}", 0.05 * count / len(self.scores))
             algorithm = contestant.algorithm()
-            warm_up(algorithm)
+            lengths = algorithm.compiles(self.experiment.chain.n)
+            warm_up(algorithm, lengths)
             if contestant.solver != "sliding":
-                warm_up(algorithm, ("events",))
+                warm_up(algorithm, lengths, ("events",))
                 algorithm.rearrange(TWO_SLIDERS, State.relaxed(TWO_SLIDERS), 1, 0)
 
     def take_times(self) -> None:

@@ -31,6 +31,7 @@ from exactcreep.limits import Limits, Stop
 from exactcreep.motion.replay import Replay
 from exactcreep.solvers import kernel, layout
 from exactcreep.solvers.exact import ExactSimulation
+from exactcreep.solvers.solver import advance
 from tests.paper import paper_chain
 
 
@@ -522,3 +523,18 @@ def test_a_whole_chain_that_slides_on_unproved_is_given_up():
     stretch = simulation.follow(Cycles("0.005", 5), 1, 10)
     assert stretch.stop is Stop.LIMIT
     assert "neither ended" in stretch.reason
+
+
+@pytest.mark.parametrize(("tan_alpha", "together"), [("0.25", False), ("0.499", True)])
+def test_two_sliders_ask_for_the_code_of_clusters_once_both_move(
+    tan_alpha: str, together: bool
+) -> None:
+    chain = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha=tan_alpha)
+    lone, prepared = (ExactSimulation(chain, State.relaxed(chain, 1), 1) for _ in range(2))
+    prepared.make_room()
+    for simulation in (lone, prepared):
+        advance(simulation, Cycles("0.01", 20), 40)
+    assert (lone.work.series is not None) == together
+    assert (lone.tally.events > 2 * lone.tally.rearrangements) == together
+    known = prepared.capture()
+    assert all(np.array_equal(values, known[name]) for name, values in lone.capture().items())

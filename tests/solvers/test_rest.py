@@ -39,7 +39,7 @@ def test_tensions_are_read_back_rounded_once(theta: Fraction) -> None:
     chain = chain_of(5)
     rest = Rest.of(chain, State.prepared(chain, THIRDS, theta=theta))
     work = placed(chain, rest, 0, 0)
-    assert rest.tensions(work).tolist() == [float(t) for t in THIRDS]
+    assert rest.read(work)[0].tolist() == [float(t) for t in THIRDS]
     here = placed(chain, rest, 0, 0)
     here.cell[layout.TRAVEL, layout.PAD + 1] += 0.7
     here.cell[layout.X, layout.PAD + 1] = 1e-17
@@ -47,7 +47,7 @@ def test_tensions_are_read_back_rounded_once(theta: Fraction) -> None:
     more = Fraction(0.7) + Fraction(1e-17)
     less = Fraction(here.real[layout.THETA]) - Fraction(work.real[layout.THETA])
     moved = [THIRDS[0] + more, THIRDS[1] - more, *THIRDS[2:]]
-    assert rest.tensions(here).tolist() == [float(t - less) for t in moved]
+    assert rest.read(here)[0].tolist() == [float(t - less) for t in moved]
     load = float(here.real[layout.THETA]), float(here.real[layout.THETA_LOW])
     assert rest.ramped(load).tolist() == [float(t - less) for t in THIRDS]
 
@@ -60,7 +60,7 @@ def test_theta_is_the_float_nearest_to_the_load_over_the_length() -> None:
 
 
 def test_every_table_begins_at_a_multiple_of_64_bytes() -> None:
-    for n in (1, 2, 7, 30):
+    for n in (3, 7, 30):
         chain = chain_of(n)
         work = placed(chain, Rest.of(chain, State.relaxed(chain)), 0, layout.LOGS_EVENTS)
         for table in (work.cell, work.deviate, work.series):
