@@ -77,10 +77,23 @@ class Chain:
         if self.sigma_mu < 0:
             raise InputError("sigma_mu", sigma_mu, "must not be negative")
 
+    def __eq__(self, other: object) -> bool:
+        if self is other:
+            return True
+        return type(other) is type(self) and self.parameters() == other.parameters()
+
     def __hash__(self) -> int:
         # the hash of a Fraction would take a modular inverse
-        numbers = self.l0, self.mu_d, self.mu_s, self.sigma_mu, self.tan_alpha
-        return hash((self.n, *(part for number in numbers for part in number.as_integer_ratio())))
+        return hash(
+            (
+                self.n,
+                self.l0.as_integer_ratio(),
+                self.mu_d.as_integer_ratio(),
+                self.mu_s.as_integer_ratio(),
+                self.sigma_mu.as_integer_ratio(),
+                self.tan_alpha.as_integer_ratio(),
+            )
+        )
 
     def times_cosine(self, value: Fraction) -> float:
         """Return ``value * cos(alpha)`` as the nearest float64 (error below 0.5000001 ulp)."""

@@ -278,10 +278,10 @@ def _is_number(value: Any) -> bool:
 
 
 def _is_finite(value: Any) -> bool:
-    if hasattr(value, "is_finite"):  # a ball
-        return bool(value.is_finite())
     if isinstance(value, (float, np.floating)):
         return math.isfinite(value)
+    if hasattr(value, "is_finite"):  # a ball
+        return bool(value.is_finite())
     return not hasattr(value, "man_exp") or bool(value - value == 0)
 
 

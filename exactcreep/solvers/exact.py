@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -162,7 +162,7 @@ class ExactSimulation(Simulation):
             upto = done + 1 if rows else count
             left = begun + limits.events_left - events
             reason, reached = self._advance(
-                high[done:upto], low[done:upto], travel[done:upto], left, single=False
+                high[done:upto], low[done:upto], travel[done:upto], left
             )
             done += reached
             if self.work.whole[layout.LOGGED]:
@@ -199,8 +199,7 @@ class ExactSimulation(Simulation):
         low: NDArray[np.float64],
         travel: NDArray[np.float64],
         most: int,
-        *,
-        single: bool,
+        single: bool = False,
     ) -> tuple[int, int]:
         """Run the compiled loop for a moment; see `kernel.follow`.
 
@@ -233,12 +232,11 @@ class ExactSimulation(Simulation):
         high, low = self.load()
         if direction != 0 and self.chain.n > 1:
             high, low = np.inf * direction, 0.0
-        where, low_part, travel = np.array([[high], [low], [0.0]])
-        whole = self.work.whole
+        target = np.array([high]), np.array([low]), np.empty(1)
         reason = layout.BUDGET
         while reason in _GOES_ON:
-            left = min(most - int(whole[layout.EVENTS]), at_once)
-            reason, _ = self._advance(where, low_part, travel, left, single=True)
+            left = min(most - int(self.work.whole[layout.EVENTS]), at_once)
+            reason, _ = self._advance(*target, left, True)
             yield reason
 
     def make_room(self) -> None:
@@ -381,12 +379,15 @@ class ExactSimulation(Simulation):
 
     def report(self) -> dict[str, Any]:
         """Return the work done: cluster steps, margins tested, polynomial evaluations."""
-        whole = self.work.whole
-        return {
-            "cluster_steps": int(whole[layout.STEPS]),
-            "windows_certified": int(whole[layout.TESTS]),
-            "root_evaluations": int(whole[layout.ROOTS]),
-        }
+        return _work_done(self.work.whole.tolist())
+
+
+def _work_done(counts: Sequence[int]) -> dict[str, Any]:
+    return {
+        "cluster_steps": counts[layout.STEPS],
+        "windows_certified": counts[layout.TESTS],
+        "root_evaluations": counts[layout.ROOTS],
+    }
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -503,7 +504,11 @@ class Exact(Solver):
             if simulation.never_rests():
                 outcome, told = Outcome.RUNAWAY, NEVER_RESTS
             break
-        undecided = int(whole[layout.UNDECIDED])
+        counts, real = whole.tolist(), simulation.work.real
+        undecided = counts[layout.UNDECIDED]
+        velocities = np.zeros(chain.n)
+        if outcome is not Outcome.AT_REST:
+            velocities = simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE)
         result = Estimated(
             chain=chain,
             given=state,
@@ -512,12 +517,12 @@ class Exact(Solver):
             outcome=outcome,
             decided=Evidence.of(undecided, Evidence.COMPUTED),
             state=simulation.state(),
-            velocities=simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE),
+            velocities=velocities,
             undecided=undecided,
-            draws_below_mu_d=int(whole[layout.BELOW]),
+            draws_below_mu_d=counts[layout.BELOW],
             solver=self.name,
             seed=seed,
-            report=simulation.report() | {"time": float(simulation.work.real[layout.TIME])},
+            report=_work_done(counts) | {"time": float(real[layout.TIME])},
             reason=told,
         )
         if not self.escalate or outcome is Outcome.LIMIT:

@@ -44,6 +44,8 @@ def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     if not isinstance(name, str) or name not in SOLVERS:
         raise InputError("solver", name, "must be one of " + ", ".join(SOLVERS))
     algorithm = SOLVERS[name]
+    if not options:
+        return algorithm()
     options_of: Any = algorithm  # every solver is a dataclass, which its base class cannot say
     known = [field.name for field in fields(options_of)]
     for option in options:

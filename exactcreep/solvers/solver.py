@@ -424,7 +424,7 @@ def warm_up(solver: Solver, lengths: Sequence[int], record: tuple[str, ...] = ()
 
 def refuse_no_slips(chain: Chain) -> None:
     """Raise `InputError` for a chain that slides without slips, which only `sliding` follows."""
-    if chain.sigma_mu == 0 and chain.mu_s == chain.mu_d:
+    if not chain.sigma_mu and chain.mu_s == chain.mu_d:
         raise InputError(
             "mu_s",
             chain.mu_s,
