@@ -1,13 +1,15 @@
 """Fates that are proved for ever."""
 
 from fractions import Fraction
+from typing import NamedTuple
 
 import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Evidence, Outcome, fate, threshold
+from exactcreep import Chain, Cycles, Evidence, Outcome, creep, fate, threshold
 from exactcreep.studies import fate_proof
+from exactcreep.studies.eventlog import rearrangements
 from exactcreep.studies.fate import Fate
 from tests.oracle.rearrangement import integrate
 
@@ -124,11 +126,20 @@ def test_four_sliders_lock_above_the_horizon_threshold() -> None:
     assert fate(chain_of(4), "0.00065", solver="exact").outcome is Outcome.CREEPING
 
 
-def integrated(found: Fate, cycles: int) -> list[tuple[object, ...]]:
-    """Return the itineraries of every half-cycle by an integration of the equations of motion."""
+class Integrated(NamedTuple):
+    """What an integration of the equations of motion comes to."""
+
+    halves: list[tuple[object, ...]]
+    """The itineraries of every half-cycle."""
+    tensions: np.ndarray
+    advance: float
+
+
+def integrated(found: Fate, cycles: int, tensions: np.ndarray, load: float = 0.0) -> Integrated:
+    """Integrate the equations of motion over so many cycles from `tensions`, at ``l0 theta``."""
     chain, amplitude = found.chain, float(found.amplitude) * float(found.chain.l0)
-    tensions, load = np.zeros(chain.n - 1), 0.0
     draws = np.ones(chain.n, dtype=np.int64)
+    advance = 0.0
     out = []
     for half_cycle in range(1, 2 * cycles + 1):
         way = 1 if half_cycle % 2 else -1
@@ -141,14 +152,29 @@ def integrated(found: Fate, cycles: int) -> list[tuple[object, ...]]:
                 break
             seen.append(tuple(trajectory.itinerary))
             tensions, load = trajectory.tensions, load + trajectory.ramp
+            advance += trajectory.displacements.mean()
         tensions = tensions - (way * amplitude - load)
         load = way * amplitude
         out.append(tuple(seen))
-    return out
+    return Integrated(out, tensions, advance)
 
 
-def settled_fates(seed: int, count: int) -> list[Fate]:
-    """Return fates of random chains that settle within ten cycles, and do not only rest."""
+def halves_of(found: Fate, cycle: int) -> list[tuple[object, ...]]:
+    """Return the proved itineraries of the half-cycles of a period that begins after `cycle`."""
+    assert found.period is not None
+    assert found.settled_after is not None
+    halves: list[list[object]] = [[] for _ in range(2 * found.period)]
+    for half_cycle, itinerary in found.itinerary or ():
+        halves[half_cycle - 1].append(itinerary)
+    late = 2 * ((cycle - found.settled_after) % found.period)
+    return [tuple(half) for half in halves[late:] + halves[:late]]
+
+
+def settled_fates(seed: int, count: int, first: int, last: int, cycles: int) -> list[Fate]:
+    """Return fates of random chains, known after `cycles`, that settle between `first` and `last`.
+
+    Those that rest are left out.
+    """
     rng = np.random.default_rng(seed)
     out: list[Fate] = []
     while len(out) < count:
@@ -158,25 +184,59 @@ def settled_fates(seed: int, count: int) -> list[Fate]:
             "mu_s": f"{mu_d + rng.uniform(0.05, 0.2):.3f}",
             "tan_alpha": f"{mu_d * rng.uniform(0.3, 0.9):.3f}",
         }
-        chain = chain_of(int(rng.integers(2, 5)), **changed)
+        chain = chain_of(int(rng.integers(2, 6)), **changed)
         law = chain.n * float(chain.mu_d - chain.tan_alpha) * chain.cos_alpha / 2000
-        found = fate(chain, f"{law * rng.uniform(1, 2.5):.6f}", cycles=12)
-        if found.itinerary and found.settled_after is not None and found.settled_after <= 10:
+        amplitude = f"{law * rng.uniform(1, 2.5):.6f}"
+        if fate(chain, amplitude, cycles=600, solver="exact").outcome in (
+            Outcome.LIMIT,
+            Outcome.AT_REST,
+        ):
+            continue
+        found = fate(chain, amplitude, cycles=cycles)
+        settled = found.settled_after
+        if settled is not None and first <= settled <= last:
             out.append(found)
     return out
 
 
-@pytest.mark.parametrize(
-    "count", [pytest.param(4), pytest.param(40, marks=pytest.mark.slow)]
-)
-def test_an_integration_goes_through_the_proved_period(count: int) -> None:
-    for found in settled_fates(5, count):
+SMALL_AND_WHOLE = [(2, 12), pytest.param(40, 80, marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize(("count", "cycles"), SMALL_AND_WHOLE)
+def test_an_integration_goes_through_the_proved_period(count: int, cycles: int) -> None:
+    for found in settled_fates(5, count, 0, 10, cycles):
         assert found.evidence is Evidence.PROVED
         settled, period = found.settled_after, found.period
         assert settled is not None
         assert period is not None
-        halves: list[list[object]] = [[] for _ in range(2 * period)]
-        for half_cycle, itinerary in found.itinerary or ():
-            halves[half_cycle - 1].append(itinerary)
-        wanted = [tuple(half) for half in halves]
-        assert integrated(found, settled + 2 * period)[2 * settled :] == 2 * wanted
+        course = integrated(found, settled + 2 * period, np.zeros(found.chain.n - 1))
+        assert course.halves[2 * settled :] == 2 * halves_of(found, settled)
+
+
+@pytest.mark.parametrize(("count", "cycles"), SMALL_AND_WHOLE)
+def test_an_integration_of_the_invariant_cycle_closes_it(count: int, cycles: int) -> None:
+    for found in settled_fates(6, count, 0, 10, cycles):
+        assert found.period is not None
+        end = creep(found.chain, Cycles(found.amplitude, found.cycles), solver="certified").state
+        tensions = np.array([float(x) for x in end.tensions])
+        low = -float(found.amplitude * found.chain.l0)
+        course = integrated(found, found.period, tensions, low)
+        assert course.halves == halves_of(found, found.cycles)
+        assert abs(course.tensions - tensions).max() < 1e-9
+        middle, radius = found.advance_enclosure
+        assert abs(course.advance - float(middle)) < float(radius) + 1e-9
+
+
+@pytest.mark.slow
+def test_sixty_digits_go_through_the_proved_period_of_longer_courses() -> None:
+    for found in settled_fates(7, 10, 11, 80, 150):
+        settled, period = found.settled_after, found.period
+        assert settled is not None
+        assert period is not None
+        drive = Cycles(found.amplitude, settled + 2 * period)
+        run = creep(found.chain, drive, solver="mpmath", digits=60, record=("events",))
+        halves: list[list[object]] = [[] for _ in range(2 * drive.cycles)]
+        for one in rearrangements(run.recorded):
+            halves[one.half_cycle - 1].append(tuple(event.signature for event in one.events))
+        wanted = 2 * halves_of(found, settled)
+        assert [tuple(half) for half in halves[2 * settled :]] == wanted
