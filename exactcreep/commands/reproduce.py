@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -89,12 +90,17 @@ def data_of(
     progress: Callable[[Progress], None] | None = None,
 ) -> dict[str, xr.Dataset]:
     """Return the sweeps of a picture by the names of their scenes."""
+    from exactcreep.progress import reporter
     from exactcreep.scene import load_scene
     from exactcreep.studies.sweeps import sweep
     from exactcreep.studies.tables import with_control
 
     data = {}
     for name, settings in picture.quick.items():
+        if picture.compute is not None:
+            asked = {**picture.always, **(settings if quick else {})}
+            data[name] = picture.compute(**asked, say=partial(reporter(progress), name))
+            continue
         scene = load_scene(name).with_settings(picture.always)
         if quick:
             scene = scene.with_settings(settings)

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from exactcreep.model.numbers import InputError
-from exactcreep.studies import beyond, chains, two_sliders
+from exactcreep.studies import beyond, chains, fate_figures, two_sliders
 from exactcreep.studies.tables import Table
 
 Data = Mapping[str, xr.Dataset]
@@ -38,6 +38,8 @@ class Picture:
         Dotted keys that are set in every scene, quick or not.
     reduce : callable or None
         Makes of each sweep what is kept of it.
+    compute : callable or None
+        Instead of a sweep: called with the settings, and a callable that is told the progress.
     """
 
     name: str
@@ -47,6 +49,7 @@ class Picture:
     quick: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     always: Mapping[str, Any] = field(default_factory=dict)
     reduce: Callable[[xr.Dataset], xr.Dataset] | None = None
+    compute: Callable[..., xr.Dataset] | None = None
 
     @property
     def scenes(self) -> tuple[str, ...]:
@@ -55,6 +58,7 @@ class Picture:
 
 
 _EIGHT = list(range(1, 9))
+_FOUR = [{"size": "1e-3", "seed": k} for k in range(1, 5)]
 
 _ALL = (
     Picture(
@@ -175,6 +179,68 @@ _ALL = (
         beyond.pivot_tables,
         beyond.draw_pivots,
         {"chain-pivots": {"drive.cycles": 50, "vary.run.seed": [1, 2]}},
+    ),
+    Picture(
+        "thresholds-by-criterion",
+        "",
+        fate_figures.threshold_tables,
+        fate_figures.draw_thresholds,
+        {
+            "thresholds-by-criterion": {
+                "sizes": [*range(2, 9), 12, 30],
+                "step": 0.02,
+                "starts": 8,
+                "cycles": 400,
+                "velocity_cycles": 100,
+                "most_velocity": 12,
+            }
+        },
+        {
+            "sizes": [*range(2, 13), 16, 20, 30, 60],
+            "step": 0.005,
+            "starts": 16,
+            "cycles": 2000,
+            "velocity_cycles": 400,
+            "most_velocity": 30,
+        },
+        compute=fate_figures.thresholds,
+    ),
+    Picture(
+        "fate-map",
+        "",
+        fate_figures.fate_tables,
+        fate_figures.draw_fates,
+        {"fate-map": {"count": 81, "cycles": 500}},
+        {"sizes": list(range(3, 9)), "low": 0.8, "high": 2.0, "count": 481, "cycles": 4000},
+        compute=fate_figures.fates,
+    ),
+    Picture(
+        "lifetimes",
+        "",
+        fate_figures.lifetime_tables,
+        fate_figures.draw_lifetimes,
+        {
+            "lifetimes": {
+                "sizes": [6],
+                "ratios": [0.95, 0.96, 0.97],
+                "starts": 20,
+                "cycles": 5000,
+            }
+        },
+        {
+            "sizes": [6, 7, 8],
+            "starts": 40,
+            "cycles": 40_000,
+            "ratios": [0.9, 0.92, 0.94, 0.95, 0.955, 0.96, 0.965, 0.97, 0.975, 0.98],
+        },
+        compute=fate_figures.lifetimes,
+    ),
+    Picture(
+        "chain-near-threshold",
+        "",
+        fate_figures.near_tables,
+        fate_figures.draw_near,
+        {"chain-near-threshold": {"drive.cycles": 250, "vary.run.start": _FOUR[:2]}},
     ),
 )
 

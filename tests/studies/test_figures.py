@@ -62,6 +62,16 @@ TINY = {
     "chain-pivots": {
         "drive.cycles": 5, "vary.chain.tan_alpha": ["0.15", "0.25"], "vary.run.seed": [1],
     },
+    "thresholds-by-criterion": {
+        "sizes": [2, 6], "step": 0.2, "starts": 4, "cycles": 40, "velocity_cycles": 120,
+        "most_velocity": 6,
+    },
+    "fate-map": {"sizes": [3, 6], "count": 7, "cycles": 100},
+    "lifetimes": {"sizes": [6], "ratios": [0.94, 0.95, 0.98], "starts": 4, "cycles": 500},
+    "chain-near-threshold": {
+        "drive.cycles": 5, "vary.drive.amplitude": ["0.0035", "0.004"],
+        "vary.run.start": TINY_STARTS[1:],
+    },
 }  # fmt: skip
 PAPER = {
     "position2sliders", "velocity2sliders", "velocity2sliders_theta", "velocityNsliders",
