@@ -372,6 +372,16 @@ def test_help_waits_for_no_compiler() -> None:
     assert "Exit status" in told.stdout
 
 
+def test_a_run_without_a_file_loads_only_what_it_computes_with() -> None:
+    told = finished(
+        sys.executable, "-c", "import sys; from exactcreep.cli import status; "
+        "status(['run', 'two-sliders-cycles', '--set', 'drive.cycles=1']); print(*sys.modules)",
+    )  # fmt: skip
+    loaded = set(told.stdout.split())
+    assert "numba" in loaded
+    assert not {"xarray", "pandas", "h5py", "h5netcdf", "sympy", "matplotlib"} & loaded
+
+
 def test_every_command_has_help_with_an_example(command: Command) -> None:
     told = command("--help")
     commands = re.findall(r"^│ ([a-z]+) ", told.out, re.MULTILINE)

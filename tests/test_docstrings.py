@@ -86,3 +86,10 @@ def test_importing_the_package_waits_for_nothing_heavy() -> None:
     heavy = {"numpy", "numba", "scipy", "sympy", "mpmath", "xarray", "matplotlib", "flint"}
     assert "exactcreep" in done.stdout.split()
     assert not heavy & set(done.stdout.split())
+
+
+def test_the_laws_wait_for_no_compiler() -> None:
+    script = "import sys; from exactcreep import laws; print(laws.LAWS.keys(), *sys.modules)"
+    done = finished(sys.executable, "-c", script)
+    assert "mpmath" in done.stdout.split()
+    assert not {"numba", "scipy", "sympy", "xarray", "flint"} & set(done.stdout.split())

@@ -287,9 +287,7 @@ def _is_finite(value: Any) -> bool:
 
 def initial_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
     """Return the initial static coefficient (draw k = 0) of every slider, shape (n,)."""
-    out = np.full(chain.n, nearest_float(chain.mu_s))
-    if chain.sigma_mu != 0:
-        disorder.first_deviates(np.uint64(seed), out)
-        out *= nearest_float(chain.sigma_mu)
-        out += nearest_float(chain.mu_s)
-    return out
+    mean = nearest_float(chain.mu_s)
+    if chain.sigma_mu == 0:
+        return np.full(chain.n, mean)
+    return disorder.first_deviates(seed, chain.n) * nearest_float(chain.sigma_mu) + mean

@@ -11,15 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
-import h5netcdf
-import h5py
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
-from xarray.backends import H5NetCDFStore
 
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
@@ -42,6 +39,9 @@ from exactcreep.solvers.records import (
     lists_columns,
     record_arrays,
 )
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 FORMAT = "exactcreep result 2"
 
@@ -302,7 +302,7 @@ class Creep:
         ``event``, ``rearrangement`` and ``slip``. Parameters stand in the attributes, rationals as
         strings.
         """
-        return xr.Dataset(self._variables(), self._coordinates(), self._attributes())
+        return _dataset(self._variables(), self._coordinates(), self._attributes())
 
     def _coordinates(self) -> dict[str, Any]:
         n = self.chain.n
@@ -573,15 +573,24 @@ def _state(data: xr.Dataset, moment: str, theta: Any) -> State:
     )
 
 
+def _dataset(*given: Any, **named: Any) -> xr.Dataset:
+    """Return ``xarray.Dataset(...)``; a run that makes none does not wait for xarray."""
+    xarray: Any = import_module("xarray")
+    made: xr.Dataset = xarray.Dataset(*given, **named)
+    return made
+
+
 def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview:
     """Return the NetCDF file that holds datasets in groups; None is the root.
 
     It is made in memory: HDF5 brings the whole process down when a disk is full.
     """
+    h5netcdf: Any = import_module("h5netcdf")
+    backends: Any = import_module("xarray.backends")
     buffer = io.BytesIO()
     with h5netcdf.File(buffer, "w") as file:
         for group, dataset in groups.items():
-            dataset.dump_to_store(H5NetCDFStore(file, group=group, mode="a"))
+            dataset.dump_to_store(backends.H5NetCDFStore(file, group=group, mode="a"))
     return buffer.getbuffer()
 
 
@@ -598,7 +607,7 @@ def save_members(
     groups: dict[str | None, xr.Dataset] = {None: results[0].dataset}
     if len(results) != 1:
         about = {"format": FORMAT, "version": __version__, "members": len(results)}
-        groups = {None: xr.Dataset(attrs=about)}
+        groups = {None: _dataset(attrs=about)}
         groups |= {f"member_{k}": result.dataset for k, result in enumerate(results, 1)}
     write_file(path, netcdf(groups), "out", force=force)
 
@@ -619,6 +628,8 @@ def read_members(path: str | os.PathLike[str]) -> list[tuple[xr.Dataset, Creep]]
     name = file_name(path, "result")
     if not Path(path).is_file():
         raise InputError("result", name, "must be a file")
+    h5py: Any = import_module("h5py")
+    xarray: Any = import_module("xarray")
     try:
         # h5netcdf complains, when it is collected, about a file that it could not open
         with h5py.File(name, "r") as file:
@@ -628,7 +639,7 @@ def read_members(path: str | os.PathLike[str]) -> list[tuple[xr.Dataset, Creep]]
             raise InputError("result", name, "is not a result of exactcreep (of this version)")
         groups: list[str | None] = [f"member_{k}" for k in range(1, count + 1)]
         datasets = [
-            xr.load_dataset(name, group=group, engine="h5netcdf") for group in groups or [None]
+            xarray.load_dataset(name, group=group, engine="h5netcdf") for group in groups or [None]
         ]
         return [(data, Creep.from_dataset(data)) for data in datasets]
     except InputError:

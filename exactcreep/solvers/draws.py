@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from exactcreep.model.disorder import (
+from exactcreep.model.deviates import (
     CELL,
     CENTRAL,
     CENTRAL_SQUARE,
@@ -17,10 +17,10 @@ from exactcreep.model.disorder import (
     NUMERATOR,
     ODD,
     ROOT_HALF,
-    STREAM_COEFFICIENT,
     normal_tail,
     philox,
 )
+from exactcreep.model.disorder import STREAM_COEFFICIENT
 from exactcreep.solvers.lanes import (
     WIDTH,
     below,

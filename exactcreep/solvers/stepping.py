@@ -19,7 +19,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from exactcreep.model.disorder import STREAM_COEFFICIENT, normal_deviate, philox
+from exactcreep.model.deviates import normal_deviate, philox
+from exactcreep.model.disorder import STREAM_COEFFICIENT
 from exactcreep.solvers.records import EVENT_TABLE
 
 MOST_STEPS = 10**9

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from exactcreep.model import disorder
+from exactcreep.model import deviates, disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import GaussianSteps
 from exactcreep.model.numbers import InputError
@@ -88,7 +88,7 @@ def test_the_tables_are_philox_words_through_the_inverse_normal_distribution():
     [0, 1 << 11, 2**63 - 1, 2**63, 2**64 - 1, 2**64 - 2**12, 2**52, 3 << 40, 2**62, 5 * 2**61],
 )
 def test_the_normal_deviate_is_accurate_into_both_tails(word: int):
-    deviate = float(disorder.normal_deviate(np.uint64(word)))
+    deviate = float(deviates.normal_deviate(np.uint64(word)))
     expected = normal_of(word)
     assert abs(deviate - expected) <= 6 * math.ulp(abs(float(expected)))
 
@@ -98,7 +98,7 @@ def test_the_normal_deviate_is_antisymmetric():
     for word in rng.integers(0, 2**64, 200, dtype=np.uint64).tolist():
         cell = word >> 11
         mirrored = (2**53 - 1 - cell) << 11
-        assert disorder.normal_deviate(np.uint64(cell << 11)) == -disorder.normal_deviate(
+        assert deviates.normal_deviate(np.uint64(cell << 11)) == -deviates.normal_deviate(
             np.uint64(mirrored)
         )
 
@@ -106,7 +106,7 @@ def test_the_normal_deviate_is_antisymmetric():
 def test_the_compiled_words_are_those_of_numpy():
     rng = np.random.default_rng(4)
     for seed, stream, n, block in rng.integers(0, 2**63, (50, 4)).tolist():
-        words = disorder.philox(np.uint64(seed), np.uint64(stream), np.uint64(n), np.uint64(block))
+        words = deviates.philox(np.uint64(seed), np.uint64(stream), np.uint64(n), np.uint64(block))
         theirs = np.random.Philox(key=[seed, stream], counter=[block, n, 0, 0]).random_raw(4)
         assert list(words) == theirs.tolist()
 

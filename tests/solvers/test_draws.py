@@ -7,7 +7,7 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from exactcreep.model import disorder
+from exactcreep.model import deviates, disorder
 from exactcreep.solvers.draws import BATCH, KEPT, fill, write_deviates
 from exactcreep.solvers.lanes import load
 
@@ -24,8 +24,8 @@ def by_eights(q, out):
 @njit(error_model="numpy")
 def one_by_one(words, centred, out):
     for j in range(words.size):
-        centred[j] = disorder.centred(words[j])
-        out[j] = disorder.normal_deviate(words[j])
+        centred[j] = deviates.centred(words[j])
+        out[j] = deviates.normal_deviate(words[j])
 
 
 def differing(words: NDArray[np.uint64]) -> int:
@@ -65,7 +65,7 @@ def test_words_of_the_far_tails_give_the_same_deviates_in_lanes():
 
 
 def test_words_about_the_edge_of_the_central_formula_give_the_same_deviates_in_lanes():
-    edge = int((0.5 - disorder.CENTRAL) * 2**53)
+    edge = int((0.5 - deviates.CENTRAL) * 2**53)
     assert differing(words_of(np.arange(edge - 2000, edge + 2000))) == 0
 
 
@@ -81,7 +81,7 @@ def test_a_batch_fills_its_own_columns_with_the_draws_of_its_slider(seed: int, b
     expected = rows.copy()
     fill_rows(rows, np.uint64(seed), np.int64(5), np.int64(batch))
     drawn = np.empty(BATCH)
-    disorder.deviates(
+    deviates.deviates(
         np.uint64(seed),
         np.uint64(disorder.STREAM_COEFFICIENT),
         np.int64(5),
