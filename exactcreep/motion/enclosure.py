@@ -177,48 +177,67 @@ class Box:
         axes = [[ZERO] * size for _ in range(size)]
         for i in range(size):
             axes[i][i] = flint.arb(1)
-        exponent = max(_exponent(r) for r in radii)
-        return cls(axes, _scaled(radii, exponent), exponent)
+        exponent = max(exponent_of(r) for r in radii)
+        return cls(axes, scaled(radii, exponent), exponent)
 
     def radii(self, rows: list[Row]) -> Row:
         """Return how far each row of numbers per axis reaches, rounded up."""
         middles, errors = _split(rows)
         unit = flint.arb(2) ** self.exponent
-        return [flint.arb(x) * unit for x in _up((abs(middles) + errors) @ self.widths).tolist()]
+        reach = rounded_up((abs(middles) + errors) @ self.widths)
+        return [flint.arb(x) * unit for x in reach.tolist()]
 
     def carried(self, rows: list[Row], noise: Sequence[Any]) -> Box:
         """Return a box that holds ``rows box`` widened by `noise`, its axes orthogonal.
 
         Guarantee: rounding, and what the axes lack to be orthogonal, is added to the widths.
         """
-        exponent = max(self.exponent, *(_exponent(x) for x in noise))
+        exponent = max(self.exponent, *(exponent_of(x) for x in noise))
         widths = np.ldexp(self.widths, max(self.exponent - exponent, -1000)) + _TINY
-        widened = _scaled(noise, exponent)
+        widened = scaled(noise, exponent)
         middles, errors = _split(rows)
-        weighted = middles * widths
-        if not np.isfinite(weighted).all() or not np.isfinite(errors).all():
-            raise Undecided("the derivative of a rearrangement is not enclosed")
-        unsure = _up(errors @ widths + widened)
-        sizes = np.empty(len(rows))
-        axes = [[ZERO] * len(rows) for _ in rows]
-        for block, columns in _blocks(middles):
-            size, place = len(block), np.ix_(block, columns)
-            part, middle = weighted[place], middles[place]
-            basis = np.ones((1, 1))
-            if size > 1:
-                order = np.argsort(-np.linalg.norm(part, axis=0), kind="stable")
-                basis, _ = np.linalg.qr(part[:, order], mode="complete")
-            # products of non-negative numbers bound the rounding of those above, entry by entry
-            rounding = size * 2.0**-52 * (abs(basis.T) @ abs(middle))
-            turned = abs(basis.T @ middle) + rounding
-            reach = turned @ widths[columns] + abs(basis.T) @ unsure[block]
-            defect = abs(basis.T @ basis - np.eye(size)).sum(axis=1).max() + size**2 * 2.0**-50
-            sizes[block] = _up(reach + 2 * defect * reach.max())
-            for i, row in zip(block.tolist(), basis.tolist(), strict=True):
-                for j, x in zip(block.tolist(), row, strict=True):
-                    axes[i][j] = flint.arb(x)
+        turned, sizes = orthogonal(middles * widths, rounded_up(errors @ widths + widened))
+        axes = [[ZERO if x == 0 else flint.arb(x) for x in row] for row in turned.tolist()]
         power = int(np.frexp(sizes.max())[1])
         return Box(axes, np.ldexp(sizes, -power), exponent + power)
+
+
+def orthogonal(
+    rows: NDArray[np.float64], unsure: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return axes, nearly orthogonal, and half widths of a box that holds a set.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (n, k)
+        The set is these rows times ``[-1, 1]**k`` (each rounded once) ...
+    unsure : ndarray, shape (n,)
+        ... widened by so much.
+
+    Guarantee: rounding, and what the axes lack to be orthogonal, is added to the widths.
+
+    Raises
+    ------
+    Undecided
+        If the set is not bounded.
+    """
+    if not np.isfinite(rows).all() or not np.isfinite(unsure).all():
+        raise Undecided("the derivative of a rearrangement is not enclosed")
+    axes, sizes = np.zeros((len(rows), len(rows))), np.empty(len(rows))
+    for block, columns in _blocks(rows):
+        size = len(block)
+        part = rows[np.ix_(block, columns)]
+        basis = np.ones((1, 1))
+        if size > 1:
+            order = np.argsort(-np.linalg.norm(part, axis=0), kind="stable")
+            basis, _ = np.linalg.qr(part[:, order], mode="complete")
+        # products of non-negative numbers bound the rounding of those above, entry by entry
+        rounding = (size + 2) * 2.0**-52 * (abs(basis.T) @ abs(part))
+        reach = (abs(basis.T @ part) + rounding).sum(axis=1) + abs(basis.T) @ unsure[block]
+        defect = abs(basis.T @ basis - np.eye(size)).sum(axis=1).max() + size**2 * 2.0**-50
+        sizes[block] = rounded_up(reach + 2 * defect * reach.max())
+        axes[np.ix_(block, block)] = basis
+    return axes, sizes
 
 
 def _blocks(
@@ -246,12 +265,12 @@ def _blocks(
 _TINY = 2.0**-900
 
 
-def _up(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def rounded_up(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return sums of products of non-negative floats, raised above their rounding error."""
     return x * (1 + 2.0**-30) + _TINY
 
 
-def _exponent(x: Any) -> int:
+def exponent_of(x: Any) -> int:
     """Return the binary exponent of a number that is not negative (a very small one for 0)."""
     if x == 0:
         return -(10**6)
@@ -259,9 +278,10 @@ def _exponent(x: Any) -> int:
     return int(exponent) + int(mantissa).bit_length()
 
 
-def _scaled(numbers: Sequence[Any], exponent: int) -> NDArray[np.float64]:
+def scaled(numbers: Sequence[Any], exponent: int) -> NDArray[np.float64]:
+    """Return numbers that are not negative in units of ``2**exponent``, rounded up."""
     unit = flint.arb(2) ** -exponent
-    return _up(np.array([float((x * unit).upper()) for x in numbers]))
+    return rounded_up(np.array([float((x * unit).upper()) for x in numbers]))
 
 
 def _split(rows: list[Row]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -271,4 +291,4 @@ def _split(rows: list[Row]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         for j, x in enumerate(row):
             if x is not ZERO:
                 middles[i, j], radii[i, j] = float(x), float(x.rad())
-    return middles, _up(radii) + 2.0**-51 * abs(middles)
+    return middles, rounded_up(radii) + 2.0**-51 * abs(middles)

@@ -23,7 +23,7 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
 from exactcreep.motion.solution import Solution
-from exactcreep.solvers.enclosed import Enclosed
+from exactcreep.solvers.carried import Carried
 from exactcreep.solvers.mechanics import Mechanics
 from exactcreep.solvers.records import LOGS
 from exactcreep.solvers.reference import (
@@ -42,7 +42,7 @@ from exactcreep.solvers.solver import (
 )
 
 _BALLS = ("tensions", "displacements", "theta")  # the numbers of a state that are balls
-GUARD_BITS = 64
+GUARD_BITS = 128
 """Carried beyond the digits that were asked for, to begin with."""
 
 
@@ -175,13 +175,13 @@ class Past:
     origin : State
         From which the first call departed.
     anchor : mapping or None
-        A later state that is known exactly in Q(c), as `Enclosed.captured` has it.
+        A later state that is known exactly in Q(c), as `Carried.captured` has it.
     ways : tuple of int
         Directions of the rearrangements since then.
     bits : int
         Precision of `captured`.
     captured : mapping
-        `here`, as `Enclosed.captured` has it.
+        `here`, as `Carried.captured` has it.
     """
 
     chain: Chain
@@ -202,7 +202,7 @@ class Past:
 
     @classmethod
     def after(
-        cls, before: Past | None, mechanics: Enclosed, start: State, way: int, here: State
+        cls, before: Past | None, mechanics: Carried, start: State, way: int, here: State
     ) -> Past:
         """Return the past of `here`, at which a rearrangement from `start` has ended."""
         captured = mechanics.captured()
@@ -224,13 +224,13 @@ def _begun(
     past: Past | None,
     assume: bool,
     limits: Limits,
-) -> Enclosed:
+) -> Carried:
     """Return the chain at `state`, as well known as this precision allows."""
     if past is None:
-        return Enclosed(chain, seed, arithmetic, state, assume=assume, keep=True)
-    mechanics = Enclosed(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
+        return Carried(chain, seed, arithmetic, state, assume=assume, keep=True)
+    mechanics = Carried(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
     if arithmetic.bits <= past.bits or not _repeated(mechanics, past, limits):
-        mechanics = Enclosed(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
+        mechanics = Carried(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
         mechanics.take_over(past.captured)
     # ties that were assumed on the way here are assumed of all that follows
     mechanics.tally = Tally(undecided=mechanics.tally.undecided)
@@ -238,7 +238,7 @@ def _begun(
     return mechanics
 
 
-def _repeated(mechanics: Enclosed, past: Past, limits: Limits) -> bool:
+def _repeated(mechanics: Carried, past: Past, limits: Limits) -> bool:
     """Let a chain go through its past once more; return whether there was time for it."""
     if past.anchor is not None:
         mechanics.take_over(past.anchor)
@@ -285,7 +285,7 @@ def certificate(mechanics: Mechanics) -> dict[str, Any]:
 class CertifiedSimulation(FieldSimulation):
     """A simulation in balls, which goes back to its anchor when a comparison is undecided."""
 
-    kind = Enclosed
+    kind = Carried
     leap: ClassVar[int] = 2
     """How many times the precision is taken where it does not suffice."""
 

@@ -365,9 +365,9 @@ class Mechanics:
             return
         largest = max(self.acting(n) for n in range(self.chain.n))
         slack = flow.velocity_slack + self.chain.n * flow.force_slack
-        tensions, _ = self._shape(flow)
+        tensions, velocities = self.state().tensions, self.velocities()
         if never_rests(
-            self.arithmetic, self.chain, tensions, flow.velocities, flow.signs, largest, slack
+            self.arithmetic, self.chain, tensions, velocities, flow.signs, largest, slack
         ):
             self.runaway, self.proof = True, NEVER_RESTS
 
@@ -531,7 +531,7 @@ class Mechanics:
         time = root_time(search, watches[0])
         self.evaluations += search.evaluations
         self.tally.undecided += search.undecided
-        return _first_event(time, watches, self.chain.n if half else None)
+        return event_of(time, watches, self.chain.n if half else None)
 
     def _coarse(
         self, flow: Flow, excess: dict[int, Any], touching: set[tuple[int, int]], horizon: Any
@@ -670,6 +670,19 @@ class Mechanics:
         )
         return State(tensions, displacements, self.coefficients, self.draws, self.theta)
 
+    def known_theta(self) -> Any:
+        """Return theta, as well as it is known."""
+        return self.theta
+
+    def known_moves(self) -> NDArray[Any]:
+        """Return how far sliders have come in the rearrangement, as well as it is known."""
+        assert self.flow is not None
+        return self.flow.moved
+
+    def known_forces(self) -> NDArray[Any]:
+        """Return the forces at rest, as well as they are known."""
+        return self.forces
+
     def captured(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit, as plain data."""
         return self.as_plain(self.snapshot())
@@ -778,7 +791,8 @@ _PLAIN = (
 _FLOW = ("forces", "velocities", "moved", "velocity_slack", "force_slack")
 
 
-def _first_event(time: Any, watches: list[Watch], mirrored: int | None) -> FirstEvent:
+def event_of(time: Any, watches: list[Watch], mirrored: int | None) -> FirstEvent:
+    """Return the event of these watches, and of their images in a chain of `mirrored` sliders."""
     stops = [w.slider for w in watches if w.side == 0]
     starts = [(w.slider, w.side) for w in watches if w.side != 0]
     if mirrored is not None:

@@ -229,7 +229,7 @@ class FieldSimulation(Simulation):
             mechanics.way = int(ahead > 0) - int(ahead < 0)
             self.theta_target = None
         elif mechanics.way == 0:
-            ahead_of = mechanics.arithmetic.number(target) - mechanics.theta
+            ahead_of = mechanics.arithmetic.number(target) - mechanics.known_theta()
             mechanics.way = mechanics.arithmetic.sign(ahead_of)
         return mechanics.way
 
@@ -237,18 +237,21 @@ class FieldSimulation(Simulation):
         mechanics = self.mechanics
         mechanics.way = 0
         self.theta_target = target
-        rows["x_G"].append(sum(mechanics.displacements.tolist()) / self.chain.n)
+        state = mechanics.state()
+        rows["x_G"].append(sum(state.displacements.tolist()) / self.chain.n)
         if "x" in rows:
-            rows["x"].append(mechanics.displacements.copy())
+            rows["x"].append(state.displacements.copy())
         if "tension" in rows:
-            rows["tension"].append(mechanics.tensions.copy())
+            rows["tension"].append(state.tensions.copy())
         if "slips" in rows:
             rows["slips"].append(mechanics.slips.copy())
         mechanics.slips[:] = 0
 
     def _log(self, event: Event, q: int, rows: dict[str, list[Any]]) -> None:
+        if rows.keys().isdisjoint(("events", "rearrangements", "slip_table")):
+            return
         mechanics = self.mechanics
-        number, theta = mechanics.tally.rearrangements - 1, mechanics.theta
+        number, theta = mechanics.tally.rearrangements - 1, mechanics.known_theta()
         if "events" in rows:
             rows["events"] += rows_of(event, q, number, mechanics.event_number - 1, theta)
         if "rearrangements" not in rows and "slip_table" not in rows:
@@ -256,14 +259,14 @@ class FieldSimulation(Simulation):
         if mechanics.event_number == 1:
             way = mechanics.way if mechanics.crossed else 0
             still = mechanics.arithmetic.zeros(self.chain.n)
+            tensions = mechanics.state().tensions
             self.avalanche = Avalanche(
-                number, q, theta, way, mechanics.tensions, still, self.undecided
+                number, q, theta, way, tensions, still, self.undecided
             )
         assert self.avalanche is not None
-        assert mechanics.flow is not None
         slips = self.avalanche.take(
             event,
-            mechanics.flow.moved,
+            mechanics.known_moves(),
             mechanics.coefficients.__getitem__,
             mechanics.arithmetic,
         )

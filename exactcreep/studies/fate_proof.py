@@ -204,7 +204,7 @@ class _Search:
     def _middle(self) -> Enclosure:
         mechanics = self.simulation.mechanics
         with mechanics.arithmetic.active():
-            return enclosure(sum(mechanics.displacements.tolist()) / self.chain.n)
+            return enclosure(sum(mechanics.state().displacements.tolist()) / self.chain.n)
 
     def _shape(self) -> NDArray[np.float64]:
         """Return the forces of the inner sliders."""
@@ -550,7 +550,7 @@ def _followed(
     with arithmetic.active():
         mechanics.begin(spread, load)
         begin = list(mechanics.forces)
-        present = list(course.mechanics.forces)
+        present = list(course.mechanics.known_forces())
         where = sum(mechanics.displacements.tolist()) / n
         mechanics.half = word.half
     stretch = simulation.follow(drive, 1, len(word.halves), limits)
