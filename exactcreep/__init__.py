@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from exactcreep.progress import Progress as Progress
     from exactcreep.quasistatic.decimals import Enclosure as Enclosure
     from exactcreep.quasistatic.experiment import Experiment as Experiment
+    from exactcreep.quasistatic.loop import AccuracyWarning as AccuracyWarning
     from exactcreep.quasistatic.loop import Interrupted as Interrupted
     from exactcreep.quasistatic.loop import PhysicsWarning as PhysicsWarning
     from exactcreep.quasistatic.loop import creep as creep
@@ -99,6 +100,7 @@ _HOMES = {
     "Outcome": "model.verdict:Outcome",
     "Partings": "studies.partings:Partings",
     "Path": "model.drive:Path",
+    "AccuracyWarning": "quasistatic.loop:AccuracyWarning",
     "PhysicsWarning": "quasistatic.loop:PhysicsWarning",
     "Plan": "studies.planning:Plan",
     "Progress": "progress:Progress",

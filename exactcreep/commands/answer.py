@@ -139,7 +139,10 @@ def _print_one(console: Any, result: Creep) -> None:
         table.add_row(f"  {law[0]}", law[1] + (" (below its threshold: none)" if below else ""))
     table.add_row("evidence", _evidence(result))
     if "chosen" in result.report:
+        from exactcreep.solvers.auto import accuracy_told
+
         table.add_row("solver chosen", f"{result.report['chosen']}: {result.report['reason']}")
+        table.add_row("accuracy", accuracy_told(result.report))
     table.add_row(
         "counts",
         f"{result.half_cycles} {target}s, {result.rearrangements} rearrangements,"

@@ -18,7 +18,14 @@ def plan(
     accuracy: Annotated[
         str | None,
         typer.Option(
-            metavar="X", help="Largest relative error of the mean velocity; default 0.01."
+            metavar="X", help="Largest relative error, at 95 %; default 0.01."
+        ),
+    ] = None,
+    question: Annotated[
+        str | None,
+        typer.Option(
+            metavar="Q",
+            help="Of what: velocity (its long-time mean; default) or course (x_G at every target).",
         ),
     ] = None,
     settings: Settings = None,
@@ -33,6 +40,8 @@ def plan(
         exactcreep plan six-sliders-cycles
 
         exactcreep plan chain-jumps --accuracy 1e-3 --json
+
+        exactcreep plan two-sliders-cycles --question course --accuracy 1e-6
     """
     from rich.console import Console
 
@@ -42,7 +51,7 @@ def plan(
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))
     with Console(stderr=True).status("pilot runs"):
-        plans = plan_scene(wanted, accuracy=accuracy)
+        plans = plan_scene(wanted, accuracy=accuracy, question=question)
     if json:
         if len(plans) == 1 and not plans[0][0]:
             typer.echo(as_json({"scene": wanted.name} | plans[0][1].summary()))
@@ -66,21 +75,27 @@ def _print(console: Any, plan: Plan) -> None:
         needs.add_row(need.name, "needed" if need.needed else "not needed", need.reason)
     console.print(needs)
     ladder = Table(box=None, padding=(0, 2), header_style="bold")
-    for name in ("solver", "bias", "known by", "time", "why"):
+    columns = ("solver", "bias", "known by", "statistical", "time", "seeds", "time for all")
+    for name in columns:
         ladder.add_column(name, overflow="fold")
     for rung in plan.choice.candidates:
         ladder.add_row(
             ("> " if rung.name == plan.choice.name else "  ") + rung.name,
-            _bias(rung.name, rung.error),
-            rung.basis,
+            _part(rung.bias) if rung.applies else "-",
+            rung.known_by if rung.applies else "not applicable",
+            _part(rung.statistical),
             duration(plan.costs[rung.name]),
-            rung.reason,
+            _number(plan.seeds(rung)) if rung.applies else "-",
+            duration(plan.seconds(rung)),
         )
     console.print(ladder)
+    for rung in plan.choice.candidates:
+        console.print(f"  {rung.name}: {rung.reason}", soft_wrap=True)
     pilot = plan.choice.pilot
     if pilot is not None:
+        looked = f" in {pilot.windows} windows" if pilot.windows else ""
         console.print(
-            f"pilot run: {pilot.half_cycles} half-cycles ({pilot.burn_in} of burn-in),"
+            f"pilot: {pilot.half_cycles} half-cycles{looked} ({pilot.burn_in} of burn-in),"
             f" {pilot.events} events; exact {pilot.velocity:.6g} ± {pilot.velocity_error:.2g},"
             f" sliding {pilot.sliding:.6g}",
             soft_wrap=True,
@@ -97,16 +112,7 @@ def _print(console: Any, plan: Plan) -> None:
             f" {plan.choice.reason}",
             soft_wrap=True,
         )
-    statistical = plan.statistical_error
-    if math.isnan(statistical):
-        console.print("statistical error of the mean: unknown", soft_wrap=True)
-    elif statistical:
-        missed = 1.96 * statistical > plan.accuracy
-        console.print(
-            f"statistical error of the mean over this run: {1.96 * statistical:.2g} at 95 %,"
-            " estimated" + ("; the accuracy is not reached by a run this long" if missed else ""),
-            soft_wrap=True,
-        )
+    console.print(_reached(plan), soft_wrap=True)
     if plan.course:
         console.print(f"by exact, {plan.course}", soft_wrap=True)
     if plan.choice.name == "law":
@@ -114,11 +120,32 @@ def _print(console: Any, plan: Plan) -> None:
         console.print(f"velocity per half-cycle: {values}")
 
 
-def _bias(name: str, error: float) -> str:
-    """Return the relative bias of a solver's mean velocity in words."""
-    if math.isnan(error):
-        return "-"
-    return "none" if name in ("exact", "certified") else f"{error:.2g}"
+def _reached(plan: Plan) -> str:
+    """Return whether the scene's own run is accurate enough, and what would be."""
+    from exactcreep.model.drive import Listed
+
+    drive, taken = plan.experiment.drive, plan.choice.taken
+    length = f"{drive.half_cycles} " + ("half-cycles" if drive.cyclic else "targets")
+    if plan.accuracy_reached:
+        return f"{length} reach the accuracy"
+    needed = plan.seeds(taken)
+    if math.isnan(needed):
+        return f"{length} are not known to reach the accuracy: the error is unknown"
+    if math.isinf(needed) or plan.solver != taken.name:
+        return f"{length} are not known to reach the accuracy"
+    longer = "" if isinstance(drive, Listed) else f", or {_number(needed)} times as many"
+    return f"{length} do not reach the accuracy; {_number(needed)} seeds{longer} do"
+
+
+def _part(error: float) -> str:
+    return "?" if math.isnan(error) else "none" if error == 0 else f"{error:.2g}"
+
+
+def _number(count: float) -> str:
+    """Return a number of seeds: ``?`` if it is not known, ``-`` if none is enough."""
+    if math.isnan(count):
+        return "?"
+    return "-" if math.isinf(count) else f"{count:.0f}" if count < 10**6 else f"{count:.1e}"
 
 
 def duration(seconds: float) -> str:

@@ -48,6 +48,7 @@ def run_session(
     from exactcreep.model.verdict import Outcome
     from exactcreep.quasistatic.files import Occupied, check_output, check_picture, free_name
     from exactcreep.quasistatic.loop import (
+        AccuracyWarning,
         CheckpointWarning,
         Interrupted,
         PhysicsWarning,
@@ -69,8 +70,9 @@ def run_session(
     status = 0
     results: list[Creep]
     with Display(quiet=as_json) as display, warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # the summary and the JSON say it
-        warnings.simplefilter("ignore", CheckpointWarning)  # the last line says it
+        # the summary and the JSON say what these say, the last line of checkpoints
+        for kind in (PhysicsWarning, AccuracyWarning, CheckpointWarning):
+            warnings.simplefilter("ignore", kind)
         try:
             results = run_members(
                 experiments,

@@ -31,6 +31,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import check_output
 from exactcreep.quasistatic.march import March
 from exactcreep.quasistatic.result import Creep
+from exactcreep.solvers.auto import accuracy_told
 from exactcreep.solvers.solver import Stretch, advance, warm_up
 
 _WARNINGS = {
@@ -46,6 +47,10 @@ class PhysicsWarning(UserWarning):
 
 class CheckpointWarning(UserWarning):
     """The checkpoint of a run could not be written; the run goes on, and tries again."""
+
+
+class AccuracyWarning(UserWarning):
+    """A run of the solver auto is not known to be as accurate as was asked for."""
 
 
 class Interrupted(KeyboardInterrupt):
@@ -374,6 +379,8 @@ def _show(
 def _warn(result: Creep) -> None:
     for name, count in result.warnings.items():
         warnings.warn(f"{_WARNINGS[name]} ({count} times)", PhysicsWarning, stacklevel=4)
+    if result.report.get("accuracy_reached") is False:
+        warnings.warn(accuracy_told(result.report), AccuracyWarning, stacklevel=4)
 
 
 def _advance(

@@ -14,17 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.limits import Stop
-from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
-from exactcreep.quasistatic.statistics import standard_error
 from exactcreep.quasistatic.watch import Watch
+from exactcreep.solvers.auto import concluded
 from exactcreep.solvers.records import record_arrays
 from exactcreep.solvers.solver import Simulation, Stretch, Tally
+from exactcreep.solvers.statistics import rests_for_long, standard_error
 
 _MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however long the run
 _LEAST_BYTES = 500  # of memory for a slider
@@ -182,7 +182,7 @@ class March:
         tally = copy.copy(simulation.tally)
         state = simulation.state()
         burn_in, velocity = self._measured()
-        error = self.samples.error(burn_in, experiment.drive)
+        error = self.samples.error(burn_in, experiment)
         evidence, since = simulation.evidence, None
         outcome, reason = self.outcome, self.reason
         if outcome is None:
@@ -222,7 +222,7 @@ class March:
             seconds=self.seconds,
             state=state,
             recorded=self.nothing | self.recorded(),
-            report=simulation.report(),
+            report=concluded(simulation.report(), value, error),
         )
 
     def _measured(self) -> tuple[int, Enclosure | None]:
@@ -249,7 +249,7 @@ class March:
     def _behaviour(self, state: State) -> Behaviour:
         """Return what the chain does at the end, once every target is reached; see `creep`."""
         burn_in, velocity = self._measured()
-        error = self.samples.error(burn_in, self.experiment.drive, least=True)
+        error = self.samples.error(burn_in, self.experiment, least=True)
         begin = self.burnt
         if begin is None or begin.done == self.done:
             begin = self.origin
@@ -302,7 +302,7 @@ class March:
         """Return what is known of a chain that has not settled, from its drift."""
         value = math.nan if velocity is None else abs(nearest_float(velocity.middle))
         if value < 2 * error:
-            known = self.samples.error(self.experiment.burn_in_of(self.done), self.experiment.drive)
+            known = self.samples.error(self.experiment.burn_in_of(self.done), self.experiment)
             bound = "which may be larger than their estimate"
             if not math.isnan(known):
                 bound = f"|velocity| is at most {value + 2 * error:.2g}"
@@ -489,12 +489,17 @@ class Samples:
         k = min(-(-target // self.spacing), self.values.size - 1)
         return k * self.spacing, float(self.values[k])
 
-    def error(self, burn_in: int, drive: Drive, *, least: bool = False) -> float:
-        """Return the standard error of the velocity along `drive`, or `least` what it may be.
+    def error(self, burn_in: int, experiment: Experiment, *, least: bool = False) -> float:
+        """Return the standard error of the velocity of a run, or `least` what it may be.
 
         nan if it is unknown.
         """
+        drive = experiment.drive
         begin = -(-burn_in // self.spacing)
+        targets = (self.values.size - begin) * self.spacing
+        moved = self.values[-1] != self.values[0]
+        if moved and not least and rests_for_long(experiment.chain, targets):
+            return math.nan
         clock = drive.clock(np.arange(begin, self.values.size) * self.spacing)
         silent = math.nan if drive.random else 0.0
         return standard_error(self.values[begin:], clock, silent=silent, least=least)

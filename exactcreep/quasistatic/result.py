@@ -27,7 +27,6 @@ from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats, quantity
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
 from exactcreep.quasistatic.files import file_name, write_file
-from exactcreep.quasistatic.statistics import FEWEST_STEPS
 from exactcreep.solvers.records import (
     FORCE,
     LENGTH,
@@ -39,6 +38,7 @@ from exactcreep.solvers.records import (
     lists_columns,
     record_arrays,
 )
+from exactcreep.solvers.statistics import FEWEST_STEPS
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -1,16 +1,21 @@
-"""The solver called "auto": the cheapest one whose error on the mean velocity is known to be small.
+"""The solver called "auto": the cheapest one that answers a question with the accuracy asked for.
+
+An accuracy has a subject. ``question="velocity"`` asks for the long-time mean velocity, over
+disorder and starts: its error is the bias of the solver (the chain is replaced by its sliding
+limit, say) and the statistical error of a run that ends. Of a chain that settles it is the
+chain's own velocity, without a statistical error. On a path or a record it is the mean along
+this very drive. ``question="course"`` asks for x_G and the tensions at every target: there rounding
+decides how long a course can be followed.
 
 The ladder, from the cheapest: the *law* (a closed form, no run at all), *sliding* (no inertia),
-*exact* (float64, event by event), *certified* (balls). An error is
+*exact* (float64, event by event), *certified* (balls). What is not settled by a theorem is measured
+by a pilot: exact and sliding side by side, on the same drive. Cycles and Gaussian steps are
+stationary, so that a pilot follows them from the beginning, as far as the scene goes if the chain
+is cheap; of a long path it looks at windows spread over all of it and at its extremes. A chain
+under cycles that comes to rest, or is locked, stays so; where that may still happen after the end
+of a pilot, nothing is claimed. On other drives silence proves nothing.
 
-- zero where a theorem says so: without a static excess (mu_s = mu_d, sigma_mu = 0) the sliding
-  limit is the chain; two relaxed sliders under cycles follow their staircase;
-- bounded where a theorem bounds it: two sliders with sigma_mu = 0 differ from the sliding limit by
-  at most D = (mu_s - mu_d) cos(alpha) per half-cycle;
-- measured in all other cases, by a pilot run: exact and sliding side by side, on the same drive,
-  their difference with its standard error.
-
-The choice depends on the scene alone, not on the clock: counts limit the pilot run, and the same
+The choice depends on the scene alone, not on the clock: counts limit the pilot, and the same
 scene makes the same choice on every machine.
 """
 
@@ -25,11 +30,11 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.laws import pivots, prediction
+from exactcreep.laws import at_rest_amplitude, pivots, prediction
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive
-from exactcreep.model.numbers import InputError, exact_number
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
 from exactcreep.motion.condition import PROMISE
@@ -46,16 +51,32 @@ from exactcreep.solvers.solver import (
     Tally,
     advance,
 )
+from exactcreep.solvers.statistics import rests_for_long, standard_error
 
 LADDER = ("law", "sliding", "exact", "certified")
 """What there is to choose from, the cheapest first."""
+QUESTIONS = ("velocity", "course")
+KNOWN_BY = {
+    "exact": "a theorem: the error is zero, but for the rounding of the answer",
+    "promised": "a bound that a theorem or the solver guarantees",
+    "measured": "an interval of 95 % from the drive itself, or from a stationary part of it",
+    "estimated": "an interval of 95 % from windows of a drive, or from how fast rounding grows",
+    "unknown": "nothing: no theorem holds, and what was run says too little",
+}
+"""How an error may be known, the surest first."""
 
 _TRAJECTORIES = ("x", "tension", "slips", *LOGS)
 _PILOT_EVENTS = 300_000  # about 0.3 s of the exact solver
-_PILOT_TARGETS = 20_000  # where there are few events, a pilot ends here
-_PILOT_BLOCKS = 16  # for a standard error that is itself known to a fifth
-_SURVEY_TARGETS = 100_000  # whose range of theta is looked at
-_SIGMAS = 3.0  # standard errors that a measured difference may be off
+_PILOT_TARGETS = 20_000, 1_000_000  # where there are few events: at least, if need be, and at most
+_WINDOWS = 16  # of a long path, besides its extremes
+_SURVEY_TARGETS = 100_000  # of the sliding limit
+_SIGMAS = 3.0  # standard errors that a bias may be off: a pilot looks several times
+_HIGHEST = 6  # standard deviations of coefficients that are expected; 1e-9 are beyond
+_LOCKED = 1.5  # without disorder, chains of up to 30 were locked at 1.36 N (m + D) / (2 l0)
+_LONGEST_PERIOD = 64  # cycles
+_NEAR = 2.0**-40  # how nearly advances repeat, relative to x_G
+_COURSE_EVENTS = 100_000  # of certified, some minutes
+_ROUNDINGS = 16.0  # how much further off than its twin a course may be
 
 
 @dataclass(frozen=True)
@@ -66,47 +87,68 @@ class Candidate:
     ----------
     name : str
         One of `LADDER`.
-    error : float
-        Relative bias of the mean velocity, without its statistical error
-        (`Choice.statistical_error`); of exact and certified, that of a single rearrangement. nan
+    bias : float
+        Relative error of the answer that a longer run does not remove, with its uncertainty; nan
         if it is not known or the rung does not apply.
-    basis : str
-        ``exact``, ``bounded``, ``measured``, ``promised``, ``unknown`` or ``not applicable``.
+    known_by : str
+        How the bias is known, one of `KNOWN_BY`.
     reason : str
         One sentence.
+    statistical : float
+        Relative statistical error, at 95 %, of a mean over the scene's own drive; nan if unknown.
+    applies : bool
+        Whether this rung can answer at all.
     """
 
     name: str
-    error: float
-    basis: str
+    bias: float
+    known_by: str
     reason: str
+    statistical: float = 0.0
+    applies: bool = True
 
     @property
-    def applies(self) -> bool:
-        """Whether this rung can answer at all."""
-        return self.basis != "not applicable"
+    def error(self) -> float:
+        """The whole relative error at 95 %, nan if unknown."""
+        return self.bias + self.statistical
+
+    def repeats(self, accuracy: float) -> float:
+        """Return how many times the scene's own drive reaches the accuracy, as cycles or seeds.
+
+        1 if it does so itself, inf if no number does, nan if that is not known.
+        """
+        if not self.applies or self.bias > accuracy:
+            return math.inf
+        if math.isnan(self.error) or self.error <= accuracy:
+            return 1.0 + 0 * self.error
+        room = accuracy - self.bias
+        return (self.statistical / room) ** 2 if room > 0 else math.inf
 
 
 @dataclass(frozen=True)
 class Pilot:
-    """A pilot run: exact and sliding side by side, on the same drive and from the same start.
+    """A pilot: exact and sliding side by side, on the same drive and from the same start.
 
     Attributes
     ----------
     half_cycles : int
-        Targets of the run.
+        Targets of the run, or of all its windows.
     burn_in : int
         Of them, left out of the means.
     events : int
         Of the exact run.
     velocity, velocity_error : float
-        Of the exact run, with its standard error over blocks.
-    sliding : float
-        The velocity of the sliding limit over the same targets.
+        Of the exact run per `Drive.per`, with its standard error; nan if unknown.
+    sliding, sliding_error : float
+        The same of the sliding limit.
     difference, difference_error : float
-        Exact minus sliding, paired block by block.
-    resting : bool
-        Whether nothing happened in the exact run after the burn-in.
+        Exact minus sliding, and the standard error of that.
+    settled : str
+        ``rest`` or ``period`` if the exact chain has settled under cycles for good; else empty.
+    may_settle : bool
+        Whether it may still do so later.
+    windows : int
+        Of a path that was looked at here and there; 0 if it was followed from the beginning.
     """
 
     half_cycles: int
@@ -115,22 +157,33 @@ class Pilot:
     velocity: float
     velocity_error: float
     sliding: float
+    sliding_error: float
     difference: float
     difference_error: float
-    resting: bool
+    settled: str = ""
+    may_settle: bool = False
+    windows: int = 0
 
     @property
     def errors(self) -> tuple[float, float]:
         """The least and the largest relative error of sliding, within 3 standard errors."""
-        if self.resting and self.difference == 0:
+        if self.difference == 0 and self.difference_error == 0:
             return 0.0, 0.0
         if math.isnan(self.difference_error) or self.velocity == 0:
             return 0.0, math.inf
         margin = _SIGMAS * self.difference_error
-        scale = abs(self.velocity)
-        return max(0.0, abs(self.difference) - margin) / scale, (
-            abs(self.difference) + margin
-        ) / scale
+        off, scale = abs(self.difference), abs(self.velocity)
+        return max(0.0, off - margin) / scale, (off + margin) / scale
+
+    def relative(self, error: float, drive: Drive) -> float:
+        """Return what a standard error of this pilot is for a mean over `drive`, relative, 95 %."""
+        if error == 0:
+            return 0.0
+        if not self.velocity:
+            return math.nan
+        after = drive.half_cycles - _burn_in(drive.half_cycles, drive)
+        shorter = 1.0 if self.windows else (self.half_cycles - self.burn_in) / max(after, 1)
+        return 1.96 * error / abs(self.velocity) * math.sqrt(shorter)
 
 
 @dataclass(frozen=True)
@@ -146,6 +199,8 @@ class Choice:
     candidates : tuple of Candidate
         All rungs, the cheapest first.
     reason : str
+    accuracy : float
+        What was asked for.
     pilot : Pilot or None
         None if a theorem settled it.
     law : tuple of float
@@ -156,24 +211,19 @@ class Choice:
     solver: Solver
     candidates: tuple[Candidate, ...]
     reason: str
+    accuracy: float
     pilot: Pilot | None = None
     law: tuple[float, ...] = ()
 
-    def statistical_error(self, half_cycles: int) -> float:
-        """Return the relative standard error of a mean over so many targets; nan if unknown.
+    @property
+    def taken(self) -> Candidate:
+        """The rung that is taken."""
+        return next(rung for rung in self.candidates if rung.name == self.name)
 
-        Estimated from the pilot run; 0 if the chosen rung is known to be right by a theorem.
-        """
-        if self.name in ("law", "sliding"):
-            (taken,) = [rung for rung in self.candidates if rung.name == self.name]
-            if taken.basis == "exact":
-                return 0.0
-        pilot = self.pilot
-        if pilot is None or not pilot.velocity:
-            return math.nan
-        measured = pilot.half_cycles - pilot.burn_in
-        ratio = measured / max(half_cycles - half_cycles // 10, 1)
-        return pilot.velocity_error / abs(pilot.velocity) * math.sqrt(ratio)
+    @property
+    def accuracy_reached(self) -> bool:
+        """Whether the scene's own drive is known to be long enough for the accuracy."""
+        return self.taken.error <= self.accuracy
 
 
 def valid_accuracy(accuracy: Any) -> Fraction:
@@ -184,24 +234,34 @@ def valid_accuracy(accuracy: Any) -> Fraction:
     return value
 
 
+def valid_question(question: Any) -> str:
+    """Return `question` if it is one of `QUESTIONS`, or raise `InputError`."""
+    if not isinstance(question, str) or question not in QUESTIONS:
+        raise InputError("question", question, "must be one of " + ", ".join(QUESTIONS))
+    return question
+
+
 def choose(
     chain: Chain,
     drive: Drive,
     *,
     accuracy: Any,
+    question: str = "velocity",
     start: State | None = None,
     seed: int = 0,
     record: tuple[str, ...] = (),
     limits: Limits = NO_LIMITS,
 ) -> Choice:
-    """Return the cheapest way to the mean velocity whose relative error is at most `accuracy`.
+    """Return the cheapest way to an answer whose relative error is at most `accuracy`.
 
     Parameters
     ----------
     chain : Chain
     drive : Drive
     accuracy : number
-        Relative, on the mean velocity; between 0 and 1.
+        Relative, between 0 and 1: of the mean velocity, or of a course in units of the largest
+        tension (of 1, if that is less).
+    question : {"velocity", "course"}
     start : State, optional
         Default: the relaxed chain.
     seed : int
@@ -214,66 +274,90 @@ def choose(
     Raises
     ------
     OutOfTime
-        If the time is over within the pilot run.
+        If the time is over within the pilot.
+    InputError
+        If a course can be followed neither by exact nor by certified within reason.
 
     Notes
     -----
-    Guarantee: errors called exact or bounded follow from theorems; measured ones hold for the
-    pilot run within three standard errors.
+    Guarantee: `KNOWN_BY` says what holds for each error. If nothing reaches the accuracy along the
+    scene's own drive, the rung that does so with the least work is taken, or else exact.
     """
     wanted = float(valid_accuracy(accuracy))
+    limits = replace(limits, events=None, bytes=None, used=0, pause=math.inf)
+    if valid_question(question) == "course":
+        return _course(chain, drive, wanted, start, seed, limits)
     pilot: Pilot | None = None
     predicted = prediction(chain, drive, start)
     laws = () if predicted is None else predicted.values
     limit = _from_theorems(chain, drive, start, seed, laws)
     needs_trajectory = any(name in record for name in _TRAJECTORIES)
-    approximate = limit is None or limit.error > 0
-    if limit is None and wanted >= PROMISE and not needs_trajectory:
+    silent = limit is None or (limit.applies and not _has_no_excess(chain) and limit.bias > 0)
+    if silent and not needs_trajectory and not (limit and limit.bias <= wanted):
         pilot = pilot_run(chain, drive, start=start, seed=seed, accuracy=wanted, limits=limits)
-        limit = _from_pilot(pilot)
+        limit = limit or _from_pilot(pilot, drive)
     if limit is None:
         limit = Candidate("sliding", math.nan, "unknown", "no theorem bounds its error here")
-    if needs_trajectory and limit.applies and approximate:
-        limit = Candidate(
-            "sliding", math.nan, "not applicable", "its trajectories are not those of the chain"
-        )
-    rungs = (
-        _law_candidate(chain, drive, start, record, limit, laws),
-        limit,
-        _exact_candidate(chain),
-        _certified_candidate(chain),
-    )
-    for rung in rungs:
-        if rung.applies and rung.error <= wanted:
-            reason = f"{rung.reason}; cheaper ones: {_dismissed(rungs, rung)}"
-            if rung is rungs[0] or not _dismissed(rungs, rung):
-                reason = rung.reason
-            return Choice(rung.name, runner(rung.name, wanted), rungs, reason, pilot, laws)
-    best = next(rung for rung in (rungs[2], rungs[1], rungs[3]) if rung.applies)
-    reason = f"nothing is known to be within {wanted:.3g}; {best.name}: {best.reason}"
-    return Choice(best.name, runner(best.name, wanted), rungs, reason, pilot, laws)
+    if needs_trajectory and limit.applies and limit.bias != 0:
+        limit = _inapplicable("sliding", "its trajectories are not those of the chain")
+    inertia = _with_inertia(chain, drive, pilot, limit)
+    rungs = (_law_candidate(chain, drive, start, record, limit, laws), limit, *inertia)
+    found = _cheapest(rungs, wanted, chain, pilot)
+    told = _dismissed(rungs, found)
+    reason = found.reason + (f"; cheaper ones: {told}" if told else "")
+    if not found.error <= wanted:
+        missed = f"nothing is known to be within {wanted:.3g} along this drive"
+        reason = f"{missed}; {found.name}: {reason}"
+    return Choice(found.name, runner(found.name, wanted), rungs, reason, wanted, pilot, laws)
+
+
+def _cheapest(
+    rungs: tuple[Candidate, ...], accuracy: float, chain: Chain, pilot: Pilot | None
+) -> Candidate:
+    """Return the rung that reaches the accuracy with the least work, or is nearest to it."""
+    there = [rung for rung in rungs if rung.applies and rung.error <= accuracy]
+    if there:
+        return there[0]
+    repeats = {rung: rung.repeats(accuracy) for rung in rungs if rung.applies}
+    work = {rung: times * _work(rung, chain, pilot) for rung, times in repeats.items()}
+    able = [rung for rung in work if math.isfinite(work[rung])]
+    if able:
+        return min(able, key=lambda rung: work[rung])
+    order = (rungs[2], rungs[1], rungs[3])
+    return next(rung for rung in order if rung.applies)
+
+
+def _work(rung: Candidate, chain: Chain, pilot: Pilot | None) -> float:
+    """Return what a half-cycle costs, in units of about a nanosecond, by counts alone."""
+    events = pilot.events / max(pilot.half_cycles, 1) if pilot is not None else chain.n
+    each = 8 if chain.n == 2 else 200 + 4 * chain.n  # of an event
+    costs = {"law": 0.0, "sliding": 2.0 * chain.n, "exact": 20 + each * events}
+    return costs.get(rung.name, 10**6 * events)
 
 
 def _dismissed(rungs: tuple[Candidate, ...], chosen: Candidate) -> str:
     """Return why the rungs below the chosen one were left."""
     told = []
     for rung in rungs[: rungs.index(chosen)]:
-        bias = 0.0 if rung.name in ("exact", "certified") else rung.error
-        error = "" if math.isnan(rung.error) else f" (bias {bias:.2g}, {rung.basis})"
+        error = "" if math.isnan(rung.bias) else f" (bias {rung.bias:.2g}, {rung.known_by})"
         told.append(rung.name + (error or f" ({rung.reason})"))
     return ", ".join(told)
 
 
-def runner(name: str, accuracy: float) -> Solver:
+def runner(name: str, accuracy: float, digits: int = 0) -> Solver:
     """Return the solver that runs a scene for a rung of the ladder: sliding for the law.
 
-    Certified carries ten digits more than the accuracy has.
+    Certified carries ten digits more than the accuracy has, or `digits`.
     """
     if name in ("law", "sliding"):
         return Sliding(exact=accuracy < PROMISE)
     if name == "certified":
-        return Certified(digits=max(20, math.ceil(-math.log10(accuracy)) + 10))
+        return Certified(digits=digits or max(20, math.ceil(-math.log10(accuracy)) + 10))
     return Exact()
+
+
+def _inapplicable(name: str, why: str) -> Candidate:
+    return Candidate(name, math.nan, "unknown", why, math.nan, applies=False)
 
 
 def _has_no_excess(chain: Chain) -> bool:
@@ -290,64 +374,70 @@ def _from_theorems(
     """Return what theorems say of the sliding limit; None if they are silent."""
     if chain.n == 1 and abs(chain.tan_alpha) <= chain.mu_d:
         return Candidate("sliding", 0.0, "exact", "a single slider rests for ever")
-    if _has_no_excess(chain):
-        if chain.may_run_away:
-            return Candidate("sliding", 0.0, "exact", "|tan_alpha| >= mu_s = mu_d: nothing holds")
-        indices = pivots(chain.n, chain.tan_alpha, chain.mu_d)
-        if len(indices) == 1:
-            return Candidate("sliding", 0.0, "exact", "mu_s = mu_d: the sliding limit is the chain")
-        middle = abs(chain.n + 3 - sum(indices))
-        error = 1 / middle if middle else math.inf
-        return Candidate(
-            "sliding",
-            error,
-            "bounded",
-            "mu_s = mu_d, but the slope lies at the edge between two pivots, where the balance of"
-            f" forces leaves the velocity open by a factor 1 +- {error:.3g}",
-        )
+    if chain.may_run_away and not _has_no_excess(chain):
+        return _inapplicable("sliding", "|tan_alpha| >= mu_d: inertia decides")
     if chain.may_run_away:
-        return Candidate(
-            "sliding", math.nan, "not applicable", "|tan_alpha| >= mu_d: inertia decides"
-        )
-    if not _two_sliders(chain):
+        return Candidate("sliding", 0.0, "exact", "|tan_alpha| >= mu_s = mu_d: nothing holds")
+    if not (_has_no_excess(chain) or _two_sliders(chain)):
         return None
-    velocity = abs(_surveyed(chain, drive, start, seed))
+    velocity, scatter = _surveyed(chain, drive, start, seed)
+    if _has_no_excess(chain):
+        indices = pivots(chain.n, chain.tan_alpha, chain.mu_d)
+        reason, error, known_by = "mu_s = mu_d: the sliding limit is the chain", 0.0, "exact"
+        if len(indices) > 1:
+            middle = abs(chain.n + 3 - sum(indices))
+            error, known_by = (1 / middle if middle else math.inf), "promised"
+            reason = (
+                "mu_s = mu_d, but the slope lies at the edge between two pivots, where the balance"
+                f" of forces leaves the velocity open by a factor 1 +- {error:.3g}"
+            )
+        return Candidate("sliding", error, known_by, reason, scatter)
     if isinstance(drive, Cycles) and start is None:
         (truth,) = laws
-        gap = abs(velocity - abs(truth))
+        gap = abs(velocity - truth)
         error = gap / abs(truth) if truth else (0.0 if gap == 0 else math.inf)
-        return Candidate(
-            "sliding", error, "bounded", "two relaxed sliders: the staircase is known exactly"
-        )
-    bound = chain.excess
-    error = bound / (velocity - bound) if velocity > bound else math.inf
-    return Candidate(
-        "sliding",
-        error,
-        "bounded",
-        f"two sliders, sigma_mu = 0: within D = {bound:.3g} per half-cycle",
-    )
+        reason = "two relaxed sliders: the staircase is known exactly"
+        return Candidate("sliding", error, "exact", reason)
+    bound, size = chain.excess, abs(velocity)
+    error = bound / (size - bound) if size > bound else math.inf
+    reason = f"two sliders, sigma_mu = 0: within D = {bound:.3g} per half-cycle"
+    return Candidate("sliding", error, "promised", reason, scatter)
 
 
-def _surveyed(chain: Chain, drive: Drive, start: State | None, seed: int) -> float:
-    """Return the mean velocity of the sliding limit over (the beginning of) the drive."""
+def _surveyed(
+    chain: Chain, drive: Drive, start: State | None, seed: int
+) -> tuple[float, float]:
+    """Return the mean velocity of the sliding limit per target, and its relative error at 95 %.
+
+    Over the drive, or its beginning; the error is 0 unless the drive is random.
+    """
     total = min(drive.half_cycles, _SURVEY_TARGETS)
     simulation = Sliding().simulation(chain, _start(chain, start, seed), seed, ())
-    positions = _positions(simulation, drive, 1, total)
+    initial = _mean(_start(chain, start, seed))
+    positions = np.concatenate([[initial], _positions(simulation, drive, 1, total)])
     burn_in = _burn_in(total, drive)
     if burn_in >= total:
-        return 0.0
-    before = positions[burn_in - 1] if burn_in else 0.0
-    return float(positions[-1] - before) / (total - burn_in)
+        return 0.0, 0.0
+    velocity = float(positions[-1] - positions[burn_in]) / (total - burn_in)
+    if not drive.random:
+        return velocity, 0.0
+    error = _error(positions, burn_in, drive)
+    return velocity, 1.96 * error / abs(velocity) if velocity else math.nan
 
 
 def _burn_in(total: int, drive: Drive) -> int:
-    targets = max(2, total // 5)
+    if isinstance(drive, Listed):
+        return 0
+    targets = min(max(2, total // 5), total)
     return targets + targets % 2 if drive.cyclic else targets
 
 
 def _start(chain: Chain, start: State | None, seed: int) -> State:
     return State.relaxed(chain, seed) if start is None else start
+
+
+def _mean(state: State) -> float:
+    return math.fsum(float(x) for x in state.displacements.tolist()) / state.n
 
 
 def _positions(
@@ -360,6 +450,82 @@ def _positions(
     return stretch.recorded["x_G"].astype(np.float64)
 
 
+def _error(positions: NDArray[np.float64], burn_in: int, drive: Drive) -> float:
+    """Return the standard error of the velocity over whole cycles after a burn-in."""
+    targets = np.arange(burn_in, positions.size, 2 if drive.cyclic else 1)
+    silent = math.nan if drive.random else 0.0
+    return standard_error(positions[targets], drive.clock(targets), silent=silent)
+
+
+def _gap_error(gap: NDArray[np.float64], burn_in: int, drive: Drive) -> float:
+    """Return the standard error of a difference in velocity, or what is certainly more.
+
+    Along a path, which is no sample of anything, advances in its sixteenths are taken for errors
+    themselves. Where the error over a stationary drive is unknown: the scatter of eighths, as if
+    they were not eight but one. nan if there are fewer steps.
+    """
+    if isinstance(drive, Listed):
+        return 1.2 * _size(_advances(gap, burn_in, drive, 16))
+    error = _error(gap, burn_in, drive)
+    if not math.isnan(error) or (drive.random and not gap.any()):
+        return error
+    return math.sqrt(8) * _size(_advances(gap, burn_in, drive, 8))
+
+
+def _scatter_along(gap: NDArray[np.float64], drive: Listed) -> float:
+    """Return the standard error of the exact velocity along a path, over disorder.
+
+    The sliding limit along it is certain; of what exact advances more in its sixteenths, the
+    part that varies slowly belongs to the path, what jumps from one to the next to disorder.
+    """
+    jumps = np.diff(_advances(gap, 0, drive, 16))
+    return 1.2 * _size(jumps) * math.sqrt(16 / 30)
+
+
+def _advances(
+    gap: NDArray[np.float64], burn_in: int, drive: Drive, blocks: int
+) -> NDArray[np.float64]:
+    """Return the advances in equal parts, for the time of them all; empty if there are fewer."""
+    each = (gap.size - 1 - burn_in) // blocks
+    each -= each % 2 if drive.cyclic else 0
+    if not each:
+        return np.empty(0)
+    ends = np.arange(gap.size - 1 - blocks * each, gap.size, each)
+    begun, ended = drive.clock(ends[[0, -1]]).tolist()
+    advances: NDArray[np.float64] = np.diff(gap[ends]) / (ended - begun)
+    return advances
+
+
+def _size(parts: NDArray[np.float64]) -> float:
+    return math.sqrt(float((parts**2).sum())) if parts.size else math.nan
+
+
+def _may_settle(chain: Chain, drive: Drive) -> bool:
+    """Return whether the chain might come to rest for good, or be locked without disorder."""
+    if not isinstance(drive, Cycles):
+        return False
+    held = [max(chain.mu_s + _HIGHEST * chain.sigma_mu, chain.mu_d)] * chain.n
+    rest = float(at_rest_amplitude(chain.l0, chain.tan_alpha, held))
+    if chain.sigma_mu == 0:
+        static = chain.times_cosine(chain.mu_s - abs(chain.tan_alpha))
+        rest = max(rest, _LOCKED * chain.n * static / (2 * nearest_float(chain.l0)))
+    return nearest_float(drive.amplitude) <= rest
+
+
+def _settled_advance(positions: NDArray[np.float64]) -> float:
+    """Return the advance of a cycle in the period with which cycles repeat; nan if they do not.
+
+    They must have done so for three periods, and for a quarter of the run.
+    """
+    ends = positions[::2]
+    steps = np.diff(ends[ends.size * 3 // 4 :])
+    close = _NEAR * max(1.0, float(np.abs(ends).max()))
+    for period in range(1, min(_LONGEST_PERIOD, steps.size // 3) + 1):
+        if np.abs(steps[period:] - steps[:-period]).max() <= close:
+            return float(steps[-period:].mean())
+    return math.nan
+
+
 def pilot_run(
     chain: Chain,
     drive: Drive,
@@ -369,73 +535,180 @@ def pilot_run(
     seed: int = 0,
     limits: Limits = NO_LIMITS,
 ) -> Pilot:
-    """Return a pilot run, long enough to tell whether sliding is within `accuracy`.
+    """Return a pilot that represents the drive, long enough to tell whether sliding will do.
 
-    It doubles its length until that is decided within three standard errors, the drive ends, or
-    300 000 events or 20 000 targets have passed. Raises `OutOfTime` when the time is over.
+    Of cycles and Gaussian steps it doubles its length until that is decided within three standard
+    errors and the statistical error is known, or the chain has settled; at most over 300 000
+    events or a million targets. It goes to the end of the scene, and beyond, while the chain may
+    still settle. A path is followed as a whole, or in windows if that takes more events. Raises
+    `OutOfTime` when the time is over.
     """
     initial = _start(chain, start, seed)
+    longer, most = drive, drive.half_cycles
+    if isinstance(drive, (Cycles, GaussianSteps)):
+        least, allowed = _PILOT_TARGETS
+        most = min(max(most, least), allowed)
+        size = drive.amplitude if isinstance(drive, Cycles) else drive.sigma_theta
+        longer = type(drive)(size, most)
     exact = Exact().simulation(chain, initial, seed, ())
     sliding = Sliding().simulation(chain, initial, seed, ())
-    one, other = np.empty(0), np.empty(0)
-    total = min(drive.half_cycles, _PILOT_TARGETS)
-    length = min(200, total)
-    events = 0
+    one = other = np.array([_mean(initial)])
+    may_settle = _may_settle(chain, drive)
+    length = most if isinstance(drive, Listed) else min(256, most)
     while True:
-        left = replace(limits, events=_PILOT_EVENTS, used=exact.tally.events, pause=math.inf)
-        fresh = _positions(exact, drive, one.size + 1, length - one.size, left)
-        cut = fresh.size < length - one.size
-        one = np.concatenate([one, fresh])
-        other = np.concatenate([other, _positions(sliding, drive, other.size + 1, fresh.size)])
-        still = exact.tally.events == events
-        events = exact.tally.events
-        pilot = _compared(one, other, drive, events, still)
-        least, largest = pilot.errors
-        if cut or length == total or largest <= accuracy or least > accuracy:
-            return pilot
-        length = min(2 * length, total)
+        events = 0
+        for until in (length - 2, length):
+            left = replace(limits, events=_PILOT_EVENTS, used=exact.tally.events)
+            events, count = exact.tally.events, until - one.size + 1
+            if count > 0:
+                one = np.concatenate([one, _positions(exact, longer, one.size, count, left)])
+        cut = one.size <= length
+        if cut and isinstance(drive, Listed):
+            return _in_windows(chain, drive, initial, seed, limits)
+        fresh = _positions(sliding, longer, other.size, one.size - other.size, limits)
+        other = np.concatenate([other, fresh])
+        resting = drive.cyclic and not cut and exact.tally.events == events
+        pilot = _compared(one, other, longer, exact.tally.events, chain, resting)
+        least_error, largest = pilot.errors
+        decided = largest <= accuracy or least_error > accuracy
+        known = not math.isnan(pilot.velocity_error) and not may_settle
+        if cut or length == most or pilot.settled or (decided and known):
+            return replace(pilot, may_settle=may_settle and not pilot.settled)
+        length = min(2 * length, most)
 
 
 def _compared(
-    one: NDArray[np.float64], other: NDArray[np.float64], drive: Drive, events: int, still: bool
+    one: NDArray[np.float64],
+    other: NDArray[np.float64],
+    drive: Drive,
+    events: int,
+    chain: Chain,
+    resting: bool,
 ) -> Pilot:
-    burn_in = _burn_in(one.size, drive)
-    group = (one.size - burn_in) // _PILOT_BLOCKS
-    if drive.cyclic:
-        group -= group % 2
-    if group < 1:
+    """Return what two courses x_G(t) show, from the start on."""
+    done = one.size - 1
+    burn_in = _burn_in(done, drive)
+    last = done - done % 2 if drive.cyclic else done
+    one, other = one[: last + 1], other[: last + 1]
+    if last <= burn_in:
         nan = math.nan
-        return Pilot(one.size, burn_in, events, nan, nan, nan, nan, nan, False)
-    used = group * _PILOT_BLOCKS
-    ends = slice(one.size - used - 1, None, group)
-    measured = np.diff(one[ends]) / group
-    limit = np.diff(other[ends]) / group
-    gap = measured - limit
-    root = math.sqrt(_PILOT_BLOCKS)
-    return Pilot(
-        half_cycles=one.size,
-        burn_in=one.size - used,
+        return Pilot(done, burn_in, events, nan, nan, nan, nan, nan, nan)
+    settled, advance_of_cycle = "", math.nan
+    if resting:
+        settled, advance_of_cycle = "rest", 0.0
+    elif drive.cyclic and chain.sigma_mu == 0:
+        advance_of_cycle = _settled_advance(one)
+        settled = "" if math.isnan(advance_of_cycle) else "period"
+    begun, ended = drive.clock(np.array([burn_in, last])).tolist()
+    span = ended - begun or math.nan
+
+    def velocity(positions: NDArray[np.float64]) -> float:
+        return float(positions[-1] - positions[burn_in]) / span
+
+    found = Pilot(
+        half_cycles=done,
+        burn_in=burn_in,
         events=events,
-        velocity=float(measured.mean()),
-        velocity_error=float(measured.std(ddof=1)) / root,
-        sliding=float(limit.mean()),
-        difference=float(gap.mean()),
-        difference_error=float(gap.std(ddof=1)) / root,
-        resting=still,
+        velocity=velocity(one),
+        velocity_error=_error(one, burn_in, drive),
+        sliding=velocity(other),
+        sliding_error=_error(other, burn_in, drive) if drive.random else 0.0,
+        difference=velocity(one - other),
+        difference_error=_gap_error(one - other, burn_in, drive),
+    )
+    if isinstance(drive, Listed):
+        found = replace(found, velocity_error=_scatter_along(one - other, drive))
+    if not settled and found.difference and rests_for_long(chain, done):
+        return replace(found, velocity_error=math.nan, difference_error=math.nan)
+    if not settled:
+        return found
+    limit = float(other[-1] - other[-3]) / 2  # the sliding limit settles in its second cycle
+    true = advance_of_cycle / 2
+    close = _NEAR * max(1.0, float(np.abs(one).max()))
+    gap = true - limit if abs(true - limit) > close else 0.0
+    return replace(
+        found, velocity=true, velocity_error=0.0, sliding=limit, difference=gap,
+        difference_error=0.0, settled=settled,
+    )  # fmt: skip
+
+
+def _in_windows(
+    chain: Chain, drive: Listed, initial: State, seed: int, limits: Limits
+) -> Pilot:
+    """Return a pilot in windows spread over a path, and around its extremes.
+
+    The windows begin where the sliding limit is then, and their first quarter is left out. The
+    velocity of the exact chain is that of the sliding limit along the whole path, times the ratio
+    of what both advance within the windows; its error comes from the scatter of the windows.
+    """
+    total = drive.half_cycles
+    theta = drive.targets(1, total, seed)
+    width = total // (_WINDOWS + 2)
+    middles = [*(np.arange(_WINDOWS) + 0.5) * total / _WINDOWS, theta.argmax(), theta.argmin()]
+    begins = sorted({min(max(int(middle) - width // 2, 0), total - width) for middle in middles})
+    sliding = Sliding().simulation(chain, initial, seed, ())
+    other = np.array([_mean(initial)])
+    gains, used, events = [], 0, 0
+    for begin in [*begins, total]:
+        if begin >= other.size:
+            fresh = _positions(sliding, drive, other.size, begin - other.size + 1, limits)
+            other = np.concatenate([other, fresh])
+        if begin == total:
+            break
+        exact = Exact().simulation(chain, sliding.state(), seed, ())
+        left = replace(limits, events=_PILOT_EVENTS // len(begins))
+        one = _positions(exact, drive, begin + 1, width, left)
+        fresh = _positions(sliding, drive, other.size, begin + one.size - other.size + 1, limits)
+        other = np.concatenate([other, fresh])
+        used, events = used + one.size, events + exact.tally.events
+        first = one.size // 4
+        if one.size > first + 1:
+            limit = other[begin + 1 : begin + 1 + one.size]
+            gains.append((float(one[-1] - one[first]), float(limit[-1] - limit[first])))
+    begun, ended = drive.clock(np.array([0, total])).tolist()
+    whole_limit = float(other[-1] - other[0]) / (ended - begun)
+    nan = math.nan
+    pilot = Pilot(
+        used, used // 4, events, nan, nan, whole_limit, 0.0, nan, nan, windows=len(gains)
+    )
+    moved, expected = np.array(gains).T if gains else (np.zeros(1), np.zeros(1))
+    whole = float(np.abs(expected).sum())
+    # one storm in one window tells nothing of its scatter
+    if len(gains) < _WINDOWS // 2 or not whole or np.abs(expected).max() > whole / 2:
+        return pilot
+    ratio = float(moved.sum() / expected.sum())
+    rest = moved - ratio * expected
+    error = math.sqrt(float((rest**2).sum()) * rest.size / (rest.size - 1)) / abs(expected.sum())
+    gap = float(error) * abs(whole_limit)
+    return replace(
+        pilot,
+        velocity=ratio * whole_limit,
+        velocity_error=gap * math.sqrt(used / total),
+        difference=(ratio - 1) * whole_limit,
+        difference_error=gap,
     )
 
 
-def _from_pilot(pilot: Pilot) -> Candidate:
+def _from_pilot(pilot: Pilot, drive: Drive) -> Candidate:
+    """Return what a pilot says of the sliding limit."""
     largest = pilot.errors[1]
-    if math.isinf(largest):
-        return Candidate(
-            "sliding", math.nan, "unknown", "the pilot run was too short to measure its error"
-        )
-    told = "nothing moves, in the pilot run and in the sliding limit"
-    if not pilot.resting:
-        gap = f"{pilot.difference:.3g} +- {pilot.difference_error:.2g}"
-        told = f"in the pilot run it differs by {gap} from {pilot.velocity:.6g}"
-    return Candidate("sliding", largest, "measured", told)
+    silent = not pilot.events and not pilot.settled and drive.random
+    why = ""
+    if pilot.may_settle:
+        why = "the chain may come to rest or be locked after the end of the pilot"
+    elif math.isinf(largest) and pilot.settled:
+        why = f"the chain rests or is locked, and the sliding limit goes on by {pilot.sliding:.3g}"
+    elif math.isinf(largest) or silent:
+        why = "the pilot was too short, or too silent, to measure its error"
+    if why:
+        return Candidate("sliding", math.nan, "unknown", why, math.nan)
+    gap = f"{pilot.difference:.3g} +- {pilot.difference_error:.2g}"
+    told = f"in the pilot it differs by {gap} from {pilot.velocity:.6g}"
+    if largest == 0:
+        told = "in the pilot it moves as the chain does"
+    known_by = "estimated" if pilot.windows else "measured"
+    statistical = pilot.relative(pilot.sliding_error, drive)
+    return Candidate("sliding", largest, known_by, told, statistical)
 
 
 def _law_candidate(
@@ -447,47 +720,169 @@ def _law_candidate(
     values: tuple[float, ...],
 ) -> Candidate:
     if not values:
-        return Candidate("law", math.nan, "not applicable", "there is no law for this scene")
+        return _inapplicable("law", "there is no law for this scene")
     if record:
-        asked = ", ".join(record)
-        return Candidate(
-            "law", math.nan, "not applicable", f"it gives a velocity only; recorded is {asked}"
-        )
+        return _inapplicable("law", f"it gives a velocity only; recorded is {', '.join(record)}")
     if start is None and isinstance(drive, Cycles) and _two_sliders(chain):
         return Candidate("law", 0.0, "exact", "two relaxed sliders under cycles: the staircase")
-    if len(values) > 1 and limit.basis == "measured":
+    if len(values) > 1 and limit.known_by == "measured":
         middle = abs(values[0] + values[1]) / 2
         error = abs(values[1] - values[0]) / 2 / middle if middle else math.inf
-        return Candidate(
-            "law", error, "bounded", "the slope lies at the edge between two pivots"
-        )
+        return Candidate("law", error, "promised", "the slope lies at the edge between two pivots")
     mean = "the expected" if drive.random else "the asymptotic"
     of = f"{mean} velocity of the sliding limit; {limit.reason}"
-    return Candidate("law", limit.error, limit.basis, of)
+    return replace(limit, name="law", reason=of, statistical=0.0)
 
 
-def _exact_candidate(chain: Chain) -> Candidate:
+def _with_inertia(
+    chain: Chain, drive: Drive, pilot: Pilot | None, limit: Candidate
+) -> tuple[Candidate, Candidate]:
+    """Return the rungs exact and certified."""
     if _has_no_excess(chain):
-        return Candidate("exact", math.nan, "not applicable", "mu_s = mu_d: there are no slips")
-    return Candidate("exact", PROMISE, "promised", "the chain itself, in float64: no bias")
+        why = "mu_s = mu_d: there are no slips"
+        return _inapplicable("exact", why), _inapplicable("certified", why)
+    if pilot is not None:
+        statistical = pilot.relative(pilot.velocity_error, drive)
+    else:  # what a theorem knows exactly has no statistical error
+        statistical = 0.0 if limit.known_by == "exact" else math.nan
+    # rounding takes a chain that does not settle to another of its courses: that is no bias
+    bias = PROMISE if statistical == 0 and not (pilot and pilot.settled == "rest") else 0.0
+    said = "the chain itself, in float64: no bias"
+    return (
+        Candidate("exact", bias, "promised", said, statistical),
+        Candidate("certified", 0.0, "promised", "the chain itself, in many digits", statistical),
+    )
 
 
-def _certified_candidate(chain: Chain) -> Candidate:
-    if _has_no_excess(chain):
-        return Candidate("certified", math.nan, "not applicable", "mu_s = mu_d: no slips")
-    return Candidate("certified", 0.0, "promised", "the chain itself, in many digits: no bias")
+def _course(
+    chain: Chain, drive: Drive, accuracy: float, start: State | None, seed: int, limits: Limits
+) -> Choice:
+    """Return how to follow x_G and the tensions at every target to `accuracy`, or refuse."""
+    law = _inapplicable("law", "it gives a velocity only")
+    if _has_no_excess(chain) or (chain.n == 1 and not chain.may_run_away):
+        limit = _from_theorems(chain, drive, start, seed, ())
+        assert limit is not None
+        limit = replace(limit, statistical=0.0)
+        rungs = (law, limit, *_with_inertia(chain, drive, None, limit))
+        return Choice("sliding", runner("sliding", accuracy), rungs, limit.reason, accuracy)
+    limit = _inapplicable("sliding", "its course is not that of the chain")
+    total = drive.half_cycles
+    trusted, off, per_target = _trusted(chain, drive, accuracy, start, seed, limits)
+    whole = trusted == total and accuracy >= PROMISE
+    error = max(PROMISE, _ROUNDINGS * off) if whole else math.nan
+    said = f"a twin that starts some roundings off is within {off:.1e} up to half-cycle {trusted}"
+    exact = Candidate("exact", error, "estimated" if whole else "unknown", said)
+    proved = Candidate("certified", 0.0, "promised", "balls: every digit is proved")
+    rungs = (law, limit, exact, proved)
+    if whole:
+        return Choice("exact", Exact(), rungs, said, accuracy)
+    events = per_target * total
+    if events > _COURSE_EVENTS:
+        raise InputError(
+            "question", "course",
+            f"{said}, and certified would take {events:.1g} events: at most {_COURSE_EVENTS} are"
+            " followed. Ask for fewer half-cycles, or for the velocity",
+        )  # fmt: skip
+    lost = 16 * total / max(trusted, 1)  # digits, if they are lost as fast as they were up to there
+    wanted = math.ceil(min(lost, 500) - math.log10(accuracy)) + 10
+    reason = f"{proved.reason}; cheaper ones: exact ({said})"
+    return Choice(
+        "certified", runner("certified", accuracy, max(20, wanted)), rungs, reason, accuracy
+    )
+
+
+def _trusted(
+    chain: Chain, drive: Drive, accuracy: float, start: State | None, seed: int, limits: Limits
+) -> tuple[int, float, float]:
+    """Return how far exact follows the course, how far its twin is off there, events per target.
+
+    The distance is that of tensions, in units of the largest (of 1, if that is less).
+    """
+    exact = Exact().simulation(chain, _start(chain, start, seed), seed, ())
+    twin = exact.twin()
+    trusted, largest_off = 0, 0.0
+    total = drive.half_cycles
+    while trusted < total:
+        until = min(trusted + 1 + trusted // 8, total)
+        ended = []
+        for simulation in (exact, *([] if twin is None else [twin])):
+            left = replace(limits, events=_PILOT_EVENTS)
+            stretch = advance(simulation, drive, until, left, done=trusted)
+            if stretch.stop is Stop.DEADLINE:
+                raise OutOfTime(stretch.reason)
+            ended.append(stretch.stop)
+        one, other = exact.state(), (twin or exact).state()
+        tensions, others = one.tensions.astype(float), other.tensions.astype(float)
+        size = max(1.0, float(np.abs(tensions).max(initial=0)))
+        off = float(np.abs(tensions - others).max(initial=0)) / size
+        together = np.array_equal(one.draws, other.draws) and len(set(ended)) == 1
+        if not together or ended[0] is Stop.BUDGET or _ROUNDINGS * off > accuracy:
+            break
+        if exact.evidence is Evidence.UNDECIDED:
+            break
+        largest_off = max(largest_off, off)
+        trusted = total if ended[0].final else until
+    return trusted, largest_off, exact.tally.events / max(trusted, 1)
+
+
+def concluded(report: Mapping[str, Any], velocity: float, error: float) -> dict[str, Any]:
+    """Return the report of a run, with how accurate its answer is if it was chosen for that.
+
+    Parameters
+    ----------
+    report : mapping
+        Of the simulation.
+    velocity, error : float
+        What was measured, and its standard error.
+
+    Returns
+    -------
+    dict
+        `relative_error` at 95 % (None if unknown), `known_by` (see `KNOWN_BY`) and
+        `accuracy_reached` beside what was there.
+    """
+    told = dict(report)
+    if "bias" not in told:
+        return told
+    known_by = told["known_by"]
+    found = math.nan if told["bias"] is None else told["bias"]
+    scatter = told.pop("statistical")
+    if scatter is None:
+        scatter = 1.96 * error / abs(velocity) if velocity else (0.0 if error == 0 else math.nan)
+        found = 0.0 if velocity == error == 0 else found  # at rest, or locked
+        known_by = "exact" if velocity == error == 0 else known_by
+    if scatter:
+        found += scatter
+        known_by = "estimated" if known_by == "estimated" else "measured"
+    if not math.isfinite(found):
+        known_by = "unknown"
+    told["relative_error"] = found if math.isfinite(found) else None
+    told["known_by"] = known_by
+    told["accuracy_reached"] = bool(found <= told["accuracy"])
+    return told
+
+
+def accuracy_told(report: Mapping[str, Any]) -> str:
+    """Return in words how accurate the answer of a run is, from what `concluded` found."""
+    error = report["relative_error"]
+    found = "the relative error is not known"
+    if error is not None:
+        at = "" if error == 0 or report["known_by"] in ("exact", "promised") else " at 95 %"
+        found = f"relative error {error:.2g}{at}, {report['known_by']}"
+    reached = "is reached" if report["accuracy_reached"] else "is not known to be reached"
+    return f"{found}; the accuracy {report['accuracy']:g} of the {report['question']} {reached}"
 
 
 class AutoSimulation(Simulation):
     """A simulation by the solver that is chosen when the drive is first seen."""
 
     def __init__(
-        self, chain: Chain, state: State, seed: int, record: tuple[str, ...], accuracy: Fraction
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...], wanted: Auto
     ) -> None:
         self.chain, self.start, self.seed, self.record = chain, state, seed, record
-        self.accuracy = accuracy
+        self.wanted = wanted
         self._inner: Simulation | None = None
-        self._chosen = ""
+        self._chosen, self._digits = "", 0
         self._told: dict[str, Any] = {}
 
     @property
@@ -512,7 +907,8 @@ class AutoSimulation(Simulation):
                 choice = choose(
                     self.chain,
                     drive,
-                    accuracy=self.accuracy,
+                    accuracy=self.wanted.accuracy,
+                    question=self.wanted.question,
                     start=None if self._is_relaxed() else self.start,
                     seed=self.seed,
                     record=self.record,
@@ -520,16 +916,20 @@ class AutoSimulation(Simulation):
                 )
             except OutOfTime as late:
                 return Stretch(0, {}, Stop.DEADLINE, str(late))
-            (taken,) = [rung for rung in choice.candidates if rung.name == choice.name]
+            self._digits = getattr(choice.solver, "digits", 0)
             self._take(choice.solver, choice.name)
-            error, known_by = taken.error, taken.basis
-            if choice.name in ("exact", "certified"):  # a mean has no digits of a trajectory
-                error = choice.statistical_error(drive.half_cycles)
-                known_by = "unknown" if math.isnan(error) else "estimated"
+            taken, inertia = choice.taken, choice.name in ("exact", "certified")
+            # along a path, and of the sliding limit under cycles, the pilot knows it better
+            measured = self.wanted.question == "velocity" and (
+                drive.random or (drive.cyclic and inertia)
+            )
             self._told = {
                 "chosen": "sliding" if choice.name == "law" else choice.name,
-                "relative_error": None if math.isnan(error) else error,
-                "known_by": known_by,
+                "question": self.wanted.question,
+                "accuracy": choice.accuracy,
+                "bias": taken.bias if math.isfinite(taken.bias) else None,
+                "known_by": taken.known_by,
+                "statistical": None if measured else taken.statistical,
                 "reason": choice.reason,
             }
         assert self._inner is not None
@@ -546,14 +946,20 @@ class AutoSimulation(Simulation):
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
         inner = None if self._inner is None else self._inner.capture()
-        return {"chosen": self._chosen, "told": dict(self._told), "inner": inner}
+        return {
+            "chosen": self._chosen,
+            "digits": self._digits,
+            "told": dict(self._told),
+            "inner": inner,
+        }
 
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned (for the same chain, seed and solver)."""
         if captured["inner"] is None:
             return
         name = str(captured["chosen"])
-        self._take(runner(name, float(self.accuracy)), name)
+        self._digits = int(captured["digits"])
+        self._take(runner(name, float(self.wanted.accuracy), self._digits), name)
         self._told = dict(captured["told"])
         assert self._inner is not None
         self._inner.restore(captured["inner"])
@@ -584,15 +990,21 @@ class Auto(Solver):
     Parameters
     ----------
     accuracy : number
-        Largest relative error of the mean velocity; between 0 and 1.
+        Largest relative error, at 95 %, between 0 and 1.
+    question : {"velocity", "course"}
+        Of what: of the long-time mean velocity over disorder and starts (on a path or a record,
+        of the mean along it), or of x_G and the tensions at every target. A course that neither
+        exact nor certified can follow is refused.
     """
 
     accuracy: Any = field(default=Fraction(1, 100))
+    question: str = "velocity"
     name: ClassVar[str] = "auto"
-    summary: ClassVar[str] = "the cheapest solver that is accurate enough for the mean velocity"
+    summary: ClassVar[str] = "the cheapest solver that is accurate enough for the question"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "accuracy", valid_accuracy(self.accuracy))
+        valid_question(self.question)
 
     def rearrange(
         self,
@@ -609,4 +1021,4 @@ class Auto(Solver):
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
     ) -> AutoSimulation:
         """Return a simulation that starts from `state`."""
-        return AutoSimulation(chain, state, seed, record, self.accuracy)
+        return AutoSimulation(chain, state, seed, record, self)

@@ -23,6 +23,7 @@ from exactcreep.quasistatic.watch import MOST_EVENTS
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import (
     LADDER,
+    Candidate,
     Choice,
     choose,
     runner,
@@ -53,20 +54,22 @@ class Need:
 
 @dataclass(frozen=True)
 class Plan:
-    """How to come by the mean velocity of a scene with the least effort.
+    """How to come by the answer to a question about a scene with the least effort.
 
     Attributes
     ----------
     experiment : Experiment
     accuracy : float
-        Largest relative error of the mean velocity that is allowed.
+        Largest relative error, at 95 %, that is allowed.
+    question : str
+        ``velocity`` or ``course``.
     choice : Choice
         The rung of the ladder, all candidates with their errors, the reason, the pilot run.
     explicit : str or None
         The solver that the scene names itself, which a plan never overrides.
     needs : tuple of Need
     costs : mapping of str to float
-        Predicted seconds of the whole run for each of `LADDER`; nan where it does not apply.
+        Predicted seconds of the scene's own run for each of `LADDER`; nan where it does not apply.
     course : str
         One sentence: how far the course of the run by `exact` can be followed; "" where that is not
         known.
@@ -76,6 +79,7 @@ class Plan:
 
     experiment: Experiment
     accuracy: float
+    question: str
     choice: Choice
     explicit: str | None
     needs: tuple[Need, ...]
@@ -91,27 +95,42 @@ class Plan:
         return self.choice.name
 
     @property
-    def statistical_error(self) -> float:
-        """The relative standard error of the mean over this run, expected; nan if unknown."""
-        return self.choice.statistical_error(self.experiment.drive.half_cycles)
+    def accuracy_reached(self) -> bool:
+        """Whether the solver that will run is expected to reach the accuracy along this drive."""
+        return any(
+            rung.error <= self.accuracy
+            for rung in self.choice.candidates
+            if rung.name == self.solver
+        )
+
+    def seeds(self, rung: Candidate) -> float:
+        """Return how many seeds reach the accuracy; inf if no number does, nan if unknown.
+
+        So many times longer a run, of cycles or Gaussian steps, does the same.
+        """
+        times = rung.repeats(self.accuracy)
+        return float(math.ceil(times)) if math.isfinite(times) else times
+
+    def seconds(self, rung: Candidate) -> float:
+        """Return what a rung costs that reaches the accuracy; nan if it does not, or is unknown."""
+        seconds = self.costs[rung.name] * self.seeds(rung)
+        return seconds if math.isfinite(seconds) else math.nan
 
     def summary(self) -> dict[str, Any]:
         """Return the plan as plain data for JSON; a number that is not known is None."""
         pilot = None
         if self.choice.pilot is not None:
-            known = vars(self.choice.pilot).items()
-            pilot = {name: value for name, value in known if name != "resting"}
+            pilot = vars(self.choice.pilot)
+        half_cycles = self.experiment.drive.half_cycles
         return plain_data({
             "solver": self.solver,
             "explicit": self.explicit,
             "choice": self.choice.name,
             "reason": self.choice.reason,
+            "question": self.question,
             "accuracy": self.accuracy,
-            "statistical_error": self.statistical_error,
-            "statistical_error_known_by": "unknown"
-            if math.isnan(self.statistical_error)
-            else ("estimated" if self.statistical_error else "exact"),
-            "half_cycles": self.experiment.drive.half_cycles,
+            "accuracy_reached": self.accuracy_reached,
+            "half_cycles": half_cycles,
             "law": list(self.choice.law),
             "needs": {
                 need.name: {"needed": need.needed, "reason": need.reason} for need in self.needs
@@ -119,10 +138,15 @@ class Plan:
             "candidates": [
                 {
                     "solver": rung.name,
-                    "error": None if rung.name in ("exact", "certified") else rung.error,
-                    "basis": rung.basis,
+                    "applies": rung.applies,
+                    "bias": rung.bias,
+                    "statistical_error": rung.statistical,
+                    "known_by": rung.known_by,
                     "reason": rung.reason,
                     "seconds": self.costs[rung.name],
+                    "seeds_needed": self.seeds(rung),
+                    "half_cycles_needed": self.seeds(rung) * half_cycles,
+                    "seconds_needed": self.seconds(rung),
                 }
                 for rung in self.choice.candidates
             ],
@@ -137,18 +161,22 @@ def plan(
     drive: Drive,
     *,
     accuracy: Any = DEFAULT_ACCURACY,
+    question: str = "velocity",
     seed: int = 0,
     start: State | None = None,
     record: tuple[str, ...] = (),
 ) -> Plan:
-    """Return the cheapest way to the mean velocity of a chain whose error is known to be small.
+    """Return the cheapest way to the mean velocity, or the course, of a chain, accurate enough.
 
     Parameters
     ----------
     chain : Chain
     drive : Drive
     accuracy : number
-        Largest relative error of the mean velocity, between 0 and 1.
+        Largest relative error, at 95 %, between 0 and 1.
+    question : {"velocity", "course"}
+        Of what: of the long-time mean velocity over disorder and starts, or of x_G and the
+        tensions at every target.
     seed : int
     start : State, optional
         Default: the relaxed chain.
@@ -158,13 +186,14 @@ def plan(
     Returns
     -------
     Plan
-        Its `choice` of a solver with the reason, what the run needs (`needs`), and the predicted
-        `costs` of every solver in seconds.
+        Its `choice` of a solver with the reason, what the run needs (`needs`), the predicted
+        `costs` of every solver in seconds, whether this run reaches the accuracy, and how many
+        seeds, or how many times as many cycles, do.
 
     Raises
     ------
     InputError
-        If an argument is out of range.
+        If an argument is out of range, or a course cannot be followed.
 
     Notes
     -----
@@ -172,11 +201,11 @@ def plan(
     machine and do not influence it.
     """
     experiment = Experiment.of(chain, drive, seed=seed, start=start, record=record)
-    return _planned(experiment, accuracy, experiment.record, explicit=None)
+    return _planned(experiment, accuracy, question, experiment.record, explicit=None)
 
 
 def plan_scene(
-    scene: Scene, *, accuracy: Any = None
+    scene: Scene, *, accuracy: Any = None, question: str | None = None
 ) -> list[tuple[Mapping[str, Any], Plan]]:
     """Return, for every member of a scene, what it sets and its plan.
 
@@ -187,6 +216,8 @@ def plan_scene(
     scene : Scene
     accuracy : number, optional
         Default: that of the scene, if its solver is ``auto``, else 0.01.
+    question : {"velocity", "course"}, optional
+        Default: that of the scene, if its solver is ``auto``, else ``velocity``.
 
     Raises
     ------
@@ -196,24 +227,29 @@ def plan_scene(
     plans = []
     for member in scene.members():
         named = member.settings.get("run.solver", scene.tables["run"].get("solver"))
-        wanted = accuracy
-        if wanted is None:
-            own = member.experiment.options.get("accuracy") if named == "auto" else None
-            wanted = DEFAULT_ACCURACY if own is None else own
+        own = member.experiment.options if named == "auto" else {}
+        wanted = own.get("accuracy", DEFAULT_ACCURACY) if accuracy is None else accuracy
+        asks = own.get("question", "velocity") if question is None else question
         asked = "record" in scene.tables["run"] or "run.record" in member.settings
         record = member.experiment.record if asked else ()
-        plans.append((member.settings, _planned(member.experiment, wanted, record, explicit=named)))
+        one = _planned(member.experiment, wanted, asks, record, explicit=named)
+        plans.append((member.settings, one))
     return plans
 
 
 def _planned(
-    experiment: Experiment, accuracy: Any, record: tuple[str, ...], explicit: str | None
+    experiment: Experiment,
+    accuracy: Any,
+    question: str,
+    record: tuple[str, ...],
+    explicit: str | None,
 ) -> Plan:
     wanted = float(valid_accuracy(accuracy))
     choice = choose(
         experiment.chain,
         experiment.drive,
         accuracy=accuracy,
+        question=question,
         start=experiment.start,
         seed=experiment.seed,
         record=record,
@@ -222,6 +258,7 @@ def _planned(
     return Plan(
         experiment=experiment,
         accuracy=wanted,
+        question=question,
         choice=choice,
         explicit=explicit,
         needs=_needs(experiment, choice, wanted, record),

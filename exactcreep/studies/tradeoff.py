@@ -34,9 +34,9 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float, pl
 from exactcreep.model.state import State
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.statistics import standard_error
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import TWO_SLIDERS, advance, warm_up
+from exactcreep.solvers.statistics import standard_error
 from exactcreep.studies.contest import (
     Contestant,
     Rest,

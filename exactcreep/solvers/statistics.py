@@ -1,4 +1,13 @@
-"""The standard error of a mean velocity whose steps are correlated."""
+"""The standard error of a mean velocity whose steps are correlated.
+
+Two sliders at a small slope take turns: which of them a ramp moves is decided by their
+coefficients alone. A slider that has drawn a rare large one rests until the other, which draws
+anew at every stop, comes within ``d = 2 |tan_alpha|`` of it. Of a coefficient z standard deviations
+above the mean that takes ``exp((z - d/sigma)^2 / 2)`` half-cycles, and its probability is
+``exp(-z^2 / 2)``: rests longer than t are as frequent as ``exp(-h^2/2 - h sqrt(2 ln t)) / t`` with
+``h = d/sigma``, so that their length has no variance. Where a run should hold some that are as long
+as a block, but need not, no analysis of the run can tell its error.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +16,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import nearest_float
+
 FEWEST_STEPS = 64
 """Cycles, or targets of other drives, for a standard error; fewer say too little of its growth."""
 _COARSE = (8, 16, 32)  # numbers of blocks
 _STUDENT = 2.365  # of 95 % with 7 degrees of freedom
+_MOST_LONG_RESTS = 0.05  # of those expected in a run: .18 spoil a third of the errors, .013 none
 _MOST_GROWTH, _MOST_SKEWNESS = 1.75, 0.8
 
 
@@ -37,8 +50,7 @@ def standard_error(
     float
         1.96 of it are meant to make an interval of 95 %. nan if there are fewer than `FEWEST_STEPS`
         steps, or if they are seen to be correlated over times that are not short beside the whole.
-        Guarantee: none. Correlations longer than the run are not seen: of two sliders under random
-        temperatures at slopes of .005 and .003 a third to a half of the known errors are too small.
+        Guarantee: none. Correlations longer than the run are not seen; see `rests_for_long`.
 
     Notes
     -----
@@ -67,6 +79,18 @@ def standard_error(
         return error
     grows = coarse > _MOST_GROWTH * _spread(excess, steps // FEWEST_STEPS)[0]
     return math.nan if grows or _skewness(excess, steps // 32) > _MOST_SKEWNESS else error
+
+
+def rests_for_long(chain: Chain, targets: int) -> bool:
+    """Return whether rests without a finite variance spoil the error of so many targets.
+
+    Known of two sliders; of more, each half of the chain averages over its coefficients.
+    """
+    if chain.n != 2 or chain.sigma_mu == 0 or targets < 2:
+        return False
+    h = nearest_float(2 * abs(chain.tan_alpha) / chain.sigma_mu)
+    longer_than_a_block = 16 * math.exp(-h * h / 2 - h * math.sqrt(2 * math.log(targets)))
+    return longer_than_a_block > _MOST_LONG_RESTS
 
 
 def _blocks(steps: NDArray[np.float64], size: int) -> NDArray[np.float64]:
