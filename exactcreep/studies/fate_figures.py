@@ -388,10 +388,11 @@ def draw_lifetimes(data: Data, tables: list[Table]) -> Figure:
     axes.axvline(1, color="0.4", linestyle=(0, (4, 1.5)), linewidth=0.9)
     axes.set_yscale("log")
     axes.set_xlim(float(dataset["ratio"].min()) - 0.01, 1.005)
-    axes.plot([], [], "^", color="0.4", markerfacecolor="white", label="nobody died: at least")
+    if not dataset["deaths"].to_numpy().all():
+        axes.plot([], [], "^", color="0.4", markerfacecolor="white", label="nobody died: at least")
     axes.set_xlabel(r"$A_\theta$ / largest with a locked cycle of sliders 1 and N alone")
     axes.set_ylabel("mean life  (cycles lived / deaths)")
-    axes.legend(loc="upper left")
+    axes.legend(loc="lower right")
     return figure
 
 
