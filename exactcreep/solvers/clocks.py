@@ -6,17 +6,17 @@ orders a change reaches one slider further. So a long window is expanded as a wh
 an *epoch* of `EPOCH` tau_dyn. At an event the sliders up to seven away are expanded anew from
 their state at that time, and all others keep their series.
 
-What is left out, in an epoch, of an event eight sliders away: ``J EPOCH**16 / 16!`` = 7.3e-19 J
-(at nine 6e-22 J). A new series follows the sliders up to fourteen away and takes the velocities
-at fifteen as constant: accelerations A there contribute as much as jumps. With
-``w = max(2 |v|, |v'|)`` over all movers ``|w'| <= 2 w``, for K has the norm 4: expansions with w
-up to `_CALM` times the friction F stay below ``e _CALM F`` = 44 F for the epoch, and so do J and
-A. With at most `_MOST_EVENTS` in an epoch that is 2.1e-15 F in all, and the rounding bound of a
-margin at rest is 16 ulp of 2 F at least, 7e-15 F. A velocity gains one more order, ``t / 17`` of
-that.
+What is left out of an event eight sliders away, with the time r that is left of the epoch, is
+``J r**16 / 16!``, at most 4.8e-18 J (at nine 5e-21 J). A new series follows the sliders up to
+fourteen away and takes the velocities at fifteen as constant: accelerations A there contribute as
+much as jumps. With ``w = max(2 |v|, |v'|)`` over all movers ``|w'| <= 2 w``, for K has the norm 4:
+J and A stay below ``exp(2 EPOCH)`` times the largest w that was seen. The sum over the events of
+an epoch is kept below `_BUDGET` friction forces, a quarter of the smallest rounding bound of a
+margin at rest; a velocity gains one more order, ``t / 17`` of that. Once half of it is spent, or
+a window is wilder than `_CALM`, all sliders are expanded anew.
 
 Each slider has a *key*: the time until which its margin is certified to stay in its range, or
-that of its located event. Keys come from the Taylor polynomial of degree five in Bernstein form,
+that of its located event. Keys come from the Taylor polynomial of degree three in Bernstein form,
 eight sliders at a time; the slider with the first key is looked at alone. A located event is
 taken if no other key is near. Whatever is not plain (ties, grazes, sliders that start without
 force) is handed to `cluster.step`, with all sliders at the time of the last event.
@@ -37,15 +37,16 @@ from exactcreep.solvers.cluster import (
     margin,
     refined,
     rounding,
-    rows_of_eight,
 )
 from exactcreep.solvers.lanes import (
     below,
     choose,
+    element,
     everywhere,
     from_left,
     from_right,
     fused,
+    fused_scalar,
     larger,
     largest,
     least,
@@ -53,19 +54,20 @@ from exactcreep.solvers.lanes import (
     lowest_bit,
     magnitude,
     not_above,
+    put,
     smaller,
     spread,
     square_root,
     store,
+    take,
 )
 from exactcreep.solvers.layout import (
     BASE,
-    BLOCK,
     CENTRE,
     CLOCK,
+    CLOCKS,
     DRIVE,
     EPOCH,
-    EPOCH_EVENTS,
     EVENT,
     EXCESS,
     FIRST,
@@ -78,7 +80,6 @@ from exactcreep.solvers.layout import (
     LAST,
     LEFT,
     LOCAL,
-    MOVE,
     NEVER,
     NOW_SPEED,
     NOW_X,
@@ -88,10 +89,12 @@ from exactcreep.solvers.layout import (
     ROOTS,
     SIDE,
     SPEED,
+    SPENT,
     STEPS,
     STIFFNESS,
     TESTS,
     ULP,
+    WILD,
     WORK,
     X,
     compiled,
@@ -99,10 +102,16 @@ from exactcreep.solvers.layout import (
 )
 
 _CALM = 16.0
-_MOST_EVENTS = 64
+_LEFT_OUT = 2.0 * math.exp(2 * EPOCH) / math.factorial(16)
+"""By jump and by acceleration, in units of w r**16."""
+_BUDGET = 8.0 * ULP
+"""What an epoch may leave out of a margin, in units of friction."""
 _GAP = 2.0**-20
 """Events closer than that are looked at together."""
-_WEIGHTS = rows_of_eight([EPOCH**k / math.factorial(k) for k in range(KNOWN)])
+_SIXTH, _SEVENTH = (EPOCH**k / math.factorial(k) for k in (6, 7))
+_TAIL = sum(2.0 ** (k - 8) * EPOCH**k / math.factorial(k) for k in range(8, 40))
+"""Of all orders from 8 on, in units of the largest derivative of the orders 8 and 9: two more
+orders multiply a mover's by at most 4, and a force at rest has twice its neighbours' before."""
 _PIECES = 8
 _EVENT_WORK = 120
 _STRIP_WORK = 20
@@ -111,46 +120,55 @@ _EARLY = 0.9
 
 
 @inlined
-def _at(clock, cell, column, time):
+def _blocks(cell):
+    """Return the first of the rows with the first keys of all strips."""
+    return CLOCKS * (cell.shape[1] // 8)
+
+
+@inlined
+def _at(clock, cell, strip, time):
     """Return margins and displacements since their base times of eight columns."""
     zero = spread(0.0)
-    tau = larger(smaller(spread(time) - load(clock, BASE, column), spread(EPOCH)), zero)
+    row = CLOCKS * strip
+    tau = larger(smaller(spread(time) - take(clock, row + BASE), spread(EPOCH)), zero)
     u = tau * tau
     even = odd = even_sum = odd_sum = zero
     after = u * everywhere(STEP_FACTORS, 0, KNOWN + 1)
     for k in range(KNOWN - 2, -1, -2):
-        term = load(clock, k + 1, column)
+        term = take(clock, row + k + 1)
         step = u * everywhere(STEP_FACTORS, 0, k + 2)
         odd = fused(odd, step, term)
         odd_sum = fused(odd_sum, after, term)
-        term = load(clock, k, column)
+        term = take(clock, row + k)
         after = u * everywhere(STEP_FACTORS, 0, k + 1)
         even = fused(even, after, term)
         even_sum = fused(even_sum, step, term)
-    side = load(cell, SIDE, column)
+    side = load(cell, SIDE, 8 * strip)
     moved = (side * side) * (tau * fused(tau * spread(0.5), odd_sum, even_sum))
     return fused(tau, odd, even), moved
 
 
 @inlined
-def _guessed(cell, clock, friction, column):
+def _guessed(cell, clock, friction, strip):
     """Return for eight columns how soon their margins seem to end."""
+    column = 8 * strip
+    row = CLOCKS * strip
     zero = spread(0.0)
     half = spread(0.5)
     side = load(cell, SIDE, column)
     resting = not_above(magnitude(side), zero)
-    c1 = load(clock, 1, column)
-    c2 = load(clock, 2, column)
+    c1 = take(clock, row + 1)
+    c2 = take(clock, row + 2)
     heading = choose(below(c1 + c2 * half, zero), spread(-1.0), spread(1.0))
     way = choose(resting, heading, zero - side)
     edge = choose(resting, load(cell, EXCESS, column) + spread(friction), zero)
-    p0 = larger(edge - way * load(clock, 0, column), zero)
+    p0 = larger(edge - way * take(clock, row), zero)
     p1 = zero - way * c1
     p2 = zero - way * (c2 * half)
     fresh = below(zero, load(cell, FRESH, column))
     p0 = choose(fresh, p1, p0)
     p1 = choose(fresh, p2, p1)
-    p2 = choose(fresh, zero - way * (load(clock, 3, column) * spread(1.0 / 6.0)), p2)
+    p2 = choose(fresh, zero - way * (take(clock, row + 3) * spread(1.0 / 6.0)), p2)
     square = p1 * p1 - spread(4.0) * p2 * p0
     low = square_root(larger(square, zero)) - p1
     guess = (p0 + p0) / larger(low, spread(1e-300))
@@ -159,38 +177,33 @@ def _guessed(cell, clock, friction, column):
 
 
 @inlined
-def _inside(cell, clock, friction, column, bent, tau):
+def _inside(cell, clock, friction, strip, bent, tau):
     """Return which of eight margins are certified to stay in range for `tau` after their base."""
+    column = 8 * strip
+    row = CLOCKS * strip
     zero = spread(0.0)
     side = load(cell, SIDE, column)
     resting = not_above(magnitude(side), zero)
     fresh = below(zero, load(cell, FRESH, column))
     share = tau * spread(1.0 / EPOCH)
     share = share * share * share
-    bend = bent * share * share
-    a0 = load(clock, 0, column)
-    a1 = tau * load(clock, 1, column)
-    power = tau * tau
-    a2 = power * load(clock, 2, column) * spread(1.0 / 2.0)
-    power = power * tau
-    a3 = power * load(clock, 3, column) * spread(1.0 / 6.0)
-    power = power * tau
-    a4 = power * load(clock, 4, column) * spread(1.0 / 24.0)
-    power = power * tau
-    a5 = power * load(clock, 5, column) * spread(1.0 / 120.0)
-    b1 = fused(a1, spread(0.2), a0)
-    b2 = fused(a2, spread(0.1), fused(a1, spread(0.4), a0))
-    b3 = fused(a3 + spread(3.0) * a2, spread(0.1), fused(a1, spread(0.6), a0))
-    b4 = fused(a4, spread(0.2), fused(a3, spread(0.4), fused(a2, spread(0.6), a0)))
-    b4 = fused(a1, spread(0.8), b4)
-    b5 = a0 + a1 + a2 + a3 + a4 + a5
-    low = smaller(smaller(smaller(b1, b2), smaller(b3, b4)), b5 - bend)
-    high = larger(larger(larger(b1, b2), larger(b3, b4)), b5 + bend)
+    square = tau * tau
+    a0 = take(clock, row)
+    a1 = tau * take(clock, row + 1)
+    a2 = square * take(clock, row + 2) * spread(1.0 / 2.0)
+    a3 = square * tau * take(clock, row + 3) * spread(1.0 / 6.0)
+    bend = magnitude(take(clock, row + 4)) * spread(1.0 / 24.0)
+    bend = fused(magnitude(take(clock, row + 5)) * spread(1.0 / 120.0), tau, bend)
+    bend = fused(square * square, bend, bent * share * share)
+    b1 = fused(a1, spread(1.0 / 3.0), a0)
+    b2 = fused(a1 + a1 + a2, spread(1.0 / 3.0), a0)
+    b3 = (a0 + a1) + (a2 + a3)
+    low = smaller(smaller(b1, b2), b3 - bend)
+    high = larger(larger(b1, b2), b3 + bend)
     low = smaller(low, choose(fresh, low, a0))
     high = larger(high, choose(fresh, high, a0))
     threshold = load(cell, EXCESS, column) + spread(friction)
-    scale = magnitude(a0) + magnitude(a1) + magnitude(a2) + magnitude(a3)
-    scale = scale + magnitude(a4) + magnitude(a5) + bend
+    scale = (magnitude(a0) + magnitude(a1)) + (magnitude(a2) + magnitude(a3)) + bend
     scale = scale + choose(resting, threshold + spread(friction), tau * spread(friction))
     bound = spread(16.0 * ULP) * scale
     never = spread(NEVER)
@@ -200,30 +213,90 @@ def _inside(cell, clock, friction, column, bent, tau):
 
 
 @inlined
-def _keep(cell, clock, friction, column, now, bent, lanes):
+def _keep(cell, clock, friction, strip, now, bent, lanes):
     """Give eight columns the keys of their new series; `lanes` masks those that have one."""
     never = spread(NEVER)
+    column = 8 * strip
+    row = CLOCKS * strip
     moving = magnitude(load(cell, SIDE, column)) + magnitude(load(cell, SIDE, column - 1))
     moving = moving + magnitude(load(cell, SIDE, column + 1))
-    watched = below(spread(0.0), moving)
+    watched = below(spread(0.0), moving) & lanes
     left = spread(EPOCH - now)
-    key = never
-    ends = watched & ~_inside(cell, clock, friction, column, bent, left)
+    key = choose(lanes, never, take(clock, row + KEY))
+    ends = watched & ~_inside(cell, clock, friction, strip, bent, left)
     if ends != 0:
-        guess = _guessed(cell, clock, friction, column)
+        guess = _guessed(cell, clock, friction, strip)
         tau = smaller(guess * spread(_EARLY), left)
-        inside = _inside(cell, clock, friction, column, bent, tau)
-        key = choose(ends, choose(inside, spread(now) + tau, spread(now)), never)
-        guess = spread(now) + guess
-        store(clock, GUESS, column, choose(lanes, guess, load(clock, GUESS, column)))
-    store(clock, KEY, column, choose(lanes, key, load(clock, KEY, column)))
-    store(clock, ROOT, column, choose(lanes, never, load(clock, ROOT, column)))
+        inside = _inside(cell, clock, friction, strip, bent, tau)
+        key = choose(ends, choose(inside, spread(now) + tau, spread(now)), key)
+        put(clock, row + GUESS, choose(ends, spread(now) + guess, take(clock, row + GUESS)))
+    put(clock, row + KEY, key)
+    put(clock, row + ROOT, choose(lanes, never, take(clock, row + ROOT)))
+    clock[_blocks(cell) + strip // 8, strip % 8] = least(key)
 
 
 @inlined
-def _mark(clock, block):
+def _mark(cell, clock, strip):
     """Bring up to date the first key of eight columns."""
-    clock[BLOCK, block] = least(load(clock, KEY, 8 * block))
+    keys = take(clock, CLOCKS * strip + KEY)
+    clock[_blocks(cell) + strip // 8, strip % 8] = least(keys)
+
+
+@inlined
+def _sweep(clock, first, strips, k):
+    """Complete the derivatives k + 1 .. k + 4 of all strips, and begin k + 5.
+
+    The first two of a strip need its neighbours' k and k + 1; the others follow one strip behind,
+    while what they need is still at hand.
+    """
+    zero = spread(0.0)
+    before = before_2 = zero
+    last = last_2 = zero  # derivatives k + 2 and k + 3 of the strip two behind
+    this = this_2 = zero  # and of the strip behind
+    holds_behind = zero
+    row = CLOCKS * first
+    holds = take(clock, row + HOLD)
+    moving = below(holds, zero)
+    moving_behind = moving
+    y = choose(moving, take(clock, row + k), zero)
+    y_2 = choose(moving, take(clock, row + k + 1), zero)
+    for s in range(strips + 1):
+        following = following_2 = following_holds = next_ = next_2 = zero
+        following_moving = moving
+        if s < strips:
+            if s + 1 < strips:
+                following_holds = take(clock, row + CLOCKS + HOLD)
+                following_moving = below(following_holds, zero)
+                following = choose(following_moving, take(clock, row + CLOCKS + k), zero)
+                following_2 = choose(following_moving, take(clock, row + CLOCKS + k + 1), zero)
+            around = from_left(before, y) + from_right(y, following)
+            around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
+            next_ = choose(moving, fused(holds, y, around), zero)
+            next_2 = choose(moving, fused(holds, y_2, around_2), zero)
+            put(clock, row + k + 1, choose(moving, y_2, around))
+            put(clock, row + k + 2, choose(moving, next_, around_2))
+        if s > 0:
+            around = from_left(last, this) + from_right(this, next_)
+            around_2 = from_left(last_2, this_2) + from_right(this_2, next_2)
+            after = fused(holds_behind, this, around)
+            after_2 = fused(holds_behind, this_2, around_2)
+            behind = row - CLOCKS
+            put(clock, behind + k + 3, choose(moving_behind, this_2, around))
+            put(clock, behind + k + 4, choose(moving_behind, after, around_2))
+            put(clock, behind + k + 5, after_2)
+        last = this
+        last_2 = this_2
+        this = next_
+        this_2 = next_2
+        holds_behind = holds
+        moving_behind = moving
+        before = y
+        before_2 = y_2
+        y = following
+        y_2 = following_2
+        holds = following_holds
+        moving = following_moving
+        row += CLOCKS
 
 
 @inlined
@@ -231,13 +304,14 @@ def _begin_epoch(cell, clock, real, whole):
     """Expand the whole window; return whether it is calm enough, and no slider is forceless."""
     zero = spread(0.0)
     friction = real[FRICTION]
-    first = (whole[FIRST] - 1) // 8 * 8  # whole cache lines
-    strips = (whole[LAST] - first + 9) // 8
+    first = (whole[FIRST] - 1) // 8
+    strips = (whole[LAST] + 9) // 8 - first
     whole[WORK] += _STRIP_WORK * strips
     wildest = zero
     forceless = 0
-    for s in range(strips):
-        i = first + 8 * s
+    for s in range(first, first + strips):
+        i = 8 * s
+        row = CLOCKS * s
         side = load(cell, SIDE, i)
         stiffness = load(cell, STIFFNESS, i)
         moves = side * side
@@ -248,49 +322,33 @@ def _begin_epoch(cell, clock, real, whole):
         push = choose(fresh, load(cell, DRIVE, i), push)
         forceless |= fresh & not_above(push, zero)
         speed = load(cell, SPEED, i)
-        store(clock, MOVE, i, moves)
-        store(clock, HOLD, i, zero - stiffness)
-        store(clock, 0, i, fused(spread(1.0) - moves, pull, side * speed))
-        store(clock, 1, i, side * push)
-        store(clock, BASE, i, zero)
+        put(clock, row + HOLD, zero - moves * stiffness)
+        put(clock, row, fused(spread(1.0) - moves, pull, side * speed))
+        put(clock, row + 1, side * push)
+        put(clock, row + BASE, zero)
         wildest = larger(wildest, larger(speed + speed, moves * magnitude(push)))
-    if forceless != 0 or largest(wildest) > _CALM * friction:
+    wild = largest(wildest)
+    if forceless != 0 or wild > _CALM * friction:
         return False
-    for k in range(0, KNOWN, 2):
-        before = before_2 = zero
-        y = load(clock, MOVE, first) * load(clock, k, first)
-        y_2 = load(clock, k + 1, first)
-        for s in range(strips):
-            i = first + 8 * s
-            following = following_2 = zero
-            if s + 1 < strips:
-                following = load(clock, MOVE, i + 8) * load(clock, k, i + 8)
-                following_2 = load(clock, k + 1, i + 8)
-            around = from_left(before, y) + from_right(y, following)
-            around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
-            moving = below(zero, load(clock, MOVE, i))
-            holds = load(clock, HOLD, i)
-            store(clock, k + 1, i, choose(moving, y_2, around))
-            after = fused(holds, y, around)
-            store(clock, k + 2, i, choose(moving, after, around_2))
-            store(clock, k + 3, i, choose(moving, fused(holds, y_2, around_2), zero))
-            before = y
-            before_2 = y_2
-            y = following
-            y_2 = following_2
-    for s in range(strips):
-        i = first + 8 * s
-        bent = zero
-        for k in range(6, KNOWN):
-            bent = fused(magnitude(load(clock, k, i)), everywhere(_WEIGHTS, 0, k), bent)
-        _keep(cell, clock, friction, i, 0.0, bent, 255)
+    for k in range(0, KNOWN, 4):
+        _sweep(clock, first, strips, k)
+    late = zero
+    for s in range(first, first + strips):
+        row = CLOCKS * s
+        late = larger(late, magnitude(take(clock, row + 8)))
+        late = larger(late, magnitude(take(clock, row + 9)))
+    tail = spread(_TAIL * largest(late))
+    for s in range(first, first + strips):
+        row = CLOCKS * s
+        bent = fused(magnitude(take(clock, row + 6)), spread(_SIXTH), tail)
+        bent = fused(magnitude(take(clock, row + 7)), spread(_SEVENTH), bent)
+        _keep(cell, clock, friction, s, 0.0, bent, 255)
     whole[TESTS] += strips
-    for b in range(first // 8, first // 8 + strips):
-        _mark(clock, b)
-    whole[LEFT] = first // 8
-    whole[RIGHT] = first // 8 + strips - 1
+    whole[LEFT] = first
+    whole[RIGHT] = first + strips - 1
     real[CLOCK] = 0.0
-    whole[EPOCH_EVENTS] = 0
+    real[WILD] = max(wild, friction)
+    real[SPENT] = 0.0
     whole[CENTRE] = 0
     whole[LOCAL] = 1
     return True
@@ -300,38 +358,48 @@ def _begin_epoch(cell, clock, real, whole):
 def _arrive(cell, clock, i, time):
     """Take the sliders around i to the time of its event."""
     zero = spread(0.0)
-    for q in range(4):
-        column = i - 15 + 8 * q
-        margin, moved = _at(clock, cell, column, time)
+    a = (i - 15) // 8
+    nearby = ((1 << 15) - 1) << (i - 7 - 8 * a)
+    for q in range(5):
+        strip = a + q
+        row = CLOCKS * strip
+        column = 8 * strip
+        margin, moved = _at(clock, cell, strip, time)
         x = load(cell, X, column) + moved
         speed = larger(load(cell, SIDE, column) * margin, zero)
-        store(clock, NOW_X, column, x)
-        store(clock, NOW_SPEED, column, speed)
-    for q in range(2):
-        column = i - 7 + 8 * q
-        lanes = 255 if q == 0 else 127
-        store(cell, X, column, choose(lanes, load(clock, NOW_X, column), load(cell, X, column)))
-        speed = choose(lanes, load(clock, NOW_SPEED, column), load(cell, SPEED, column))
-        store(cell, SPEED, column, speed)
-        store(cell, FRESH, column, choose(lanes, zero, load(cell, FRESH, column)))
-        store(clock, BASE, column, choose(lanes, spread(time), load(clock, BASE, column)))
+        put(clock, row + NOW_X, x)
+        put(clock, row + NOW_SPEED, speed)
+        if 0 < q < 4:
+            lanes = nearby >> (8 * q)
+            store(cell, X, column, choose(lanes, x, load(cell, X, column)))
+            store(cell, SPEED, column, choose(lanes, speed, load(cell, SPEED, column)))
+            store(cell, FRESH, column, choose(lanes, zero, load(cell, FRESH, column)))
+            put(clock, row + BASE, choose(lanes, spread(time), take(clock, row + BASE)))
 
 
 @inlined
-def _expanded(cell, clock, friction, column):
-    """Return moves, rests, holds, value, first derivative of eight columns, and their size."""
+def _expanded(cell, clock, friction, strip, left, x, right, window):
+    """Return what moves, holds, the value, the first derivative and the size of eight columns."""
+    zero = spread(0.0)
+    column = 8 * strip
     side = load(cell, SIDE, column)
     stiffness = load(cell, STIFFNESS, column)
     moves = side * side
-    rests = spread(1.0) - moves
-    x = load(clock, NOW_X, column)
-    around = load(clock, NOW_X, column - 1) + load(clock, NOW_X, column + 1)
+    around = from_left(left, x) + from_right(x, right)
     pull = load(cell, REST, column) + (around - stiffness * x)
-    speed = load(clock, NOW_SPEED, column)
-    value = fused(rests, pull, side * speed)
+    speed = take(clock, CLOCKS * strip + NOW_SPEED)
+    value = fused(spread(1.0) - moves, pull, side * speed)
     slope = side * (side * pull - spread(friction))
     size = larger(speed + speed, moves * magnitude(slope))
-    return below(spread(0.0), moves), spread(0.0) - stiffness, value, slope, size
+    moving = below(zero, moves) & window
+    return moving, zero - stiffness, value, slope, choose(moving, size, zero)
+
+
+@inlined
+def _kept(clock, strip, k, lanes, row):
+    """Set derivative k of the lanes of a strip."""
+    place = CLOCKS * strip + k
+    put(clock, place, choose(lanes, row, take(clock, place)))
 
 
 @inlined
@@ -344,47 +412,96 @@ def _renew(cell, clock, real, whole):
     fresh = cell[FRESH, i] > 0.0
     if fresh and cell[DRIVE, i] <= 0.0:
         return False
-    clock[NOW_SPEED, i] = cell[SPEED, i]
-    a = i - 15
-    b = i - 7
-    c = i + 1
-    d = i + 9
-    moves_a, holds_a, y_a, after_a, size_a = _expanded(cell, clock, friction, a)
-    moves_b, holds_b, y_b, after_b, size_b = _expanded(cell, clock, friction, b)
-    moves_c, holds_c, y_c, after_c, size_c = _expanded(cell, clock, friction, c)
-    moves_d, holds_d, y_d, after_d, size_d = _expanded(cell, clock, friction, d)
-    # the outermost give their velocities alone: what pulls them is not known
-    size_a = choose(254, size_a, zero)
-    size_d = choose(63, size_d, zero)
-    if largest(larger(larger(size_a, size_b), larger(size_c, size_d))) > _CALM * friction:
+    clock[CLOCKS * (i // 8) + NOW_SPEED, i % 8] = cell[SPEED, i]
+    a = (i - 15) // 8
+    b = a + 1
+    c = a + 2
+    d = a + 3
+    e = a + 4
+    x_a = take(clock, CLOCKS * a + NOW_X)
+    x_b = take(clock, CLOCKS * b + NOW_X)
+    x_c = take(clock, CLOCKS * c + NOW_X)
+    x_d = take(clock, CLOCKS * d + NOW_X)
+    x_e = take(clock, CLOCKS * e + NOW_X)
+    # fourteen sliders to either side, and the velocities alone of the next: what pulls them is
+    # not known
+    shift = i - 15 - 8 * a
+    window = ((1 << 29) - 1) << (shift + 1)
+    outer = ((1 << 31) - 1) << shift
+    nearby = ((1 << 15) - 1) << (shift + 8)
+    in_b = nearby >> 8
+    in_c = nearby >> 16
+    in_d = nearby >> 24
+    moves_a, holds_a, y_a, after_a, size_a = _expanded(
+        cell, clock, friction, a, zero, x_a, x_b, window
+    )
+    moves_b, holds_b, y_b, after_b, size_b = _expanded(
+        cell, clock, friction, b, x_a, x_b, x_c, window >> 8
+    )
+    moves_c, holds_c, y_c, after_c, size_c = _expanded(
+        cell, clock, friction, c, x_b, x_c, x_d, window >> 16
+    )
+    moves_d, holds_d, y_d, after_d, size_d = _expanded(
+        cell, clock, friction, d, x_c, x_d, x_e, window >> 24
+    )
+    moves_e, holds_e, y_e, after_e, size_e = _expanded(
+        cell, clock, friction, e, x_d, x_e, zero, window >> 32
+    )
+    wild = largest(larger(larger(larger(size_a, size_b), larger(size_c, size_d)), size_e))
+    rest = (EPOCH - now) * (EPOCH - now)
+    rest *= rest
+    rest *= rest
+    rest *= rest
+    real[WILD] = max(real[WILD], wild)
+    real[SPENT] += rest * _LEFT_OUT
+    if wild > _CALM * friction or real[SPENT] * real[WILD] > _BUDGET * friction:
         return False
     if fresh:
-        after_b = choose(127, after_b, spread(cell[SIDE, i] * cell[DRIVE, i]))
-    old = load(clock, 0, c)
-    store(clock, 0, b, y_b)
-    store(clock, 0, c, choose(127, y_c, old))
-    y_a = choose(moves_a, y_a, zero)
+        begun = spread(cell[SIDE, i] * cell[DRIVE, i])
+        lane = (1 << 15) << shift
+        after_b = choose(lane >> 8, begun, after_b)
+        after_c = choose(lane >> 16, begun, after_c)
+    _kept(clock, b, 0, in_b, y_b)
+    _kept(clock, c, 0, in_c, y_c)
+    _kept(clock, d, 0, in_d, y_d)
+    side = load(cell, SIDE, 8 * a)
+    y_a = choose(outer & below(zero, side * side), y_a, zero)
     y_b = choose(moves_b, y_b, zero)
     y_c = choose(moves_c, y_c, zero)
-    y_d = choose(moves_d, y_d, zero)
-    moves_a &= 254
-    after_a = choose(254, after_a, zero)
-    moves_d &= 63
-    after_d = choose(63, after_d, zero)
-    bent_b = bent_c = zero
+    side = load(cell, SIDE, 8 * d)
+    y_d = choose((outer >> 24) & below(zero, side * side), y_d, zero)
+    side = load(cell, SIDE, 8 * e)
+    y_e = choose((outer >> 32) & below(zero, side * side), y_e, zero)
+    after_a = choose(moves_a, after_a, zero)
+    after_b = choose(moves_b, after_b, zero)
+    after_c = choose(moves_c, after_c, zero)
+    after_d = choose(moves_d, after_d, zero)
+    after_e = choose(moves_e, after_e, zero)
+    bent_b = bent_c = bent_d = late = zero
     for k in range(1, KNOWN):
         around_a = from_left(zero, y_a) + from_right(y_a, y_b)
         around_b = from_left(y_a, y_b) + from_right(y_b, y_c)
         around_c = from_left(y_b, y_c) + from_right(y_c, y_d)
-        around_d = from_left(y_c, y_d) + from_right(y_d, zero)
+        around_d = from_left(y_c, y_d) + from_right(y_d, y_e)
+        around_e = from_left(y_d, y_e) + from_right(y_e, zero)
         row_b = choose(moves_b, after_b, around_b)
         row_c = choose(moves_c, after_c, around_c)
-        store(clock, k, b, row_b)
-        store(clock, k, c, choose(127, row_c, load(clock, k, c)))
-        if k > 5:
-            weight = everywhere(_WEIGHTS, 0, k)
+        row_d = choose(moves_d, after_d, around_d)
+        _kept(clock, b, k, in_b, row_b)
+        _kept(clock, c, k, in_c, row_c)
+        _kept(clock, d, k, in_d, row_d)
+        if k == 6 or k == 7:
+            weight = spread(_SIXTH if k == 6 else _SEVENTH)
             bent_b = fused(magnitude(row_b), weight, bent_b)
             bent_c = fused(magnitude(row_c), weight, bent_c)
+            bent_d = fused(magnitude(row_d), weight, bent_d)
+        elif k == 8 or k == 9:
+            late = larger(late, larger(magnitude(after_a), magnitude(after_e)))
+            late = larger(late, larger(magnitude(after_b), magnitude(after_d)))
+            late = larger(late, magnitude(after_c))
+            late = larger(late, choose(in_b, magnitude(row_b), zero))
+            late = larger(late, choose(in_c, magnitude(row_c), zero))
+            late = larger(late, choose(in_d, magnitude(row_d), zero))
         new = choose(moves_a, fused(holds_a, y_a, around_a), zero)
         y_a = after_a
         after_a = new
@@ -397,80 +514,89 @@ def _renew(cell, clock, real, whole):
         new = choose(moves_d, fused(holds_d, y_d, around_d), zero)
         y_d = after_d
         after_d = new
-    _keep(cell, clock, friction, b, now, bent_b, 255)
-    _keep(cell, clock, friction, c, now, bent_c, 127)
+        new = choose(moves_e, fused(holds_e, y_e, around_e), zero)
+        y_e = after_e
+        after_e = new
+    tail = spread(_TAIL * largest(late))
+    _keep(cell, clock, friction, b, now, bent_b + tail, in_b)
+    _keep(cell, clock, friction, c, now, bent_c + tail, in_c)
+    _keep(cell, clock, friction, d, now, bent_d + tail, in_d)
     whole[TESTS] += 2
-    for block in range(b // 8, (c + 7) // 8 + 1):
-        _mark(clock, block)
-    whole[LEFT] = min(whole[LEFT], b // 8)
-    whole[RIGHT] = max(whole[RIGHT], (c + 7) // 8)
+    whole[LEFT] = min(whole[LEFT], b)
+    whole[RIGHT] = max(whole[RIGHT], d)
     whole[CENTRE] = 0
     return True
 
 
 @inlined
-def _soonest(clock, whole):
+def _soonest(cell, clock, whole):
     """Return the column with the first key."""
-    first = (whole[FIRST] - 1) // 64
-    last = (whole[LAST] + 1) // 64
-    keys = load(clock, BLOCK, 8 * first)
+    blocks = _blocks(cell)
+    first = blocks + whole[LEFT] // 8
+    last = blocks + whole[RIGHT] // 8
+    keys = take(clock, first)
     for b in range(first + 1, last + 1):
-        keys = smaller(keys, load(clock, BLOCK, 8 * b))
+        keys = smaller(keys, take(clock, b))
     key = least(keys)
     if key >= NEVER:
         return -1
     while True:
-        found = not_above(load(clock, BLOCK, 8 * first), spread(key))
+        found = not_above(take(clock, first), spread(key))
         if found != 0:
             break
         first += 1
-    block = 8 * first + lowest_bit(found)
-    return 8 * block + lowest_bit(not_above(load(clock, KEY, 8 * block), spread(key)))
+    strip = 8 * (first - blocks) + lowest_bit(found)
+    return 8 * strip + lowest_bit(not_above(take(clock, CLOCKS * strip + KEY), spread(key)))
 
 
 @inlined
-def _alone(clock, whole, time):
+def _alone(cell, clock, whole, time):
     """Return whether only one key is at most `time`."""
-    block = -1
-    for b in range((whole[FIRST] - 1) // 64, (whole[LAST] + 1) // 64 + 1):
-        found = not_above(load(clock, BLOCK, 8 * b), spread(time))
+    blocks = _blocks(cell)
+    strip = -1
+    for b in range(blocks + whole[LEFT] // 8, blocks + whole[RIGHT] // 8 + 1):
+        found = not_above(take(clock, b), spread(time))
         if found != 0:
-            if block >= 0 or found & (found - 1) != 0:
+            if strip >= 0 or found & (found - 1) != 0:
                 return False
-            block = 8 * b + lowest_bit(found)
-    found = not_above(load(clock, KEY, 8 * block), spread(time))
+            strip = 8 * (b - blocks) + lowest_bit(found)
+    found = not_above(take(clock, CLOCKS * strip + KEY), spread(time))
     return found & (found - 1) == 0
 
 
 @compiled
-def _look(cell, clock, series, real, whole, i):
+def _look(cell, clock, real, whole, i):
     """Carry the key of one slider on; return whether that was plain."""
-    base = clock[BASE, i]
-    for k in range(KNOWN):
-        series[k, 0] = clock[k, i]
+    row = CLOCKS * (i // 8)
+    lane = i % 8
+    base = element(clock, row + BASE, lane)
     side = cell[SIDE, i]
     limit = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
-    a = clock[KEY, i] - base
+    a = element(clock, row + KEY, lane) - base
     end = EPOCH - base
     fresh = cell[FRESH, i] != 0.0
-    target = clock[GUESS, i] - base
+    target = element(clock, row + GUESS, lane) - base
     located = False
     if a < target < 1.0:
-        target = refined(cell, series, real, whole, i, 0, 0, KNOWN, target)
+        target = refined(cell, clock, real, whole, i, row, lane, KNOWN, target)
         if a < target <= end:
             target = (base + target) - base
             located = True
-    at_a = series[0, 0]
-    slope_a = series[1, 0]
+    at_a = element(clock, row, lane)
+    slope_a = element(clock, row + 1, lane)
     b = target if located else end
     for _ in range(_PIECES):
         if b - a < _GAP:
             return False
-        at_b, slope_b = margin(series, 0, 0, KNOWN, b)
+        at_b, slope_b = margin(clock, row, lane, KNOWN, b)
         whole[ROOTS] += 1
-        bend = 0.0
-        for k in range(KNOWN - 1, 3, -1):
-            bend = abs(series[k, 0]) + bend * (b / (k - 3))
+        bend = bend_odd = 0.0
+        for k in range(KNOWN - 2, 3, -2):
+            after = b * b * element(STEP_FACTORS, 0, k - 3)
+            bend = fused_scalar(bend, after, abs(element(clock, row + k, lane)))
+            after = b * b * element(STEP_FACTORS, 0, k - 2)
+            bend_odd = fused_scalar(bend_odd, after, abs(element(clock, row + k + 1, lane)))
+        bend = fused_scalar(b, bend_odd, bend)
         bound = rounding(cell, real, i, at_a, slope_a, at_b, slope_b, b)
         if located:
             outward = -side
@@ -490,10 +616,10 @@ def _look(cell, clock, series, real, whole, i):
                     bend, b, bound, False, False,
                 )  # fmt: skip
             if plain:
-                clock[KEY, i] = base + b
-                clock[ROOT, i] = base + b
-                clock[GUESS, i] = off
-                _mark(clock, i // 8)
+                clock[row + KEY, lane] = base + b
+                clock[row + ROOT, lane] = base + b
+                clock[row + GUESS, lane] = off
+                _mark(cell, clock, i // 8)
                 return True
         else:
             plain = True
@@ -507,8 +633,8 @@ def _look(cell, clock, series, real, whole, i):
                     False,
                 )  # fmt: skip
             if plain:
-                clock[KEY, i] = base + b if b < end else NEVER
-                _mark(clock, i // 8)
+                clock[row + KEY, lane] = base + b if b < end else NEVER
+                _mark(cell, clock, i // 8)
                 return True
         located = False
         b = a + 0.5 * (b - a)
@@ -523,16 +649,17 @@ def at_once(cell, clock, real, whole):
     never = spread(NEVER)
     for b in range(whole[LEFT], whole[RIGHT] + 1):
         i = 8 * b
-        clock[BLOCK, b] = NEVER
-        store(clock, KEY, i, never)
-        margin_, moved = _at(clock, cell, i, now)
+        row = CLOCKS * b
+        clock[_blocks(cell) + b // 8, b % 8] = NEVER
+        put(clock, row + KEY, never)
+        margin_, moved = _at(clock, cell, b, now)
         side = load(cell, SIDE, i)
-        kept = not_above(spread(now), load(clock, BASE, i))
+        kept = not_above(spread(now), take(clock, row + BASE))
         store(cell, X, i, load(cell, X, i) + moved)
         speed = choose(kept, load(cell, SPEED, i), larger(side * margin_, zero))
         store(cell, SPEED, i, speed)
         store(cell, FRESH, i, choose(kept, load(cell, FRESH, i), zero))
-        store(clock, BASE, i, spread(now))
+        put(clock, row + BASE, spread(now))
     whole[LOCAL] = 0
 
 
@@ -541,15 +668,15 @@ def present(cell, clock, real, out):
     """Write displacements and speeds at the present time to the copy `out` of `cell`."""
     for b in range(cell.shape[1] // 8):
         i = 8 * b
-        margin_, moved = _at(clock, cell, i, real[CLOCK])
-        kept = not_above(spread(real[CLOCK]), load(clock, BASE, i))
+        margin_, moved = _at(clock, cell, b, real[CLOCK])
+        kept = not_above(spread(real[CLOCK]), take(clock, CLOCKS * b + BASE))
         now = larger(load(cell, SIDE, i) * margin_, spread(0.0))
         store(out, X, i, load(cell, X, i) + moved)
         store(out, SPEED, i, choose(kept, load(cell, SPEED, i), now))
 
 
 @compiled
-def advance(cell, count, clock, series, real, whole):
+def advance(cell, count, clock, real, whole):
     """Advance a long cluster to its first event, or to the end of the epoch.
 
     Returns
@@ -559,6 +686,8 @@ def advance(cell, count, clock, series, real, whole):
     """
     whole[STEPS] += 1
     whole[WORK] += _EVENT_WORK
+    if whole[LOCAL] == 1 and real[SPENT] * real[WILD] > 0.5 * _BUDGET * real[FRICTION]:
+        at_once(cell, clock, real, whole)
     if whole[LOCAL] == 0:
         if not _begin_epoch(cell, clock, real, whole):
             return 0.0, -1, 0.0
@@ -567,33 +696,32 @@ def advance(cell, count, clock, series, real, whole):
         return 0.0, -1, 0.0
     now = real[CLOCK]
     while True:
-        i = _soonest(clock, whole)
-        if i < 0 or whole[EPOCH_EVENTS] >= _MOST_EVENTS:
-            if i < 0:
-                real[CLOCK] = EPOCH
+        i = _soonest(cell, clock, whole)
+        if i < 0:
+            real[CLOCK] = EPOCH
             at_once(cell, clock, real, whole)
             return real[CLOCK] - now, 0, 0.0
-        time = clock[ROOT, i]
+        row = CLOCKS * (i // 8)
+        time = element(clock, row + ROOT, i % 8)
         if time < NEVER:
             if time - now < _GAP:
                 break
-            if _alone(clock, whole, time + _GAP):
-                residual = abs(clock[GUESS, i])
+            if _alone(cell, clock, whole, time + _GAP):
+                residual = abs(element(clock, row + GUESS, i % 8))
                 _arrive(cell, clock, i, time)
                 real[CLOCK] = time
                 whole[CENTRE] = i
-                whole[EPOCH_EVENTS] += 1
                 count[EVENT, 0] = i
                 return time - now, 1, residual
-            clock[KEY, i] = NEVER
-            _mark(clock, i // 8)
-            j = _soonest(clock, whole)
-            if clock[ROOT, j] < NEVER:
+            clock[row + KEY, i % 8] = NEVER
+            _mark(cell, clock, i // 8)
+            j = _soonest(cell, clock, whole)
+            if clock[CLOCKS * (j // 8) + ROOT, j % 8] < NEVER:
                 break
-            clock[KEY, i] = time
-            _mark(clock, i // 8)
+            clock[row + KEY, i % 8] = time
+            _mark(cell, clock, i // 8)
             i = j
-        if not _look(cell, clock, series, real, whole, i):
+        if not _look(cell, clock, real, whole, i):
             break
     at_once(cell, clock, real, whole)
     return 0.0, -1, 0.0

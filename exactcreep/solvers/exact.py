@@ -324,7 +324,7 @@ class ExactSimulation(Simulation):
             for name in _LOGGED:
                 getattr(self.work.log, name)[...] = captured[name]
         if self.work.clock is not None:
-            self.work.clock[[layout.KEY, layout.BLOCK]] = layout.NEVER
+            layout.forget(self.work.clock, self.chain.n)
             self.work.clock[...] = captured.get("clock", self.work.clock)
         kernel.prepare(self.work.cell, self.work.tally, self.work.deviate, self.work.whole)
 
@@ -473,8 +473,8 @@ class Exact(Solver):
 
     def compiles(self, n: int) -> tuple[int, ...]:
         """Return lengths of chains with which all is compiled that one of `n` sliders may need."""
-        if n > layout.LEAST_LONG:
-            return (layout.LEAST_LONG + 1,)
+        if n > layout.LONGEST_SHORT:
+            return (layout.LONGEST_SHORT + 1,)
         return (3,) if n > 2 else (2, 3)
 
     def rearrange(

@@ -762,7 +762,7 @@ def _cluster(cell, count, deviate, clock, series, real, whole, log):
     events = np.int64(-1)
     if clock is not None:  # noqa: SIM102 - known when this is compiled, the rest is not
         if whole[LOCAL] == 1 or _long(whole):
-            t, events, residual = advance(cell, count, clock, series, real, whole)
+            t, events, residual = advance(cell, count, clock, real, whole)
             if events < 0:
                 real[TIME] += t
                 whole[RETRY] = 1

@@ -35,15 +35,17 @@ ORDERS = 24
 """Taylor coefficients 0 .. ORDERS - 1 of a velocity are kept; even."""
 HORIZON = 1.0
 """Longest step of a cluster, in units of tau_dyn."""
-EPOCH = 0.5
+EPOCH = 0.5625
 """Long clusters are expanded as a whole that often, in units of tau_dyn."""
 KNOWN = 20
-"""Taylor coefficients kept for an epoch; even."""
-LEAST_LONG = 80
-"""A cluster is long from so many sliders between its first and last on. Measured."""
+"""Taylor coefficients kept for an epoch; a multiple of four."""
+LONGEST_SHORT = 80
+"""Chains up to so many sliders are always expanded as a whole."""
+LEAST_LONG = 48
+"""In longer ones a cluster is long from so many sliders between its first and last on. Measured."""
 PAD = 18
 """Slider n stands in column n - 1 + PAD; the columns outside the chain never move."""
-TAIL = 20
+TAIL = 24
 """Columns after the last slider: a window may reach so far beyond it."""
 NEVER = 1e300
 """The excess of a column outside the chain: a threshold that no force reaches."""
@@ -100,19 +102,18 @@ SERIES = ORDERS + 9
 LADDER = (ORDERS + 9) // 8
 """Rows after those of all strips: the factors between a series' terms at the end of a step."""
 
-# rows of `clock`, float64: first the derivatives 0 .. KNOWN + 1 of the margins, then
+# rows of each strip of `clock`, float64: first the derivatives 0 .. KNOWN + 1 of the margins, then
 (
     BASE,  # time of the epoch at which the series begins
     KEY,  # until then the margin is certified to stay in its range
     ROOT,  # when it was found to leave its range
     GUESS,  # when it might; once found what it misses the end of its range by
-    MOVE,  # 1 for a mover, else 0
     HOLD,  # minus the stiffness for a mover, else 0
     NOW_X,  # X and SPEED around the last event, at its time
     NOW_SPEED,
-    BLOCK,  # in column b the first key of columns 8 b .. 8 b + 7
-) = range(KNOWN + 2, KNOWN + 11)
-CLOCKS = KNOWN + 11
+) = range(KNOWN + 2, KNOWN + 9)
+CLOCKS = KNOWN + 9
+"""An odd number; after all strips follow rows with the first key of each strip."""
 
 # cells of `real`, float64
 (
@@ -130,8 +131,10 @@ CLOCKS = KNOWN + 11
     WIDTH,  # their standard deviation
     MEAN_EXCESS,  # (mu_s - mu_d) cos(alpha)
     CLOCK,  # time since the beginning of the epoch
-) = range(14)
-REALS = 14
+    WILD,  # bound of velocities and accelerations in the epoch
+    SPENT,  # what the epoch has left out, in units of it
+) = range(16)
+REALS = 16
 
 # cells of `whole`, int64
 (
@@ -164,10 +167,9 @@ REALS = 14
     CENTRE,  # column around which series are to be renewed
     LEFT,  # blocks of eight columns that the epoch has reached
     RIGHT,
-    EPOCH_EVENTS,
     RETRY,  # steps until a long cluster is tried as such again
-) = range(31)
-WHOLES = 31
+) = range(30)
+WHOLES = 30
 
 class Log(NamedTuple):
     """What the loop records."""
@@ -263,3 +265,14 @@ def columns(n: int) -> int:
     """
     eights = -(-(n + PAD + TAIL) // 8)
     return 8 * (eights + 1 - eights % 2)
+
+
+def keys(n: int) -> int:
+    """Return how many rows of a clock hold the first keys of the strips of a chain."""
+    return -(-columns(n) // 64)
+
+
+def forget(clock: NDArray[np.float64], n: int) -> None:
+    """Take all keys out of the clock of a chain of `n` sliders."""
+    clock[KEY::CLOCKS] = NEVER
+    clock[-keys(n) :] = NEVER

@@ -171,14 +171,12 @@ def placed(chain: Chain, rest: Rest, seed: int, logging: int) -> Work:
         cell=cell,
         tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
         deviate=deviate,
-        clock=_aligned((layout.CLOCKS, m))[0] if n > layout.LEAST_LONG else None,
+        clock=_clock(n) if n > layout.LONGEST_SHORT else None,
         series=_series(n) if n > _ALONE else None,
         real=real,
         whole=whole,
         log=_log(n, m, logging),
     )
-    if work.clock is not None:
-        work.clock[[layout.KEY, layout.BLOCK]] = layout.NEVER
     _place(cell, work.tally, deviate, real, whole, rest.numbers, rest.state.draws)
     real[layout.TOTAL] = rest.numbers[PLACE].sum()
     return work
@@ -201,6 +199,12 @@ def _log(n: int, m: int, logging: int) -> Log:
 def roomier(work: Work) -> Work:
     """Return the same arrays with `series`, which have no memory."""
     return work._replace(series=_series(int(work.whole[N])))
+
+
+def _clock(n: int) -> NDArray[np.float64]:
+    clock = _aligned((layout.CLOCKS * (layout.columns(n) // 8) + layout.keys(n), 8))[0]
+    layout.forget(clock, n)
+    return clock
 
 
 def _series(n: int) -> NDArray[np.float64]:
