@@ -11,6 +11,8 @@ from typing import Any
 
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 
+MEMORY = 2**30
+"""Bytes of what is recorded that are kept in memory, unless another number is asked for."""
 _ANY_NUMBER = 2**60  # of events: compiled loops add to it, in integers of 64 bits
 
 
@@ -59,6 +61,8 @@ class Limits:
         Returns whether the user wants it to end now.
     used : int
         Events that were used up before the call.
+    memory : int
+        Bytes of what is recorded that are kept in memory; what lies beyond goes to files.
     """
 
     events: int | None = None
@@ -68,6 +72,7 @@ class Limits:
     pause: float = math.inf
     interrupted: Callable[[], bool] | None = None
     used: int = 0
+    memory: int = MEMORY
 
     @classmethod
     def of(
@@ -75,6 +80,7 @@ class Limits:
         max_events: Any = None,
         max_seconds: Any = None,
         max_bytes: Any = None,
+        memory: Any = MEMORY,
     ) -> Limits:
         """Return the limits that a user asks for; the time begins now.
 
@@ -94,7 +100,9 @@ class Limits:
                 raise InputError("max_seconds", max_seconds, "must not be negative")
             wait = nearest_float(seconds)
             at, why = time.perf_counter() + wait, f"max_seconds = {wait:g} was reached"
-        return cls(whole(max_events, "max_events"), whole(max_bytes, "max_bytes"), at, why)
+        kept = whole_number(memory, "memory", least=0)
+        events, size = whole(max_events, "max_events"), whole(max_bytes, "max_bytes")
+        return cls(events, size, at, why, memory=kept)
 
     def after(self, events: int) -> Limits:
         """Return what is left of these limits after so many events."""

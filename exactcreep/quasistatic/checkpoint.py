@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import mmap
 import os
 import re
 from collections.abc import Mapping
@@ -26,10 +27,11 @@ VERSION = 5
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 _LINE = b"exactcreep checkpoint %d\n"
 _HEADER = 8 + 32  # length and SHA-256 of the body
+_LARGE = 2**26  # bytes from which an array is read where it stands in the file
 _KINDS = "biufUS"  # array types that are plain bytes
 
 
-def _encoded(value: Any, blobs: list[bytes]) -> Any:
+def _encoded(value: Any, blobs: list[bytes | memoryview]) -> Any:
     if value is None or isinstance(value, (bool, str)):
         return value
     if isinstance(value, int):
@@ -45,8 +47,8 @@ def _encoded(value: Any, blobs: list[bytes]) -> Any:
             return {"$objects": items, "shape": list(array.shape)}
         if array.dtype.kind not in _KINDS:
             raise TypeError(f"a checkpoint cannot hold an array of {array.dtype}")
-        array = array.astype(array.dtype.newbyteorder("<"), copy=False)
-        blobs.append(array.tobytes())
+        array = np.asarray(array, array.dtype.newbyteorder("<"), order="C")
+        blobs.append(array.reshape(-1).view(np.uint8).data if array.size else b"")
         kept = {"$array": array.dtype.str, "shape": list(array.shape), "bytes": array.nbytes}
         return kept | ({"scalar": True} if isinstance(value, np.generic) else {})
     if isinstance(value, (list, tuple)):
@@ -90,7 +92,8 @@ def _decoded(value: Any, body: memoryview) -> Any:
             data = body[position : position + item["bytes"]]
             position += item["bytes"]
             array = np.frombuffer(data, kind).reshape(item["shape"])
-            array = array.astype(kind.newbyteorder("="))  # a copy of its own, writable
+            if array.nbytes < _LARGE or not kind.isnative:
+                array = array.astype(kind.newbyteorder("="))  # a copy of its own, writable
             return array[()] if item.get("scalar") else array
         return {key: decode(part) for key, part in item.items()}
 
@@ -98,7 +101,12 @@ def _decoded(value: Any, body: memoryview) -> Any:
 
 
 def to_bytes(content: Mapping[str, Any]) -> bytes:
-    """Return the checkpoint that holds `content`.
+    """Return the checkpoint that holds `content`; see `pieces`."""
+    return b"".join(pieces(content))
+
+
+def pieces(content: Mapping[str, Any]) -> list[bytes | memoryview]:
+    """Return the checkpoint that holds `content`, arrays as they stand in memory or in files.
 
     Parameters
     ----------
@@ -106,14 +114,16 @@ def to_bytes(content: Mapping[str, Any]) -> bytes:
         Of names to None, truth values, numbers, strings, rationals, arrays, and lists, tuples
         and mappings of them.
     """
-    blobs: list[bytes] = []
+    blobs: list[bytes | memoryview] = []
     tree = json.dumps(_encoded(content, blobs), separators=(",", ":")).encode()
-    body = b"".join([len(tree).to_bytes(8, "little"), tree, *blobs])
-    digest = hashlib.sha256(body).digest()
-    return b"".join([_LINE % VERSION, len(body).to_bytes(8, "little"), digest, body])
+    body = [len(tree).to_bytes(8, "little"), tree, *blobs]
+    digest, length = hashlib.sha256(), sum(map(len, body))
+    for piece in body:
+        digest.update(piece)
+    return [_LINE % VERSION, length.to_bytes(8, "little"), digest.digest(), *body]
 
 
-def from_bytes(data: bytes, name: str = "checkpoint") -> dict[str, Any]:
+def from_bytes(data: bytes | memoryview, name: str = "checkpoint") -> dict[str, Any]:
     """Return what the checkpoint `data` holds; `name` is the file's, for the message.
 
     Raises
@@ -170,7 +180,7 @@ def write(
     TypeError
         If it would hold what a checkpoint cannot hold.
     """
-    write_file(path, to_bytes(content), "checkpoint", force=force)
+    write_file(path, pieces(content), "checkpoint", force=force)
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -185,7 +195,10 @@ def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     if not Path(path).is_file():
         raise InputError("checkpoint", name, "must be a file")
     try:
-        data = Path(path).read_bytes()
+        with open(name, "rb") as file:
+            there = os.fstat(file.fileno()).st_size
+            # large arrays stay in the file until somebody needs them
+            data = mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) if there else b""
     except OSError as error:
         raise InputError("checkpoint", name, f"cannot be read: {error.strerror}") from None
-    return from_bytes(data, name)
+    return from_bytes(memoryview(data), name)

@@ -8,6 +8,7 @@ import itertools
 import os
 import re
 import secrets
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -168,7 +169,11 @@ def _begin(target: Path) -> tuple[Path, int]:
 
 
 def write_file(
-    path: str | os.PathLike[str], data: bytes | memoryview, field: str, *, force: bool = True
+    path: str | os.PathLike[str],
+    data: bytes | memoryview | Iterable[bytes | memoryview],
+    field: str,
+    *,
+    force: bool = True,
 ) -> None:
     """Make `data` the content of a file, in one piece or not at all, even if the power fails.
 
@@ -176,7 +181,7 @@ def write_file(
     ----------
     path : path
         Links are followed.
-    data : bytes
+    data : bytes or memoryview, or several of them
     field : str
         The name used in the error message.
     force : bool
@@ -194,7 +199,7 @@ def write_file(
         part, descriptor = _begin(target)
         try:
             with open(descriptor, "wb") as file:
-                file.write(data)
+                file.writelines([data] if isinstance(data, (bytes, memoryview)) else data)
                 file.flush()
                 os.fsync(file.fileno())
                 if force:

@@ -20,7 +20,7 @@ from typing import Any
 from numba.core import event as compiler_event
 
 from exactcreep import __version__, interrupts
-from exactcreep.limits import NO_LIMITS, Limits, Stop
+from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
@@ -80,6 +80,7 @@ def creep(
     max_events: int | None = None,
     max_seconds: float | None = None,
     max_bytes: int | None = None,
+    memory: int = MEMORY,
     checkpoint: str | os.PathLike[str] | None = None,
     every: float = 60.0,
     force: bool = False,
@@ -98,8 +99,10 @@ def creep(
     start : State, optional
         Default: the relaxed chain. A start that is not at rest is first rearranged.
     record : sequence of str
-        Among ``x_G``, ``x``, ``tension``, ``slips`` and ``events``. With ``()`` the run needs no
-        more memory than the chain does.
+        Among ``x_G``, ``x``, ``tension``, ``slips`` (at every target), and the tables
+        ``events``, ``rearrangements`` and ``slip_table`` (a row for each slider of an event, for
+        each rearrangement that came to rest, for each slip); `Creep.dataset` lists their columns.
+        With ``()`` the run needs no more memory than the chain does.
     burn_in : int, optional
         Targets left out of the mean velocity; made even for Cycles. Default: none of a Path or a
         TemperatureRecord, a tenth, at least 2, of other drives.
@@ -112,7 +115,11 @@ def creep(
     max_events, max_seconds, max_bytes : number, optional
         Give up, with the partial result and the outcome `LIMIT`, after so many events, so much
         wall time (heard within one event, by compiled solvers within about a tenth of a second),
-        or so much memory of recorded data.
+        or so much recorded data.
+    memory : int
+        Bytes of recorded data that are kept in memory, by default 2**30 (1 GiB). What lies beyond
+        goes to files without names in the directory for temporary files (TMPDIR), from which
+        `recorded`, `dataset` and `save` read: the disk limits what is recorded.
     checkpoint : path, optional
         A file from which `resume` goes on, bit for bit; written at the start, at the end, and now
         and then between.
@@ -176,7 +183,7 @@ def creep(
         twin=twin,
         options=options,
     )
-    limits = Limits.of(max_events, max_seconds, max_bytes)
+    limits = Limits.of(max_events, max_seconds, max_bytes, memory)
     keeper = None if checkpoint is None else Keeper.of(checkpoint, every, force=force)
     return run_members([experiment], progress=progress, limits=limits, keeper=keeper)[0]
 
@@ -188,6 +195,7 @@ def resume(
     max_events: int | None = None,
     max_seconds: float | None = None,
     max_bytes: int | None = None,
+    memory: int = MEMORY,
     every: float = 60.0,
 ) -> Creep:
     """Go on from a checkpoint of `creep` and return the result, as if never interrupted.
@@ -198,7 +206,7 @@ def resume(
     ----------
     path : path
         What `creep` or ``exactcreep run --checkpoint`` kept.
-    progress, max_events, max_seconds, max_bytes, every
+    progress, max_events, max_seconds, max_bytes, memory, every
         As for `creep`.
 
     Raises
@@ -214,7 +222,7 @@ def resume(
     return run_members(
         saved.experiments,
         progress=progress,
-        limits=Limits.of(max_events, max_seconds, max_bytes),
+        limits=Limits.of(max_events, max_seconds, max_bytes, memory),
         keeper=Keeper.of(path, every, force=True, note=saved.note),
         captured=saved.captured,
     )[0]
@@ -348,7 +356,7 @@ def run_members(
         limits = replace(limits, interrupted=interrupted)
         for index, experiment in enumerate(experiments):
             begin = time.perf_counter()
-            march = March(experiment, kept[index])
+            march = March(experiment, kept[index], limits.memory)
             show = partial(_show, progress, march, index + 1, len(experiments))
             if not march.ended:
                 save(march, index, if_due=True)
@@ -403,8 +411,10 @@ def _advance(
         events = simulation.tally.events
         if stretch.completed:
             reached_with = events
-        if limits.bytes is not None and march.bytes > limits.bytes:
+        if limits.bytes is not None and march.store.bytes > limits.bytes:
             return limits.full
+        if march.unwritten:
+            return march.unwritten
         if limits.events is not None:
             return ""
         return _endless(march.experiment.chain, events - reached_with)
@@ -413,8 +423,8 @@ def _advance(
         left = limits.after(simulation.tally.events)
         drive, until = march.experiment.drive, march.done + march.room
         stretch = advance(simulation, drive, until, left, done=march.done, take=take)
-        if stretch.stop is not Stop.DONE and not march.ended:
-            march.outcome, march.reason = Outcome.LIMIT, stretch.reason
+        if (march.unwritten or stretch.stop is not Stop.DONE) and not march.ended:
+            march.outcome, march.reason = Outcome.LIMIT, march.unwritten or stretch.reason
 
 
 def _endless(chain: Chain, events: int) -> str:

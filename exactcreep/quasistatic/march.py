@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import os
+import tempfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
@@ -13,13 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.limits import Stop
+from exactcreep.limits import MEMORY, Stop
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.store import Store
 from exactcreep.quasistatic.watch import Watch
 from exactcreep.solvers.auto import concluded
 from exactcreep.solvers.records import record_arrays
@@ -39,7 +41,12 @@ _NEAR = 2.0**-40  # how nearly tensions return, in units of the largest that a c
 class March:
     """A simulation on its way along its drive, and what has been recorded on the way."""
 
-    def __init__(self, experiment: Experiment, captured: Mapping[str, Any] | None) -> None:
+    def __init__(
+        self,
+        experiment: Experiment,
+        captured: Mapping[str, Any] | None,
+        memory: int = MEMORY,
+    ) -> None:
         self.experiment = experiment
         chain, drive = experiment.chain, experiment.drive
         _check_memory(chain.n)
@@ -58,12 +65,12 @@ class March:
         self.outcome: Outcome | None = None
         self.reason = ""
         self.seconds = 0.0  # since the very start, over all sessions
-        self.bytes = 0
+        self.store = Store(memory)
+        self.unwritten = ""  # why what is recorded has no room left, if so
         self.crossings = 0
         self.gaps = _gaps(experiment) if self.watch_gaps else np.empty(0)
         self.beyond_one = 0
         self.nothing = record_arrays(dict.fromkeys(experiment.record, ()), chain.n)
-        self.blocks: dict[str, list[NDArray[Any]]] = {}
         begin = _mean(experiment.initial.displacements)
         self.tail: list[Enclosure] = [begin, begin]  # x_G at the last two targets
         self.samples = Samples(nearest_float(begin.middle), 2 if drive.cyclic else 1)
@@ -119,12 +126,18 @@ class March:
         for name, values in recorded.items():
             if name in self.nothing and len(values):
                 for part, array in as_written(name, values, experiment.digits).items():
-                    self.blocks.setdefault(part, []).append(array)
-                    self.bytes += array.nbytes
+                    self._keep(part, array)
         if stretch.stop.final:
             runaway = stretch.stop is Stop.RUNAWAY
             self.outcome = Outcome.RUNAWAY if runaway else Outcome.LIMIT
             self.reason = stretch.reason
+
+    def _keep(self, name: str, rows: NDArray[Any]) -> None:
+        try:
+            self.store.add(name, rows)
+        except OSError as error:
+            folder = tempfile.gettempdir()
+            self.unwritten = f"what is recorded cannot be kept in {folder}: {error.strerror}"
 
     def _mark(self) -> None:
         if self.done == self.burn_in:
@@ -132,13 +145,6 @@ class March:
         late = self.done >= self.total - 2 * _LONGEST_PERIOD
         if self.experiment.drive.cyclic and late and self.done in self.boundaries:
             self.marks.append(Mark.of(self))
-
-    def recorded(self) -> dict[str, NDArray[Any]]:
-        """Return what was recorded, one array for each name."""
-        for name, parts in self.blocks.items():
-            if len(parts) > 1:
-                self.blocks[name] = [np.concatenate(parts)]
-        return {name: parts[0] for name, parts in self.blocks.items()}
 
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit, as plain data."""
@@ -150,7 +156,7 @@ class March:
             "seconds": self.seconds,
             "crossings": self.crossings,
             "beyond_one": self.beyond_one,
-            "recorded": self.recorded(),
+            "recorded": self.store.arrays(),
             "tail": [tuple(x) for x in self.tail],
             "samples": self.samples.capture(),
             "burnt": None if self.burnt is None else self.burnt.capture(),
@@ -168,8 +174,7 @@ class March:
         self.seconds = captured["seconds"]
         self.crossings = captured["crossings"]
         self.beyond_one = captured["beyond_one"]
-        self.blocks = {name: [array] for name, array in captured["recorded"].items()}
-        self.bytes = sum(array.nbytes for array in captured["recorded"].values())
+        self.store.restore(captured["recorded"])
         self.tail = [Enclosure(*x) for x in captured["tail"]]
         self.samples.restore(captured["samples"])
         self.burnt = None if captured["burnt"] is None else Mark.restored(captured["burnt"])
@@ -221,7 +226,7 @@ class March:
             warnings=self._warnings(tally),
             seconds=self.seconds,
             state=state,
-            recorded=self.nothing | self.recorded(),
+            recorded=self.nothing | self.store.arrays(),
             report=concluded(simulation.report(), value, error),
         )
 

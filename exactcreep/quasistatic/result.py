@@ -6,8 +6,9 @@ import io
 import json
 import math
 import os
+import tempfile
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep import __version__
+from exactcreep.limits import MEMORY
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float, plain_data, ratio_of, ratio_text
@@ -27,6 +29,7 @@ from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats, quantity
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
 from exactcreep.quasistatic.files import file_name, write_file
+from exactcreep.quasistatic.store import ScratchFile
 from exactcreep.solvers.records import (
     FORCE,
     LENGTH,
@@ -44,6 +47,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = "exactcreep result 2"
+_ROWS_AT_ONCE = 2**20
 
 
 class _StateRow(NamedTuple):
@@ -580,18 +584,51 @@ def _dataset(*given: Any, **named: Any) -> xr.Dataset:
     return made
 
 
-def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview:
+def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview | Iterator[bytes]:
     """Return the NetCDF file that holds datasets in groups; None is the root.
 
-    It is made in memory: HDF5 brings the whole process down when a disk is full.
+    It is made in memory, and beyond `MEMORY` in a file without a name, which is read back and comes
+    in pieces: HDF5 brings the whole process down when a disk is full.
+
+    Raises
+    ------
+    InputError
+        If that file cannot be written, or does not hold what it should.
     """
     h5netcdf: Any = import_module("h5netcdf")
     backends: Any = import_module("xarray.backends")
-    buffer = io.BytesIO()
-    with h5netcdf.File(buffer, "w") as file:
+    large = sum(dataset.nbytes for dataset in groups.values()) > MEMORY
+    buffer = ScratchFile() if large else io.BytesIO()
+    try:
+        with h5netcdf.File(buffer, "w") as file:
+            for group, dataset in groups.items():
+                dataset.dump_to_store(backends.H5NetCDFStore(file, group=group, mode="a"))
+    except Exception:
+        if isinstance(buffer, io.BytesIO) or buffer.failed is None:
+            raise
+    if isinstance(buffer, io.BytesIO):
+        return buffer.getbuffer()
+    if buffer.failed is not None:
+        reason = f"cannot hold the file that is made: {buffer.failed.strerror}"
+        raise InputError("TMPDIR", tempfile.gettempdir(), reason)
+    h5py: Any = import_module("h5py")
+    buffer.seek(0)
+    with h5py.File(buffer, "r") as there:
         for group, dataset in groups.items():
-            dataset.dump_to_store(backends.H5NetCDFStore(file, group=group, mode="a"))
-    return buffer.getbuffer()
+            _check_written(there if group is None else there[group], dataset)
+    return buffer.pieces()
+
+
+def _check_written(there: Any, dataset: xr.Dataset) -> None:
+    """Raise `InputError` unless the numbers in a group of a file are those of a dataset."""
+    for name, variable in dataset.variables.items():
+        if variable.dtype.kind not in "biuf":
+            continue
+        written, values = there[name], variable.to_numpy()
+        for k in range(0, len(values) if values.ndim else 0, _ROWS_AT_ONCE):
+            part = values[k : k + _ROWS_AT_ONCE]
+            if written[k : k + _ROWS_AT_ONCE].tobytes() != part.tobytes():
+                raise InputError("TMPDIR", tempfile.gettempdir(), f"does not keep {name}")
 
 
 def save_members(
