@@ -3,7 +3,8 @@
 A calculation that meets an undecided comparison, or ends with fewer digits than were asked for,
 starts again at twice the precision: from the last state that is known exactly in Q(c), or from
 the beginning. At the stated limit what is still undecided is settled by the model's rules
-and counted, and the result says so.
+and counted, and the result says so. Events of a half-cycle that was cut short before precision had
+to be raised are not handed out again: they are right, and their radii wider than without the cut.
 """
 
 from __future__ import annotations
