@@ -116,7 +116,7 @@ def _print_partings(found: Partings, name: str, title: str) -> None:
     velocities = f"velocities over {found.half_cycles} targets each at the least"
     console.print(f"{certified}; {velocities}", soft_wrap=True)
     table = Table(box=None, padding=(0, 1), header_style="bold", pad_edge=False)
-    for head in ("", "parted", "after", "wrong per 1000", "error before", "bias %"):
+    for head in ("", "parted", "after", "wrong per 1000", "error", "bias %"):
         table.add_column(head, justify="right" if head else "left", no_wrap=True)
     for one in found.contestants:
         rate, bias = (1000 * x for x in one.rate), one.bias
@@ -126,7 +126,7 @@ def _print_partings(found: Partings, name: str, title: str) -> None:
             f"{one.agreed.value:.0f}",
             "{:.1f} ({:.1f} to {:.1f})".format(*rate),
             f"{one.error.value:.1e}",
-            f"{100 * bias.value:+.3f} ± {50 * (bias.upper - bias.lower):.3f}",
+            f"{100 * bias.value:+.2f} ± {50 * (bias.upper - bias.lower):.2f}",
         )
     console.print(table)
     for label, locate in (("Verlet", False), ("with located events", True)):
@@ -136,7 +136,7 @@ def _print_partings(found: Partings, name: str, title: str) -> None:
             console.print(f"order of the position error, {label}: {told}")
     console.print(
         "parted: seeds with a wrong event; after: so many events that agree, median (inf: not met);"
-        " wrong: turns, per 1000 events; error before: largest position error before the wrong"
+        " wrong: turns, per 1000 events; error: the largest of positions before the wrong"
         " event, median; bias: of the mean velocity, against exact with the same disorder;"
         " intervals are those of 95 %",
         style="dim",

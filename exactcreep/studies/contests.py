@@ -74,8 +74,10 @@ def draw_partings(found: Sequence[Partings], path: Path | str, *, title: str = "
         turns, errors, biases = figure.subplots(1, 3)
         for axes in (turns, errors):
             axes.set_yscale("log")
+        beside = 1.0  # so that intervals at one time step do not cover each other
         for one, ink in zip(found, INKS, strict=False):
             for locate, mark, line in ((False, "o", "-"), (True, "s", "--")):
+                beside *= 1.04
                 family = one.family(locate=locate)
                 order = one.order(locate=locate)
                 label = f"N = {one.experiment.chain.n}" + ", events located" * locate
@@ -83,6 +85,7 @@ def draw_partings(found: Sequence[Partings], path: Path | str, *, title: str = "
                          "markersize": 4, "linewidth": 1.0}  # fmt: skip
                 if locate:
                     about["markerfacecolor"] = "white"
+                about["place"] = beside
                 _draw_spans(turns, family, [part.rate for part in family], about, label=label)
                 fitted = "" if math.isnan(order.value) else f"order {_of_order(order)}"
                 _draw_spans(errors, family, [part.error for part in family], about, label=fitted)
@@ -110,8 +113,10 @@ def _draw_spans(
     axes: Axes, family: Sequence[Parting], spans: Sequence[Interval], about: Any, label: str = ""
 ) -> None:
     """Draw numbers with their intervals against the time steps; on a log scale 0 as its bound."""
+    place = about["place"]
+    about = {name: value for name, value in about.items() if name != "place"}
     known = [
-        (one.dt, *span)
+        (one.dt * place, *span)
         for one, span in zip(family, spans, strict=True)
         if all(map(math.isfinite, span))
     ]
