@@ -13,6 +13,7 @@ from random import Random
 
 import sympy as sp
 
+from derivations import scaling
 from derivations.notation import (
     Expression,
     N,
@@ -26,6 +27,7 @@ from derivations.notation import (
     s,
     slope_margin,
     symbol,
+    theta,
 )
 from derivations.pivots import tension_above, tension_below
 from derivations.play import NotUnique, SlidingChain, play_variation
@@ -58,6 +60,7 @@ def derive() -> Derivation:
     results = {
         "outer": outer,
         "inner": inner,
+        "behind": behind,
         "front_outer": front_outer,
         "front_inner": front_inner,
         "front_below": front_below,
@@ -90,6 +93,15 @@ def derive() -> Derivation:
     )
 
 
+def _force(tension: Expression) -> Expression:
+    """Return the force on slider n by the equation of motion, `tension` that of spring n."""
+    around = {
+        scaling.before: scaling.here - l0 * (1 + theta) - tension.subs(n, n - 1),
+        scaling.after: scaling.here + l0 * (1 + theta) + tension,
+    }
+    return sp.expand(scaling.derive().results["force_inner"].subs(around, simultaneous=True))
+
+
 def check() -> Verification:
     """Prove the play operator for symbolic N and i; verify it for N = 2..12 along random paths."""
     v = Verification(
@@ -102,6 +114,13 @@ def check() -> Verification:
         ),
     )
     r = derive().results
+    ways = (("outer", -1, "uphill"), ("inner", 1, "downhill"), ("behind", 1, "downhill"))
+    for name, sign, way in ways:
+        v.identity(
+            f"the {name} tensions: sliders that slide {way} have no acceleration",
+            _force(r[name]) - sign * mu_d * c,
+            "equation of motion of an inner slider (scaling), friction mu_d c",
+        )
     v.identity(
         "sliders above the pivot turn at delta = 2 n mu_d c", r["front_outer"] - 2 * n * mu_d * c
     )

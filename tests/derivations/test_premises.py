@@ -227,12 +227,12 @@ CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "two_sliders": (
         (
-            "start_2 = sp.solve(-tension + s - mu_s * c, tension)[0]",
-            "start_2 = sp.solve(tension + s - mu_s * c, tension)[0]",
+            "start_2 = sp.solve(force_2 - mu_s * c, tension)[0]",
+            "start_2 = sp.solve(force_1 - mu_s * c, tension)[0]",
         ),
         (
-            "start_1_down = sp.solve(tension + s - mu_s * c, tension)[0]",
-            "start_1_down = sp.solve(tension + s + mu_s * c, tension)[0]",
+            "start_1_down = sp.solve(force_1 - mu_s * c, tension)[0]",
+            "start_1_down = sp.solve(force_1 + mu_s * c, tension)[0]",
         ),
         (
             "reach = room - slope_margin  # |rho| below it: relay rho switches twice per cycle",
@@ -293,12 +293,13 @@ CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
     ),
     "sliding_limit": (
         (
+            "outer = tension_above(n + 1, -1)  # n <= i - 2: uphill",
+            "outer = tension_above(n + 1, -2)  # n <= i - 2: uphill",
+        ),
+        ("behind = tension_above(n + 1, 1)", "behind = tension_above(n + 1, 2)"),
+        (
             "inner = tension_below(n, 1)  # n >= i - 1: downhill",
             "inner = tension_below(n, 2)  # n >= i - 1: downhill",
-        ),
-        (
-            "behind = tension_above(n + 1, 1)",
-            "behind = tension_above(n + 2, 1)",
         ),
         (
             "split = moved.subs({rise: (total + change) / 2, fall: (total - change) / 2, j: N + 1 - i})",
