@@ -478,8 +478,9 @@ def known_of(results: Sequence[Creep]) -> str:
     if all(one.velocity_error == 0 for one in lost):
         worth = "outcome and velocity are what the course ended in"
     elif len(results) > 1:
-        worth = "outcomes and velocities are statistics, the latter with their standard errors"
-        worth += f" (of {unknown} not known)" * bool(unknown)
+        worth = "outcomes and velocities are statistics, the latter "
+        worth += "of unknown errors" if unknown == len(lost) else "with their standard errors"
+        worth += f" (of {unknown} not known)" * (0 < unknown < len(lost))
     else:
         worth = "outcome and velocity are statistics, the latter " + (
             "of unknown error" if unknown else "to within its standard error"

@@ -100,7 +100,10 @@ def test_several_runs_are_told_of_together() -> None:
     told = known_of(runs)
     ends = [run.followed for run in runs]
     assert f"are followed to half-cycle {min(ends)} to {max(ends)} and undecided" in told
-    assert "(of 4 not known)" in told
+    assert "statistics, the latter of unknown errors; the courses" in told
+    long = creep(SIX, GaussianSteps("0.01", 1000), seed=2)
+    assert long.velocity_error > 0
+    assert "with their standard errors (of 4 not known)" in known_of([*runs, long])
     pair = creep(Chain(2, 1000, "1/2", "3/5", tan_alpha="1/4"), Cycles("0.001", 20))
     assert "(x_G(t), events) of 4 runs are followed" in known_of([*runs, pair])
 
