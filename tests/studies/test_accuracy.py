@@ -17,8 +17,8 @@ from exactcreep.model.drive import Drive
 from exactcreep.quasistatic.result import Creep
 
 ACCURACIES = ("0.1", "0.03", "0.01", "0.001")
-_EVENTS = 15_000
-SEEDS = 10  # whose mean is the truth
+_EVENTS = 8_000
+SEEDS = 8  # whose mean is the truth
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
 

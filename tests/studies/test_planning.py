@@ -20,8 +20,9 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
 from exactcreep.quasistatic.loop import AccuracyWarning, creep
 from exactcreep.scene import Scene
-from exactcreep.solvers.auto import KNOWN_BY, choose, pilot_run
+from exactcreep.solvers.auto import KNOWN_BY, choose
 from exactcreep.solvers.exact import Exact
+from exactcreep.solvers.pilot import pilot_run
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.planning import plan, plan_scene
 
@@ -349,7 +350,7 @@ def test_a_silent_beginning_of_a_path_proves_nothing():
     auto, told = told_by(chain, season(), "0.01")
     assert told["chosen"] == "exact"
     assert auto.velocity == creep(chain, season(), record=()).velocity
-    assert 0.1 < told["relative_error"] < 1  # one seed does not say more
+    assert 0.02 < told["relative_error"] < 0.2  # one seed does not say more
     found = rung(choose(chain, season(), accuracy="0.01"), "sliding")
     assert (found.known_by, found.bias > 1) == ("measured", True)
     others = [creep(chain, season(), seed=seed, record=()).velocity for seed in range(1, 9)]
