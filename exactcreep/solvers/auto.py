@@ -439,7 +439,8 @@ def concluded(report: Mapping[str, Any], velocity: float, error: float) -> dict[
     Parameters
     ----------
     report : mapping
-        Of the simulation.
+        Of the simulation; with `bias`, how it is known, and the relative statistical error, None
+        if that of the run counts.
     velocity, error : float
         What was measured, and its standard error.
 
@@ -450,11 +451,11 @@ def concluded(report: Mapping[str, Any], velocity: float, error: float) -> dict[
         `accuracy_reached` beside what was there.
     """
     told = dict(report)
-    if "bias" not in told:
+    if "bias_known_by" not in told:
         return told
-    known_by = told["known_by"]
+    known_by = told["bias_known_by"]
     found = math.nan if told["bias"] is None else told["bias"]
-    scatter = told.pop("statistical")
+    scatter = told["statistical"]
     if scatter is None:
         scatter = 1.96 * error / abs(velocity) if velocity else (0.0 if error == 0 else math.nan)
         found = 0.0 if velocity == error == 0 else found  # at rest, or locked
@@ -536,7 +537,7 @@ class AutoSimulation(Simulation):
                 "question": self.wanted.question,
                 "accuracy": choice.accuracy,
                 "bias": taken.bias if math.isfinite(taken.bias) else None,
-                "known_by": taken.known_by,
+                "bias_known_by": taken.known_by,
                 "statistical": None if measured else taken.statistical,
                 "reason": choice.reason,
             }

@@ -38,6 +38,7 @@ from exactcreep.motion.replay import Energies, Phase, Replay
 from exactcreep.quasistatic.decimals import as_claimed, enclosure, floats, quantity
 from exactcreep.quasistatic.march import NEARLY, March
 from exactcreep.quasistatic.result import Creep, read_members
+from exactcreep.solvers.auto import concluded
 from exactcreep.solvers.layout import PROMISED_EVENTS
 from exactcreep.solvers.records import COLUMNS, EVENT_TABLE, LOGS, record_arrays
 from exactcreep.solvers.solver import Rearrangement, Stretch, Tally
@@ -812,6 +813,8 @@ def _claims(auditor: _Auditor, result: Creep, march: March) -> None:
         auditor.find("claim", f"undecided is {result.undecided}")
     if "ties_assumed" in result.report:
         differ("ties_assumed", result.report["ties_assumed"], result.undecided)
+    for name, found in concluded(result.report, result.velocity, result.velocity_error).items():
+        differ(name, result.report.get(name), found)
     _velocities(auditor, result, own)
 
 

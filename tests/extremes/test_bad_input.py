@@ -141,10 +141,11 @@ def test_a_wild_start_is_a_state_or_a_sentence(first: Any, second: Any) -> None:
 
 
 ARGUMENTS = ["seed", "solver", "start", "record", "burn_in", "max_events", "max_seconds",
-             "max_bytes", "dt", "digits", "locate", "accuracy", "checkpoint", "every",
-             "nonsense"]  # fmt: skip
+             "max_bytes", "dt", "digits", "locate", "accuracy", "question", "checkpoint",
+             "every", "nonsense"]  # fmt: skip
 
 
+@pytest.mark.filterwarnings("ignore::exactcreep.AccuracyWarning")
 @FUZZ
 @given(st.sampled_from(ARGUMENTS), WILD, st.sampled_from(["exact", "verlet", "certified", "auto"]))
 def test_a_wild_argument_of_a_run_is_used_or_refused(

@@ -6,6 +6,7 @@ import json
 import math
 import random
 import warnings
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -24,6 +25,7 @@ from exactcreep.solvers.auto import KNOWN_BY, choose
 from exactcreep.solvers.exact import Exact
 from exactcreep.solvers.pilot import pilot_run
 from exactcreep.solvers.sliding import Sliding
+from exactcreep.studies.auditing import audit
 from exactcreep.studies.planning import plan, plan_scene
 
 HAIR = Fraction(1, 10**9)
@@ -443,6 +445,16 @@ def test_a_course_is_followed_by_exact_as_far_as_its_twin_agrees_then_certified_
         choose(six, Cycles("0.01", 1000), accuracy="1e-6", question="course")
     equal = choose(chain_of(mu_s="0.5", sigma_mu=0), short, accuracy="1e-6", question="course")
     assert (equal.name, rung(equal, "sliding").known_by) == ("sliding", "exact")
+
+
+def test_a_forged_accuracy_is_found_by_the_audit():
+    everything = ("x_G", "x", "tension", "slips", "events")
+    result, told = told_by(chain_of(n=2), Cycles("0.003", 80), "0.01", record=everything)
+    assert told["known_by"] in ("measured", "unknown")
+    assert audit(result).passed
+    for name, forged in (("relative_error", 1e-9), ("known_by", "exact"), ("accuracy_reached", 7)):
+        claims = audit(replace(result, report=dict(told) | {name: forged})).findings
+        assert [claim.sentence.split()[0] for claim in claims] == [name]
 
 
 @pytest.mark.parametrize("question", ["speed", None, 3])
