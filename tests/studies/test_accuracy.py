@@ -46,7 +46,7 @@ def scene(rng: random.Random, kind: str) -> tuple[Chain, Drive]:
     threshold = held * chain.cos_alpha / 2000
     size = threshold * math.exp(rng.uniform(math.log(0.4), math.log(15)))
     with_steps = creep(chain, GaussianSteps(size, 4000), max_events=_EVENTS, record=())
-    count = max(150, with_steps.half_cycles)
+    count = max(70, with_steps.half_cycles)
     draw = np.random.default_rng(rng.randrange(2**32))
     if kind == "cycles":
         return chain, Cycles(size, min(count // 2, 1500))
@@ -101,7 +101,7 @@ def verdicts(chain: Chain, drive: Drive, kind: str) -> list[Verdict]:
         known = error is not None and not math.isnan(true)
         outside = False
         if known:
-            allowed = abs(auto.velocity) * error
+            allowed = max(abs(auto.velocity), abs(true)) * error
             outside = abs(auto.velocity - true) > math.hypot(allowed, 1.96 * unsure) + 1e-12
         off = abs(sliding - true) + 1.96 * unsure
         costlier = told["chosen"] != "sliding" and off <= float(accuracy) * abs(true)
