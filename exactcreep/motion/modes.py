@@ -142,11 +142,19 @@ class RunMotion:
         self.velocities = velocities
         self.accelerations = accelerations
         self.modes = modes(arithmetic, self.p, ends)
-        self.modal_velocities = arithmetic.product(self.modes.forward, velocities)
-        self.modal_accelerations = arithmetic.product(self.modes.forward, accelerations)
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
         return _moving, (self.arithmetic, self.ends, self.velocities, self.accelerations)
+
+    @cached_property
+    def modal_velocities(self) -> NDArray[Any]:
+        """Velocities at time 0, by mode."""
+        return self.arithmetic.product(self.modes.forward, self.velocities)
+
+    @cached_property
+    def modal_accelerations(self) -> NDArray[Any]:
+        """Accelerations at time 0, by mode."""
+        return self.arithmetic.product(self.modes.forward, self.accelerations)
 
     @property
     def has_zero_mode(self) -> bool:

@@ -47,8 +47,8 @@ class FirstEvent:
         Sliders (from 0) whose velocity reaches zero.
     starts : tuple of (int, int)
         Sliders (from 0) that cross their threshold, and the direction in which.
-    shifts : tuple of (slider, displacement, velocity), or None
-        For sliders that move alone: where the event finds them.
+    shifts : tuple of (slider, displacements, velocities), or None
+        For runs, from their first slider on: where the event finds them, if that is known already.
     exact : bool
         Whether the displacements lie in Q(c) and have been taken there.
     """
@@ -56,7 +56,7 @@ class FirstEvent:
     time: Any
     stops: tuple[int, ...]
     starts: tuple[tuple[int, int], ...]
-    shifts: tuple[tuple[int, Any, Any], ...] | None = None
+    shifts: tuple[tuple[int, list[Any], list[Any]], ...] | None = None
     exact: bool = False
 
 
@@ -438,7 +438,7 @@ def lone_event(
     zero = arithmetic.number(0)
     from_rest = bool(speed == 0)
     if from_rest and known.sign(pull, flow.force_slack) <= 0:
-        return FirstEvent(zero, (n,), (), ((n, zero, zero),)), known.undecided
+        return FirstEvent(zero, (n,), (), ((n, [zero], [zero]),)), known.undecided
     root = pull if from_rest else arithmetic.sqrt(pull * pull + w2 * speed * speed)
     longest = (pull + root) / w2
     rooms = {}
@@ -451,7 +451,7 @@ def lone_event(
     if not early:  # reaching the threshold exactly at the stop is not crossing it
         phase = _phase(flow, speed, pull, w2)
         time = (arithmetic.pi() - phase) / arithmetic.sqrt(arithmetic.number(w2))
-        return FirstEvent(time, (n,), (), ((n, direction * longest, zero),)), known.undecided
+        return FirstEvent(time, (n,), (), ((n, [direction * longest], [zero]),)), known.undecided
     if len(early) == 2:
         order = known.sign(rooms[early[0]] - rooms[early[1]], slack)
         early = early if order == 0 else early[:1] if order < 0 else early[1:]
@@ -464,7 +464,8 @@ def lone_event(
         turned = _phase(flow, left, pull - w2 * way, w2) - _phase(flow, speed, pull, w2)
         time = turned / arithmetic.sqrt(arithmetic.number(w2))
     starts = tuple((m, direction) for m in early)
-    return FirstEvent(time, (), starts, ((n, direction * way, direction * left),)), known.undecided
+    there = (n, [direction * way], [direction * left])
+    return FirstEvent(time, (), starts, (there,)), known.undecided
 
 
 def _phase(flow: Flow, speed: Any, pull: Any, w2: int) -> Any:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import flint
@@ -22,13 +23,14 @@ from exactcreep.model.contact import Event
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of
-from exactcreep.motion.roots import FirstEvent, Search, lone_event, root_time
+from exactcreep.motion.placing import placed
+from exactcreep.motion.roots import FirstEvent, lone_event
 from exactcreep.motion.solution import Motion
 from exactcreep.motion.surroundings import Surroundings
 from exactcreep.motion.verified import first_event, pass_through, spans
 from exactcreep.solvers.mechanics import Mechanics, event_of
 
-STRETCH = 10
+STRETCH = 16
 """Events after which the set is put together again; the middle's rounding grows by about 3 bits
 per event meanwhile, and so do the errors of the derivative."""
 
@@ -274,15 +276,16 @@ class Carried(Mechanics):
 
     def _in_floats(self, flow: Flow, low: int, high: int) -> tuple[Any, Any, Any, float]:
         """Return velocities, accelerations, forces, and by how much any of them may be off."""
-        signs = flow.signs[low:high]
-        speeds, pulls = flow.velocities[low:high].tolist(), flow.forces[low:high].tolist()
-        velocities = np.array([float(x) for x in speeds])
-        forces = np.array([float(x) for x in pulls])
+        window = slice(low, high)
+        speeds, pulls = flow.velocities[window].tolist(), flow.forces[window].tolist()
+        velocities, forces = [float(x) for x in speeds], [float(x) for x in pulls]
         friction = float(self.friction)
-        accelerations = np.where(signs == 0, 0.0, forces - friction * signs)
+        signs = flow.signs[window].tolist()
+        accelerations = [f - s * friction if s else 0.0 for s, f in zip(signs, forces, strict=True)]
         radius = max(float(x.rad()) for x in (*speeds, *pulls))
-        size = max(float(abs(velocities).max()), float(abs(forces).max()) + friction)
-        return velocities, accelerations, forces, radius * (1 + 1e-9) + 2.0**-49 * size
+        size = max(map(abs, (*velocities, *forces))) + friction
+        unsure = radius * (1 + 1e-9) + 2.0**-49 * size
+        return np.array(velocities), np.array(accelerations), np.array(forces), unsure
 
     def _placed_alone(self, flow: Flow, n: int, acting: tuple[int, int]) -> FirstEvent | None:
         """Return the event of a slider that moves alone, by its energy."""
@@ -297,20 +300,17 @@ class Carried(Mechanics):
         return found
 
     def _placed(self, flow: Flow, runs: list[Run], acting: tuple[int, int]) -> FirstEvent | None:
-        """Return the event by interval Newton steps."""
-        search = Search(flow, runs, self.thresholds, {}, half=self.mirrored, only=[acting])
-        (watch,) = search.watches
-        time, radius = self.bracket
-        between = flint.arb(time, radius)
-        watch.safe, watch.last = between.lower(), between.upper()
-        watch.steepness = watch.slope
-        if not search.refine(watch):
+        """Return the event, and where it finds the middle."""
+        slider, side = acting
+        self.evaluations += 1
+        room = self.thresholds[slider] - side * flow.forces[slider]
+        found = placed(runs, acting, room, *self.bracket)
+        if found is None:
             return None
-        at = root_time(search, watch)
-        self.evaluations += search.evaluations
-        if watch.safe > watch.last:
-            raise AssertionError("the enclosure of an event does not hold a state of the set")
-        return event_of(at, [watch], self.chain.n if self.mirrored else None)
+        time, shifts = found
+        stops, starts = ((slider,), ()) if side == 0 else ((), ((slider, side),))
+        event = event_of(time, list(stops), list(starts), self.chain.n if self.mirrored else None)
+        return replace(event, shifts=tuple(shifts))
 
     def advance(self, flow: Flow, runs: list[Run], found: FirstEvent) -> NDArray[Any]:
         """Let the middle move to its event, and the set along with it."""

@@ -464,7 +464,7 @@ class Mechanics:
         for m, change in changes.items():
             exact.forces[m] = exact.forces[m] + change
         time = self.arithmetic.pi() / self.arithmetic.sqrt(self.arithmetic.number(w2))
-        shifts = tuple((n, ways[n].ball(), zero) for n in moving)
+        shifts = tuple((n, [ways[n].ball()], [zero]) for n in moving)
         return FirstEvent(time, tuple(moving), (), shifts, exact=True)
 
     def _escape(self, flow: Flow, run: Run) -> Any:
@@ -531,7 +531,9 @@ class Mechanics:
         time = root_time(search, watches[0])
         self.evaluations += search.evaluations
         self.tally.undecided += search.undecided
-        return event_of(time, watches, self.chain.n if half else None)
+        stops = [w.slider for w in watches if w.side == 0]
+        starts = [(w.slider, w.side) for w in watches if w.side != 0]
+        return event_of(time, stops, starts, self.chain.n if half else None)
 
     def _coarse(
         self, flow: Flow, excess: dict[int, Any], touching: set[tuple[int, int]], horizon: Any
@@ -581,9 +583,9 @@ class Mechanics:
         if found.shifts is None:
             flow.advance(runs, found.time)
         else:
-            for n, displacement, velocity in found.shifts:
-                flow.shift(n, self.arithmetic.vector([displacement]))
-                flow.velocities[n] = velocity
+            for first, displacements, velocities in found.shifts:
+                flow.shift(first, self.arithmetic.vector(displacements))
+                flow.velocities[first : first + len(velocities)] = velocities
         arrived = flow.velocities.copy()
         if speeds is not None:
             arrived[np.flatnonzero(flow.signs)] = speeds
@@ -791,10 +793,10 @@ _PLAIN = (
 _FLOW = ("forces", "velocities", "moved", "velocity_slack", "force_slack")
 
 
-def event_of(time: Any, watches: list[Watch], mirrored: int | None) -> FirstEvent:
-    """Return the event of these watches, and of their images in a chain of `mirrored` sliders."""
-    stops = [w.slider for w in watches if w.side == 0]
-    starts = [(w.slider, w.side) for w in watches if w.side != 0]
+def event_of(
+    time: Any, stops: list[int], starts: list[tuple[int, int]], mirrored: int | None
+) -> FirstEvent:
+    """Return the event of these sliders, and of their images in a chain of `mirrored` sliders."""
     if mirrored is not None:
         stops += [mirrored - 1 - n for n in stops]
         starts += [(mirrored - 1 - n, -sign) for n, sign in starts]

@@ -79,6 +79,60 @@ def test_a_time_said_to_hold_for_all_states_of_the_set_is_refused_if_the_middle_
         followed(paper_chain(6), Cycles("0.003", 1), 15)
 
 
+def test_a_slider_that_does_not_act_then_is_refused(monkeypatch):
+    found = carried.first_event
+
+    def wrong(springs, signs, *numbers):
+        slider, side, time, radius = found(springs, signs, *numbers)
+        others = [n for n in np.flatnonzero(signs).tolist() if (n, 0) != (slider, side)]
+        return (others[0], 0, time, radius) if slider >= 0 and others else (-1, 0, 0.0, 0.0)
+
+    monkeypatch.setattr(carried, "first_event", wrong)
+    with pytest.raises(AssertionError, match="does not hold a state of the set"):
+        followed(paper_chain(6), Cycles("0.003", 1), 15)
+
+
+def random_scene(random):
+    n = int(random.integers(2, 9))
+    tangent = str(random.choice(["0", "1/4", "1/5", "0.3", "0.45", "0.499"]))
+    mu_s, sigma_mu = str(random.choice(["3/5", "0.55", "0.7"])), str(random.choice(["0", "0.05"]))
+    amplitude = str(round(random.uniform(0.5, 4) * n * 0.0003, 6))
+    return Chain(n, 1000, "1/2", mu_s, sigma_mu, tan_alpha=tangent), Cycles(amplitude, 1)
+
+
+def agree_with_plain_balls(scenes, seed, events):
+    """Follow random scenes in balls alone, with a search of their own, and compare everything."""
+    random, together = np.random.default_rng(seed), 0
+    for _ in range(scenes):
+        chain, drive = random_scene(random)
+        narrow, first = followed(chain, drive, 15, max_events=events)
+        many = narrow.tally.events
+        plain = FieldSimulation(
+            chain, State.relaxed(chain, 3), 3, ("x", "tension", "events"), balls_of(200 + 6 * many)
+        )
+        second = plain.follow(drive, 1, 2, Limits(events))
+        assert narrow.evidence is Evidence.PROVED
+        assert event_rows(first) == event_rows(second)
+        together += many
+        for name in ("x", "tension", "event_time", "event_theta"):
+            pairs = zip(first.recorded[name].ravel(), second.recorded[name].ravel(), strict=True)
+            assert all(a.overlaps(b) for a, b in pairs)
+        ends = narrow.state(), plain.state()
+        for name in ("tensions", "displacements"):
+            pairs = zip(*(getattr(end, name) for end in ends), strict=True)
+            assert all(a.overlaps(b) for a, b in pairs)
+    return together
+
+
+def test_events_proved_in_float64_are_those_of_balls_with_a_search_of_their_own():
+    assert agree_with_plain_balls(12, 7, 80) > 400
+
+
+@pytest.mark.slow
+def test_events_of_hundreds_of_scenes_proved_in_float64_are_those_of_balls():
+    assert agree_with_plain_balls(300, 8, 250) > 20_000
+
+
 def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_event():
     chain, drive = paper_chain(4), Cycles("0.004", 2)
     narrow, _ = followed(chain, drive, 30)

@@ -1,0 +1,178 @@
+"""What float64 proves of the first event and of nearby states, held against balls of many bits."""
+
+from __future__ import annotations
+
+import flint
+import numpy as np
+import pytest
+
+from exactcreep.motion.arithmetic import balls_of
+from exactcreep.motion.modes import Flow
+from exactcreep.motion.placing import placed
+from exactcreep.motion.roots import Search, root_time
+from exactcreep.motion.verified import first_event, pass_through
+
+FRICTION = 0.5
+UNSURE = 1e-14
+
+
+def springs_of(n):
+    return np.array([1, *[2] * (n - 2), 1])
+
+
+def in_motion(random, n):
+    """Return forces, velocities, signs and thresholds of a chain with some sliders in motion."""
+    signs = random.choice([-1, 0, 1], n, p=[0.2, 0.3, 0.5])
+    signs[random.integers(n)] = 1
+    velocities = np.where(signs == 0, 0.0, signs * random.uniform(0.02, 0.6, n))
+    fresh = (signs != 0) & (random.random(n) < 0.2)
+    velocities[fresh] = 0.0
+    forces = random.uniform(-0.6, 0.6, n)
+    forces[fresh] = signs[fresh] * random.uniform(0.55, 0.7, fresh.sum())
+    return forces, velocities, signs, np.full(n, 0.65)
+
+
+def flow_of(balls, forces, velocities, signs):
+    flow = Flow(balls, balls.vector(forces.tolist()), balls.number(FRICTION))
+    flow.velocities = balls.vector(velocities.tolist())
+    flow.signs = signs
+    flow.touched = set(np.flatnonzero(signs).tolist())
+    return flow
+
+
+def proved(forces, velocities, signs, thresholds, unsure=UNSURE):
+    n = len(forces)
+    accelerations = np.where(signs == 0, 0.0, forces - FRICTION * signs)
+    fresh = velocities == 0
+    return first_event(
+        springs_of(n), signs, fresh, velocities, accelerations, forces, thresholds, unsure, n
+    )
+
+
+def test_what_float64_proves_to_be_first_is_what_a_search_in_balls_finds():
+    random, balls = np.random.default_rng(1), balls_of(160)
+    decided = 0
+    with balls.active():
+        for _ in range(400):
+            state = in_motion(random, int(random.integers(2, 9)))
+            forces, velocities, signs, thresholds = state
+            slider, side, time, radius = proved(*state)
+            if slider < 0:
+                continue
+            decided += 1
+            flow = flow_of(balls, forces, velocities, signs)
+            runs = flow.runs()
+            search = Search(flow, runs, balls.vector(thresholds.tolist()), {})
+            (watch,) = search.first()
+            assert (watch.slider, watch.side) == (slider, side)
+            at = root_time(search, watch)
+            assert abs(at - time) <= radius
+            acting = (slider, side)
+            room = search.thresholds[slider] - side * flow.forces[slider]
+            there, found = placed(runs, acting, room, time, radius)
+            assert there.overlaps(at)
+            assert float(there.rad()) < 1e-40
+            for run, (first, moved, fast) in zip(runs, found, strict=True):
+                assert first == run.first
+                for mine, other in zip((moved, fast), run.motion.moved(at), strict=True):
+                    pairs = zip(mine, other.tolist(), strict=True)
+                    assert all(x.overlaps(y) and float(x.rad()) < 1e-38 for x, y in pairs)
+    assert decided > 320
+
+
+@pytest.mark.parametrize("unsure", [1e-13, 1e-9, 1e-5])
+def test_two_events_are_told_apart_only_as_far_as_the_states_are_known(unsure):
+    def two(gap):
+        forces = np.array([0.1, 0.0, 0.0, 0.1 + gap])
+        velocities = np.array([0.2, 0.0, 0.0, 0.2])
+        signs = np.array([1, 0, 0, 1])
+        return proved(forces, velocities, signs, np.full(4, 0.65), unsure)[0]
+
+    assert two(0.0) == two(unsure / 2) == two(-unsure / 2) == -1
+    assert two(1e4 * unsure) == 0
+    assert two(-1e4 * unsure) == 3
+
+
+@pytest.mark.parametrize("gap", [1e-3, 1e-6])
+def test_a_stop_at_a_threshold_is_left_to_others(gap):
+    """A lone slider goes on for 2 a / w^2 = .08; so much its neighbour lacks, or a bit more."""
+    forces, velocities = np.array([0.0, 0.58, 0.0]), np.zeros(3)
+    signs = np.array([0, 1, 0])
+    exactly = np.array([0.08, 0.65, 0.65])
+    assert proved(forces, velocities, signs, exactly)[0] == -1
+    more = exactly + np.array([gap, 0, 0])
+    assert proved(forces, velocities, signs, more)[:2] == (1, 0)
+    less = exactly - np.array([gap, 0, 0])
+    assert proved(forces, velocities, signs, less)[:2] == (0, 1)
+
+
+def test_nearby_states_are_where_the_rows_say_and_their_events_when():
+    random, balls = np.random.default_rng(2), balls_of(300)
+    unit, done = 2.0**-60, 0
+    with balls.active():
+        for _ in range(60):
+            n = int(random.integers(2, 7))
+            state = in_motion(random, n)
+            forces, velocities, signs, _ = state
+            slider, side, time, radius = proved(*state)
+            if slider < 0:
+                continue
+            done += 1
+            k = n + 2
+            rows = random.normal(size=(3, n, k))
+            rows[1, velocities == 0] = rows[2] = 0.0
+            errors = np.zeros((3, n))
+
+            def arrived(corner, rows=rows, state=state, event=(slider, side, time)):
+                forces, velocities, signs, thresholds = state
+                slider, side, time = event
+                flow = flow_of(balls, forces, velocities, signs)
+                shift = [balls.vector((row @ corner).tolist()) * balls.number(unit) for row in rows]
+                flow.forces, flow.velocities = flow.forces + shift[0], flow.velocities + shift[1]
+                runs = flow.runs()
+                room = balls.number(thresholds[slider]) - side * flow.forces[slider]
+                at, _ = placed(runs, (slider, side), room, time, 1e-9)
+                flow.advance(runs, at)
+                return at, flow
+
+            at, middle = arrived(np.zeros(k))
+            corners = random.choice([-1.0, 1.0], (6, k))
+            others = [arrived(corner) for corner in corners]
+            fast = np.array([float(x) for x in middle.velocities])
+            pulls = np.array([float(x) for x in middle.forces])
+            pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
+            pace = np.linalg.norm(velocities) + np.linalg.norm(forces) + n * FRICTION
+            after = rows.copy()
+            spread = pass_through(
+                springs_of(n), signs, fast, pulls, *after, errors, float(at), radius, UNSURE,
+                float(pace), unit, slider, side, -1,
+            )  # fmt: skip
+            acting = after[1 if side == 0 else 0][slider]
+            assert not acting.any()
+            for corner, (other, flow) in zip(corners, others, strict=True):
+                assert abs(other - at) <= flint.arb(spread) * unit
+                for name, turned, error in zip(
+                    ("forces", "velocities", "moved"), after, errors, strict=True
+                ):
+                    gaps = getattr(flow, name) - getattr(middle, name)
+                    for gap, row, most in zip(gaps, turned @ corner, error, strict=True):
+                        assert abs(gap / unit - row) <= most + 1e-13
+            assert spread < 1e4
+            assert errors.max() < 1e-6 * abs(after).max()
+    assert done > 40
+
+
+def test_a_bracket_without_a_root_is_refused_and_one_without_a_slope_not_used():
+    random, balls = np.random.default_rng(3), balls_of(200)
+    with balls.active():
+        forces, velocities, signs, thresholds = in_motion(random, 5)
+        slider, side, time, radius = proved(forces, velocities, signs, thresholds)
+        flow = flow_of(balls, forces, velocities, signs)
+        runs = flow.runs()
+        room = balls.number(thresholds[slider]) - side * flow.forces[slider]
+        for wrong in (time + 1e-6, time - 1e-6):
+            with pytest.raises(AssertionError, match="does not hold a state of the set"):
+                placed(runs, (slider, side), room, wrong, radius)
+        assert placed(runs, (slider, side), room, time, 0.5) is None
+        flow = flow_of(balls, np.array([0.5, 0.0]), np.array([0.0, 0.0]), np.array([1, 0]))
+        assert placed(flow.runs(), (0, 0), None, 0.0, 1e-6) is None
