@@ -61,7 +61,7 @@ def test_no_chain_of_the_map_rests_above_the_bound_of_rest() -> None:
 
 
 def test_creep_of_six_sliders_lives_longer_towards_the_last_locked_cycle() -> None:
-    data = fate_figures.lifetimes(**settings("lifetimes"))
+    data = fate_figures.lifetimes(**settings("lifetimes", ratios=[0.95, 0.97], cycles=3000))
     low, high = (data[name].sel(n=6).to_numpy() for name in ("rate_low", "rate_high"))
     assert high[-1] < low[0]  # the intervals are apart
     (table,) = fate_figures.lifetime_tables({"lifetimes": data})
