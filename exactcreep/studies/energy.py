@@ -22,6 +22,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
+from exactcreep.motion.replay import Energies
 from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.solvers.layout import compiled
 from exactcreep.solvers.registry import solver_named
@@ -49,37 +50,32 @@ class Ledger:
 
     Attributes
     ----------
-    drive, gravity : float
-        Work of the drive and of gravity, unit ``m g**2 tau_dyn**2``.
-    friction : float
-        Energy lost to friction.
-    elastic : float
-        Gain of elastic energy.
-    lost : float
-        Kinetic energy that the logged stops would take away: zero but for rounding.
-    left : float
-        ``drive + gravity - friction - elastic - lost``; gravity and the elastic energy are those
-        of the run's own final state, the others those of the replay.
+    drive : Fraction
+        Work of the drive, unit ``m g**2 tau_dyn**2``.
+    energies : Energies
+        Where it went, in rationals: gravity and the elastic energy are those of the run's own final
+        state, the others those of the replay.
     apart : float
         Largest distance of the replay's final tension and displacements from the run's own.
     slips : int
     half_cycles : int
     """
 
-    drive: float
-    gravity: float
-    friction: float
-    elastic: float
-    lost: float
-    left: float
+    drive: Fraction
+    energies: Energies
     apart: float
     slips: int
     half_cycles: int
 
     @property
+    def left(self) -> float:
+        """What the terms leave over: zero but for rounding."""
+        return nearest_float(self.drive + self.energies.left)
+
+    @property
     def balance(self) -> float:
-        """What is left over, relative to the energy lost to friction."""
-        return abs(self.left) / self.friction if self.friction else abs(self.left)
+        """What is left over, relative to the energy that friction took."""
+        return abs(self.left) / nearest_float(self.energies.friction or Fraction(1))
 
 
 @compiled
@@ -226,22 +222,21 @@ def _closed(
     replayed = [Fraction(high) + Fraction(low) for high, low in sums.tolist()]
     tension = [enclosure(state.tensions[0]).middle for state in (begin, end)]
     places = [[enclosure(x).middle for x in state.displacements] for state in (begin, end)]
-    gravity = Fraction(chain.sin_alpha) * (sum(places[1]) - sum(places[0]))
-    elastic = (tension[1] ** 2 - tension[0] ** 2) / 2
-    friction = Fraction(chain.friction) * replayed[_PATH]
-    drive, lost = replayed[_WORK], replayed[_LOST]
+    energies = Energies(
+        elastic=(tension[1] ** 2 - tension[0] ** 2) / 2,
+        kinetic=Fraction(0),
+        gravity=Fraction(chain.sin_alpha) * (sum(places[1]) - sum(places[0])),
+        friction=Fraction(chain.friction) * replayed[_PATH],
+        lost=replayed[_LOST],
+    )
     apart = [
         replayed[_TENSION] - tension[1],
         replayed[_FIRST] - places[1][0],
         replayed[_SECOND] - places[1][1],
     ]
     return Ledger(
-        drive=nearest_float(drive),
-        gravity=nearest_float(gravity),
-        friction=nearest_float(friction),
-        elastic=nearest_float(elastic),
-        lost=nearest_float(lost),
-        left=nearest_float(drive + gravity - friction - elastic - lost),
+        drive=replayed[_WORK],
+        energies=energies,
         apart=nearest_float(max(map(abs, apart))),
         slips=slips,
         half_cycles=half_cycles,

@@ -18,6 +18,7 @@ from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.replay import Replay
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.quasistatic.decimals import as_claimed, floats
+from exactcreep.solvers import layout
 from exactcreep.solvers.avalanches import replayed_rows
 from exactcreep.solvers.records import (
     LOGS,
@@ -111,6 +112,23 @@ def test_the_compiled_rows_are_those_of_a_replay_of_the_events(which: str) -> No
         {name: a[order[1]] for name, a in strip.items()},
         1e-10,
     )
+    assert np.abs(left(table)).max() < 1e-15 * (10 + table["elastic_before"].max())
+
+
+def test_rows_of_an_avalanche_whose_parts_keep_their_own_time_are_those_of_a_replay() -> None:
+    chain = CHAINS["long"]
+    start = State.prepared(chain, np.random.default_rng(2).normal(0, 0.6, chain.n - 1))
+    run = creep(chain, Cycles("0.0002", 1), seed=4, start=start, record=ALL)
+    table, slips = (rows(run.recorded, name) for name in BOTH)
+    assert table["last"][0] - table["first"][0] >= layout.LEAST_LONG
+    assert table["events"][0] > 100
+    known, known_slips = replayed(run, table["direction"])
+    for name in ("duration", "displacement", "dissipation", "elastic_after", "sliders"):
+        assert table[name][0] == pytest.approx(getattr(known[0], name), rel=1e-12)
+    lengths = {slip[:3]: slip.displacement for slip in known_slips}
+    found = list(zip(*(slips[name].tolist() for name in SLIP_TABLE.fields), strict=True))
+    assert len(found) == len(lengths)
+    assert all(abs(lengths[slip[:3]] - slip[4]) < 1e-12 for slip in found)
     assert np.abs(left(table)).max() < 1e-15 * (10 + table["elastic_before"].max())
 
 
