@@ -468,7 +468,7 @@ def start_up_seconds() -> tuple[float, float]:
 
 @dataclass
 class Velocity:
-    """What a mean velocity costs at one size: exact, and Verlet at dt = 0.3.
+    """What a mean velocity costs at one size: exact, and Verlet at one time step.
 
     Attributes
     ----------
@@ -510,11 +510,13 @@ class Velocity:
 _BLOCK = 10
 
 
-def velocity_costs(n: int, amplitude: str, *, members: int, seconds: float) -> Velocity:
+def velocity_costs(
+    n: int, amplitude: str, *, members: int, seconds: float, dt: str = "0.3"
+) -> Velocity:
     """Return what the mean velocity costs with an ensemble of independent chains, by pairs."""
     chain = paper_chain(n)
     drive = Cycles(amplitude, 10**9)
-    solvers = (solver_named("exact", {}), solver_named("verlet", {"dt": "0.3"}))
+    solvers = (solver_named("exact", {}), solver_named("verlet", {"dt": dt}))
     half_cycles = 0
     advances: tuple[list[float], list[float]] = ([], [])
     times: tuple[list[float], list[float]] = ([], [])

@@ -1,7 +1,7 @@
 """Measure this machine, print the table, and draw the picture that the README shows.
 
 ``python tests/benchmarks/run.py [--quick] [--out DIR]``; with a directory it writes
-``benchmark.md``, ``benchmark.png`` and ``benchmark.json`` there.
+``benchmark.md``, ``benchmark.png``, ``questions.png`` and ``benchmark.json`` there.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import math
 import platform
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ import matplotlib as mpl
 sys.path.insert(0, str(Path(__file__).parents[2]))  # run as a script, not as a module
 
 from exactcreep.studies.figures import INKS, STYLE, picture, save_picture
-from tests.benchmarks import measurements
+from tests.benchmarks import measurements, questions
 from tests.benchmarks.measurements import (
     C_VERLET,
     SAMPLES,
@@ -64,6 +64,7 @@ class Results:
     long_run: int
     velocities: list[Velocity]
     start_up: tuple[float, float]
+    answers: list[questions.Answer]
 
 
 def measure(*, quick: bool, tell: Callable[[str], None]) -> Results:
@@ -100,7 +101,28 @@ def measure(*, quick: bool, tell: Callable[[str], None]) -> Results:
         velocities.append(
             measurements.velocity_costs(n, amplitude, members=members, seconds=seconds)
         )
-    return Results(halves, singles, per_event, speed_ups, memory, long_run, velocities, start_up)
+    answers = answered(singles, quick=quick, tell=tell)
+    return Results(
+        halves, singles, per_event, speed_ups, memory, long_run, velocities, start_up, answers
+    )
+
+
+def answered(
+    singles: list[Rearrangements], *, quick: bool, tell: Callable[[str], None]
+) -> list[questions.Answer]:
+    """Return what every question costs, by every way to answer it."""
+    found: list[questions.Answer] = []
+    for n in questions.AMPLITUDES:
+        tell(f"questions: mean velocity, N = {n}")
+        members, seconds = (8, 0.3) if quick else (16, 2.0 if n < 30 else 6.0)
+        found += questions.mean_velocity(n, members=members, seconds=seconds)
+    for single in singles:
+        tell(f"questions: one rearrangement, N = {single.n}")
+        found += questions.itineraries(single, count=5 if quick else 20)
+    tell("questions: thresholds and fates")
+    found += questions.thresholds()
+    found += questions.fates()
+    return found
 
 
 def _us(seconds: float) -> str:
@@ -212,6 +234,20 @@ def markdown(results: Results) -> str:
          "time ratio, same half-cycles"), rows,
     )  # fmt: skip
 
+    lines += [
+        "**Time to answer a question** (processor time, seconds). Mean velocities at A = "
+        + ", ".join(f"{a} (N = {n})" for n, a in questions.AMPLITUDES.items())
+        + ", at 95 %; extrapolated: longer than what was run, by the square of the error. The"
+        " bias of law, sliding and Verlet is measured against exact; they answer where it is known"
+        " to be smaller than what is asked for, Verlet also where none is seen.",
+        "",
+    ]
+    rows = []
+    for one in results.answers:
+        spent = f"{one.seconds:.2g}" if math.isfinite(one.seconds) else "no answer"
+        rows.append((one.question, str(one.n), one.method, spent, one.note))
+    lines += _table(("question", "N", "by", "seconds", "what is known of it"), rows)
+
     short, long, ratio = results.per_event
     exact, spin, share = results.speed_ups
     compiling, ready = results.start_up
@@ -293,6 +329,7 @@ def plain(results: Results) -> dict[str, Any]:
             }
             for one in results.velocities
         ],
+        "answers": [asdict(one) | {"seconds": known(one.seconds)} for one in results.answers],
     }  # fmt: skip
 
 
@@ -409,6 +446,33 @@ def draw(results: Results, path: Path) -> None:
         save_picture(figure, path)
 
 
+def draw_answers(answers: list[questions.Answer], path: Path) -> None:
+    """Draw the time of every answer, a row for each question and size."""
+    rows = list(dict.fromkeys((one.question, one.n) for one in answers))
+    methods = list(dict.fromkeys(one.method for one in answers))
+    with mpl.rc_context(STYLE):
+        figure = picture(7.0, 0.8 + 0.24 * len(rows))
+        axes = figure.subplots()
+        for k, method in enumerate(methods):
+            shown = [one for one in answers if one.method == method and one.seconds > 0]
+            axes.plot(
+                [one.seconds for one in shown],
+                [rows.index((one.question, one.n)) for one in shown],
+                color=INKS[k % len(INKS)],
+                marker="os^Dv*<>P"[k % 9],
+                markersize=6,
+                linestyle="none",
+                label=method,
+            )
+        axes.set_xscale("log")
+        axes.set_yticks(range(len(rows)), [f"{what}, N = {n}" for what, n in rows], fontsize=7)
+        axes.invert_yaxis()
+        axes.grid(axis="y", linewidth=0.3)
+        axes.set_xlabel("processor time to the answer (s)")
+        figure.legend(loc="outside lower center", ncols=min(len(methods), 5), fontsize=7)
+        save_picture(figure, path)
+
+
 def main() -> None:
     """Measure, print, and write what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
@@ -425,6 +489,7 @@ def main() -> None:
         numbers = json.dumps(plain(results), indent=1)
         (asked.out / "benchmark.json").write_text(numbers + "\n", encoding="utf-8")
         draw(results, asked.out / "benchmark.png")
+        draw_answers(results.answers, asked.out / "questions.png")
 
 
 if __name__ == "__main__":
