@@ -76,6 +76,28 @@ def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_wo
     assert locked.course.startswith("outcome and velocity are what the course ended in")
 
 
+def test_a_course_is_trusted_as_long_as_runs_a_few_roundings_apart_agree() -> None:
+    """Other nudges than that of the twin grow alike, to within a factor."""
+    drive = Cycles("0.01", 6)
+    run, *others = (
+        creep(
+            SIX,
+            drive,
+            seed=1,
+            start=State.prepared(SIX, [k * 2.0**-52, 0, -k * 2.0**-52, 0, k * 2.0**-52], seed=1),
+            record=("tension",),
+        )
+        for k in range(4)
+    )
+    tensions = [one.recorded["tension"] for one in others]
+    apart = np.abs(np.array(tensions) - run.recorded["tension"]).max(axis=(0, 2))
+    trusted = run.trusted_half_cycles
+    assert trusted is not None
+    assert 0 < trusted < 12
+    assert apart[:trusted].max() < 1e-7
+    assert apart[trusted] > 1e-11
+
+
 def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agrees() -> None:
     level = Chain(2, 1000, "1/2", "3/5", tan_alpha="0")  # both ends reach their thresholds at once
     run = creep(level, Cycles("0.003", 10), twin=True)
