@@ -199,7 +199,7 @@ _ALL = (
             "sizes": [*range(2, 13), 16, 20, 30, 60],
             "step": 0.005,
             "starts": 16,
-            "cycles": 2000,
+            "cycles": 4000,
             "velocity_cycles": 400,
             "most_velocity": 30,
         },

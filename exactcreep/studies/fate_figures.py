@@ -50,6 +50,7 @@ RATIO = r"$A_\theta$ / Eq. (seuil)"
 HORIZON = 20
 """Cycles after which the criterion ``horizon`` looks whether x_G still advances."""
 _ADVANCE = 1e-6
+_SEARCHED = 0.8, 1.6  # units of Eq. (seuil)
 _BOUNDS = ("no_lasting_creep", "at_rest", "locked_ends")
 _NAMES = {
     "no_lasting_creep": "below: no state creeps for ever",
@@ -145,8 +146,12 @@ def _horizon(n: int, unit: float, step: float) -> float:
 
 
 def _half(n: int, unit: float, step: float, starts: int, cycles: int) -> float:
-    """Return the amplitude from which on half of the starts still creep at the horizon."""
-    low, high = 0.8, 1.6
+    """Return the amplitude from which on half of the starts still creep at the horizon.
+
+    nan if they do so everywhere: long chains neither lock nor stand still for long below Eq.
+    (seuil), and come further down than ever now and then.
+    """
+    low, high = _SEARCHED
     while high - low > step:
         middle = (low + high) / 2
         lives = survival(chain_of(n), middle * unit, starts=starts, cycles=cycles)
@@ -154,7 +159,7 @@ def _half(n: int, unit: float, step: float, starts: int, cycles: int) -> float:
             low = middle
         else:
             high = middle
-    return (low + high) / 2
+    return float("nan") if low == _SEARCHED[0] else (low + high) / 2
 
 
 _MEANT = {
