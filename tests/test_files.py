@@ -20,7 +20,7 @@ import xarray as xr
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic import files
 from exactcreep.quasistatic.files import Occupied, check_output, remove_parts, write_file
-from exactcreep.quasistatic.result import netcdf
+from exactcreep.quasistatic.netcdf import netcdf
 from tests.processes import PATIENCE, PROGRAM, finished
 
 QUICK = ("run", "two-sliders-cycles", "--json", "--set", "drive.cycles=20000")

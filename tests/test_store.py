@@ -13,7 +13,7 @@ import pytest
 from numpy.typing import NDArray
 
 from exactcreep import Creep, Cycles, InputError, Outcome, creep, resume
-from exactcreep.quasistatic import result as results
+from exactcreep.quasistatic import netcdf as results
 from exactcreep.quasistatic import store as stores
 from exactcreep.quasistatic.store import Store
 from tests.paper import paper_chain

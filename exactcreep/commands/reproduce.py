@@ -121,7 +121,7 @@ def write(picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table],
     import matplotlib as mpl
 
     from exactcreep.quasistatic.files import write_file
-    from exactcreep.quasistatic.result import netcdf
+    from exactcreep.quasistatic.netcdf import netcdf
     from exactcreep.studies.figures import STYLE, save_picture
 
     stem = out / picture.name

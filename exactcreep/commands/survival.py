@@ -59,7 +59,7 @@ def survival(
     """
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_output, check_plot, write_file
-    from exactcreep.quasistatic.result import netcdf
+    from exactcreep.quasistatic.netcdf import netcdf
     from exactcreep.studies import survival as study
 
     if plot is not None:

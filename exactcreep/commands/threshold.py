@@ -152,7 +152,7 @@ def threshold(
     """
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_output, check_plot, write_file
-    from exactcreep.quasistatic.result import netcdf
+    from exactcreep.quasistatic.netcdf import netcdf
     from exactcreep.studies.horizon import GivenUp
     from exactcreep.studies.thresholds import threshold as study
 

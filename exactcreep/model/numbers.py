@@ -18,7 +18,9 @@ Number = int | float | str | Fraction | Decimal
 
 _DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _RATIO = re.compile(r"[+-]?\d+/\d+")
+_INTEGERS = re.compile(r"-?\d+(/\d+)?")
 _LONGEST = 10_000  # characters of a number; more is a mistake or an attack, not a parameter
+_LONGEST_RATIO = 250_000  # characters of one that a solver has made, of 100 000 digits at most
 _WIDEST = 5_000  # largest decimal exponent
 
 
@@ -123,6 +125,8 @@ def ratio_of(text: str) -> Fraction:
         If it is none.
     """
     numerator, slash, denominator = text.partition("/")
+    if len(text) > _LONGEST_RATIO or not _INTEGERS.fullmatch(text):
+        raise ValueError(f"not a ratio of integers: {text[:60]}")
     try:
         return _long(numerator) / (_long(denominator) if slash else 1)
     except (ArithmeticError, OverflowError):

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import io
 import json
 import math
 import os
-import tempfile
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep import __version__
-from exactcreep.limits import MEMORY
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float, plain_data, ratio_of, ratio_text
@@ -28,8 +24,7 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats, quantity
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
-from exactcreep.quasistatic.files import file_name, write_file
-from exactcreep.quasistatic.store import ScratchFile
+from exactcreep.quasistatic.files import write_file
 from exactcreep.solvers.records import (
     FORCE,
     LENGTH,
@@ -47,7 +42,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 FORMAT = "exactcreep result 2"
-_ROWS_AT_ONCE = 2**20
 
 
 class _StateRow(NamedTuple):
@@ -526,11 +520,17 @@ def _attribute_values(parameters: Mapping[str, Any]) -> dict[str, Any]:
 
 def _experiment(data: xr.Dataset) -> Experiment:
     about = data.attrs
+    for name, dimension in (("n", "slider"), ("half_cycles", "half_cycle")):
+        held = data.sizes.get(dimension)
+        if held is not None and held != about[name]:
+            raise ValueError(f"it holds {held} of {name} = {about[name]}")
     chain = Chain(
         int(about["n"]),
         *(ratio_of(str(about[name])) for name in ("l0", "mu_d", "mu_s", "sigma_mu")),
         tan_alpha=ratio_of(str(about["tan_alpha"])),
     )
+    options = json.loads(about["options"])
+    _check_digits(data, int(options.get("digits") or 0))
     parameters: dict[str, Any] = {}
     for name in about["drive_parameters"].split():
         listed = f"drive_{name}"
@@ -551,9 +551,24 @@ def _experiment(data: xr.Dataset) -> Experiment:
         start=start,
         record=about["record"].split(),
         burn_in=None if about["burn_in_asked"] == "default" else about["burn_in_asked"],
-        options=json.loads(about["options"]),
+        options=options,
         twin=bool(about["twin"]),
     )
+
+
+_DIGITS = 1000
+"""So many a file may claim without showing them."""
+
+
+def _check_digits(data: xr.Dataset, digits: int) -> None:
+    """Raise `ValueError` if a file claims far more digits than its numbers have.
+
+    To calculate with them would take a time that has nothing to do with the file's size.
+    """
+    lengths = [v.to_numpy().itemsize // 4 for v in data.values() if v.dtype.kind in "UO" and v.size]
+    shown = max(lengths, default=0)
+    if digits > max(_DIGITS, 10 * shown) and data.sizes.get("event", 1):
+        raise ValueError(f"its numbers have at most {shown} of digits = {digits}")
 
 
 def _state(data: xr.Dataset, moment: str, theta: Any) -> State:
@@ -578,58 +593,16 @@ def _state(data: xr.Dataset, moment: str, theta: Any) -> State:
     )
 
 
+def _files() -> Any:
+    """Return the module that writes and reads NetCDF; a run without a file waits for none."""
+    return import_module("exactcreep.quasistatic.netcdf")
+
+
 def _dataset(*given: Any, **named: Any) -> xr.Dataset:
     """Return ``xarray.Dataset(...)``; a run that makes none does not wait for xarray."""
     xarray: Any = import_module("xarray")
     made: xr.Dataset = xarray.Dataset(*given, **named)
     return made
-
-
-def netcdf(groups: Mapping[str | None, xr.Dataset]) -> memoryview | Iterator[bytes]:
-    """Return the NetCDF file that holds datasets in groups; None is the root.
-
-    It is made in memory, and beyond `MEMORY` in a file without a name, which is read back and comes
-    in pieces: HDF5 brings the whole process down when a disk is full.
-
-    Raises
-    ------
-    InputError
-        If that file cannot be written, or does not hold what it should.
-    """
-    h5netcdf: Any = import_module("h5netcdf")
-    backends: Any = import_module("xarray.backends")
-    large = sum(dataset.nbytes for dataset in groups.values()) > MEMORY
-    buffer = ScratchFile() if large else io.BytesIO()
-    try:
-        with h5netcdf.File(buffer, "w") as file:
-            for group, dataset in groups.items():
-                dataset.dump_to_store(backends.H5NetCDFStore(file, group=group, mode="a"))
-    except Exception:
-        if isinstance(buffer, io.BytesIO) or buffer.failed is None:
-            raise
-    if isinstance(buffer, io.BytesIO):
-        return buffer.getbuffer()
-    if buffer.failed is not None:
-        reason = f"cannot hold the file that is made: {buffer.failed.strerror}"
-        raise InputError("TMPDIR", tempfile.gettempdir(), reason)
-    h5py: Any = import_module("h5py")
-    buffer.seek(0)
-    with h5py.File(buffer, "r") as there:
-        for group, dataset in groups.items():
-            _check_written(there if group is None else there[group], dataset)
-    return buffer.pieces()
-
-
-def _check_written(there: Any, dataset: xr.Dataset) -> None:
-    """Raise `InputError` unless the numbers in a group of a file are those of a dataset."""
-    for name, variable in dataset.variables.items():
-        if variable.dtype.kind not in "biuf":
-            continue
-        written, values = there[name], variable.to_numpy()
-        for k in range(0, len(values) if values.ndim else 0, _ROWS_AT_ONCE):
-            part = values[k : k + _ROWS_AT_ONCE]
-            if written[k : k + _ROWS_AT_ONCE].tobytes() != part.tobytes():
-                raise InputError("TMPDIR", tempfile.gettempdir(), f"does not keep {name}")
 
 
 def save_members(
@@ -647,7 +620,7 @@ def save_members(
         about = {"format": FORMAT, "version": __version__, "members": len(results)}
         groups = {None: _dataset(attrs=about)}
         groups |= {f"member_{k}": result.dataset for k, result in enumerate(results, 1)}
-    write_file(path, netcdf(groups), "out", force=force)
+    write_file(path, _files().netcdf(groups), "out", force=force)
 
 
 def load_members(path: str | os.PathLike[str]) -> list[Creep]:
@@ -663,25 +636,22 @@ def load_members(path: str | os.PathLike[str]) -> list[Creep]:
 
 def read_members(path: str | os.PathLike[str]) -> list[tuple[xr.Dataset, Creep]]:
     """Return the datasets in a file, and the results that they show; see `load_members`."""
-    name = file_name(path, "result")
-    if not Path(path).is_file():
-        raise InputError("result", name, "must be a file")
-    h5py: Any = import_module("h5py")
-    xarray: Any = import_module("xarray")
+    groups = _files().read_groups(path, "result")
+    about = groups[None].attrs
     try:
-        # h5netcdf complains, when it is collected, about a file that it could not open
-        with h5py.File(name, "r") as file:
-            known = file.attrs.get("format")
-            count = int(np.ravel(file.attrs.get("members", 0))[0])
-        if known != FORMAT:
-            raise InputError("result", name, "is not a result of exactcreep (of this version)")
-        groups: list[str | None] = [f"member_{k}" for k in range(1, count + 1)]
-        datasets = [
-            xarray.load_dataset(name, group=group, engine="h5netcdf") for group in groups or [None]
-        ]
-        return [(data, Creep.from_dataset(data)) for data in datasets]
+        if about.get("format") != FORMAT:
+            raise InputError(
+                "result", os.fspath(path), "is not a result of exactcreep (of this version)"
+            )
+        if "members" in about:
+            members = [groups[f"member_{k}"] for k in range(1, len(groups))]
+            if len(members) != about["members"]:
+                raise ValueError(f"it holds {len(members)} of {about['members']} members")
+        else:
+            members = [groups[None]]
+        return [(data, Creep.from_dataset(data)) for data in members]
     except InputError:
         raise
-    except Exception as error:  # what a damaged HDF5 file can raise is not written down
+    except Exception as error:  # nor what can be wrong with numbers that were changed
         reason = " ".join(str(error).split())[:200]
-        raise InputError("result", name, f"cannot be read: {reason}") from None
+        raise InputError("result", os.fspath(path), f"cannot be read: {reason}") from None

@@ -32,7 +32,7 @@ from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import output_directory, remove_parts, write_file
 from exactcreep.quasistatic.loop import PhysicsWarning, run_members
-from exactcreep.quasistatic.result import netcdf
+from exactcreep.quasistatic.netcdf import netcdf
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.records import HALF_CYCLE_TABLE, LENGTH, LOGS
 

@@ -1,0 +1,143 @@
+"""Files that were damaged or made up are refused in one sentence, and in time."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exactcreep import Chain, Creep, Cycles, InputError, TemperatureRecord, creep, load_scene
+from exactcreep.quasistatic import netcdf as files
+from exactcreep.quasistatic.checkpoint import from_bytes
+from exactcreep.quasistatic.loop import resume
+from exactcreep.quasistatic.netcdf import netcdf
+
+THREE = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+
+
+@pytest.fixture(scope="module")
+def certified() -> Creep:
+    return creep(THREE, Cycles("0.0015", 4), solver="certified", record=("x_G", "events"))
+
+
+def mutations(data: bytes, count: int, seed: int) -> Iterator[bytes]:
+    """Yield damaged copies: bits flipped, bytes lost, runs of zeros, parts doubled, cut off."""
+    rng = random.Random(seed)
+    for _ in range(count):
+        at, length = rng.randrange(len(data)), rng.choice([1, 2, 8, 64, 512, 4096])
+        end = min(len(data), at + length)
+        yield rng.choice([
+            data[:at] + bytes([data[at] ^ 1 << rng.randrange(8)]) + data[at + 1 :],
+            data[:at] + bytes(end - at) + data[end:],
+            data[:at] + b"\xff" * (end - at) + data[end:],
+            data[:at] + data[end:],
+            data[:at] + data[at:end] + data[at:],
+            data[:at],
+            data[:at] + rng.randbytes(end - at) + data[end:],
+        ])  # fmt: skip
+
+
+def told(read: Callable[[], Any]) -> str:
+    """Return the sentence that refuses a file; "" if it was read."""
+    try:
+        read()
+    except InputError as error:
+        return str(error)
+    return ""
+
+
+def test_a_sealed_file_damaged_anywhere_is_refused(certified: Creep, tmp_path: Path) -> None:
+    certified.save(tmp_path / "run.nc")
+    good, elsewhere = (tmp_path / "run.nc").read_bytes(), files._read_elsewhere
+    files._read_elsewhere = lambda name: (_ for _ in ()).throw(ValueError("it has no seal"))
+    try:
+        for bad in mutations(good, 300, 1):
+            (tmp_path / "bad.nc").write_bytes(bad)
+            said = told(lambda: Creep.load(tmp_path / "bad.nc"))
+            assert re.search("checksum does not match|it has no seal", said) or bad == good
+    finally:
+        files._read_elsewhere = elsewhere
+    assert Creep.load(tmp_path / "run.nc").x_G == certified.x_G
+
+
+@pytest.mark.parametrize("count", [2, pytest.param(300, marks=pytest.mark.slow)])
+def test_reading_a_damaged_file_without_a_seal_ends(
+    certified: Creep, tmp_path: Path, count: int
+) -> None:
+    certified.save(tmp_path / "run.nc")
+    body = (tmp_path / "run.nc").read_bytes()[: -files._SEAL_LENGTH]
+    zeros = body[:600] + bytes(4000) + body[4600:]
+    (tmp_path / "bad.nc").write_bytes(body)
+    assert Creep.load(tmp_path / "bad.nc").x_G == certified.x_G
+    refused = []
+    for bad in [zeros, *mutations(body, count, 2)]:
+        (tmp_path / "bad.nc").write_bytes(bad)
+        refused.append(told(lambda: Creep.load(tmp_path / "bad.nc")))
+    assert refused[0]
+    assert all(len(sentence) < 400 for sentence in refused)
+
+
+CLAIMS = {
+    "n": (10**8, "it holds 3 of n = 100000000"),
+    "members": (10**9, "it holds 0 of 1000000000 members"),
+    "half_cycles": (10**12, "it holds 8 of half_cycles = 1000000000000"),
+    "options": (json.dumps({"digits": 100_000}), "digits = 100000"),
+    "l0": ("1e999999999", "not a ratio of integers: 1e999999999"),
+    "velocity_exact": ("9" * 10**6, "not a ratio of integers: 999"),
+    "cycles": (10**15, "at most 1000000000000"),
+    "warnings": ("[" * 10**6, "recursion"),
+}
+
+
+@pytest.mark.parametrize("name", CLAIMS)
+def test_a_claim_that_would_cost_unbounded_time_is_refused(
+    certified: Creep, tmp_path: Path, name: str
+) -> None:
+    value, sentence = CLAIMS[name]
+    data = certified.dataset.copy()
+    data.attrs[name] = value
+    (tmp_path / "bad.nc").write_bytes(netcdf({None: data}))
+    assert sentence in told(lambda: Creep.load(tmp_path / "bad.nc"))
+
+
+def test_a_file_too_short_for_its_values_is_refused(tmp_path: Path) -> None:
+    with files.h5py.File(tmp_path / "bad.nc", "w") as file:
+        file.create_dataset("x", shape=(10**12,), dtype="f8", chunks=(10**6,))
+    said = told(lambda: Creep.load(tmp_path / "bad.nc"))
+    assert "it is too short for the 1000000000000 values of x" in said
+
+
+def test_a_damaged_checkpoint_is_refused(tmp_path: Path) -> None:
+    creep(THREE, Cycles("0.01", 4), checkpoint=tmp_path / "a.ckpt")
+    good = (tmp_path / "a.ckpt").read_bytes()
+    for bad in mutations(good, 300, 3):
+        assert told(partial(from_bytes, bad)) or bad == good
+    assert resume(tmp_path / "a.ckpt").half_cycles == 8
+
+
+def test_damaged_scenes_and_records_are_read_or_refused(tmp_path: Path) -> None:
+    scene, record = tmp_path / "s.toml", tmp_path / "r.csv"
+    table = "time,temperature\n" + "".join(f"{k},{20 + k % 7}\n" for k in range(60))
+    toml = (
+        '[chain]\nn = 3\nl0 = 1000\nmu_d = "0.5"\nmu_s = 0.6\ntan_alpha = 0.25\n'
+        '[drive]\nkind = "cycles"\namplitude = 0.01\ncycles = 5\n'
+    )
+    assert load_scene_of(scene, toml.encode()) == ""
+    refused = 0
+    for bad in mutations(toml.encode(), 300, 4):
+        refused += load_scene_of(scene, bad) != ""
+    assert refused > 100
+    for bad in mutations(table.encode(), 300, 5):
+        record.write_bytes(bad)
+        told(lambda: TemperatureRecord(record, "1e-5", 20))
+
+
+def load_scene_of(path: Path, text: bytes) -> str:
+    path.write_bytes(text)
+    return told(lambda: load_scene(str(path)).members())
