@@ -142,9 +142,10 @@ def creep(
         - ``AT_REST``: for Cycles, no event in the last whole cycle, so that there will never be
           one again; for other drives, no event after the burn-in;
         - ``CREEPING``: the chain advances: every slider has moved, all of them the same way. If the
-          tensions at the end are those at the end of one of the 64 cycles before (without disorder
-          they go on like this), between these two; otherwise over all half-cycles after the
-          burn-in, by two standard errors at least;
+          tensions at the end are those at the end of one of the cycles before (without disorder
+          they go on like this; 1000 cycles are looked back to, by `verlet` and `sliding` 64),
+          between these two; otherwise over all half-cycles after the burn-in, by two standard
+          errors at least;
         - ``CYCLING``: sliders slip, but the chain does not advance in this sense. The evidence is
           `UNDECIDED` where the drift is below two standard errors (`reason` holds its bound), or,
           without disorder, where the tensions have not returned either.

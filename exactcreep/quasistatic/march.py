@@ -6,16 +6,18 @@ import copy
 import math
 import os
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
+from itertools import islice
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.limits import MEMORY, Stop
-from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.limits import MEMORY, Limits, Stop
+from exactcreep.model.drive import Cycles
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats
@@ -24,13 +26,18 @@ from exactcreep.quasistatic.result import Creep
 from exactcreep.quasistatic.store import Store
 from exactcreep.quasistatic.watch import Watch
 from exactcreep.solvers.auto import concluded
+from exactcreep.solvers.exact import Exact
 from exactcreep.solvers.records import record_arrays
-from exactcreep.solvers.solver import Simulation, Stretch, Tally
+from exactcreep.solvers.solver import Simulation, Stretch, Tally, advance
 from exactcreep.solvers.statistics import rests_for_long, standard_error
 
 _MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however long the run
 _LEAST_BYTES = 500  # of memory for a slider
 _LONGEST_PERIOD = 64  # cycles: how far back the tensions at the end are looked for
+_LONGEST_EXACT = 1000  # the same where the run can be followed again in no time
+_SLOW = ("certified", "mpmath", "reference")
+_TRIES = 3  # longer periods
+_MOST_AGAIN = 10**7  # events for that
 _MOST_MARKED = 2**21  # tensions that are kept for that
 NEARLY = "the tensions return to within "
 """How the reason begins of a chain that has settled so."""
@@ -81,7 +88,7 @@ class March:
         # a block ends where the run will be looked back to
         self.boundaries = {self.burn_in}
         if drive.cyclic:
-            period = max(1, min(_LONGEST_PERIOD, _MOST_MARKED // chain.n))
+            period = max(1, min(self._depth, _MOST_MARKED // chain.n))
             self.boundaries |= set(range(max(self.total - 2 * period, 0), self.total, 2))
         self.unseen = 0.0  # how far apart tensions may be that count as the same
         self.course = Course(nearest_float(begin.middle))
@@ -89,6 +96,11 @@ class March:
             self._restore(captured)
         else:
             self._mark()
+
+    @property
+    def _depth(self) -> int:
+        """How many cycles before the last are kept: many, where a cycle takes long anyway."""
+        return _LONGEST_EXACT if self.experiment.algorithm.name in _SLOW else _LONGEST_PERIOD
 
     @property
     def ended(self) -> bool:
@@ -142,7 +154,7 @@ class March:
     def _mark(self) -> None:
         if self.done == self.burn_in:
             self.burnt = Mark.of(self)
-        late = self.done >= self.total - 2 * _LONGEST_PERIOD
+        late = self.done >= self.total - 2 * self._depth
         if self.experiment.drive.cyclic and late and self.done in self.boundaries:
             self.marks.append(Mark.of(self))
 
@@ -276,19 +288,20 @@ class March:
         still, chain = Enclosure(Fraction(0), Fraction(0)), self.experiment.chain
         events = self.simulation.tally.events
         if self.marks and events == self.marks[-1].tally.events:
-            return Behaviour(Outcome.AT_REST, self.course.repeats_since(1), velocity=still)
+            return Behaviour(Outcome.AT_REST, self._since(1), velocity=still)
         if chain.sigma_mu != 0:  # no contact gets back its threshold
             return None
-        close = _NEAR * (chain.friction + chain.excess + abs(chain.sin_alpha))
         for mark in reversed(self.marks):
             apart = mark.apart(state)
             if apart <= self.unseen:
                 apart = 0.0
             period = (self.done - mark.done) // 2
-            since = self.course.repeats_since(period)
             # what returns but nearly is believed if it does so for another period
-            nearly = apart <= close and self.course.cycles - since >= 2 * period
-            if apart and not nearly:
+            twice = self.course.cycles - self.course.repeats_since(period) >= 2 * period
+            if apart and not (apart <= self._close and twice):
+                continue
+            since = self._since(period)
+            if apart and self.course.cycles - since < 2 * period:
                 continue
             reason = f"{NEARLY}{apart:.1e} m g, not exactly" if apart else ""
             if not self._advanced_since(mark, state):
@@ -299,6 +312,87 @@ class March:
                 (moved.radius + begun.radius) / (2 * period),
             )
             return Behaviour(Outcome.CREEPING, since, reason, bool(apart), velocity)
+        return self._long_period()
+
+    @property
+    def _close(self) -> float:
+        """How far apart tensions are that nearly return."""
+        chain = self.experiment.chain
+        return _NEAR * (chain.friction + chain.excess + abs(chain.sin_alpha))
+
+    def _since(self, period: int) -> int:
+        """Return the cycle from which on the tensions, and not x_G alone, repeat with `period`.
+
+        As far back as they are known: `exact` is followed again; others keep the last cycles.
+        """
+        first = self.course.repeats_since(period)
+        again = self._followed_again(first, period)
+        if again is not None:
+            return again[0]
+        close = max(self._close, self.unseen)
+        for later, mark in zip(self.marks[:period:-1], self.marks[-1 - period :: -1], strict=False):
+            if _apart(later.tensions, mark.tensions) > close:
+                return max(first, mark.done // 2 + 1)
+        return first
+
+    def _followed_again(self, first: int, period: int) -> tuple[int, float] | None:
+        """Return the cycle, not before `first`, from which on the tensions repeat with `period`.
+
+        And to within what they do in the end. None if they do not, if it takes too long, or if the
+        solver is not `exact`.
+        """
+        experiment, last = self.experiment, self.done // 2
+        drive, limits = experiment.drive, Limits(events=_MOST_AGAIN)
+        if not isinstance(experiment.algorithm, Exact) or not isinstance(drive, Cycles):
+            return None
+        ahead, simulation = (
+            experiment.algorithm.simulation(
+                experiment.chain, experiment.initial, experiment.seed, record
+            )
+            for record in ((), ("tension",))
+        )
+        if advance(ahead, drive, 2 * first, limits).stop is not Stop.DONE:
+            return None
+        simulation.restore(ahead.capture())
+        state = simulation.state()
+        # a start may stand at another temperature than the ends of cycles do
+        ramp = experiment.chain.l0 * (exact_number(state.theta, "theta") + drive.amplitude)
+        rows = (state.tensions + nearest_float(ramp))[None, :]
+        cycle, since, off = first, first, 0.0
+        while cycle < last:
+            count = min(max(2 * period, 64), last - cycle)
+            stretch = advance(simulation, drive, 2 * (cycle + count), limits, done=2 * cycle)
+            if stretch.stop is not Stop.DONE:
+                return None
+            rows = np.vstack([rows, stretch.recorded["tension"][1::2]])
+            cycle += count
+            change = np.diff(rows[period:] - rows[:-period], axis=1, prepend=0.0, append=0.0)
+            apart = np.abs(change).max(axis=1)  # of the forces
+            far = np.flatnonzero(apart > self._close)
+            if far.size:
+                since = cycle - rows.shape[0] + 1 + int(far[-1]) + 1
+            off = float(apart[-period:].max(initial=0.0))
+            if apart.size >= period and not off:
+                break
+            rows = rows[-period:]
+        return (since, off) if last - since >= period else None
+
+    def _long_period(self) -> Behaviour | None:
+        """Return what `exact` shows if the tensions return later than others are looked back to."""
+        if not isinstance(self.experiment.algorithm, Exact):
+            return None
+        longer = self.course.periods(_LONGEST_PERIOD + 1, _LONGEST_EXACT)
+        for period in islice(longer, _TRIES):
+            again = self._followed_again(self.course.repeats_since(period), period)
+            if again is None or self.course.cycles - again[0] < 2 * period:
+                continue
+            since, apart = again
+            reason = f"{NEARLY}{apart:.1e} m g, not exactly" if apart else ""
+            moved = self.course.values[-1] - self.course.values[-1 - period]
+            still = abs(moved) <= _NEAR * max(1.0, abs(self.course.values[-1]))
+            velocity = Enclosure(Fraction(0 if still else moved) / (2 * period), Fraction(0))
+            outcome = Outcome.CYCLING if still else Outcome.CREEPING
+            return Behaviour(outcome, since, reason, bool(apart), velocity)
         return None
 
     def _drifting(
@@ -370,15 +464,7 @@ class Mark:
 
     def apart(self, state: State) -> float:
         """Return how far the tensions of `state` are from these, 0 if they may be the same."""
-        now = _enclosed(state.tensions)
-        if now.dtype != object:
-            return float(np.abs(now - self.tensions).max(initial=0))
-        largest = 0.0
-        for one, other in zip(now.tolist(), self.tensions.tolist(), strict=True):
-            distance = abs(one.middle - other.middle)
-            if distance > one.radius + other.radius:
-                largest = max(largest, nearest_float(distance))
-        return largest
+        return _apart(_enclosed(state.tensions), self.tensions)
 
     def capture(self) -> dict[str, Any]:
         """Return this mark as plain data."""
@@ -399,6 +485,18 @@ class Mark:
         if tensions.dtype == object:
             tensions = _objects([Enclosure(*pair) for pair in tensions.tolist()])
         return cls(x_G=x_g, tally=tally, tensions=tensions, **about)
+
+
+def _apart(now: NDArray[Any], then: NDArray[Any]) -> float:
+    """Return how far apart tensions are, 0 if they may be the same."""
+    if now.dtype != object:
+        return float(np.abs(now - then).max(initial=0))
+    largest = 0.0
+    for one, other in zip(now.tolist(), then.tolist(), strict=True):
+        distance = abs(one.middle - other.middle)
+        if distance > one.radius + other.radius:
+            largest = max(largest, nearest_float(distance))
+    return largest
 
 
 def _enclosed(values: NDArray[Any]) -> NDArray[Any]:
@@ -460,6 +558,16 @@ class Course:
             return self.dropped + int(different[-1]) + 1
         noted, since = self.noted
         return since if noted and period % noted == 0 else self.dropped
+
+    def periods(self, least: int, most: int) -> Iterator[int]:
+        """Yield the periods from `least` to `most` that x_G has kept twice at the end."""
+        steps = np.diff(self.values)
+        close = _NEAR * max(1.0, float(np.abs(self.values).max()))
+        for period in range(least, min(most, steps.size // 2) + 1):
+            if abs(steps[-1] - steps[-1 - period]) > close:
+                continue  # as almost always
+            if (np.abs(steps[-period:] - steps[-2 * period : -period]) <= close).all():
+                yield period
 
     def capture(self) -> dict[str, Any]:
         return {"values": self.values, "dropped": self.dropped, "noted": self.noted}
