@@ -14,13 +14,18 @@ from exactcreep import (
     Cycles,
     Evidence,
     GaussianSteps,
+    InputError,
     Outcome,
     creep,
     fate,
+    plan,
     resume,
     survival,
+    threshold,
 )
 from exactcreep.cli import status
+from exactcreep.studies.portraits import portrait
+from exactcreep.studies.survival import start_of
 
 
 def captions(n: int, sigma_mu: str = "0", tan_alpha: str = "0.25") -> Chain:
@@ -34,6 +39,19 @@ def drawn(number: int) -> tuple[Chain, Fraction]:
     chain = captions(n, tan_alpha=f"{draw.uniform(0.05, 0.4):.3f}")
     law = n * (0.5 - float(chain.tan_alpha)) * chain.cos_alpha / 2000
     return chain, Fraction(f"{draw.uniform(0.5, 2) * law:.9f}")
+
+
+@pytest.mark.parametrize("solver", ["exact", "certified", "reference", "mpmath", "verlet"])
+def test_a_chain_that_locked_early_is_cycling_since_then_in_every_solver(solver: str) -> None:
+    """Its ends go on slipping in every cycle; no solver sees it move after the third."""
+    chain, amplitude = captions(4, tan_alpha="0.212"), "0.00061107"
+    settled = fate(chain, amplitude)
+    assert (settled.outcome, settled.evidence) == (Outcome.CYCLING, Evidence.PROVED)
+    assert settled.last_advance == 3
+    options = {"dt": "0.001"} if solver == "verlet" else {}
+    result = creep(chain, Cycles(amplitude, 9), solver=solver, **options)
+    assert (result.outcome, result.since) == (Outcome.CYCLING, settled.settled_after)
+    assert result.velocity == 0
 
 
 @pytest.mark.parametrize("solver", ["exact", "certified"])
@@ -67,8 +85,6 @@ def test_creep_and_fate_agree_where_a_run_is_longer_than_the_transient() -> None
 
 
 def test_creep_from_a_start_of_survival_does_what_that_start_came_to() -> None:
-    from exactcreep.studies.survival import start_of
-
     chain, amplitude = captions(5), "0.00078"
     found = survival(chain, amplitude, starts=8, cycles=300, workers=1)
     for number, life in enumerate(found.lives, 1):
@@ -138,3 +154,97 @@ def test_run_show_plan_and_compare_say_alike_how_far_a_course_is_followed(
     assert status(f"plan {scene} --json".split()) == 0
     told = json.loads(capsys.readouterr().out)
     assert (told["course"], told["trusted_half_cycles"]) == (course, result.trusted_half_cycles)
+
+
+@pytest.mark.parametrize(
+    ("n", "tan_alpha", "amplitude", "settled", "period"),
+    [(3, "0.217", "0.000754859", 6, 157), (4, "0.286", "0.000538196", 205, 125)],
+)
+def test_creep_of_a_period_beyond_64_cycles_has_the_velocity_of_its_cycle(
+    n: int, tan_alpha: str, amplitude: str, settled: int, period: int
+) -> None:
+    chain = captions(n, tan_alpha=tan_alpha)
+    known = fate(chain, amplitude, solver="exact")
+    assert (known.settled_after, known.period) == (settled, period)
+    result = creep(chain, Cycles(amplitude, settled + 2 * period + 1))
+    assert result.outcome is Outcome.CREEPING
+    assert result.since <= settled
+    assert result.velocity == pytest.approx(known.velocity, rel=1e-12)
+    assert result.velocity_error == 0
+
+
+def test_the_tensions_and_not_only_x_g_repeat_since_then() -> None:
+    """In its first cycle x_G comes back, but the tensions do not: the ends slip in two ways."""
+    chain, drive = captions(3, tan_alpha="0.054"), Cycles("0.001071506", 4)
+    result = creep(chain, drive, record=("x_G", "tension"))
+    x, tensions = result.recorded["x_G"][1::2], result.recorded["tension"][1::2]
+    assert np.allclose(x, 0, atol=1e-12)
+    assert result.since == 1 == fate(chain, drive.amplitude, solver="exact").settled_after
+    assert np.array_equal(tensions[0], tensions[1])
+    load = float(chain.l0 * drive.amplitude)
+    assert not np.allclose(tensions[0], load, atol=1e-3)  # as without any slip
+
+
+def held_against(chain: Chain, amplitude: Fraction, seed: int) -> Outcome:
+    """Hold all that speaks of one chain against what its fate is in float64; return that."""
+    settled = fate(chain, amplitude, solver="exact", cycles=1000)
+    proved = fate(chain, amplitude, cycles=25)
+    assert settled.evidence is not Evidence.PROVED
+    assert (proved.evidence is Evidence.PROVED) == (proved.settled_after is not None)
+    if Outcome.LIMIT in (settled.outcome, proved.outcome):
+        return Outcome.LIMIT
+    assert proved.outcome is settled.outcome
+    assert proved.velocity == pytest.approx(settled.velocity, rel=1e-9, abs=1e-12)
+
+    cycles = max(settled.settled_after, 1) + 2 * settled.period + 1
+    drive = Cycles(amplitude, cycles)
+    planned = plan(chain, drive)
+    for solver in {"exact", "certified", planned.solver} - {"law", "sliding"}:
+        if solver == "certified" and cycles > 25:
+            continue
+        run = creep(chain, drive, solver=solver, record=("x_G", "tension", "slips"))
+        assert run.outcome is settled.outcome
+        assert run.velocity == pytest.approx(settled.velocity, rel=1e-9, abs=1e-12)
+        assert run.since <= settled.settled_after
+    if planned.solver == "law":
+        (law,) = set(planned.choice.law)
+        assert law == pytest.approx(settled.velocity, rel=planned.accuracy, abs=1e-12)
+
+    run = creep(chain, drive)
+    moment, later = (
+        portrait(run, 2 * max(k, 1), 4)
+        for k in (settled.settled_after, settled.settled_after + settled.period)
+    )
+    if settled.settled_after:
+        assert np.allclose(moment.state.tensions, later.state.tensions, atol=1e-11)
+
+    lives = survival(chain, amplitude, starts=2, cycles=400, seed=seed, workers=1)
+    for number, life in enumerate(lives.lives, 1):
+        start, _ = start_of(chain, "1e-3", seed, number)
+        own = fate(chain, amplitude, start=start, cycles=400, solver="exact")
+        assert (life.outcome, life.last_advance) == (own.outcome.value, own.last_advance)
+
+    # the scan of a threshold passes through this amplitude, and calls it what fate does
+    points = [amplitude * k / 4 for k in range(2, 7)]
+    fates = [fate(chain, a, solver="exact").outcome for a in points]
+    idle = [one in (Outcome.CYCLING, Outcome.AT_REST) for one in fates]
+    given = {"criterion": "lasting", "solver": "exact", "digits": 6, "windows": True}
+    if idle[0] and not all(idle):
+        found = threshold(chain, low=points[0], high=points[-1], points=4, **given)
+        called = [sum(1 if e.begins else -1 for e in found.windows if e.middle < a) for a in points]
+        assert called == [0 if one else 1 for one in idle]
+    else:
+        with pytest.raises(InputError) as refused:
+            threshold(chain, low=points[0], high=points[-1], points=4, **given)
+        assert refused.value.field == ("to" if all(idle) else "from")
+    return settled.outcome
+
+
+@pytest.mark.parametrize(
+    "count", [pytest.param(9), pytest.param(150, marks=pytest.mark.slow)]
+)
+def test_all_that_speaks_of_a_chain_says_the_same(count: int) -> None:
+    cases = [drawn(number) for number in range(count)]
+    short = [(number, *case) for number, case in enumerate(cases) if case[0].n <= 4]
+    seen = {held_against(chain, amplitude, number) for number, chain, amplitude in short}
+    assert seen >= {Outcome.AT_REST, Outcome.CYCLING, Outcome.CREEPING}
