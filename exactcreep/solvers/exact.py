@@ -64,6 +64,8 @@ from exactcreep.solvers.two_floats import split
 _MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
 _NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the run
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
+_USED: dict[int, list[Work]] = {}
+"""By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
 _CAPTURED = ("cell", "tally", "real", "whole")
 _LOGGED = ("track", "sums")  # of the tables' rows under way
 _LOGS = {
@@ -82,7 +84,12 @@ class ExactSimulation(Simulation):
     """A chain on its way along a drive, event by event; see `Exact`."""
 
     def __init__(
-        self, chain: Chain, state: State, seed: int, record: tuple[str, ...] = ("x_G",)
+        self,
+        chain: Chain,
+        state: State,
+        seed: int,
+        record: tuple[str, ...] = ("x_G",),
+        used: Work | None = None,
     ) -> None:
         refuse_no_slips(chain)
         refuse_records(record)
@@ -90,7 +97,7 @@ class ExactSimulation(Simulation):
         self.record = record
         self.start = Rest.of(chain, state)
         self._pace = 2**14  # work of one call of the compiled loop
-        self.work = placed(chain, self.start, seed, _logging(record))
+        self.work = placed(chain, self.start, seed, _logging(record), used)
 
     @property
     def _inner(self) -> slice:
@@ -488,7 +495,11 @@ class Exact(Solver):
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         if limits.at < math.inf:
             limits = limits.later(compiled(self, chain.n))
-        simulation = ExactSimulation(chain, state, seed, ("events",))
+        try:
+            used = _USED[chain.n].pop()
+        except (KeyError, IndexError):
+            used = None
+        simulation = ExactSimulation(chain, state, seed, ("events",), used)
         whole = simulation.work.whole
         logs: list[NDArray[np.float64]] = []
         outcome, told = Outcome.AT_REST, ""
@@ -525,6 +536,8 @@ class Exact(Solver):
             report=_work_done(counts) | {"time": float(real[layout.TIME])},
             reason=told,
         )
+        if chain.n <= layout.LONGEST_SHORT:
+            _USED.setdefault(chain.n, []).append(simulation.work)
         if not self.escalate or outcome is Outcome.LIMIT:
             return result
         if result.evidence is not Evidence.UNDECIDED:

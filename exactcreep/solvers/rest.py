@@ -158,28 +158,36 @@ def _constants(chain: Chain) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     return real, whole
 
 
-def placed(chain: Chain, rest: Rest, seed: int, logging: int) -> Work:
-    """Return the arrays of a simulation that begins at rest; `logging` is a sum of LOGS_..."""
-    n, m = chain.n, layout.columns(chain.n)
-    known_real, known_whole = _constants(chain)
-    real, whole = known_real.copy(), known_whole.copy()
-    real[THETA], real[THETA_LOW] = rest.load
-    whole[layout.LOGGING] = logging
-    whole[layout.SEED] = seed if seed < 2**63 else seed - 2**64
+def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Work | None = None) -> Work:
+    """Return the arrays of a simulation that begins at rest; `logging` is a sum of LOGS_...
+
+    They are those of `used`, if that is given: of a chain as long that logged as much.
+    """
+    work = _room(chain.n, logging) if used is None else used
+    work.real[:], work.whole[:] = _constants(chain)
+    work.real[THETA], work.real[THETA_LOW] = rest.load
+    work.whole[layout.LOGGING] = logging
+    work.whole[layout.SEED] = seed if seed < 2**63 else seed - 2**64
+    _place(
+        work.cell, work.tally, work.deviate, work.real, work.whole, rest.numbers, rest.state.draws
+    )
+    work.real[layout.TOTAL] = rest.numbers[PLACE].sum()
+    return work
+
+
+def _room(n: int, logging: int) -> Work:
+    m = layout.columns(n)
     cell, deviate = _aligned((layout.CELLS, m), (m, KEPT))
-    work = Work(
+    return Work(
         cell=cell,
         tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
         deviate=deviate,
         clock=_clock(n) if n > layout.LONGEST_SHORT else None,
         series=_series(n) if n > _ALONE else None,
-        real=real,
-        whole=whole,
+        real=np.empty(layout.REALS),
+        whole=np.empty(layout.WHOLES, dtype=np.int64),
         log=_log(n, m, logging),
     )
-    _place(cell, work.tally, deviate, real, whole, rest.numbers, rest.state.draws)
-    real[layout.TOTAL] = rest.numbers[PLACE].sum()
-    return work
 
 
 def _log(n: int, m: int, logging: int) -> Log:
@@ -226,6 +234,8 @@ def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
 def _place(cell, count, deviate, real, whole, numbers, draws):
     """Fill in forces, displacements and contacts, and prepare the draws."""
     n = whole[N]
+    cell[:] = 0.0
+    count[:] = 0
     before, before_low = 0.0, 0.0
     for k in range(n):
         i = k + PAD
