@@ -85,8 +85,9 @@ class State:
         coefficients: NDArray[np.float64],
         draws: NDArray[np.int64],
         theta: Any,
+        past: Any = None,
     ) -> State:
-        """Return the state of a solver's own new arrays, which it takes over as they are."""
+        """Return the state of a solver's own arrays, which nobody changes: they are not copied."""
         made = cls.__new__(cls)
         for array in (tensions, displacements, coefficients, draws):
             array.flags.writeable = False
@@ -96,7 +97,7 @@ class State:
             coefficients=coefficients,
             draws=draws,
             theta=theta,
-            past=None,
+            past=past,
         )
         return made
 

@@ -195,7 +195,13 @@ class Replay:
 
     def solution(self) -> Solution:
         """Return the closed form of the whole motion, from the start to the last event."""
-        pieces = [phase.piece() for phase in self if phase.lasts]
+        pieces = []
+        last = self.events[-1] if isinstance(self.events, tuple) and self.events else None
+        for phase in self:
+            if phase.lasts:
+                pieces.append(phase.piece())
+            if phase.events[-1] is last:
+                break  # what follows has no piece: the end need not be reached
         return Solution(pieces, self.start)
 
     def residuals(self) -> tuple[Any, ...]:

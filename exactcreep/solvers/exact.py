@@ -424,10 +424,13 @@ class Estimated(Rearrangement):
     def initial(self) -> State:
         """The state at theta_c."""
         given = self.given
-        return replace(
-            given,
-            tensions=Rest.of(self.chain, given).ramped(self.load),
-            theta=dilation(self.chain, self.load) if len(self.log) else given.theta,
+        return State.owning(
+            Rest.of(self.chain, given).ramped(self.load),
+            given.displacements,
+            given.coefficients,
+            given.draws,
+            dilation(self.chain, self.load) if len(self.log) else given.theta,
+            given.past,
         )
 
     @cached_property

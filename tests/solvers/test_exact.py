@@ -29,7 +29,7 @@ from exactcreep import (
 )
 from exactcreep.limits import Limits, Stop
 from exactcreep.motion.replay import Replay
-from exactcreep.solvers import kernel, layout
+from exactcreep.solvers import exact, kernel, layout
 from exactcreep.solvers.exact import ExactSimulation
 from exactcreep.solvers.solver import advance
 from tests.paper import paper_chain
@@ -538,3 +538,27 @@ def test_two_sliders_ask_for_the_code_of_clusters_once_both_move(
     assert (lone.tally.events > 2 * lone.tally.rearrangements) == together
     known = prepared.capture()
     assert all(np.array_equal(values, known[name]) for name, values in lone.capture().items())
+
+
+@pytest.mark.parametrize("n", [1, 2, 6])
+def test_a_rearrangement_in_arrays_used_before_has_the_bits_of_one_in_new_arrays(n: int) -> None:
+    steep = Chain(n, 1000, "0.5", "0.6", "0.01", tan_alpha="0.499")
+    level = Chain(n, 10, "0.3", "0.6", tan_alpha="0.1")
+    rng = random.Random(n)
+    states = [
+        (chain, State.prepared(chain, [rng.uniform(-2, 2) for _ in range(n - 1)], seed=seed))
+        for seed in range(20)
+        for chain in (steep, level)
+    ]
+    new = []
+    for chain, state in states:
+        exact._USED.clear()
+        new.append(rearrange(chain, state, direction=1))
+    for (chain, state), known in zip(states, new, strict=True):
+        given_up = rearrange(steep, states[0][1], direction=1, max_events=2)
+        assert n == 1 or given_up.outcome is Outcome.LIMIT  # sliders have not come to rest
+        again = rearrange(chain, state, direction=1)
+        assert again == known
+        assert np.array_equal(again.log, known.log)
+        assert again.initial == known.initial
+    assert len(exact._USED[n]) == 1
