@@ -16,8 +16,10 @@ from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
+from exactcreep.quasistatic.decimals import floats
 from exactcreep.solvers import carried, certified
 from exactcreep.solvers.certified import Certified, CertifiedSimulation
+from exactcreep.solvers.records import LOGS, joined
 from exactcreep.solvers.reference import FieldSimulation
 from tests.paper import event_rows, paper_chain
 
@@ -191,21 +193,24 @@ def test_asking_for_more_digits_raises_the_precision_until_they_are_there():
         assert float(x.rad()) <= 1e-30 * (1 + abs(float(x)))
 
 
-def test_a_restart_hands_out_no_event_twice():
+def test_a_restart_hands_out_no_row_twice():
     chain, drive = paper_chain(6), Cycles("0.003", 1)
-    _, expected = followed(chain, drive, 60)
+    _, expected = followed(chain, drive, 60, record=tuple(LOGS))
     simulation = CertifiedSimulation(
-        chain, State.relaxed(chain, 3), 3, ("events",), Certified(digits=1, most_digits=2000)
+        chain, State.relaxed(chain, 3), 3, tuple(LOGS), Certified(digits=1, most_digits=2000)
     )
     simulation.mechanics = simulation.kind(chain, 3, balls_of(72), State.relaxed(chain, 3))
     simulation.tally = simulation.mechanics.tally
-    rows, done = [], 0
+    rows, parts, done = [], [], 0
     while done < 2:
-        stretch = simulation.follow(drive, done + 1, 2 - done, Limits(50))
+        stretch = simulation.follow(drive, done + 1, 2 - done, Limits(5))
         rows += event_rows(stretch)
+        parts.append(stretch.recorded)
         done += stretch.completed
     assert simulation.restarts > 0
     assert rows == event_rows(expected)
+    for name, values in joined(parts).items():
+        assert floats(values) == pytest.approx(floats(expected.recorded[name]), rel=1e-9, abs=1e-9)
     assert simulation.tally.events == len(rows)
 
 
