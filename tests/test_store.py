@@ -127,28 +127,42 @@ def test_a_large_file_is_made_on_the_disk_read_back_and_is_the_same(
     assert_same(*(Creep.load(tmp_path / name) for name in ("small.nc", "large.nc")))
 
 
+class Small:
+    """A file on a disk with so little room that a write may stop half-way."""
+
+    def __init__(self, file: Any, room: int) -> None:
+        self._file, self._room = file, room
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._file, name)
+
+    def write(self, data: Any) -> int:
+        left = self._room - self._file.tell()
+        if left <= 0:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return int(self._file.write(data[:left]))
+
+
+def test_a_block_that_does_not_fit_is_kept_whole_in_memory() -> None:
+    store, block = Store(memory=0), np.arange(1000.0)
+    store.add("a", block)
+    (column,) = store._columns.values()
+    column._file = Small(column._file, 8 * 1500)
+    for _ in range(2):
+        with pytest.raises(OSError, match="No space left"):
+            store.add("a", block)
+        assert column._file.tell() == 8 * 1000
+    assert store.arrays()["a"].tolist() == 3 * block.tolist()
+
+
 @pytest.mark.parametrize("room", [0, 3000, 50_000])
 def test_a_disk_too_full_for_a_large_file_leaves_what_was_there(
     room: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Small:
-        """A file on a disk with little room."""
-
-        def __init__(self, file: Any) -> None:
-            self._file = file
-
-        def __getattr__(self, name: str) -> Any:
-            return getattr(self._file, name)
-
-        def write(self, data: Any) -> int:
-            if self._file.tell() + len(data) > room:
-                raise OSError(errno.ENOSPC, "No space left on device")
-            return int(self._file.write(data))
-
     class Full(stores.ScratchFile):
         def __init__(self) -> None:
             super().__init__()
-            self._file = Small(self._file)
+            self._file = Small(self._file, room)
 
     run = creep(CHAIN, DRIVE, record=RECORDED)
     target = tmp_path / "run.nc"
