@@ -14,6 +14,7 @@ from exactcreep.commands import (
     audit,
     compare,
     envelope,
+    export,
     fate,
     plan,
     reproduce,
@@ -34,8 +35,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for _module in (scenes, run, resume, reproduce, sweep, show, animate, plan, tradeoff, threshold,
-                fate, survival, compare, audit, envelope):  # fmt: skip
+for _module in (scenes, run, resume, reproduce, sweep, show, export, animate, plan, tradeoff,
+                threshold, fate, survival, compare, audit, envelope):  # fmt: skip
     _name = _module.__name__.rpartition(".")[2]
     app.command(_name)(getattr(_module, _name))
 

@@ -25,6 +25,8 @@ PROMISES: dict[str, str] = {
     "Numbers given as strings": "model/test_numbers.py::a_number_is_kept_exactly",
     '`"0.6"` is 3/5': "model/test_chain.py::decimal_strings_are_kept_as_rationals",
     "Everything recorded is in": "test_creep.py::a_result_survives_its_file",
+    "With `record=[": "test_export.py::the_tables_of_a_run_add_up_to_it",
+    "`result.tree` has them": "test_export.py::a_tree_has_a_group_for_each_table_that_becomes_a_frame",
     "A scene is a TOML file": "test_readme.py::a_toml_block_is_a_scene",
     "`exactcreep scenes` lists": "test_cli.py::scenes_lists_every_scene_and_shows_one",
     "`--json` prints one object": "test_cli.py::json_is_one_object_with_the_numbers_of_the_run",

@@ -39,6 +39,7 @@ from exactcreep.solvers.records import (
 from exactcreep.solvers.statistics import FEWEST_STEPS
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
 FORMAT = "exactcreep result 2"
@@ -304,6 +305,58 @@ class Creep:
         strings.
         """
         return _dataset(self._variables(), self._coordinates(), self._attributes())
+
+    @property
+    def tree(self) -> xr.DataTree:
+        """The `dataset` as an xarray DataTree with one group for each table.
+
+        The groups are called as in `to_pandas`, and their columns by their own names
+        (``tree["events"].to_dataset().to_dataframe()``); a group ``states`` holds the first and the
+        last state, the root the parameters.
+        """
+        made: xr.DataTree = _frames().tree(self)
+        return made
+
+    def to_pandas(self, table: str) -> pd.DataFrame:
+        """Return one table as a data frame; whole numbers have 32 bits if they fit.
+
+        Parameters
+        ----------
+        table : {"half_cycles", "events", "rearrangements", "slip_table"}
+            The index counts what a row is: half-cycles from 1, events, rearrangements and slips
+            from 0, so that ``events.join(rearrangements, on="rearrangement", rsuffix="_all")``
+            brings each event beside its rearrangement. What has a number for each slider is one
+            column for each, ``x_1``, ``x_2``, ... ``attrs["units"]`` and ``attrs["meanings"]`` tell
+            of every column.
+
+        Raises
+        ------
+        InputError
+            If there is no such table, or the run did not record it.
+        """
+        made: pd.DataFrame = _frames().frame(self, table)
+        return made
+
+    def export(self, table: str, path: str | os.PathLike[str], *, force: bool = False) -> int:
+        """Write one table to a file and return how many rows it has.
+
+        Parameters
+        ----------
+        table : str
+            See `to_pandas`.
+        path : path
+            Ends in ``.csv``, with units behind the names of the columns, or in ``.parquet``, for
+            which pyarrow is needed (the extra ``export``).
+        force : bool
+            Whether a file that exists is replaced.
+
+        Raises
+        ------
+        InputError
+            If the table was not recorded, or the file cannot be written.
+        """
+        rows: int = _frames().export(self, table, path, force=force)
+        return rows
 
     def _coordinates(self) -> dict[str, Any]:
         n = self.chain.n
@@ -599,6 +652,11 @@ def _state(data: xr.Dataset, moment: str, theta: Any) -> State:
 def _files() -> Any:
     """Return the module that writes and reads NetCDF; a run without a file waits for none."""
     return import_module("exactcreep.quasistatic.netcdf")
+
+
+def _frames() -> Any:
+    """Return the module that makes tables for other programs; it waits for pandas."""
+    return import_module("exactcreep.quasistatic.frames")
 
 
 def _dataset(*given: Any, **named: Any) -> xr.Dataset:

@@ -24,6 +24,8 @@ TIME = "tau_dyn"
 ENERGY = "m g^2 tau_dyn^2"
 NUMBER = "1"
 _KINDS = (EventKind.START, EventKind.STOP)  # as the column of kinds numbers them
+EVENT_KINDS = tuple(kind.value for kind in _KINDS)
+"""What the numbers in the column of kinds mean."""
 
 Row = TypeVar("Row", bound=tuple[Any, ...])
 Thing = TypeVar("Thing")

@@ -1,0 +1,144 @@
+"""What a run recorded, as data frames, a tree, and files of other programs."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pyarrow.parquet as pq
+import pytest
+
+from exactcreep import Chain, Creep, Cycles, InputError, creep
+from exactcreep.cli import status
+from exactcreep.quasistatic import frames
+from exactcreep.solvers.records import HALF_CYCLE_TABLE, LOGS
+
+CHAIN = Chain(4, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+RECORD = ("x_G", "x", "slips", *LOGS)
+TABLES = ("half_cycles", *LOGS)
+
+
+@pytest.fixture(scope="module")
+def run() -> Creep:
+    return creep(CHAIN, Cycles("0.005", 4), seed=3, record=RECORD)
+
+
+def test_the_tables_of_a_run_add_up_to_it(run: Creep) -> None:
+    avalanches = run.to_pandas("rearrangements")
+    assert len(avalanches) == run.rearrangements
+    assert avalanches["slips"].sum() == run.slip_count == len(run.to_pandas("slip_table"))
+    assert avalanches["displacement"].sum() == pytest.approx(run.x_G, rel=1e-12)
+    events = run.to_pandas("events")
+    alone = events.groupby(["rearrangement", "number"], observed=True).size()
+    assert alone.size == run.event_count == avalanches["events"].sum()
+    slips = run.to_pandas("half_cycles").filter(like="slips_").to_numpy()
+    assert slips.sum() == run.slip_count
+
+
+def test_events_find_their_rearrangement_by_its_index(run: Creep) -> None:
+    events = run.to_pandas("events").groupby("rearrangement")
+    avalanches = run.to_pandas("rearrangements")
+    assert (events["theta"].first() == avalanches["theta"]).all()
+    assert (events["half_cycle"].first() == avalanches["half_cycle"]).all()
+    last = events["time"].last()
+    assert last.to_numpy() == pytest.approx(avalanches["duration"].to_numpy(), rel=1e-15)
+
+
+def test_every_column_of_a_frame_has_its_unit_and_meaning(run: Creep) -> None:
+    for table, schema in {"half_cycles": HALF_CYCLE_TABLE, **LOGS}.items():
+        frame = run.to_pandas(table)
+        assert set(frame.attrs["units"]) == set(frame.attrs["meanings"]) == set(frame.columns)
+        for name, column in schema.fields.items():
+            if name in frame:
+                assert frame.attrs["units"][name] == column.unit
+                assert frame.attrs["meanings"][name]
+    assert run.to_pandas("half_cycles").index.tolist() == list(range(1, 9))
+    assert set(run.to_pandas("events")["kind"]) == {"start", "stop"}
+
+
+def test_a_whole_number_that_32_bits_do_not_hold_keeps_64(run: Creep) -> None:
+    numbers = run.recorded["event_half_cycle"].copy()
+    assert run.to_pandas("events")["half_cycle"].dtype == np.int32
+    numbers[-1] = 2**31
+    far = replace(run, recorded={**run.recorded, "event_half_cycle": numbers})
+    column = far.to_pandas("events")["half_cycle"]
+    assert column.dtype == np.int64
+    assert column.iloc[-1] == 2**31
+
+
+def test_a_tree_has_a_group_for_each_table_that_becomes_a_frame(run: Creep) -> None:
+    tree = run.tree
+    assert set(tree.children) == {"states", *TABLES}
+    assert tree.attrs == run.dataset.attrs
+    for table in LOGS:
+        frame = tree[table].to_dataset().to_dataframe()
+        own = run.to_pandas(table)
+        assert list(frame) == list(own)
+        numbers = [name for name in own if name != "kind"]
+        assert (frame[numbers].to_numpy() == own[numbers].to_numpy()).all()
+    assert set(creep(CHAIN, Cycles("0.005", 1)).tree.children) == {"states", "half_cycles"}
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_a_table_comes_back_from_its_files_whole(
+    run: Creep, table: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(frames, "ROWS_AT_ONCE", 5)
+    own = run.to_pandas(table)
+    path = tmp_path / "table.parquet"
+    assert run.export(table, path) == len(own)
+    assert pq.ParquetFile(path).num_row_groups == -(-len(own) // 5) > 1
+    back = pd.read_parquet(path)
+    pd.testing.assert_frame_equal(back, own, check_exact=True, check_index_type=False)
+    assert back.attrs == own.attrs
+    run.export(table, tmp_path / "table.csv")
+    with (tmp_path / "table.csv").open() as file:
+        header, *rows = csv.reader(file)
+    assert [name.partition(" [")[0] for name in header] == [own.index.name, *own]
+    told = own.reset_index().astype(str)
+    for name, column in zip(told, zip(*rows, strict=True), strict=True):
+        assert list(column) == told[name].tolist()
+
+
+def test_digits_of_a_solver_that_has_them_are_exported(tmp_path: Path) -> None:
+    drive = Cycles("0.002", 1)
+    run = creep(CHAIN, drive, solver="mpmath", digits=30, record=("rearrangements",))
+    run.export("rearrangements", tmp_path / "run.parquet")
+    back = pd.read_parquet(tmp_path / "run.parquet")
+    assert len(back) == run.rearrangements > 0
+    assert all(len(text) >= 30 for text in back["displacement_decimal"] if float(text))
+
+
+def test_the_command_exports_what_was_saved(run: Creep, tmp_path: Path) -> None:
+    saved, out = str(tmp_path / "run.nc"), tmp_path / "events.parquet"
+    run.save(saved)
+    assert status(["export", saved, "--table", "events", "--to", str(out)]) == 0
+    own = run.to_pandas("events")
+    pd.testing.assert_frame_equal(pd.read_parquet(out), own, check_index_type=False)
+    assert status(["export", saved, "--table", "events", "--to", str(out)]) == 2
+    assert status(["export", saved, "--table", "events", "--to", str(out), "--force"]) == 0
+    assert status(["export", saved, "--table", "x_G", "--to", str(tmp_path / "x.csv")]) == 2
+    assert status(["export", saved, "--to", str(tmp_path / "x.xlsx")]) == 2
+    assert not list(tmp_path.glob("x.*"))
+
+
+def test_a_table_that_was_not_recorded_is_asked_for_in_a_sentence(tmp_path: Path) -> None:
+    bare = creep(CHAIN, Cycles("0.005", 1), record=())
+    assert list(bare.to_pandas("half_cycles")) == ["theta"]
+    with pytest.raises(InputError, match="was not recorded: the run needs record"):
+        bare.to_pandas("events")
+    with pytest.raises(InputError, match="must be one of half_cycles, events"):
+        bare.export("avalanches", tmp_path / "it.csv")
+
+
+def test_parquet_without_pyarrow_says_what_to_install(
+    run: Creep, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "exactcreep.quasistatic.parquet", None)
+    with pytest.raises(InputError, match=r'needs pyarrow: pip install "exactcreep\[export\]"'):
+        run.export("events", tmp_path / "it.parquet")
+    run.export("events", tmp_path / "it.csv")
