@@ -720,7 +720,9 @@ def _tables(auditor: _Auditor, result: Creep) -> None:
     for name in names:
         whole = name.removeprefix("event_")
         which = again if whole in ("half_cycle", "theta") else same
-        parts = (name, f"{name}_decimal", f"{name}_radius")
+        parts = [name, f"{name}_decimal"]
+        if whole != "theta":  # which certified encloses anew, wider, where it gathers its set again
+            parts.append(f"{name}_radius")
         for part in parts if whole in ("half_cycle", "theta", "time", "kind") else ():
             if part in recorded and (recorded[part][1:] != recorded[part][:-1])[which].any():
                 auditor.find("order", f"{part} changes within one event or rearrangement")

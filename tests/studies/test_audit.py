@@ -103,6 +103,13 @@ class TestHonest:
         assert found.passed, found.findings
         assert result.slip_count > 20
 
+    def test_a_certified_run_that_gathers_its_set_again_in_mid_avalanche_passes(self) -> None:
+        chain, drive = paper_chain(3), Cycles("0.004", 1)
+        result = creep(chain, drive, solver="certified", record=("events",))
+        same = np.diff(result.recorded["event_rearrangement"]) == 0
+        assert np.diff(result.recorded["event_theta_radius"])[same].any()
+        assert audit(result).passed
+
     def test_random_dilations_pass(self) -> None:
         result = creep(paper_chain(3), GaussianSteps("0.002", 6), seed=2, record=("events",))
         assert audit(result).passed
