@@ -14,7 +14,7 @@ turns a solid in SI units into the chain of a `Solid`. `laws` are the formulas o
 Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
 tell a callable their `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted` with what was
 computed, a threshold that cannot be decided `GivenUp`; a run that leaves the model's physical range
-warns with `PhysicsWarning`.
+warns with `PhysicsWarning`, a record whose unit is doubtful with `RecordWarning`.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from exactcreep.model.drive import GaussianSteps as GaussianSteps
     from exactcreep.model.drive import Path as Path
     from exactcreep.model.numbers import InputError as InputError
+    from exactcreep.model.record import RecordWarning as RecordWarning
     from exactcreep.model.record import TemperatureRecord as TemperatureRecord
     from exactcreep.model.state import State as State
     from exactcreep.model.verdict import Evidence as Evidence
@@ -105,6 +106,7 @@ _HOMES = {
     "Plan": "studies.planning:Plan",
     "Progress": "progress:Progress",
     "Rearrangement": "solvers.solver:Rearrangement",
+    "RecordWarning": "model.record:RecordWarning",
     "Scene": "scene:Scene",
     "Solid": "studies.physical:Solid",
     "Solution": "motion.solution:Solution",

@@ -48,6 +48,11 @@ class Drive:
         """Return when targets are reached, in units of `per`, same shape; target 0 is the start."""
         return targets.astype(np.float64)
 
+    @property
+    def dates(self) -> NDArray[np.datetime64] | None:
+        """When targets are reached, shape (half_cycles,); None unless a record has dates."""
+        return None
+
     def parameters(self) -> dict[str, Any]:
         """Return what the drive was made from, by the names used in a scene, `kind` first."""
         raise NotImplementedError

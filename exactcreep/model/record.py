@@ -1,20 +1,24 @@
-"""Temperature records: a CSV file of times and temperatures turned into a drive."""
+"""Temperature records: times and temperatures, of a CSV file or of arrays, turned into a drive."""
 
 from __future__ import annotations
 
 import csv
 import datetime
+import gzip
 import hashlib
 import io
+import itertools
 import math
 import os
 import re
-from collections.abc import Iterable, Iterator
+import warnings
+import zlib
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +27,41 @@ from exactcreep.model.drive import Listed
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 
 MOST_BYTES = 64 * 2**20
-"""Size of a file of records; more is another kind of file."""
+"""Size of a file of records, unpacked; more is another kind of file."""
 MOST_ROWS = 1_000_000
 """A century of hours."""
+MOST_FAULTS = 20
+"""So many of a file's faults are told; of more, how many they are."""
+FEWEST_REGULAR = 10
+"""Rows from which on there is a usual step."""
+GAP = 1.5
+"""A step longer than this many usual ones (their median) is a gap."""
 ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
+LIKE_KELVIN = (180, 400)
+"""No weather and no roof is as warm as this in degrees Celsius, nor so cold in kelvin as less."""
+CHOICES = {
+    "unit": ("C", "K"),
+    "decimal": (".", ","),
+    "date_order": ("iso", "day first", "month first"),
+    "missing": ("refuse", "drop", "interpolate"),
+    "duplicates": ("refuse", "first", "last", "mean"),
+    "gaps": ("refuse", "interpolate"),
+}
 _DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?")
-_MISSING = frozenset({"", "-", "--", "na", "n/a", "nan", "null", "none", "missing"})
+_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})\2(\d{4})(?:(?:T| +)(\d{1,2})(:.*))?")
+_MISSING = frozenset({"", "-", "--", "na", "n/a", "nan", "nat", "null", "none", "missing", "<na>"})
+
+
+class RecordWarning(UserWarning):
+    """A temperature record that can be read, but probably does not mean what it says."""
+
+
+class _Row(NamedTuple):
+    """What a record says at one time."""
+
+    where: str
+    time: Any
+    temperature: Any
 
 
 @dataclass(frozen=True)
@@ -38,36 +71,61 @@ class TemperatureRecord(Listed):
     Parameters
     ----------
     file : str or path
-        A CSV file in UTF-8 of at most 64 MiB and a million rows. Its first row names the columns.
+        A CSV file in UTF-8 of at most 64 MiB and a million rows, or such a file packed by gzip,
+        whose name ends in .gz. Its first row names the columns. See `of` for arrays and pandas.
     kappa : number
         Thermal expansion coefficient, unit 1/K; positive.
     T0 : number
         Temperature at which the chain is prepared (theta = 0), in `unit`.
     time_column, temperature_column : str
-        Names of the columns. Times must increase from row to row; they are numbers, or dates in
-        ISO 8601 (``2024-01-31T13:00``), all of one kind.
+        Names of the columns. Times must increase from row to row; they are numbers, or dates, all
+        of one kind.
     unit : {"C", "K"}
         Unit of the temperatures.
     delimiter : str
         What separates the columns, one character.
-    theta, times, sha256 : optional
+    decimal : {".", ","}
+        What stands before the decimals of a number.
+    date_order : {"iso", "day first", "month first"}
+        How dates are written: ``2024-01-31T13:00`` (ISO 8601), ``31.01.2024 13:00``, or
+        ``01/31/2024 13:00``. Nothing is guessed.
+    missing : {"refuse", "drop", "interpolate"}
+        What becomes of a row without a temperature: it is left out (of the times, too, which may
+        leave a gap), or takes the temperature linear in time between its neighbours. A row without
+        a time can only be dropped.
+    duplicates : {"refuse", "first", "last", "mean"}
+        What of several rows of the same time counts.
+    gaps : {"refuse", "interpolate"}
+        What becomes of a step longer than 1.5 times the usual one (the median, from ten rows on):
+        "interpolate" takes the temperature to be monotone there, the least that it can have done;
+        `parts` makes records of what lies between the gaps.
+    theta, times, sha256, origin : optional
         Only together, as `parameters` returned them: the file, which may be gone, is not read.
+        `origin` may be left out.
 
     Attributes
     ----------
     theta : tuple of Fraction
         One dilation per row, exact: decimal texts are kept as the rationals that they denote.
     times : tuple of float
-        Of each row: in seconds since the first row for dates, as written otherwise.
+        Of each row: in seconds since `origin` for dates, as written otherwise.
+    origin : str
+        Date of the first row in ISO 8601, "" if times are numbers.
     sha256 : str
-        Digest of the file.
+        Digest of the file, or of the arrays.
 
     Raises
     ------
     InputError
-        If the file cannot be read, or a row lacks a value, holds something else than a number, a
-        temperature below absolute zero, or a time not after the one before; the message
-        names the row (1 is the first after the header) and the line of the file.
+        If the file cannot be read, or rows lack a value, hold something else than a number, a
+        temperature below absolute zero, a time not after the one before, or follow a gap. The
+        message names all such rows (1 is the first after the header) and their lines, beyond 20
+        their number.
+
+    Warns
+    -----
+    RecordWarning
+        If temperatures said to be in degrees Celsius look like kelvin, or the other way round.
 
     Notes
     -----
@@ -84,9 +142,15 @@ class TemperatureRecord(Listed):
     temperature_column: str
     unit: str
     delimiter: str
+    decimal: str
+    date_order: str
+    missing: str
+    duplicates: str
+    gaps: str
     sha256: str
     theta: tuple[Fraction, ...] = field(repr=False)
     times: tuple[float, ...] = field(repr=False)
+    origin: str = field(repr=False)
     kind: ClassVar[str] = "record"
     per: ClassVar[str] = "unit of time"
 
@@ -100,9 +164,15 @@ class TemperatureRecord(Listed):
         temperature_column: str = "temperature",
         unit: str = "C",
         delimiter: str = ",",
+        decimal: str = ".",
+        date_order: str = "iso",
+        missing: str = "refuse",
+        duplicates: str = "refuse",
+        gaps: str = "refuse",
         theta: Iterable[Any] | None = None,
         times: Iterable[Any] | None = None,
         sha256: str | None = None,
+        origin: str | None = None,
     ) -> None:
         if not isinstance(file, (str, os.PathLike)):
             raise InputError("file", file, "must be the path of a CSV file")
@@ -112,49 +182,266 @@ class TemperatureRecord(Listed):
                 raise InputError(name, text, "must be the name of a column")
         if time_column.strip() == temperature_column.strip():
             raise InputError("temperature_column", temperature_column, "must not be time_column")
-        if not isinstance(unit, str) or unit not in ABSOLUTE_ZERO:
-            raise InputError("unit", unit, 'must be "C" or "K"')
+        options = {
+            "unit": unit,
+            "decimal": decimal,
+            "date_order": date_order,
+            "missing": missing,
+            "duplicates": duplicates,
+            "gaps": gaps,
+        }
+        for name, text in options.items():
+            if not isinstance(text, str) or text not in CHOICES[name]:
+                *most, last = (f'"{choice}"' for choice in CHOICES[name])
+                raise InputError(name, text, f"must be {', '.join(most)} or {last}")
         if not isinstance(delimiter, str) or len(delimiter) != 1 or delimiter in '"\r\n':
             raise InputError("delimiter", delimiter, 'must be one character, e.g. "," or ";"')
+        if decimal == delimiter:
+            raise InputError("decimal", decimal, "must not be the delimiter as well")
         expansion = exact_number(kappa, "kappa")
         if expansion <= 0:
             raise InputError("kappa", kappa, "must be positive")
         reference = exact_number(T0, "T0")
         if reference < ABSOLUTE_ZERO[unit]:
             raise InputError("T0", T0, "must not be below absolute zero")
-        if theta is None or times is None or sha256 is None:
-            if not (theta is None and times is None and sha256 is None):
-                raise InputError("theta", theta, "must come with times and sha256, or not at all")
-            content = _bytes_of(Path(file))
-            sha256 = hashlib.sha256(content).hexdigest()
-            moments, temperatures = _columns(
-                _rows_of(content, file, delimiter),
-                file,
-                time_column.strip(),
-                temperature_column.strip(),
-                ABSOLUTE_ZERO[unit],
-            )
-            dilations = [expansion * (value - reference) for value in temperatures]
-        else:
-            dilations = [exact_number(value, f"theta[{i}]") for i, value in enumerate(theta)]
-            moments = [
-                nearest_float(exact_number(value, f"times[{i}]")) for i, value in enumerate(times)
-            ]
-            if not dilations or len(moments) != len(dilations):
-                raise InputError("times", len(moments), "must be as many as theta, at least one")
         for name, value in (
             ("file", os.fspath(file)),
             ("kappa", expansion),
             ("T0", reference),
-            ("time_column", time_column),
-            ("temperature_column", temperature_column),
-            ("unit", unit),
+            *columns.items(),
+            *options.items(),
             ("delimiter", delimiter),
-            ("sha256", sha256),
-            ("theta", tuple(dilations)),
-            ("times", tuple(moments)),
         ):
             object.__setattr__(self, name, value)
+        if theta is None or times is None or sha256 is None:
+            if not (theta is None and times is None and sha256 is None and origin is None):
+                raise InputError("theta", theta, "must come with times and sha256, or not at all")
+            content = _bytes_of(Path(file))
+            self._take(self._rows(content), os.fspath(file), hashlib.sha256(content).hexdigest())
+            return
+        dilations = [exact_number(value, f"theta[{i}]") for i, value in enumerate(theta)]
+        moments = [
+            nearest_float(exact_number(value, f"times[{i}]")) for i, value in enumerate(times)
+        ]
+        if not dilations or len(moments) != len(dilations):
+            raise InputError("times", len(moments), "must be as many as theta, at least one")
+        if origin and not isinstance(_moment(origin, "iso"), datetime.datetime):
+            raise InputError("origin", origin, "must be a date such as 2024-01-31T13:00")
+        self._keep(dilations, moments, sha256, origin or "")
+
+    @classmethod
+    def of(
+        cls, temperatures: Any, kappa: Any, T0: Any, *, times: Any = None, **options: Any
+    ) -> TemperatureRecord:
+        """Return the record of an array or pandas Series of temperatures.
+
+        Parameters
+        ----------
+        temperatures : array of numbers, shape (rows,)
+            None and nan are missing. Floats are taken for the binary numbers that they are.
+        kappa, T0 : number
+        times : array, shape (rows,), optional
+            Numbers, `datetime.datetime`, `numpy.datetime64` or texts. Default: the index of a
+            Series.
+        **options
+            ``unit``, ``date_order``, ``missing``, ``duplicates`` and ``gaps``.
+
+        Raises
+        ------
+        InputError
+            As for a file; rows count from 1.
+        """
+        index = getattr(temperatures, "index", None) if times is None else times
+        if index is None or callable(index):
+            raise InputError("times", None, "must be given, unless temperatures have an index")
+        for name in options:
+            if name not in CHOICES or name == "decimal":
+                raise InputError(name, options[name], "is not an option of arrays")
+        given, moments = _listed(temperatures, "temperatures"), _listed(index, "times")
+        if len(moments) != len(given):
+            raise InputError(
+                "times", len(moments), f"must be as many as temperatures, {len(given)}"
+            )
+        blank = cls("", kappa, T0, theta=[0], times=[0], sha256="", **options)
+        rows = (
+            _Row(f"row {k}", *pair) for k, pair in enumerate(zip(moments, given, strict=True), 1)
+        )
+        text = "\n".join(f"{moment},{value}" for moment, value in zip(moments, given, strict=True))
+        blank._take(rows, "(arrays)", hashlib.sha256(text.encode()).hexdigest())
+        return blank
+
+    def _rows(self, content: bytes) -> Iterator[_Row | InputError]:
+        """Yield what every row of a CSV file says, or what is wrong with it."""
+        lines = _rows_of(content, self.file, self.delimiter)
+        header = next(lines, (0, []))[1]
+        if not header:
+            raise InputError("file", self.file, "must begin with a row that names the columns")
+        places = []
+        for name in ("time_column", "temperature_column"):
+            wanted = getattr(self, name).strip()
+            if header.count(wanted) != 1:
+                found = ", ".join(header[:12])
+                which = "one of" if wanted not in header else "named once among"
+                allowed = f"must be {which} the columns of {self.file}: {found}"
+                raise InputError(name, wanted, allowed)
+            places.append(header.index(wanted))
+        for row, (line, fields) in enumerate(lines, start=1):
+            if len(fields) != len(header):
+                allowed = f"row {row} (line {line}) must have {len(header)} columns"
+                yield InputError("file", self.file, f"{allowed}, not {len(fields)}")
+            else:
+                where = f"row {row} (line {line}) of {self.file}"
+                yield _Row(where, *(fields[place] for place in places))
+
+    def _take(self, rows: Iterable[_Row | InputError], shown: str, sha256: str) -> None:
+        """Keep what rows say, or raise one `InputError` with all that is wrong with them."""
+        time, temperature = self.time_column.strip(), self.temperature_column.strip()
+        faults: list[InputError] = []
+        kept: list[tuple[_Row, Any, list[Fraction | None]]] = []
+        for number, row in enumerate(rows, start=1):
+            if number > MOST_ROWS:
+                raise InputError("file", shown, f"must have at most {MOST_ROWS} rows")
+            if isinstance(row, InputError):
+                faults.append(row)
+                continue
+            try:
+                moment = self._time(row)
+                value = self._temperature(row)
+            except InputError as fault:
+                faults.append(fault)
+                continue
+            if (moment is None or value is None) and self.missing == "drop":
+                continue
+            if moment is None:
+                faults.append(InputError(time, row.time, f"missing in {row.where}"))
+                continue
+            if value is None and self.missing == "refuse":
+                faults.append(InputError(temperature, row.temperature, f"missing in {row.where}"))
+            before: Any = kept[-1][1] if kept else moment
+            if _sort(moment) != _sort(before):
+                allowed = f"must be of the same kind as the rows before in {row.where}"
+                faults.append(InputError(time, row.time, allowed))
+            elif kept and moment == before and self.duplicates != "refuse":
+                kept[-1][2].append(value)
+            elif kept and not moment > before:
+                allowed = f"must be later than in the row before in {row.where}"
+                faults.append(InputError(time, row.time, allowed))
+            else:
+                kept.append((row, moment, [value]))
+        if not kept and not faults:
+            raise InputError("file", shown, "must hold at least one row of data")
+        values = [_one_of(values, self.duplicates) for _, _, values in kept]
+        start: Any = kept[0][1] if kept else Fraction(0)
+        times = [
+            nearest_float(moment)
+            if isinstance(moment, Fraction)
+            else (moment - start).total_seconds()
+            for _, moment, _ in kept
+        ]
+        for (row, _, _), seconds in zip(kept, times, strict=True):
+            if not math.isfinite(seconds):
+                allowed = f"must be below the largest float, 1.8e308, in {row.where}"
+                faults.append(InputError(time, row.time, allowed))
+        if self.gaps == "refuse" and all(map(math.isfinite, times)):
+            usual, places = _gaps(times)
+            for k in places:
+                allowed = (
+                    f"is {times[k] - times[k - 1]:g} after the row before in {kept[k][0].where},"
+                    f' more than {GAP} times the usual {usual:g} (gaps = "interpolate" takes the'
+                    " temperature to be monotone there)"
+                )
+                faults.append(InputError(time, kept[k][0].time, allowed))
+        if self.missing == "interpolate" and not faults:
+            for k in (0, -1):
+                if values[k] is None:
+                    allowed = (
+                        f"missing in {kept[k][0].where}: nothing to interpolate between at the ends"
+                    )
+                    faults.append(InputError(temperature, kept[k][0].temperature, allowed))
+        _refuse(faults)
+        temperatures = _filled(values, times)
+        _doubt(temperatures, self.unit, shown)
+        dilations = [self.kappa * (value - self.T0) for value in temperatures]
+        origin = "" if isinstance(start, Fraction) else start.isoformat()
+        self._keep(dilations, times, sha256, origin)
+
+    def _keep(
+        self, dilations: list[Fraction], times: list[float], sha256: str, origin: str
+    ) -> None:
+        for name, value in (
+            ("theta", tuple(dilations)),
+            ("times", tuple(times)),
+            ("sha256", sha256),
+            ("origin", origin),
+        ):
+            object.__setattr__(self, name, value)
+
+    def _time(self, row: _Row) -> Fraction | datetime.datetime | None:
+        """Return a time: a number exactly, or a date; None where it is missing."""
+        if _is_missing(row.time):
+            return None
+        column = self.time_column.strip()
+        try:
+            moment = _moment(self._with_point(row.time), self.date_order)
+        except ValueError:
+            example = {"day first": "31.01.2024 13:00", "month first": "01/31/2024 13:00"}.get(
+                self.date_order, "2024-01-31T13:00"
+            )
+            allowed = f"must be a number or a date such as {example} in {row.where}"
+            raise InputError(column, row.time, allowed) from None
+        if not isinstance(moment, Fraction) and not 1700 <= moment.year <= 2200:
+            allowed = f"must be a date of the years 1700 to 2200 in {row.where}"
+            raise InputError(column, row.time, allowed)
+        return moment
+
+    def _temperature(self, row: _Row) -> Fraction | None:
+        """Return a temperature exactly, None where it is missing."""
+        if _is_missing(row.temperature):
+            return None
+        column = self.temperature_column.strip()
+        entry = self._with_point(row.temperature)
+        if isinstance(entry, str) and not _DECIMAL.fullmatch(entry):
+            named = "point" if self.decimal == "." else "comma"
+            allowed = f"must be a number with a decimal {named} in {row.where}"
+            if self.decimal == "." and _DECIMAL.fullmatch(entry.replace(",", ".", 1)):
+                allowed += '; decimal = "," reads decimal commas'
+            raise InputError(column, row.temperature, allowed)
+        value = exact_number(entry, f"{column} in {row.where}")
+        if value < ABSOLUTE_ZERO[self.unit]:
+            allowed = f"must not be below absolute zero in {row.where}"
+            raise InputError(column, row.temperature, allowed)
+        return value
+
+    def _with_point(self, entry: Any) -> Any:
+        """Return a text with a decimal point, if it has what the option `decimal` says."""
+        if self.decimal == "." or not isinstance(entry, str):
+            return entry
+        swapped = entry.replace(",", ".", 1)
+        return swapped if "." not in entry and _DECIMAL.fullmatch(swapped) else entry
+
+    @cached_property
+    def dates(self) -> NDArray[np.datetime64] | None:
+        """The date of each row, in UTC if the record names a time zone; None if times are numbers.
+
+        Shape (rows,), in nanoseconds as pandas and xarray take them.
+        """
+        if not self.origin:
+            return None
+        origin = datetime.datetime.fromisoformat(self.origin)
+        if origin.tzinfo is not None:
+            origin = origin.astimezone(datetime.UTC).replace(tzinfo=None)
+        since = np.round(np.array(self.times) * 1e6).astype("timedelta64[us]")
+        return (np.datetime64(origin, "us") + since).astype("datetime64[ns]")
+
+    def parts(self) -> tuple[TemperatureRecord, ...]:
+        """Return the stretches between the gaps (see `gaps`), each a record that begins at T0."""
+        about = self.parameters()
+        del about["kind"]
+        ends = [0, *_gaps(self.times)[1], len(self.times)]
+        return tuple(
+            TemperatureRecord(**about | {"theta": self.theta[a:b], "times": self.times[a:b]})
+            for a, b in itertools.pairwise(ends)
+        )
 
     @cached_property
     def _clock(self) -> NDArray[np.float64]:
@@ -165,10 +452,11 @@ class TemperatureRecord(Listed):
         return self._clock[targets]
 
     def parameters(self) -> dict[str, Any]:
-        """Return what a scene names, and theta, times and the digest of the file.
+        """Return what a scene names, and theta, times, origin and the digest of the file.
 
         They make the drive again without the file.
         """
+        dated = {"origin": self.origin} if self.origin else {}
         return {
             "kind": self.kind,
             "file": self.file,
@@ -178,7 +466,13 @@ class TemperatureRecord(Listed):
             "kappa": self.kappa,
             "T0": self.T0,
             "delimiter": self.delimiter,
+            "decimal": self.decimal,
+            "date_order": self.date_order,
+            "missing": self.missing,
+            "duplicates": self.duplicates,
+            "gaps": self.gaps,
             "sha256": self.sha256,
+            **dated,
             "theta": list(self.theta),
             "times": list(self.times),
         }
@@ -208,14 +502,29 @@ def _bytes_of(path: Path) -> bytes:
     return content
 
 
-def _rows_of(content: bytes, file: Any, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+def _unpacked(content: bytes, shown: str) -> bytes:
+    """Return what gzip has packed, at most `MOST_BYTES` of it."""
+    try:
+        with gzip.open(io.BytesIO(content)) as stream:
+            found = stream.read(MOST_BYTES + 1)
+    except (OSError, EOFError, zlib.error):
+        raise InputError("file", shown, "must be packed by gzip, as its name says") from None
+    if len(found) > MOST_BYTES:
+        allowed = f"must have at most {MOST_BYTES // 2**20} MiB when it is unpacked"
+        raise InputError("file", shown, allowed)
+    return found
+
+
+def _rows_of(content: bytes, file: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the line number and the fields of every row that is not blank, the header first."""
+    if file.lower().endswith(".gz"):
+        content = _unpacked(content, file)
     try:
         text = content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         raise InputError(
-            "file", os.fspath(file), f"must be UTF-8 text; line {line} holds another byte"
+            "file", file, f"must be UTF-8 text; line {line} holds another byte"
         ) from None
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     try:
@@ -224,91 +533,101 @@ def _rows_of(content: bytes, file: Any, delimiter: str) -> Iterator[tuple[int, l
                 yield reader.line_num, [entry.strip() for entry in fields]
     except csv.Error as error:
         raise InputError(
-            "file", os.fspath(file), f"must be a CSV file; line {reader.line_num}: {error}"
+            "file", file, f"must be a CSV file; line {reader.line_num}: {error}"
         ) from None
 
 
-def _columns(
-    rows: Iterator[tuple[int, list[str]]], file: Any, time: str, temperature: str, least: Fraction
-) -> tuple[list[float], list[Fraction]]:
-    """Return the times as floats and the temperatures exactly."""
-    shown = os.fspath(file)
-    header = next(rows, (0, []))[1]
-    if not header:
-        raise InputError("file", shown, "must begin with a row that names the columns")
-    places = []
-    for name, wanted in (("time_column", time), ("temperature_column", temperature)):
-        if header.count(wanted) != 1:
-            found = ", ".join(header[:12])
-            which = "one of" if wanted not in header else "named once among"
-            raise InputError(name, wanted, f"must be {which} the columns of {shown}: {found}")
-        places.append(header.index(wanted))
-    times: list[float] = []
-    temperatures: list[Fraction] = []
-    before: Any = None
-    origin: Any = None
-    for row, (line, fields) in enumerate(rows, start=1):
-        where = f"row {row} (line {line}) of {shown}"
-        if row > MOST_ROWS:
-            raise InputError("file", shown, f"must have at most {MOST_ROWS} rows")
-        if len(fields) != len(header):
-            raise InputError(
-                "file",
-                shown,
-                f"row {row} (line {line}) must have {len(header)} columns, not {len(fields)}",
+def _listed(values: Any, name: str) -> list[Any]:
+    """Return the entries of an array, dates as `datetime.datetime`."""
+    array = np.asarray(values)
+    if array.ndim != 1:
+        raise InputError(name, array.shape, "must have one dimension")
+    if array.dtype.kind == "M":
+        array = array.astype("datetime64[us]")
+    listed: list[Any] = array.tolist()
+    return listed
+
+
+def _is_missing(entry: Any) -> bool:
+    return str(entry).strip().lower() in _MISSING
+
+
+def _moment(entry: Any, order: str) -> Fraction | datetime.datetime:
+    """Return a time: a number exactly, or a date; raise `ValueError` for anything else."""
+    if isinstance(entry, datetime.datetime):
+        return entry
+    if not isinstance(entry, str) or _DECIMAL.fullmatch(entry):
+        return exact_number(entry, "time")
+    if order == "iso":
+        return datetime.datetime.fromisoformat(entry)
+    parts = _DATE.fullmatch(entry)
+    if parts is None:
+        raise ValueError("no such date")
+    day, month = (parts[1], parts[3]) if order == "day first" else (parts[3], parts[1])
+    clock = "" if parts[5] is None else f"T{parts[5]:0>2}{parts[6]}"
+    return datetime.datetime.fromisoformat(f"{parts[4]}-{month:0>2}-{day:0>2}{clock}")
+
+
+def _sort(moment: Fraction | datetime.datetime) -> str:
+    """Return which times can be compared with this one."""
+    if isinstance(moment, Fraction):
+        return "number"
+    return "date" if moment.tzinfo is None else "date of a zone"
+
+
+def _one_of(values: list[Fraction | None], policy: str) -> Fraction | None:
+    """Return what counts of the temperatures of one time."""
+    known = [value for value in values if value is not None]
+    if not known:
+        return None
+    if policy == "mean":
+        return sum(known, Fraction(0)) / len(known)
+    return known[-1] if policy == "last" else known[0]
+
+
+def _gaps(times: Sequence[float]) -> tuple[float, list[int]]:
+    """Return the usual step, and the rows that follow a gap."""
+    if len(times) < FEWEST_REGULAR:
+        return math.inf, []
+    steps = np.diff(times)
+    usual = float(np.median(steps))
+    return usual, (np.flatnonzero(steps > GAP * usual) + 1).tolist()
+
+
+def _filled(values: Sequence[Fraction | None], times: Sequence[float]) -> list[Fraction]:
+    """Return temperatures, those that are missing linear in time between their neighbours."""
+    known = [k for k, value in enumerate(values) if value is not None]
+    filled = [Fraction(0) if value is None else value for value in values]
+    for a, b in itertools.pairwise(known):
+        for k in range(a + 1, b):
+            share = (Fraction(times[k]) - Fraction(times[a])) / (
+                Fraction(times[b]) - Fraction(times[a])
             )
-        moment = _moment(fields[places[0]], time, where)
-        value = _temperature(fields[places[1]], temperature, where)
-        if value < least:
-            raise InputError(
-                temperature, fields[places[1]], f"must not be below absolute zero in {where}"
-            )
-        if before is None:
-            origin = moment
-        elif isinstance(moment, Fraction) is not isinstance(before, Fraction) or (
-            not isinstance(moment, Fraction) and (moment.tzinfo is None) != (before.tzinfo is None)
-        ):
-            raise InputError(
-                time, fields[places[0]], f"must be of the same kind as the rows before in {where}"
-            )
-        elif not moment > before:
-            raise InputError(
-                time, fields[places[0]], f"must be later than in the row before in {where}"
-            )
-        before = moment
-        seconds = (
-            nearest_float(moment)
-            if isinstance(moment, Fraction)
-            else (moment - origin).total_seconds()
+            filled[k] = filled[a] + share * (filled[b] - filled[a])
+    return filled
+
+
+def _doubt(temperatures: Sequence[Fraction], unit: str, shown: str) -> None:
+    """Warn if all temperatures look like those of another unit."""
+    low, high = LIKE_KELVIN
+    least, most = float(min(temperatures)), float(max(temperatures))
+    other = {"C": "kelvin", "K": "degrees Celsius"}[unit]
+    if (low < least and most < high) if unit == "C" else most < low:
+        said = {"C": "degrees Celsius", "K": "kelvin"}[unit]
+        warnings.warn(
+            f"the temperatures of {shown}, from {least:g} to {most:g}, are said to be in {said}"
+            f' (unit = "{unit}") and look like {other}',
+            RecordWarning,
+            stacklevel=4,
         )
-        if not math.isfinite(seconds):
-            raise InputError(
-                time, fields[places[0]], f"must be below the largest float, 1.8e308, in {where}"
-            )
-        times.append(seconds)
-        temperatures.append(value)
-    if not temperatures:
-        raise InputError("file", shown, "must hold at least one row of data")
-    return times, temperatures
 
 
-def _moment(text: str, column: str, where: str) -> Fraction | datetime.datetime:
-    """Return a time: a number exactly, or a date."""
-    if text.lower() in _MISSING:
-        raise InputError(column, text, f"missing in {where}")
-    if _DECIMAL.fullmatch(text):
-        return exact_number(text, column)
-    try:
-        return datetime.datetime.fromisoformat(text)
-    except ValueError:
-        raise InputError(
-            column, text, f"must be a number or a date such as 2024-01-31T13:00 in {where}"
-        ) from None
-
-
-def _temperature(text: str, column: str, where: str) -> Fraction:
-    if text.lower() in _MISSING:
-        raise InputError(column, text, f"missing in {where}")
-    if not _DECIMAL.fullmatch(text):
-        raise InputError(column, text, f"must be a number with a decimal point in {where}")
-    return exact_number(text, column)
+def _refuse(faults: Sequence[InputError]) -> None:
+    """Raise one `InputError` that tells of all faults; beyond `MOST_FAULTS`, how many they are."""
+    if not faults:
+        return
+    first, *others = faults
+    told = "".join(f"; {fault}" for fault in others[: MOST_FAULTS - 1])
+    more = len(faults) - MOST_FAULTS
+    rest = f"; and {more} more" if more > 0 else ""
+    raise InputError(first.field, first.value, f"{first.allowed}{told}{rest}")

@@ -301,7 +301,8 @@ class Creep:
         """What was recorded, labelled, with all that is needed to make it again.
 
         Dimensions: ``half_cycle`` (from 1), ``slider`` (1 .. n), ``spring`` (1 .. n - 1),
-        ``event``, ``rearrangement`` and ``slip``. Parameters stand in the attributes, rationals as
+        ``event``, ``rearrangement`` and ``slip``; half-cycles of a record with dates have a
+        ``date`` (UTC, if it names a time zone). Parameters stand in the attributes, rationals as
         strings.
         """
         return _dataset(self._variables(), self._coordinates(), self._attributes())
@@ -360,9 +361,12 @@ class Creep:
 
     def _coordinates(self) -> dict[str, Any]:
         n = self.chain.n
-        coordinates = {"slider": np.arange(1, n + 1), "spring": np.arange(1, n)}
+        coordinates: dict[str, Any] = {"slider": np.arange(1, n + 1), "spring": np.arange(1, n)}
         if self.experiment.record:
             coordinates["half_cycle"] = np.arange(1, self.half_cycles + 1)
+            dates = self.drive.dates
+            if dates is not None:
+                coordinates["date"] = ("half_cycle", dates[: self.half_cycles])
         return coordinates
 
     def _variables(self) -> dict[str, Any]:

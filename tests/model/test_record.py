@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import datetime
+import gzip
+import re
 from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from exactcreep.model import record as record_module
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Path
 from exactcreep.model.numbers import InputError
-from exactcreep.model.record import TemperatureRecord
+from exactcreep.model.record import RecordWarning, TemperatureRecord
 from exactcreep.model.state import State
+from exactcreep.quasistatic.loop import creep
+from exactcreep.quasistatic.result import Creep
 from exactcreep.scene import load_scene
 from exactcreep.solvers.sliding import Sliding
 
@@ -214,3 +220,143 @@ def test_a_scene_with_a_bad_record_is_refused_by_key(write, change, field):
     with pytest.raises(InputError) as caught:
         load_scene(write(SCENE.replace(*change), "roof.toml")).members()
     assert caught.value.field == field
+
+
+# --- what real files are like --------------------------------------------------------------------
+
+HOURS = [f"2024-01-31T{hour:02}:00" for hour in range(24)]
+
+
+def test_a_packed_file_and_arrays_say_what_the_file_says(write):
+    text = "time,temperature\n" + "".join(f"{hour},{k}.5\n" for k, hour in enumerate(HOURS))
+    plain = TemperatureRecord(write(text), KAPPA, 10)
+    packed = TemperatureRecord(write(gzip.compress(text.encode()), "r.csv.gz"), KAPPA, 10)
+    values = np.arange(24) + 0.5
+    series = pd.Series(values, index=pd.to_datetime(HOURS))
+    others = [
+        packed,
+        TemperatureRecord.of(series, KAPPA, 10),
+        TemperatureRecord.of(series.tz_localize("UTC"), KAPPA, 10),
+        TemperatureRecord.of(values, KAPPA, 10, times=np.array(HOURS, dtype="datetime64[m]")),
+        TemperatureRecord.of(values.tolist(), KAPPA, 10, times=HOURS),
+    ]
+    for other in others:
+        assert other.theta == plain.theta
+        assert other.times == plain.times == tuple(3600.0 * hour for hour in range(24))
+        assert (other.dates == np.array(HOURS, dtype="datetime64[ns]")).all()
+    assert TemperatureRecord.of(values, KAPPA, 10, times=np.arange(24)).dates is None
+    with pytest.raises(InputError, match="packed by gzip"):
+        TemperatureRecord(write("time,temperature\n0,1\n", "not.csv.gz"), KAPPA, 10)
+    with pytest.raises(InputError, match="times = None: must be given"):
+        TemperatureRecord.of([1, 2], KAPPA, 10)
+    with pytest.raises(InputError, match="decimal = ',': is not an option of arrays"):
+        TemperatureRecord.of([1], KAPPA, 10, times=[0], decimal=",")
+
+
+@pytest.mark.parametrize(
+    ("order", "dates"),
+    [
+        ("day first", ("01.02.2024 9:30", "02.02.2024 00:00:30")),
+        ("day first", ("1/2/2024 09:30", "2/2/2024 00:00:30")),
+        ("month first", ("2/1/2024 09:30", "02/02/2024 00:00:30")),
+    ],
+)
+def test_decimal_commas_and_the_order_of_day_and_month_are_what_is_said(write, order, dates):
+    path = write(f"time;temperature\n{dates[0]};-1,5\n{dates[1]};2\n")
+    options = {"delimiter": ";", "decimal": ",", "date_order": order}
+    drive = TemperatureRecord(path, KAPPA, 0, **options)
+    assert drive.theta == (Fraction(KAPPA) * Fraction(-3, 2), Fraction(KAPPA) * 2)
+    assert drive.dates.astype("datetime64[s]").tolist() == [
+        datetime.datetime(2024, 2, 1, 9, 30),
+        datetime.datetime(2024, 2, 2, 0, 0, 30),
+    ]
+    with pytest.raises(InputError, match="must be a number or a date such as 2024-01-31T13:00"):
+        TemperatureRecord(path, KAPPA, 0, **options | {"date_order": "iso"})
+    with pytest.raises(InputError, match='decimal = "," reads decimal commas'):
+        TemperatureRecord(path, KAPPA, 0, **options | {"decimal": "."})
+    american = write("time,temperature\n1/31/2024,1\n", "american.csv")
+    with pytest.raises(InputError, match=r"such as 31\.01\.2024 13:00 in row 1"):
+        TemperatureRecord(american, KAPPA, 0, date_order="day first")
+
+
+FAULTY = "time,temperature\n0,1\n1,\n1,2\n2,warm\n3\n4,-300\n,5\n6,7\n5,8\n7,9\n"
+
+
+def test_all_faults_of_a_file_are_told_at_once(write):
+    path = write(FAULTY)
+    with pytest.raises(InputError) as caught:
+        TemperatureRecord(path, KAPPA, 0)
+    rows = [int(row) for row in re.findall(r"row (\d+)", str(caught.value))]
+    assert rows == [2, 3, 4, 5, 6, 7, 9]
+    many = write("time,temperature\n" + "".join(f"{k},\n" for k in range(50)))
+    with pytest.raises(InputError, match=r"row 20 .*; and 30 more$"):
+        TemperatureRecord(many, KAPPA, 0)
+
+
+def kelvins(drive):
+    return [float(theta / drive.kappa) for theta in drive.theta]
+
+
+@pytest.mark.parametrize(
+    ("missing", "temperatures", "times"),
+    [("drop", [1, 3, 7], [0, 2, 6]), ("interpolate", [1, 2, 3, 4, 6, 7], [0, 1, 2, 3, 5, 6])],
+)
+def test_missing_temperatures_are_left_out_or_linear_in_time(write, missing, temperatures, times):
+    path = write("time,temperature\n0,1\n1,\n2,3\n3,nan\n5,NA\n6,7\n")
+    drive = TemperatureRecord(path, KAPPA, 0, missing=missing)
+    assert kelvins(drive) == temperatures
+    assert list(drive.times) == times
+
+
+def test_at_the_ends_of_a_record_nothing_is_interpolated(write):
+    path = write("time,temperature\n0,\n1,1\n2,\n")
+    with pytest.raises(InputError, match=r"row 1 .*at the ends; .*row 3 .*at the ends$"):
+        TemperatureRecord(path, KAPPA, 0, missing="interpolate")
+
+
+@pytest.mark.parametrize(("which", "second"), [("first", 3), ("last", 8), ("mean", 5)])
+def test_of_several_rows_of_one_time_the_one_that_is_asked_for_counts(write, which, second):
+    path = write("time,temperature\n0,1\n1,3\n1,4\n1,8\n2,9\n")
+    assert kelvins(TemperatureRecord(path, KAPPA, 0, duplicates=which)) == [1, second, 9]
+    backwards = write("time,temperature\n1,1\n0,3\n")
+    with pytest.raises(InputError, match="later than in the row before"):
+        TemperatureRecord(backwards, KAPPA, 0, duplicates=which)
+
+
+def test_gaps_are_refused_bridged_or_part_the_record(write):
+    hours = [*range(6), *range(8, 14), *range(100, 103)]
+    path = write("time,temperature\n" + "".join(f"{hour},{hour}\n" for hour in hours))
+    with pytest.raises(InputError) as caught:
+        TemperatureRecord(path, KAPPA, 0)
+    assert "is 3 after the row before in row 7 (line 8)" in str(caught.value)
+    assert "is 87 after the row before in row 13 (line 14)" in str(caught.value)
+    bridged = TemperatureRecord(path, KAPPA, 0, gaps="interpolate")
+    assert kelvins(bridged) == hours
+    parts = bridged.parts()
+    assert [len(part.theta) for part in parts] == [6, 6, 3]
+    assert [hour for part in parts for hour in part.times] == hours
+    regular = TemperatureRecord.of(np.arange(30), KAPPA, 0, times=np.arange(30))
+    assert regular.parts() == (regular,)
+
+
+def test_temperatures_that_look_like_those_of_another_unit_are_doubted(write):
+    kelvin = write("time,temperature\n0,283.15\n1,301\n")
+    with pytest.warns(RecordWarning, match='unit = "C".* look like kelvin'):
+        TemperatureRecord(kelvin, KAPPA, 10)
+    TemperatureRecord(kelvin, KAPPA, 283, unit="K")  # warnings are errors here
+    with pytest.warns(RecordWarning, match='unit = "K".* look like degrees Celsius'):
+        TemperatureRecord(write("time,temperature\n0,10\n1,12\n"), KAPPA, 283, unit="K")
+
+
+def test_a_result_has_the_dates_of_its_record_and_keeps_them(write, tmp_path):
+    zoned = [f"{hour}+01:00" for hour in HOURS]
+    rows = "".join(f"{hour},{10 * (k % 3)}\n" for k, hour in enumerate(zoned))
+    drive = TemperatureRecord(write("time,temperature\n" + rows), "1e-3", 0)
+    run = creep(Chain(2, 100, "0.5", "0.6", tan_alpha="0.25"), drive, solver="sliding")
+    utc = np.array(HOURS, dtype="datetime64[ns]") - np.timedelta64(1, "h")
+    assert (run.dataset.date.values == utc).all()
+    assert run.dataset.x_G.swap_dims(half_cycle="date").resample(date="12h").last().size == 3
+    run.save(tmp_path / "run.nc")
+    again = Creep.load(tmp_path / "run.nc")
+    assert again.drive == drive
+    assert again.dataset.identical(run.dataset)
