@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
+from contextlib import suppress
+from typing import Any
 
 import typer
 
@@ -105,12 +108,18 @@ def status(words: Sequence[str]) -> int:
 
 def _complain(sentence: str) -> None:
     line = " ".join(sentence.split())
-    typer.echo(f"exactcreep: {line}", err=True)
+    with suppress(OSError):  # a full device: the status says it all the same
+        typer.echo(f"exactcreep: {line}", err=True)
+
+
+def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
+    _complain(str(message))
 
 
 def main() -> None:
     """Run the command line of this process."""
     interrupts.listen()
+    warnings.showwarning = _warn  # a sentence, without the line of code that says it
     code = status(sys.argv[1:])
     heard = interrupts.status()
     if heard is not None and code in (0, 130):

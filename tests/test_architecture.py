@@ -11,6 +11,7 @@ import exactcreep
 
 PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
+    ("compiling",),
     ("model",),
     ("interrupts", "limits", "progress", "disorder"),
     ("laws",),

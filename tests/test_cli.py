@@ -4,6 +4,7 @@ import json
 import os
 import re
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -15,7 +16,7 @@ from exactcreep.cli import status
 from exactcreep.quasistatic import checkpoint, loop
 from exactcreep.quasistatic.result import load_members
 from tests.conftest import Command
-from tests.processes import PATIENCE, PROGRAM, begun, finished, wait_until
+from tests.processes import PATIENCE, PROGRAM, begun, environment, finished, wait_until
 
 QUICK = ["run", "six-sliders-cycles", "--set", "drive.cycles=10"]
 
@@ -122,6 +123,7 @@ def test_nothing_is_overwritten_without_force(
         ([*QUICK, "--solver", "euler"], "run.solver = 'euler': must be one of exact"),
         ([*QUICK, "--dt", "0.01"], "'dt': solver 'exact' does not take it"),
         ([*QUICK, "--solver", "verlet", "--dt", "0"], "run.dt = '0': must be"),
+        ([*QUICK, "--solver", "verlet", "--dt", "5e-324"], "whose square is a float64"),
         ([*QUICK, "--seed", "1.5"], "run.seed = '1.5': must be a whole number"),
         ([*QUICK, "--record", "velocity"], "run.record = 'velocity': must be among x_G"),
         ([*QUICK, "--max-events", "-1"], "max_events = '-1': must be a whole number"),
@@ -140,6 +142,14 @@ def test_bad_input_is_one_sentence_and_status_2(
 ) -> None:
     assert told in command(*words).sentence
     assert not list(tmp_path.iterdir())
+
+
+def test_bad_input_keeps_its_status_where_its_sentence_finds_no_room() -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("there is no device that is always full")
+    with open("/dev/full", "w") as full:
+        assert subprocess.run((*PROGRAM, "run", "nope"), stderr=full, env=environment(),
+                              check=False, timeout=PATIENCE).returncode == 2  # fmt: skip
 
 
 def test_a_directory_that_cannot_be_written_is_refused_before_the_run(

@@ -76,6 +76,9 @@ class Chain:
             raise InputError("mu_s", mu_s, f"must be at least mu_d = {nearest_float(self.mu_d)}")
         if self.sigma_mu < 0:
             raise InputError("sigma_mu", sigma_mu, "must not be negative")
+        # no draw lies 16 standard deviations off
+        if not math.isfinite(nearest_float(self.mu_s + 16 * self.sigma_mu)):
+            raise InputError("sigma_mu", sigma_mu, "draws coefficients beyond the largest float")
 
     def __eq__(self, other: object) -> bool:
         if self is other:

@@ -6,9 +6,10 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.extending import intrinsic
 
+from exactcreep.compiling import njit
 from exactcreep.model.disorder import STREAM_COEFFICIENT
 
 _MULTIPLIER_0 = np.uint64(0xD2E7470EE14C6C93)

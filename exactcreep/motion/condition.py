@@ -30,9 +30,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from exactcreep.compiling import njit
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.contacts import Contacts

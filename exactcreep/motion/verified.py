@@ -19,7 +19,8 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
+
+from exactcreep.compiling import njit
 
 STEP = 0.5
 ORDER = 20
@@ -32,7 +33,7 @@ WARY = 1e-9
 """Relative; far more than the rounding of the few operations that follow a bound."""
 
 
-@njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@njit(cache=True, error_model="numpy")
 def first_event(
     springs: Any,
     signs: Any,
@@ -135,7 +136,7 @@ def first_event(
     return nothing
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _sizes(v: Any, a: Any) -> float:
     speed, force = 0.0, 0.0
     for i in range(len(v)):
@@ -144,7 +145,7 @@ def _sizes(v: Any, a: Any) -> float:
     return (math.sqrt(speed) + math.sqrt(force) / 2) * (1 + WARY)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _fill(series: Any, springs: Any, signs: Any, v: Any, a: Any) -> None:
     """Fill in the coefficients of the velocities, ``series[k, n] t^k``; zero at rest."""
     n = len(v)
@@ -162,7 +163,7 @@ def _fill(series: Any, springs: Any, signs: Any, v: Any, a: Any) -> None:
                 series[k + 2, i] = -bent * factor
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _advanced(series: Any, v: Any, a: Any, t: float) -> Any:
     """Take velocities and accelerations to `t`, and return the displacements."""
     n = len(v)
@@ -177,7 +178,7 @@ def _advanced(series: Any, v: Any, a: Any, t: float) -> Any:
     return x
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _value(poly: Any, t: float) -> tuple[float, float]:
     value, slope = 0.0, 0.0
     for k in range(ORDER + 1, -1, -1):
@@ -186,7 +187,7 @@ def _value(poly: Any, t: float) -> tuple[float, float]:
     return value, slope
 
 
-@njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@njit(cache=True, error_model="numpy")
 def _root(poly: Any, error: float, limit: float, fresh: bool) -> Any:
     """Return between what times the first root lies.
 
@@ -224,7 +225,7 @@ def _root(poly: Any, error: float, limit: float, fresh: bool) -> Any:
     return -1.0, 0.0
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _narrowed(
     poly: Any, error: float, begin: float, end: float, steep: float
 ) -> Any:
@@ -239,7 +240,7 @@ def _narrowed(
     return max(begin, t - away), min(end, t + away)
 
 
-@njit(cache=True, error_model="numpy")  # type: ignore[untyped-decorator]
+@njit(cache=True, error_model="numpy")
 def pass_through(
     springs: Any,
     signs: Any,
@@ -414,7 +415,7 @@ def pass_through(
     return (spread + e_spread) * (1 + WARY)
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _apart(
     forces: Any,
     errors: Any,
@@ -444,12 +445,12 @@ def _apart(
     return total
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _off(x: float, unsure: float, spread: float, e_spread: float) -> Any:
     return (abs(x) + unsure) * e_spread + (unsure + 2.0**-49 * abs(x)) * spread
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def _bend(rows: Any, moving: Any, at: Any, springs: Any, factor: float) -> None:
     """Replace rows by ``-factor K`` times them."""
     p, k = rows.shape
@@ -468,7 +469,7 @@ def _bend(rows: Any, moving: Any, at: Any, springs: Any, factor: float) -> None:
             rows[j, c] = -factor * bent
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def spans(forces: Any, speeds: Any, errors: Any) -> tuple[float, float, float]:
     """Return the farthest that forces, and velocities, may lie from the middle's, and a share.
 

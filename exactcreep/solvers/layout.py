@@ -13,8 +13,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from exactcreep.compiling import njit
 
 compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 """Compile without reference counting: the arrays belong to the caller, nothing is allocated."""

@@ -16,9 +16,9 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from exactcreep.compiling import njit
 from exactcreep.model.deviates import normal_deviate, philox
 from exactcreep.model.disorder import STREAM_COEFFICIENT
 from exactcreep.solvers.records import EVENT_TABLE

@@ -484,7 +484,8 @@ class Verlet(Solver):
     def __post_init__(self) -> None:
         dt = nearest_float(exact_number(self.dt, "dt"))
         if not (dt > 0.0 and dt * dt > 0.0 and math.isfinite(dt * dt)):
-            raise InputError("dt", self.dt, "must be a positive time step, unit tau_dyn")
+            allowed = "must be a positive time step, unit tau_dyn, whose square is a float64"
+            raise InputError("dt", self.dt, allowed)
         object.__setattr__(self, "dt", dt)
         if not isinstance(self.locate, (bool, np.bool_)):
             raise InputError("locate", self.locate, "must be true or false")

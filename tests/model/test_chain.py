@@ -44,6 +44,7 @@ def test_a_chain_cannot_be_changed():
         ({"n": 0}, "n"), ({"n": 2.5}, "n"), ({"n": "many"}, "n"), ({"l0": 0}, "l0"),
         ({"l0": -1}, "l0"), ({"l0": "1e400"}, "l0"), ({"mu_d": "-0.1"}, "mu_d"),
         ({"mu_s": "0.4"}, "mu_s"), ({"sigma_mu": -1}, "sigma_mu"),
+        ({"sigma_mu": 1e308}, "sigma_mu"),
         ({"tan_alpha": "steep"}, "tan_alpha"), ({"tan_alpha": float("nan")}, "tan_alpha"),
         ({"mu_d": None}, "mu_d"),
     ],

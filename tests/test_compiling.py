@@ -1,0 +1,97 @@
+"""Where compiled code is kept: read-only installations, containers without a home."""
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import exactcreep
+from tests.processes import PATIENCE, environment
+
+NOBODY = 65534
+BECOMES = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups")
+ASKS = """
+import sys, warnings
+sys.path.insert(0, {installed!r})
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    from exactcreep.twice import compiling, twice
+print(compiling.__file__, twice(21), *[each.message for each in said], sep=chr(10))
+"""
+TWICE = """
+from exactcreep import compiling
+@compiling.njit(cache=True)
+def twice(x):
+    return 2 * x
+"""
+
+
+def may_become_nobody() -> bool:
+    if os.geteuid() != 0 or shutil.which("setpriv") is None:
+        return False
+    words = (*BECOMES, sys.executable, "-c", "import numba")
+    return subprocess.run(words, capture_output=True, check=False, timeout=PATIENCE).returncode == 0
+
+
+@pytest.fixture
+def place() -> Iterator[Path]:
+    """Yield a folder with an installation that belongs to root, and a scratch folder for all."""
+    if not may_become_nobody():
+        pytest.skip("becomes an unprivileged user, which root alone can")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(0o755)
+        ignore = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(Path(exactcreep.__file__).parent, folder / "exactcreep", ignore=ignore)
+        (folder / "exactcreep" / "twice.py").write_text(TWICE, encoding="utf-8")
+        (folder / "scratch").mkdir(mode=0o777)
+        (folder / "scratch").chmod(0o1777)
+        (folder / "asks.py").write_text(ASKS.format(installed=name), encoding="utf-8")
+        yield folder
+
+
+def asked(place: Path) -> list[str]:
+    """Return the lines that the installation says to a user who has no home."""
+    own = {"HOME": "/nonexistent", "TMPDIR": str(place / "scratch"), "XDG_CACHE_HOME": ""}
+    done = subprocess.run(
+        (*BECOMES, sys.executable, "-B", str(place / "asks.py")), check=True, cwd="/",
+        env=environment(**own, NUMBA_CACHE_DIR=""), capture_output=True, text=True,
+        timeout=PATIENCE,
+    )  # fmt: skip
+    where, answer, *said = done.stdout.splitlines()
+    assert where == str(place / "exactcreep" / "compiling.py")
+    assert answer == "42"
+    return said
+
+
+def test_a_read_only_installation_without_a_home_keeps_its_code_in_a_folder_of_ones_own(
+    place: Path,
+) -> None:
+    own = place / "scratch" / f"exactcreep-{NOBODY}"
+    for _ in range(2):
+        (said,) = asked(place)
+        assert f"is kept in {own}; NUMBA_CACHE_DIR can name a folder" in said
+    assert own.stat().st_uid == NOBODY
+    assert own.stat().st_mode & 0o077 == 0
+    assert list(own.rglob("*.nbc"))
+
+
+def test_code_is_never_read_from_a_folder_in_which_somebody_else_may_write(place: Path) -> None:
+    own = place / "scratch" / f"exactcreep-{NOBODY}"
+    own.mkdir()
+    own.chmod(0o777)
+    (said,) = asked(place)
+    assert "is lost at the end; NUMBA_CACHE_DIR can name a folder" in said
+    assert not any(own.iterdir())
+
+
+def test_an_installation_that_can_be_written_says_nothing(place: Path) -> None:
+    (place / "exactcreep").chmod(0o777)
+    (place / "exactcreep" / "__pycache__").mkdir(mode=0o777)
+    (place / "exactcreep" / "__pycache__").chmod(0o777)
+    assert asked(place) == []
