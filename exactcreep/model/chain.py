@@ -9,10 +9,11 @@ from functools import cached_property
 from typing import Any
 
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.shown import Shown, drawn
 
 
-@dataclass(frozen=True, kw_only=True)
-class Chain:
+@dataclass(frozen=True, kw_only=True, repr=False)
+class Chain(Shown):
     """A chain of `n` sliders with Coulomb friction on an incline of slope `tan_alpha`.
 
     Every parameter is dimensionless and kept as a rational: an int, a `Fraction` and a decimal
@@ -154,3 +155,11 @@ class Chain:
     def parameters(self) -> dict[str, int | Fraction]:
         """Return the parameters by name, exactly; ``Chain(**parameters)`` is the chain again."""
         return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    def _facts(self) -> dict[str, Any]:
+        return self.parameters()
+
+    def _picture(self) -> str:
+        count = min(self.n, 24)
+        down = [-k * math.tanh(nearest_float(self.tan_alpha)) for k in range(count)]
+        return drawn(down, dots=True)

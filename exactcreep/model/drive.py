@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from exactcreep.model import disorder
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.shown import Shown, drawn
 
 MOST_TARGETS = 10**12
 """More is a slip of the pen. Their numbers are exact in float64 so far."""
+_DRAWN = 40  # targets in a small picture
 
 
-class Drive:
+class Drive(Shown):
     """A sequence of targets theta_1, theta_2, ...; between them theta ramps monotonically.
 
     Targets are numbered from 1; theta = 0 before the first (or the theta of the given start).
@@ -57,8 +59,16 @@ class Drive:
         """Return what the drive was made from, by the names used in a scene, `kind` first."""
         raise NotImplementedError
 
+    def _facts(self) -> dict[str, Any]:
+        facts = self.parameters()
+        del facts["kind"]
+        return facts
 
-@dataclass(frozen=True)
+    def _picture(self) -> str:
+        return drawn(self.targets(1, min(self.half_cycles, _DRAWN)))
+
+
+@dataclass(frozen=True, repr=False)
 class Cycles(Drive):
     """Temperature cycles: targets +A, -A, `cycles` times (2 `cycles` half-cycles).
 
@@ -104,7 +114,7 @@ class Cycles(Drive):
         return {"kind": self.kind, "amplitude": self.amplitude, "cycles": self.cycles}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class GaussianSteps(Drive):
     """Random temperatures: theta_q drawn anew from a normal distribution, `steps` times.
 
@@ -173,7 +183,7 @@ class Listed(Drive):
         return self.theta[q - 1]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Path(Listed):
     """A given sequence of dilations.
 

@@ -64,7 +64,7 @@ class _Row(NamedTuple):
     temperature: Any
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class TemperatureRecord(Listed):
     """The dilations ``theta_q = kappa (T_q - T0)`` of a recorded series of temperatures.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from numbers import Real
 from typing import Any
@@ -21,12 +21,13 @@ from exactcreep.model.numbers import (
     same,
     same_numbers,
 )
+from exactcreep.model.shown import Shown, drawn
 
 _MOST_DRAWS = 2**62
 
 
-@dataclass(frozen=True, eq=False)
-class State:
+@dataclass(frozen=True, eq=False, repr=False)
+class State(Shown):
     """A chain at rest at the dilation `theta`.
 
     Attributes
@@ -57,7 +58,7 @@ class State:
     coefficients: NDArray[Any]
     draws: NDArray[np.int64]
     theta: Any
-    past: Any = field(default=None, repr=False)
+    past: Any = None
 
     def __post_init__(self) -> None:
         for name in ("tensions", "displacements", "coefficients"):
@@ -191,6 +192,13 @@ class State:
         """Return the non-frictional forces ``F_n = T_n - T_(n-1) + s``, unit m g, shape (n,)."""
         tensions = self.tensions.astype(np.float64)
         return np.diff(tensions, prepend=0.0, append=0.0) + chain.sin_alpha
+
+    def _facts(self) -> dict[str, Any]:
+        names = ("theta", "tensions", "displacements", "coefficients", "draws")
+        return {"n": self.n} | {name: getattr(self, name) for name in names}
+
+    def _picture(self) -> str:
+        return drawn([float(getattr(one, "middle", one)) for one in self.tensions.tolist()])
 
 
 def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:

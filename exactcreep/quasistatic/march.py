@@ -35,6 +35,8 @@ _MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however lon
 _LEAST_BYTES = 500  # of memory for a slider
 _LONGEST_PERIOD = 64  # cycles: how far back the tensions at the end are looked for
 _LONGEST_EXACT = 1000  # the same where the run can be followed again in no time
+_MOST_SAVED = 16  # states from which one of the run is computed again
+_MOST_SAVED_SLIDERS = 2**17  # in all of them
 _SLOW = ("certified", "mpmath", "reference")
 _TRIES = 3  # longer periods
 _MOST_AGAIN = 10**7  # events for that
@@ -90,6 +92,7 @@ class March:
         if drive.cyclic:
             period = max(1, min(self._depth, _MOST_MARKED // chain.n))
             self.boundaries |= set(range(max(self.total - 2 * period, 0), self.total, 2))
+        self.saved: dict[int, Mapping[str, Any]] = {}
         self.unseen = 0.0  # how far apart tensions may be that count as the same
         self.course = Course(nearest_float(begin.middle))
         if captured is not None:
@@ -135,6 +138,7 @@ class March:
             self._mark()
             last = self.done == self.total
             self.watch.look(self.simulation, experiment.drive, self.done, last=last)
+            self._save()
         for name, values in recorded.items():
             if name in self.nothing and len(values):
                 for part, array in as_written(name, values, experiment.digits).items():
@@ -150,6 +154,18 @@ class March:
         except OSError as error:
             folder = tempfile.gettempdir()
             self.unwritten = f"what is recorded cannot be kept in {folder}: {error.strerror}"
+
+    def _save(self) -> None:
+        """Save how far the simulation is, at fewer and fewer of the targets that are passed."""
+        most = min(_MOST_SAVED, _MOST_SAVED_SLIDERS // self.experiment.chain.n)
+        if self.done - max(self.saved, default=0) < self.done // max(most, 1) or not most:
+            return
+        self.saved[self.done] = self.simulation.capture()
+        if len(self.saved) > most:
+            # the one whose neighbours are nearest to each other
+            kept = [0, *sorted(self.saved)]
+            spare = min(range(1, len(kept) - 1), key=lambda i: kept[i + 1] - kept[i - 1])
+            del self.saved[kept[spare]]
 
     def _mark(self) -> None:
         if self.done == self.burn_in:
@@ -192,6 +208,7 @@ class March:
         self.burnt = None if captured["burnt"] is None else Mark.restored(captured["burnt"])
         self.marks = [Mark.restored(mark) for mark in captured["marks"]]
         self.course.restore(captured["course"])
+        self._save()
 
     def result(self) -> Creep:
         """Return what the run has come to."""
@@ -240,6 +257,7 @@ class March:
             state=state,
             recorded=self.nothing | self.store.arrays(),
             report=concluded(simulation.report(), value, error),
+            saved=self.saved,
         )
 
     def _measured(self) -> tuple[int, Enclosure | None]:

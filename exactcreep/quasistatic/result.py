@@ -17,9 +17,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep import __version__
+from exactcreep.limits import Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError, nearest_float, plain_data, ratio_of, ratio_text
+from exactcreep.model.numbers import (
+    InputError,
+    nearest_float,
+    plain_data,
+    ratio_of,
+    ratio_text,
+    whole_number,
+)
+from exactcreep.model.shown import Shown, drawn
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats, quantity
@@ -36,6 +45,7 @@ from exactcreep.solvers.records import (
     lists_columns,
     record_arrays,
 )
+from exactcreep.solvers.solver import advance
 from exactcreep.solvers.statistics import FEWEST_STEPS
 
 if TYPE_CHECKING:
@@ -79,8 +89,8 @@ _COUNTS = {
 _RENAMED = "Creep.{} is a count, as its name shall say: use Creep.{}"
 
 
-@dataclass(frozen=True, eq=False)
-class Creep:
+@dataclass(frozen=True, eq=False, repr=False)
+class Creep(Shown):
     """What a chain did along a drive, and how well that is known.
 
     Attributes
@@ -141,6 +151,9 @@ class Creep:
         What was recorded, as in `dataset`.
     report : mapping
         What only this solver knows: precision, enclosure radii, work counts.
+    saved : mapping of int to mapping
+        How far the simulation was, by targets reached: from there `state_at` begins. A result
+        from a file has none.
     """
 
     experiment: Experiment
@@ -166,6 +179,7 @@ class Creep:
     recorded: Mapping[str, NDArray[Any]]
     report: Mapping[str, Any] = field(default_factory=dict)
     since: int | None = None
+    saved: Mapping[int, Mapping[str, Any]] = field(default_factory=dict)
 
     @property
     def chain(self) -> Chain:
@@ -265,6 +279,63 @@ class Creep:
         """`slip_count`, by the name that it had."""
         warnings.warn(_RENAMED.format("slips", "slip_count"), DeprecationWarning, stacklevel=2)
         return self.slip_count
+
+    def state_at(self, half_cycle: int) -> State:
+        """Return the state at rest in which the run was after a half-cycle.
+
+        It is computed again from the nearest state before that was saved on the way.
+
+        Parameters
+        ----------
+        half_cycle : int
+            From 0, the start as it was given, to `half_cycles`.
+
+        Raises
+        ------
+        InputError
+            If the run did not reach it.
+
+        Notes
+        -----
+        Guarantee: the state is that of the run, bit for bit.
+        """
+        most, experiment = self.half_cycles, self.experiment
+        until = whole_number(half_cycle, "half_cycle", least=0, most=most)
+        if until == 0:
+            return experiment.initial
+        # the run may have gone on from the last targets before it was given up
+        if until == most and self.outcome not in (Outcome.LIMIT, Outcome.RUNAWAY):
+            return self.state
+        simulation = experiment.algorithm.simulation(
+            experiment.chain, experiment.initial, experiment.seed, ()
+        )
+        done = max((target for target in self.saved if target < until), default=0)
+        if done:
+            simulation.restore(self.saved[done])
+        stretch = advance(simulation, experiment.drive, until, done=done)
+        if stretch.stop is not Stop.DONE:
+            raise InputError("half_cycle", half_cycle, f"is not reached: {stretch.reason}")
+        return simulation.state()
+
+    def _facts(self) -> dict[str, Any]:
+        return {
+            "n": self.chain.n,
+            "solver": self.solver,
+            "outcome": self.outcome,
+            "evidence": self.evidence,
+            "velocity": float(f"{self.velocity:.6g}"),
+            "velocity_error": float(f"{self.velocity_error:.2g}"),
+            "velocity_units": self.velocity_units,
+            "half_cycles": self.half_cycles,
+            "event_count": self.event_count,
+            "reason": self.reason,
+        }
+
+    def _picture(self) -> str:
+        course = self.recorded.get("x_G")
+        if course is None or not len(course):
+            return drawn(floats(self.state.displacements))
+        return drawn(course)
 
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, ready for JSON: a number that is not finite is None."""
@@ -473,6 +544,7 @@ class Creep:
             exact = Enclosure(
                 ratio_of(about["velocity_exact"]), ratio_of(about["velocity_exact_radius"])
             )
+        counts: dict[str, Any] = {held: int(about[name]) for name, held in _COUNTS.items()}
         return cls(
             experiment=experiment,
             outcome=Outcome(about["outcome"]),
@@ -481,7 +553,7 @@ class Creep:
             velocity=float(about["velocity"]),
             velocity_error=float(about["velocity_error"]),
             velocity_enclosure=exact,
-            **{held: int(about[name]) for name, held in _COUNTS.items()},
+            **counts,
             trusted_half_cycles=_whole_or_none(about.get("trusted_half_cycles")),
             warnings=json.loads(about["warnings"]),
             seconds=float(about["seconds"]),

@@ -19,6 +19,7 @@ from exactcreep.model.contact import Event, Itinerary
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, same_numbers
+from exactcreep.model.shown import Shown, drawn
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
@@ -41,7 +42,7 @@ _LONGEST_STRETCH = 1 << 18  # targets; bounds the memory of a stretch
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
-class Rearrangement:
+class Rearrangement(Shown):
     """One mechanical rearrangement, from unstable rest to rest.
 
     What a solver did not need is made when it is asked for, and kept.
@@ -177,11 +178,24 @@ class Rearrangement:
     def __hash__(self) -> int:
         return hash((self.solver, self.seed, self.outcome, self.state))
 
-    def __repr__(self) -> str:
-        return (
-            f"Rearrangement(n={self.chain.n}, theta={float(self.theta):.9g},"
-            f" events={len(self.events)}, outcome={self.outcome.value!r}, solver={self.solver!r})"
-        )
+    def _called(self) -> str:
+        return Rearrangement.__name__
+
+    def _facts(self) -> dict[str, Any]:
+        return {
+            "n": self.chain.n,
+            "theta": float(f"{float(self.theta):.9g}"),
+            "events": len(self.events),
+            "outcome": self.outcome,
+            "evidence": self.evidence,
+            "duration": float(f"{float(self.duration):.6g}"),
+            "solver": self.solver,
+            "reason": self.reason,
+        }
+
+    def _picture(self) -> str:
+        moved = self.state.displacements - self.initial.displacements
+        return drawn([float(one) for one in moved.tolist()])
 
 
 _USUAL: dict[str, Any] = {

@@ -20,6 +20,7 @@ import xarray as xr
 from exactcreep.laws import LAWS, edges
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, nearest_float, plain_data
+from exactcreep.model.shown import Shown, drawn
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
 from exactcreep.quasistatic.decimals import enclosure
@@ -86,8 +87,8 @@ class Difference:
         }
 
 
-@dataclass(frozen=True)
-class Threshold:
+@dataclass(frozen=True, repr=False)
+class Threshold(Shown):
     """An edge of what a chain does, by the criterion horizon or lasting, with the laws beside it.
 
     Attributes
@@ -164,6 +165,27 @@ class Threshold:
     preparations: Mapping[int, Edge | None] | None = None
     report: Mapping[str, Any] = field(default_factory=dict)
     reason: str = ""
+
+    def _facts(self) -> dict[str, Any]:
+        return {
+            "n": self.chain.n,
+            "lower": self.lower,
+            "upper": self.upper,
+            "outcome_at_lower": self.outcome_at_lower,
+            "evidence": self.evidence,
+            "criterion": self.criterion,
+            "digits": self.digits,
+            "law_seuil": self.law_seuil,
+            "solver": self.solver,
+            "reason": self.reason,
+        }
+
+    def _picture(self) -> str:
+        """Return whether there is creep over the amplitude, from half the threshold to twice it."""
+        if self.lower is None or self.upper is None:
+            return ""
+        low, high = float(self.lower), float(self.upper)
+        return drawn([0, 0, 1, 1], [low / 2, low, high, 2 * high])
 
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""

@@ -14,6 +14,7 @@ from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import nearest_float, plain_data
+from exactcreep.model.shown import Shown, drawn
 from exactcreep.model.state import State
 from exactcreep.motion.condition import PROMISE
 from exactcreep.quasistatic.experiment import Experiment
@@ -52,8 +53,8 @@ class Need:
     reason: str
 
 
-@dataclass(frozen=True)
-class Plan:
+@dataclass(frozen=True, repr=False)
+class Plan(Shown):
     """How to come by the answer to a question about a scene with the least effort.
 
     Attributes
@@ -93,6 +94,18 @@ class Plan:
         if self.explicit is not None and self.explicit != "auto":
             return self.explicit
         return self.choice.name
+
+    def _facts(self) -> dict[str, Any]:
+        return {
+            "solver": self.solver,
+            "question": self.question,
+            "accuracy": self.accuracy,
+            "accuracy_reached": self.accuracy_reached,
+            "reason": self.choice.reason,
+        } | {f"seconds_of_{name}": float(f"{s:.3g}") for name, s in self.costs.items() if s == s}
+
+    def _picture(self) -> str:
+        return drawn(list(self.costs.values()), dots=True)
 
     @property
     def accuracy_reached(self) -> bool:

@@ -219,8 +219,9 @@ def test_rearrangements_that_differ_in_anything_computed_are_unequal(solver: str
 
 def test_a_rearrangement_is_shown_in_one_line() -> None:
     assert repr(moved(4)) == (
-        f"Rearrangement(n={moved(4).chain.n}, theta=0, events={len(moved(4).events)},"
-        " outcome='at_rest', solver='exact')"
+        f"Rearrangement(n={moved(4).chain.n}, theta=0.0, events={len(moved(4).events)},"
+        f" outcome='at_rest', evidence='computed', duration={float(moved(4).duration):.6g},"
+        " solver='exact')"
     )
 
 

@@ -1,0 +1,71 @@
+"""The state of a run after any half-cycle, long after the run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import pytest
+
+from exactcreep import Chain, Creep, Cycles, GaussianSteps, InputError, creep, resume
+from exactcreep.model.state import State
+from exactcreep.quasistatic.march import _MOST_SAVED
+from exactcreep.quasistatic.result import load_members, save_members
+
+CHAIN = Chain(6, 1000, "0.5", "0.6", "1/100", tan_alpha="1/4")
+TWO = Chain(2, 1000, "0.5", "0.6", "1/100", tan_alpha="1/4")
+
+
+@pytest.mark.parametrize(
+    ("chain", "drive", "solver", "options"),
+    [
+        (CHAIN, Cycles("0.004", 60), "exact", {"record": ("events", "x")}),
+        (CHAIN, GaussianSteps("0.002", 120), "exact", {"record": ()}),
+        (CHAIN, GaussianSteps("0.002", 120), "sliding", {}),
+        (TWO, GaussianSteps("0.001", 9), "certified", {}),
+        (TWO, Cycles("0.001", 5), "verlet", {"dt": "1/32"}),
+    ],
+)
+def test_the_state_after_any_half_cycle_is_that_of_a_run_that_ends_there(
+    chain: Chain, drive: Any, solver: str, options: Mapping[str, Any]
+) -> None:
+    run = creep(chain, drive, seed=3, solver=solver, **options)
+    for half_cycle in (1, 2, run.half_cycles // 2, run.half_cycles - 1, run.half_cycles):
+        assert run.state_at(half_cycle) == _ended_at(run, half_cycle)
+
+
+def _ended_at(run: Creep, half_cycle: int) -> State:
+    """Return where a run along the first targets alone ends."""
+    experiment = run.experiment
+    simulation = experiment.algorithm.simulation(run.chain, experiment.initial, run.seed, ())
+    for target in range(1, half_cycle + 1):
+        simulation.follow(run.drive, target, 1)
+    return simulation.state()
+
+
+def test_a_result_saves_few_states_and_begins_at_the_nearest() -> None:
+    run = creep(CHAIN, Cycles("0.004", 3000), record=())
+    assert 1 < len(run.saved) <= _MOST_SAVED
+    assert max(run.saved) <= run.half_cycles
+    wrong = {target: dict(kept, **run.saved[min(run.saved)]) for target, kept in run.saved.items()}
+    late = max(target for target in run.saved if target < run.half_cycles) + 1
+    state = run.state_at(late)
+    vars(run)["saved"] = {}
+    assert run.state_at(late) == state
+    vars(run)["saved"] = wrong
+    assert run.state_at(late) != state
+
+
+def test_a_run_that_was_given_up_or_resumed_or_loaded_knows_its_states(tmp_path: Any) -> None:
+    drive, kept = Cycles("0.004", 40), tmp_path / "run.ckpt"
+    whole = creep(CHAIN, drive)
+    part = creep(CHAIN, drive, max_events=whole.event_count // 2, checkpoint=kept)
+    assert part.half_cycles < whole.half_cycles
+    gone_on = resume(kept)
+    save_members([gone_on], tmp_path / "run.nc")
+    loaded = load_members(tmp_path / "run.nc")[0]
+    for half_cycle in (0, 5, part.half_cycles):
+        state = whole.state_at(half_cycle)
+        assert all(run.state_at(half_cycle) == state for run in (part, gone_on, loaded))
+    with pytest.raises(InputError, match="half_cycle"):
+        part.state_at(part.half_cycles + 1)
