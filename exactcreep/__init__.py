@@ -8,8 +8,9 @@ drive, `sweep` a grid of them; `resume` goes on from a checkpoint. `fate` (a `Fa
 until it has settled, `survival` (a `Survival`) many starts of one. `threshold`, `compare`, `plan`
 and `audit` ask what a user asks, and answer with a `Threshold` (where creep is chaotic a `HalfLife`
 or an `Intercept`), a `Comparison` (of many seeds: `Partings`), a `Plan` and an `Audit`; `physical`
-turns a solid in SI units into the chain of a `Solid`. `laws` are the formulas of the paper,
-`disorder` the numbers that are drawn.
+turns a solid in SI units into the chain of a `Solid`, and `Solid.creep` a record of temperatures
+into a `Descent` in millimetres. `laws` are the formulas of the paper, `disorder` the numbers that
+are drawn.
 
 Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
 tell a callable their `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted` with what was
@@ -53,6 +54,9 @@ if TYPE_CHECKING:
     from exactcreep.quasistatic.result import Creep as Creep
     from exactcreep.scene import Scene as Scene
     from exactcreep.scene import load_scene as load_scene
+    from exactcreep.solid import Descent as Descent
+    from exactcreep.solid import Solid as Solid
+    from exactcreep.solid import physical as physical
     from exactcreep.solvers.registry import iterate as iterate
     from exactcreep.solvers.registry import rearrange as rearrange
     from exactcreep.solvers.solver import Rearrangement as Rearrangement
@@ -67,8 +71,6 @@ if TYPE_CHECKING:
     from exactcreep.studies.horizon import GivenUp as GivenUp
     from exactcreep.studies.intercept import Intercept as Intercept
     from exactcreep.studies.partings import Partings as Partings
-    from exactcreep.studies.physical import Solid as Solid
-    from exactcreep.studies.physical import physical as physical
     from exactcreep.studies.planning import Plan as Plan
     from exactcreep.studies.planning import plan as plan
     from exactcreep.studies.survival import Survival as Survival
@@ -84,6 +86,7 @@ _HOMES = {
     "Comparison": "studies.comparison:Comparison",
     "Creep": "quasistatic.result:Creep",
     "Cycles": "model.drive:Cycles",
+    "Descent": "solid:Descent",
     "Drive": "model.drive:Drive",
     "Enclosure": "quasistatic.decimals:Enclosure",
     "Event": "model.contact:Event",
@@ -108,7 +111,7 @@ _HOMES = {
     "Rearrangement": "solvers.solver:Rearrangement",
     "RecordWarning": "model.record:RecordWarning",
     "Scene": "scene:Scene",
-    "Solid": "studies.physical:Solid",
+    "Solid": "solid:Solid",
     "Solution": "motion.solution:Solution",
     "State": "model.state:State",
     "Survival": "studies.survival:Survival",
@@ -122,7 +125,7 @@ _HOMES = {
     "iterate": "solvers.registry:iterate",
     "laws": "laws:",
     "load_scene": "scene:load_scene",
-    "physical": "studies.physical:physical",
+    "physical": "solid:physical",
     "plan": "studies.planning:plan",
     "rearrange": "solvers.registry:rearrange",
     "resume": "quasistatic.loop:resume",

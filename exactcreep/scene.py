@@ -22,10 +22,11 @@ from typing import Any
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError
+from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
 from exactcreep.quasistatic.files import file_name
+from exactcreep.solid import Solid, physical
 from exactcreep.solvers.registry import SOLVERS
 
 MOST_MEMBERS = 1_000_000
@@ -36,6 +37,10 @@ _DEEPEST_KEY = 100
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 CHAIN_KEYS = tuple(field.name for field in fields(Chain))
+PHYSICAL_KEYS = {
+    name: taken.default is taken.empty for name, taken in signature(physical).parameters.items()
+}
+"""The keys of ``[physical]``, and whether each is required."""
 RUN_KEYS = ("solver", "seed", "burn_in", "record", "start")
 START_KEYS = ("tensions", "theta", "size", "seed")
 
@@ -53,10 +58,13 @@ class Member:
     settings : mapping of str to value
         The varied keys and this member's values, as written.
     experiment : Experiment
+    solid : Solid or None
+        What the chain stands for, if the scene speaks SI.
     """
 
     settings: Mapping[str, Any]
     experiment: Experiment
+    solid: Solid | None = None
 
 
 @dataclass(frozen=True)
@@ -69,7 +77,8 @@ class Scene:
     title : str
         One line for humans.
     tables : mapping
-        ``chain``, ``drive`` and ``run`` by name, as written.
+        ``chain`` or ``physical`` (a solid in SI units instead), ``drive`` and ``run`` by name, as
+        written.
     vary : mapping of str to list
         Dotted keys and the values that the members take, all combinations of them.
     folder : Path
@@ -98,12 +107,12 @@ class Scene:
         InputError
             If a name is unknown or a table is not one.
         """
-        _known(data, ("title", "chain", "drive", "run", "vary"), "")
+        _known(data, ("title", "chain", "physical", "drive", "run", "vary"), "")
         title = data.get("title", "")
         if not isinstance(title, str) or isinstance(title, Literal):
             raise InputError("title", title, "must be a string")
         tables: dict[str, dict[str, Any]] = {}
-        for table in ("chain", "drive", "run"):
+        for table in ("chain", "drive", "run", *(["physical"] if "physical" in data else [])):
             entries = data.get(table, {})
             if not isinstance(entries, Mapping):
                 raise InputError(table, entries, f"must be a table, [{table}]")
@@ -113,12 +122,18 @@ class Scene:
             raise InputError("vary", varied, "must be a table, [vary]")
         vary = dict(_flattened(varied))
         _known(tables["chain"], CHAIN_KEYS, "chain.")
+        _known(tables.get("physical", {}), tuple(PHYSICAL_KEYS), "physical.")
         _known(tables["run"], _run_keys(), "run.")
         scene = cls(name, title, tables, vary, folder or FilePath())
         for key, values in vary.items():
             scene._check_key(key, values, "vary.")
             if not isinstance(values, list) or not values:
                 raise InputError(f"vary.{key}", values, "must be a list of at least one value")
+        both = {f"chain.{key}": value for key, value in tables["chain"].items()} | vary
+        for key, value in both.items():
+            if "physical" in tables and key.startswith("chain."):
+                allowed = "must not be given beside [physical], which makes the chain"
+                raise InputError(key, value, allowed)
         kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
         keys = [key for kind in kinds if kind is not None for key in _drive_keys(kind)]
         if keys:
@@ -128,6 +143,7 @@ class Scene:
     def _check_key(self, key: str, value: Any, prefix: str = "") -> None:
         """Raise InputError unless `key` is a dotted key of a scene."""
         known = [f"chain.{name}" for name in CHAIN_KEYS]
+        known += [f"physical.{name}" for name in PHYSICAL_KEYS]
         known += [f"run.{name}" for name in _run_keys()]
         known += [f"run.start.{name}" for name in START_KEYS]
         known += ["drive.kind"]
@@ -183,15 +199,32 @@ class Scene:
         InputError
             If a value is out of its range; the message names the key.
         """
-        return [Member(settings, self.experiment(settings)) for settings in self.settings()]
+        return [
+            Member(settings, self.experiment(settings), self.solid(settings))
+            for settings in self.settings()
+        ]
 
-    def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
-        """Return the experiment of the scene with these dotted keys set."""
+    def _set(self, settings: Mapping[str, Any] | None) -> dict[str, dict[str, Any]]:
+        """Return the tables with these dotted keys set."""
         tables = {table: dict(entries) for table, entries in self.tables.items()}
         for key, value in (settings or {}).items():
             _put(tables, key, value)
-        chain = _named("chain", lambda: _chain(tables["chain"]))
-        drive = _named("drive", lambda: _drive(tables["drive"], self.folder))
+        return tables
+
+    def solid(self, settings: Mapping[str, Any] | None = None) -> Solid | None:
+        """Return the solid of ``[physical]`` with these dotted keys set; None without one."""
+        tables = self._set(settings)
+        made: Solid | None = None
+        if "physical" in tables:
+            made = _named("physical", lambda: _solid(tables["physical"]))
+        return made
+
+    def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
+        """Return the experiment of the scene with these dotted keys set."""
+        tables = self._set(settings)
+        solid = self.solid(settings)
+        chain = _named("chain", lambda: _chain(tables["chain"])) if solid is None else solid.chain
+        drive = _named("drive", lambda: _drive(tables["drive"], self.folder, solid))
         run = dict(tables["run"])
         given = {name: run.pop(name) for name in RUN_KEYS if name in run}
         seed = given.get("seed", 0)
@@ -218,7 +251,8 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     name = file_name(scene, "scene")
     builtin = builtin_scenes()
     if name in builtin:
-        return Scene.from_text(builtin[name], name=name)
+        folder = FilePath(str(resources.files("exactcreep") / "scenes"))
+        return Scene.from_text(builtin[name], name=name, folder=folder)
     path = FilePath(name)
     try:
         if path.is_dir():
@@ -327,7 +361,7 @@ def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> It
 def _put(tables: dict[str, dict[str, Any]], key: str, value: Any) -> None:
     table, name, *rest = key.split(".")
     if not rest:
-        tables[table][name] = value
+        tables.setdefault(table, {})[name] = value
         return
     inner = tables[table].get(name)
     tables[table][name] = {**(inner if isinstance(inner, Mapping) else {}), rest[0]: value}
@@ -357,12 +391,21 @@ def _chain(table: Mapping[str, Any]) -> Chain:
     return Chain(**table)
 
 
-def _drive(table: Mapping[str, Any], folder: FilePath) -> Drive:
+def _solid(table: Mapping[str, Any]) -> Solid:
+    _required(table, tuple(name for name, required in PHYSICAL_KEYS.items() if required))
+    return physical(**table)
+
+
+def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None = None) -> Drive:
     given = dict(table)
     _required(given, ("kind",))
     kind = given.pop("kind")
     keys = _drive_keys(kind)
     _known(given, tuple(keys), "drive.")
+    if solid is not None and "kappa" in keys and exact_number(
+        given.setdefault("kappa", solid.kappa), "kappa"
+    ) != solid.kappa:
+        raise InputError("kappa", given["kappa"], "must be physical.kappa, or be left out")
     _required(given, tuple(name for name, required in keys.items() if required))
     if isinstance(given.get("file"), str):
         # a path in a scene is meant from where the scene is, not from where the program was started

@@ -18,6 +18,7 @@ ROOMS = (
     ("motion",),
     ("solvers",),
     ("quasistatic",),
+    ("solid",),
     ("scene",),
     ("studies",),
     ("commands",),

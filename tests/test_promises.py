@@ -65,7 +65,7 @@ PROMISES: dict[str, str] = {
     "`compare` shows where": "studies/test_partings.py::every_seed_is_the_comparison_of_that_seed",
     "`audit` re-checks": "studies/test_forgery.py::a_forged_file_is_found_out_and_never_a_traceback",
     "`envelope` takes the model": "extremes/test_envelope.py::the_table_is_regenerated_by_one_command",
-    "`exactcreep.physical(...)`": "studies/test_physical.py::a_chain_gives_its_solid_back",
+    "`exactcreep.physical(...)`": "test_solid.py::a_chain_gives_its_solid_back",
     "`exactcreep reproduce all": "studies/test_figures.py::a_picture_is_written_with_its_data_and_table",
     "`show` looks into": "studies/test_show.py::a_portrait_shows_what_a_full_record_holds",
     "`animate` moves one avalanche": "studies/test_show.py::sliders_are_drawn_as_moving_exactly_while_they_move",

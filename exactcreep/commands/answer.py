@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from exactcreep.quasistatic.result import Creep
+    from exactcreep.solid import Descent
 
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 
@@ -61,7 +62,11 @@ def print_heading(console: Any, scene: str, title: str) -> None:
 
 
 def print_summary(
-    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], scene: str, title: str
+    results: Sequence[Creep],
+    settings: Sequence[Mapping[str, Any]],
+    scene: str,
+    title: str,
+    descent: Descent | None = None,
 ) -> None:
     """Print what a run came to, the paper's prediction beside the measured value."""
     from rich.console import Console
@@ -70,7 +75,7 @@ def print_summary(
     print_heading(console, scene, title)
     console.print(_described(results[0], bool(settings and settings[0])), soft_wrap=True)
     if len(settings) == 1 and not settings[0]:
-        _print_one(console, results[0])
+        _print_one(console, results[0], descent)
     else:
         _print_members(console, results, settings)
 
@@ -120,7 +125,7 @@ def _predicted(result: Creep, digits: int = 6) -> tuple[str, str, tuple[float, .
     return f"paper, Eq. ({found.label})", printed, found.printed
 
 
-def _print_one(console: Any, result: Creep) -> None:
+def _print_one(console: Any, result: Creep, descent: Descent | None) -> None:
     from rich.table import Table
 
     table = Table.grid(padding=(0, 2))
@@ -137,6 +142,8 @@ def _print_one(console: Any, result: Creep) -> None:
     if law is not None:
         below = not any(found > 0 for found in law[2]) and result.chain.tan_alpha > 0
         table.add_row(f"  {law[0]}", law[1] + (" (below its threshold: none)" if below else ""))
+    for name, said in () if descent is None else descent.lines():
+        table.add_row(name, said)
     table.add_row("evidence", _evidence(result))
     if "chosen" in result.report:
         from exactcreep.solvers.auto import accuracy_told

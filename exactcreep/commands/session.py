@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from exactcreep.quasistatic.experiment import Experiment
     from exactcreep.quasistatic.loop import Keeper
     from exactcreep.quasistatic.result import Creep
+    from exactcreep.solid import Descent, Solid
 
 LIMIT_STATUS = 3
 STALE_STATUS = 4
@@ -35,8 +36,11 @@ def run_session(
     plot: Path | None,
     as_json: bool,
     force: bool,
+    solids: Sequence[Solid | None] = (),
 ) -> None:
     """Run the experiments, then save, draw and print; leave with the exit status they make.
+
+    Of a single run, what its solid does in millimetres is drawn and printed, too.
 
     Raises
     ------
@@ -86,6 +90,7 @@ def run_session(
             status = INTERRUPTED_STATUS
     if status == 0 and any(result.outcome is Outcome.LIMIT for result in results):
         status = LIMIT_STATUS
+    descent = _descent(results, solids)
     written: list[Path] = []
     failure: InputError | None = None
     try:
@@ -100,16 +105,22 @@ def run_session(
             else:
                 written.append(out)
         if plot is not None:
-            from exactcreep.studies.figures import draw_run
+            from exactcreep.studies.figures import draw_descent, draw_run
 
-            draw_run(results, plot, settings=settings, title=title)
+            if descent is not None:
+                draw_descent(descent, plot, title=title)
+            else:
+                draw_run(results, plot, settings=settings, title=title)
             written.append(plot)
     except InputError as error:
         failure = error  # the disk may be full: what was computed is told all the same
     if as_json:
-        typer.echo(answer.as_json(answer.json_of_run(results, settings, scene)))
+        shown = answer.json_of_run(results, settings, scene)
+        if descent is not None:
+            shown["descent"] = descent.summary()
+        typer.echo(answer.as_json(shown))
     else:
-        answer.print_summary(results, settings, scene, title)
+        answer.print_summary(results, settings, scene, title, descent)
         for path in written:
             typer.echo(f"written: {path}")
     if failure is not None:
@@ -121,3 +132,14 @@ def run_session(
         typer.echo(f"exactcreep: interrupted; exactcreep resume {keeper.path} goes on", err=True)
     if status:
         raise typer.Exit(status)
+
+
+def _descent(results: Sequence[Creep], solids: Sequence[Solid | None]) -> Descent | None:
+    """Return what a single run under dated temperatures comes to in millimetres."""
+    from exactcreep.solid import Descent
+
+    if len(solids) != 1 or solids[0] is None or not results:
+        return None
+    if not results[0].half_cycles or results[0].drive.dates is None:
+        return None
+    return Descent.of(solids[0], results[0])

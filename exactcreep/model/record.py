@@ -433,6 +433,11 @@ class TemperatureRecord(Listed):
         since = np.round(np.array(self.times) * 1e6).astype("timedelta64[us]")
         return (np.datetime64(origin, "us") + since).astype("datetime64[ns]")
 
+    @property
+    def temperatures(self) -> NDArray[np.float64]:
+        """The temperature of each row in `unit`, shape (rows,)."""
+        return np.array([nearest_float(theta / self.kappa + self.T0) for theta in self.theta])
+
     def parts(self) -> tuple[TemperatureRecord, ...]:
         """Return the stretches between the gaps (see `gaps`), each a record that begins at T0."""
         about = self.parameters()

@@ -12,12 +12,14 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.files import check_picture, write_file
 from exactcreep.quasistatic.result import Creep
+from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent
 
 INKS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#999999")
 """Okabe and Ito's colours, which everybody can tell apart."""
@@ -143,6 +145,51 @@ def draw_run(
             _draw_members(bottom, results, settings)
         target = "half-cycles" if results[0].drive.cyclic else "targets"
         bottom.set_xlabel(rf"time $t/\tau_\mathrm{{th}}$ ({target})")
+
+
+def draw_descent(descent: Descent, path: Path | str, *, title: str = "") -> None:
+    """Draw a record's temperatures, and how far the solid comes down, in millimetres.
+
+    Beside it stands what the sliding limit comes to at the end on the solid's contacts and on many,
+    each with a bar from a tenth more to a tenth less friction.
+
+    Raises
+    ------
+    InputError
+        If x_G was not recorded, or the file's name does not end like a picture's.
+    """
+    record, moved = descent.record, descent.millimetres
+    dates = record.dates
+    time: NDArray[Any] = descent.elapsed if dates is None else dates[: moved.size]
+    degrees = {"C": "\N{DEGREE SIGN}C", "K": "K"}[record.unit]
+    with page(path, 7.2, 5.2, title) as figure:
+        grid = figure.add_gridspec(2, 2, height_ratios=(1, 1.7), width_ratios=(5.5, 1))
+        bottom = figure.add_subplot(grid[1, 0])
+        top = figure.add_subplot(grid[0, 0], sharex=bottom)
+        side = figure.add_subplot(grid[1, 1], sharey=bottom)
+        top.plot(*_thinned(time, record.temperatures[: moved.size]), color="0.25", linewidth=0.4)
+        top.set_ylabel(f"temperature ({degrees})")
+        bottom.plot(*_thinned(time, moved), color=INKS[6], linewidth=1.6)
+        bottom.set_ylabel("descent of the centre of mass (mm)")
+        bottom.set_xlabel("days" if dates is None else "date")
+        bottom.set_title(f"N = {descent.contacts[0]}, solver {descent.result.solver}", fontsize=8)
+        for place, n in enumerate(descent.contacts):
+            years = descent.days / float(DAYS_PER_YEAR)
+            less, same, more = (descent.rates[n, factor] * years for factor in FRICTION)
+            if np.isfinite([less, same, more]).all():
+                side.plot([place] * 2, [more, less], color=INKS[place], linewidth=3, alpha=0.5)
+            side.plot(place, same, marker="o", color=INKS[place])
+        side.set_xticks((0, 1), [f"N={n}" for n in descent.contacts], fontsize=8)
+        side.set_xlim(-0.6, 1.6)
+        side.set_title("at the end,\nfriction \N{PLUS-MINUS SIGN}10 %", fontsize=8)
+        side.tick_params(labelleft=False)
+        top.tick_params(labelbottom=False)
+        bottom.margins(x=0.01)
+        if dates is not None:
+            locator: Any = AutoDateLocator()  # type: ignore[no-untyped-call]
+            bottom.xaxis.set_major_locator(locator)
+            formatter: Any = ConciseDateFormatter(locator)  # type: ignore[no-untyped-call]
+            bottom.xaxis.set_major_formatter(formatter)
 
 
 def _thinned(time: NDArray[Any], values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:

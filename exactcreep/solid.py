@@ -1,0 +1,518 @@
+"""From a solid on a slope, in SI units, to the dimensionless chain, and back."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.laws import LAWS, pivots
+from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import (
+    InputError,
+    exact_number,
+    nearest_float,
+    plain_data,
+    whole_number,
+)
+from exactcreep.model.record import TemperatureRecord
+from exactcreep.quasistatic.loop import creep
+from exactcreep.quasistatic.result import Creep
+
+STANDARD_GRAVITY = "9.80665"
+SECONDS_PER_DAY = 86400
+DAYS_PER_YEAR = Fraction(1461, 4)
+MILLIMETRES_PER_METRE = 1000
+FRICTION = (Fraction(9, 10), Fraction(1), Fraction(11, 10))
+"""Shares of the friction for which a descent is told."""
+MANY_CONTACTS = 100
+"""So many, at least, show what is due to few of them."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solid:
+    """A solid that rests on an incline at equally spaced contacts, and its units as a chain.
+
+    The solid of the given `length` is cut into as many equal pieces as it has contacts, each
+    with its contact at the middle: a slider has the mass of one piece, ``m = M/N``, and the spring
+    between two contacts is one piece of material, of natural length ``L/N`` and stiffness
+    ``k = N Y S/L``. All parameters and the units made from them are exact rationals, except the
+    square root in `tau_dyn`.
+
+    Attributes
+    ----------
+    length, youngs_modulus, density, section : Fraction
+        L (m), Y (Pa), rho (kg/m^3), S (m^2).
+    kappa : Fraction
+        Thermal expansion coefficient, 1/K; less that of the ground if that expands too.
+    chain : Chain
+        The dimensionless chain, with ``l0 = N Y/(g rho L)``.
+    gravity : Fraction
+        g (m/s^2).
+
+    Notes
+    -----
+    Source: the estimate before Eq. (vitessecontinue), ``k = N Y S/L``. The paper also calls the
+    distance between the outer contacts L, ``(N - 1) l0``; the two differ by one part in N, and only
+    ``L = N l0`` makes Eq. (vitessecontinue) independent of N.
+    """
+
+    length: Fraction
+    youngs_modulus: Fraction
+    density: Fraction
+    section: Fraction
+    kappa: Fraction
+    chain: Chain
+    gravity: Fraction
+
+    @property
+    def mass(self) -> Fraction:
+        """m = rho S L/N of one slider, kg."""
+        return self.density * self.section * self.length / self.chain.n
+
+    @property
+    def stiffness(self) -> Fraction:
+        """k = N Y S/L of one spring, N/m."""
+        return self.chain.n * self.youngs_modulus * self.section / self.length
+
+    @property
+    def tau_dyn(self) -> float:
+        """Unit of time sqrt(m/k), s."""
+        return math.sqrt(self.mass / self.stiffness)
+
+    @property
+    def length_unit(self) -> Fraction:
+        """Unit of length g tau_dyn^2, m."""
+        return self.gravity * self.mass / self.stiffness
+
+    @property
+    def force_unit(self) -> Fraction:
+        """Unit of force m g, N."""
+        return self.mass * self.gravity
+
+    def dilation(self, temperature_change: Any) -> Fraction:
+        """Return theta of a temperature change (K), exactly; a cycle's +-dT is +-A_theta."""
+        return self.kappa * exact_number(temperature_change, "temperature_change")
+
+    def temperature_change(self, theta: Any) -> Fraction:
+        """Return the temperature change (K) of a dilation, exactly."""
+        return exact_number(theta, "theta") / self.kappa
+
+    def metres(self, displacement: Any) -> Any:
+        """Return a dimensionless displacement (number or array of floats) in metres."""
+        return displacement * _unit(self.length_unit, displacement)
+
+    def newtons(self, force: Any) -> Any:
+        """Return a dimensionless force (number or array of floats) in newtons."""
+        return force * _unit(self.force_unit, force)
+
+    def seconds(self, time: Any) -> Any:
+        """Return a dimensionless time (number or array of floats) in seconds."""
+        return time * self.tau_dyn
+
+    def millimetres_per_day(self, velocity: Any, period: Any) -> Any:
+        """Return a mean velocity in mm/day.
+
+        Parameters
+        ----------
+        velocity : number or ndarray of float64
+            Displacement per half-cycle, as in `Creep.velocity`; positive downhill.
+        period : number
+            Duration of a whole temperature cycle, s: two half-cycles (86400 for day and night). For
+            paths and random temperatures, twice the time from one target to the next; for records,
+            whose velocities are per unit of time, 2 if that is the second.
+        """
+        return velocity * _unit(self._daily(period), velocity)
+
+    def per_year(self, velocity: Any, time_unit: Any) -> float:
+        """Return a velocity per unit of a record's time, of so many seconds, in mm per year."""
+        daily = self._daily(2 * _positive(time_unit, "time_unit"))
+        return float(velocity) * nearest_float(daily * DAYS_PER_YEAR)
+
+    def per_half_cycle(self, millimetres_per_day: Any, period: Any) -> Any:
+        """Return a velocity in mm/day as a dimensionless displacement per half-cycle."""
+        return millimetres_per_day / _unit(self._daily(period), millimetres_per_day)
+
+    def _daily(self, period: Any) -> Fraction:
+        """Return what one dimensionless unit per half-cycle is in mm/day."""
+        half_cycle = _positive(period, "period") / 2
+        return self.length_unit * MILLIMETRES_PER_METRE * SECONDS_PER_DAY / half_cycle
+
+    def altered(self, *, contacts: Any = None, friction: Any = 1) -> Solid:
+        """Return the same solid on another number of contacts, all friction times a factor.
+
+        Raises
+        ------
+        InputError
+            If the chain's numbers leave their range.
+        """
+        chain = self.chain
+        n = chain.n if contacts is None else whole_number(contacts, "contacts", least=1)
+        factor = _positive(friction, "friction")
+        coefficients = (factor * mu for mu in (chain.mu_d, chain.mu_s, chain.sigma_mu))
+        other = Chain(n, n * chain.l0 / chain.n, *coefficients, tan_alpha=chain.tan_alpha)
+        return replace(self, chain=other)
+
+    def creep(
+        self, temperatures: TemperatureRecord, *, time_unit: Any = None, solver: str = "sliding",
+        **options: Any,
+    ) -> Descent:
+        """Return how far the solid creeps under recorded temperatures, and what that hangs on.
+
+        Parameters
+        ----------
+        temperatures : TemperatureRecord
+            With the solid's own kappa.
+        time_unit : number, optional
+            Seconds of one unit of the record's times; not for dates.
+        solver : str
+            By default the sliding limit, which needs no more time than the record has rows. It
+            leaves static friction and inertia out.
+        **options
+            As for `exactcreep.creep`.
+
+        Raises
+        ------
+        InputError
+            If it is no record or one of another kappa, or the time unit is missing.
+        """  # fmt: skip
+        _second(self, temperatures, time_unit)  # before the run
+        result = creep(self.chain, temperatures, solver=solver, **options)
+        return Descent.of(self, result, time_unit)
+
+    @property
+    def critical_temperature_change(self) -> float:
+        """Delta T* (K): the least amplitude of temperature cycles that makes the solid creep.
+
+        The formula after Eq. (vitessecontinue), for a continuous solid; zero or negative means
+        that friction does not hold it.
+        """
+        return float(LAWS["delta_T_star"].printed(kappa=self.kappa, **self._dimensionless()))
+
+    def continuum_velocity(self, temperature_amplitude: Any, period: Any) -> float:
+        """Return Eq. (vitessecontinue) in mm/day for temperature cycles; negative below Delta T*.
+
+        Parameters
+        ----------
+        temperature_amplitude : number
+            Half the difference between the highest and the lowest temperature, K.
+        period : number
+            Of a whole cycle, s.
+        """
+        amplitude = self.dilation(temperature_amplitude)
+        law = LAWS["vitessecontinue"].printed(amplitude=amplitude, **self._dimensionless())
+        downhill = -1 if self.chain.tan_alpha < 0 else 1
+        return downhill * float(self.millimetres_per_day(float(law), period))
+
+    def _dimensionless(self) -> dict[str, Any]:
+        """Return the parameters of the laws; a negative slope is the mirror image."""
+        chain = self.chain
+        slope = abs(chain.tan_alpha)
+        return {"n": chain.n, "l0": chain.l0, "mu_d": chain.mu_d, "tan_alpha": slope}
+
+
+@dataclass(frozen=True, eq=False)
+class Descent:
+    """How far a solid crept under recorded temperatures, in millimetres.
+
+    Attributes
+    ----------
+    solid : Solid
+    result : Creep
+        The run, dimensionless.
+    time_unit : float
+        Seconds of one unit of the record's times.
+    rates : mapping of (int, Fraction) to float
+        Millimetres per year in the sliding limit by the number of contacts (the solid's own, and
+        `MANY_CONTACTS` or four times as many) and by the factor on all friction (`FRICTION`); inf
+        where friction does not hold the solid.
+    """
+
+    solid: Solid
+    result: Creep
+    time_unit: float
+    rates: Mapping[tuple[int, Fraction], float]
+
+    @classmethod
+    def of(cls, solid: Solid, result: Creep, time_unit: Any = None) -> Descent:
+        """Return the descent of a run that was made of this solid under a record.
+
+        Raises
+        ------
+        InputError
+            If the run has another chain or drive, or the time unit is missing.
+        """
+        record = result.drive
+        seconds = _second(solid, record, time_unit)
+        if result.chain != solid.chain:
+            raise InputError("result", result.chain, "must be a run of the solid's chain")
+        n = solid.chain.n
+        rates = {}
+        for contacts in (n, MANY_CONTACTS if n < MANY_CONTACTS else 4 * n):
+            for factor in FRICTION:
+                other = solid.altered(contacts=contacts, friction=factor)
+                run = creep(other.chain, record, solver="sliding", record=())
+                rates[contacts, factor] = other.per_year(run.velocity, seconds)
+        return cls(solid, result, seconds, rates)
+
+    @property
+    def record(self) -> TemperatureRecord:
+        """The temperatures."""
+        record = self.result.drive
+        assert isinstance(record, TemperatureRecord)
+        return record
+
+    @property
+    def elapsed(self) -> NDArray[np.float64]:
+        """Days since the first row, of each row that was reached, shape (rows,)."""
+        times = np.array(self.record.times[: self.result.half_cycles])
+        days: NDArray[np.float64] = (times - self.record.times[0]) * self.time_unit
+        return days / SECONDS_PER_DAY
+
+    @property
+    def days(self) -> float:
+        """How long the part of the record lasts that was reached."""
+        return float(self.elapsed[-1]) if self.result.half_cycles else 0.0
+
+    @property
+    def millimetres(self) -> NDArray[np.float64]:
+        """Displacement of the centre of mass at each row of the record, mm, shape (rows,).
+
+        Raises
+        ------
+        InputError
+            If x_G was not recorded.
+        """
+        if "x_G" not in self.result.recorded:
+            raise InputError("record", self.result.experiment.record, "must hold x_G")
+        moved = self.result.recorded["x_G"].astype(float)
+        millimetres: NDArray[np.float64] = MILLIMETRES_PER_METRE * self.solid.metres(moved)
+        return millimetres
+
+    @property
+    def total(self) -> float:
+        """Displacement of the centre of mass at the end, mm."""
+        return float(MILLIMETRES_PER_METRE * self.solid.metres(self.result.x_G))
+
+    @property
+    def millimetres_per_year(self) -> float:
+        """Mean velocity of the run, mm per year of 365.25 days."""
+        return self.solid.per_year(self.result.velocity, self.time_unit)
+
+    @property
+    def error(self) -> float:
+        """Its standard error, mm per year; nan if it is not known."""
+        return self.solid.per_year(self.result.velocity_error, self.time_unit)
+
+    @property
+    def contacts(self) -> tuple[int, int]:
+        """The numbers of contacts of `rates`."""
+        few, many = dict.fromkeys(n for n, _ in self.rates)
+        return few, many
+
+    @property
+    def pivot_step(self) -> float:
+        """By how much of itself the descent jumps when the pivot moves on by one contact.
+
+        Notes
+        -----
+        Source: the plateaus of Eq. (vitesse2), of height 2 in ``N + 3 - 2 i``; they end where the
+        slope, or the friction, lets another slider be the pivot.
+        """
+        n, chain = self.solid.chain.n, self.solid.chain
+        if not 0 < abs(chain.tan_alpha) < chain.mu_d:
+            return math.nan
+        shares = [n + 3 - 2 * i for i in pivots(n, abs(chain.tan_alpha), chain.mu_d)]
+        return 2 / max(shares) if max(shares) > 0 else math.inf
+
+    @property
+    def artefact(self) -> float:
+        """By what share the rate differs from that on many contacts, all else the same."""
+        few, many = self.contacts
+        return self.rates[few, Fraction(1)] / self.rates[many, Fraction(1)] - 1
+
+    def summary(self) -> dict[str, Any]:
+        """Return the numbers by name, ready for JSON: a number that is not finite is None."""
+        return plain_data(
+            {
+                "millimetres": self.total,
+                "days": self.days,
+                "millimetres_per_year": self.millimetres_per_year,
+                "millimetres_per_year_error": self.error,
+                "rates": [
+                    {"contacts": n, "friction": float(factor), "millimetres_per_year": rate}
+                    for (n, factor), rate in self.rates.items()
+                ],
+                "pivot_step": self.pivot_step,
+                "artefact_of_contacts": self.artefact,
+            }
+        )
+
+    def lines(self) -> list[tuple[str, str]]:
+        """Return what there is to say, as pairs of a name and a sentence."""
+        few, many = self.contacts
+        error = self.error
+        known = f" (standard error {error:.2g})" if math.isfinite(error) else ""
+        yearly = f"{self.millimetres_per_year:.4g} mm/year{known}"
+        if self.days < 360:
+            yearly += ", the rate of these days and no year's"
+        said = {}
+        for n in self.contacts:
+            less, same, more = (self.rates[n, factor] for factor in FRICTION)
+            said[n] = f"{_percent(more / same)} where friction is 10 % more,"
+            said[n] += f" {_percent(less / same)} where it is 10 % less"
+        return [
+            ("descent", f"{self.total:.4g} mm in {self.days:.4g} days: {yearly}"),
+            ("friction", f"{said[many]} (sliding limit, N = {many})"),
+            (
+                "whole pivots",
+                f"{said[few]} with N = {few}, and {_percent(1 + self.artefact)} from N = {many} at"
+                f" the same friction: what is not as with N = {many} is an artefact of few contacts"
+                f" (the next pivot is worth {100 * self.pivot_step:.2g} %)",
+            ),
+        ]
+
+    def __str__(self) -> str:
+        return "\n".join(f"{name}: {said}" for name, said in self.lines())
+
+
+def physical(
+    *,
+    length: Any,
+    youngs_modulus: Any,
+    density: Any,
+    section: Any,
+    kappa: Any,
+    contacts: int,
+    mu_d: Any,
+    mu_s: Any,
+    tan_alpha: Any,
+    sigma_mu: Any = 0,
+    gravity: Any = STANDARD_GRAVITY,
+) -> Solid:
+    """Return a solid on a slope with its dimensionless chain (``physical(...).chain``).
+
+    Parameters
+    ----------
+    length : number
+        L along the slope, m.
+    youngs_modulus : number
+        Y, Pa.
+    density : number
+        rho, kg/m^3.
+    section : number
+        Cross section S, m^2. It sets masses and forces; the chain does not depend on it.
+    kappa : number
+        Thermal expansion coefficient, 1/K.
+    contacts : int
+        Number N of contacts, at least 1.
+    mu_d, mu_s, sigma_mu : number
+        Friction coefficients, as in `Chain`.
+    tan_alpha : number
+        Slope.
+    gravity : number
+        g, m/s^2.
+
+    Raises
+    ------
+    InputError
+        If a quantity is not a positive number, or the chain's are out of their range.
+
+    Notes
+    -----
+    Source: Eq. (vitessecontinue) and the text before it: ``k = N Y S/L``, ``tau_dyn = sqrt(m/k)``,
+    ``l0 = (L/N)/(g tau_dyn^2) = N Y/(g rho L)``.
+
+    Examples
+    --------
+    A lead roof of 3 m on 20 contacts, between 5 and 25 degrees every day:
+
+    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+    ...                 kappa="29e-6", contacts=20, mu_d="0.5", mu_s="0.6", tan_alpha="0.25")
+    >>> round(roof.continuum_velocity(10, 86400), 3)
+    0.862
+    """
+    quantities = {
+        "length": _positive(length, "length"),
+        "youngs_modulus": _positive(youngs_modulus, "youngs_modulus"),
+        "density": _positive(density, "density"),
+        "section": _positive(section, "section"),
+        "kappa": _positive(kappa, "kappa"),
+        "gravity": _positive(gravity, "gravity"),
+    }
+    per_contact = quantities["youngs_modulus"] / (
+        quantities["gravity"] * quantities["density"] * quantities["length"]
+    )
+    n = whole_number(contacts, "contacts", least=1)
+    chain = Chain(n, n * per_contact, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
+    return Solid(chain=chain, **quantities)
+
+
+def solid_of(
+    chain: Chain,
+    *,
+    youngs_modulus: Any,
+    density: Any,
+    section: Any,
+    kappa: Any,
+    gravity: Any = STANDARD_GRAVITY,
+) -> Solid:
+    """Return the solid of the given material that a dimensionless chain stands for.
+
+    Its length is ``L = N Y/(g rho l0)``; parameters are those of `physical`.
+
+    Raises
+    ------
+    InputError
+        If a quantity is not a positive number.
+    """
+    if not isinstance(chain, Chain):
+        raise InputError("chain", chain, "must be a Chain")
+    modulus = _positive(youngs_modulus, "youngs_modulus")
+    mass_density = _positive(density, "density")
+    g = _positive(gravity, "gravity")
+    return Solid(
+        length=chain.n * modulus / (g * mass_density * chain.l0),
+        youngs_modulus=modulus,
+        density=mass_density,
+        section=_positive(section, "section"),
+        kappa=_positive(kappa, "kappa"),
+        chain=chain,
+        gravity=g,
+    )
+
+
+def _percent(ratio: float) -> str:
+    return f"{100 * (ratio - 1):+.2g} %" if math.isfinite(ratio) else "without bound"
+
+
+def _second(solid: Solid, record: Any, time_unit: Any) -> float:
+    """Return how many seconds one unit of a record's times lasts."""
+    if not isinstance(record, TemperatureRecord):
+        raise InputError("temperatures", record, "must be a TemperatureRecord")
+    if record.kappa != solid.kappa:
+        raise InputError("kappa", record.kappa, f"must be the solid's, {solid.kappa}")
+    if record.dates is None and time_unit is None:
+        allowed = "must be given: seconds of one unit of the record's times, which are no dates"
+        raise InputError("time_unit", time_unit, allowed)
+    seconds = _positive(1 if time_unit is None else time_unit, "time_unit")
+    if record.dates is not None and seconds != 1:
+        raise InputError("time_unit", time_unit, "must be left out: the record has dates")
+    return nearest_float(seconds)
+
+
+def _positive(value: Any, field: str) -> Fraction:
+    number = exact_number(value, field)
+    if number <= 0:
+        raise InputError(field, value, "must be positive")
+    return number
+
+
+def _unit(unit: Fraction, like: Any) -> Any:
+    """Return the unit as a rational for rationals, as a float for everything else."""
+    return unit if isinstance(like, (int, Fraction)) else nearest_float(unit)

@@ -1,0 +1,271 @@
+"""A solid in SI units and its dimensionless chain say the same thing."""
+
+from __future__ import annotations
+
+import json
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep.cli import status
+from exactcreep.laws import LAWS, prediction
+from exactcreep.model.drive import Cycles
+from exactcreep.model.numbers import InputError
+from exactcreep.model.record import TemperatureRecord
+from exactcreep.scene import load_scene
+from exactcreep.solid import physical, solid_of
+
+DAY = 86400
+LEAD = {
+    "length": 3,
+    "youngs_modulus": "16e9",
+    "density": 11340,
+    "section": "0.003",
+    "kappa": "29e-6",
+    "contacts": 20,
+    "mu_d": "0.5",
+    "mu_s": "0.6",
+    "tan_alpha": "0.25",
+}
+SLOPE = math.atan(0.25)
+
+
+def printed_velocity(amplitude_kelvin, period):
+    """Eq. (vitessecontinue) as it stands in the paper, in mm/day."""
+    length, modulus, density, kappa, mu_d, g = 3.0, 16e9, 11340.0, 29e-6, 0.5, 9.80665
+    bracket = kappa * amplitude_kelvin - g * density * length / (2 * modulus) * (
+        mu_d * math.cos(SLOPE) - math.sin(SLOPE)
+    )
+    per_half_cycle = length * math.tan(SLOPE) / mu_d * bracket
+    return per_half_cycle / (period / 2) * DAY * 1000
+
+
+def test_the_dimensionless_law_in_millimetres_per_day_is_the_printed_one_in_si_units():
+    solid = physical(**LEAD)
+    for amplitude in (0.01, 1.0, 10.0):
+        for period in (3600, DAY):
+            assert solid.continuum_velocity(amplitude, period) == pytest.approx(
+                printed_velocity(amplitude, period), rel=1e-13, abs=0
+            )
+
+
+def test_the_critical_temperature_change_is_the_printed_formula():
+    solid = physical(**LEAD)
+    margin = 0.5 * math.cos(SLOPE) - math.sin(SLOPE)
+    printed = 9.80665 * 11340 * 3 / (2 * 16e9 * 29e-6) * margin
+    assert solid.critical_temperature_change == pytest.approx(printed, rel=1e-14, abs=0)
+    law = LAWS["seuil"].printed(n=20, l0=solid.chain.l0, mu_d=0.5, tan_alpha=0.25)
+    assert solid.dilation(solid.critical_temperature_change) == pytest.approx(law, rel=1e-14, abs=0)
+
+
+def test_the_papers_estimate_of_the_least_dilation_is_ten_times_its_own_formula():
+    # L = 1 cm, Y = 100 GPa, rho = 10^4 kg/m^3 are said to give "about 10^-8"
+    solid = physical(**LEAD | {"length": "0.01", "youngs_modulus": "1e11", "density": 10**4})
+    amplitude = float(solid.dilation(solid.critical_temperature_change))
+    formula = 9.80665 * 1e4 * 0.01 / (2 * 1e11) * (0.5 - 0.25) * math.cos(SLOPE)
+    assert amplitude == pytest.approx(formula, rel=1e-12, abs=0)
+    assert 1.1e-9 < amplitude < 1.3e-9
+
+
+def test_units_follow_from_mass_and_stiffness_exactly():
+    solid = physical(**LEAD)
+    mass = Fraction(11340) * Fraction(3, 1000) * 3 / 20
+    stiffness = 20 * Fraction(16 * 10**9) * Fraction(3, 1000) / 3
+    g = Fraction("9.80665")
+    assert (solid.mass, solid.stiffness) == (mass, stiffness)
+    assert solid.length_unit == g * mass / stiffness
+    assert solid.force_unit == mass * g
+    assert solid.tau_dyn == pytest.approx(math.sqrt(mass / stiffness), rel=1e-15, abs=0)
+    # the natural length of a spring is one piece of the solid
+    assert solid.chain.l0 * solid.length_unit == Fraction(3, 20)
+    assert solid.metres(solid.chain.l0) == Fraction(3, 20)
+    # one kelvin makes the force kappa Y S in a piece that is held
+    held = solid.newtons(solid.chain.l0 * solid.dilation(1))
+    assert held == Fraction("29e-6") * 16 * 10**9 * Fraction(3, 1000)
+
+
+@pytest.mark.parametrize("contacts", [1, 2, 7, 100])
+def test_a_chain_gives_its_solid_back(contacts):
+    solid = physical(**LEAD | {"contacts": contacts})
+    again = solid_of(
+        solid.chain, youngs_modulus="16e9", density=11340, section="0.003", kappa="29e-6"
+    )
+    assert again == solid
+
+
+def test_velocities_go_there_and_back():
+    solid = physical(**LEAD)
+    velocity = Fraction(17, 3)
+    there = solid.millimetres_per_day(velocity, DAY)
+    assert solid.per_half_cycle(there, DAY) == velocity
+    # one unit of length per half a day is two units a day
+    assert solid.millimetres_per_day(Fraction(1), DAY) == 2000 * solid.length_unit
+    floats = np.array([0.5, 2.0])
+    assert solid.per_half_cycle(solid.millimetres_per_day(floats, 60), 60) == pytest.approx(
+        floats, rel=1e-15, abs=0
+    )
+    assert solid.temperature_change(solid.dilation("0.1")) == Fraction(1, 10)
+
+
+def test_many_contacts_creep_like_the_continuous_solid():
+    gaps = []
+    for contacts in (50, 200, 800):
+        solid = physical(**LEAD | {"contacts": contacts, "tan_alpha": "0.23"})
+        found = prediction(solid.chain, Cycles(solid.dilation(10), 1))
+        velocity = sum(found.sliding) / len(found.sliding)
+        measured = solid.millimetres_per_day(velocity, DAY)
+        gaps.append(abs(measured / solid.continuum_velocity(10, DAY) - 1))
+    # plateaus of height 2 in N + 3 - 2i: the deviation is at most one of N tan(alpha)/mu_d
+    assert all(gap <= 1 / (n * 0.46) + 1e-12 for gap, n in zip(gaps, (50, 200, 800), strict=True))
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"length": 0}, "length"),
+        ({"youngs_modulus": -1}, "youngs_modulus"),
+        ({"density": "heavy"}, "density"),
+        ({"section": 0}, "section"),
+        ({"kappa": 0}, "kappa"),
+        ({"gravity": "inf"}, "gravity"),
+        ({"contacts": 0}, "contacts"),
+        ({"mu_s": "0.4"}, "mu_s"),
+    ],
+)
+def test_bad_quantities_are_refused_by_name(change, field):
+    with pytest.raises(InputError) as caught:
+        physical(**LEAD | change)
+    assert caught.value.field == field
+
+
+def test_a_negative_slope_is_the_mirror_image():
+    down, up = physical(**LEAD), physical(**LEAD | {"tan_alpha": "-0.25"})
+    assert up.critical_temperature_change == down.critical_temperature_change
+    assert up.continuum_velocity(10, DAY) == -down.continuum_velocity(10, DAY)
+
+
+def test_a_period_must_be_positive():
+    with pytest.raises(InputError, match="period"):
+        physical(**LEAD).millimetres_per_day(1.0, 0)
+
+
+# --- under recorded temperatures ------------------------------------------------------------------
+
+HALF_DAYS = [f"2024-06-{1 + k // 2:02}T{12 * (k % 2):02}:00" for k in range(60)]
+SWING = [10 + 15 * (-1) ** k for k in range(60)]
+
+
+def month(solid, temperatures=SWING, times=HALF_DAYS):
+    return TemperatureRecord.of(temperatures, solid.kappa, 10, times=times)
+
+
+def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law():
+    solid = physical(**LEAD | {"tan_alpha": "0.23"})  # one pivot alone
+    descent = solid.creep(month(solid))
+    found = prediction(solid.chain, Cycles(solid.dilation(15), 1))
+    daily = solid.millimetres_per_day(found.sliding[0], DAY)
+    moved = descent.millimetres
+    assert moved[-1] - moved[3] == pytest.approx(28 * daily, rel=1e-9)
+    assert descent.total == pytest.approx(moved[-1], rel=1e-14)
+    assert descent.days == 29.5
+    assert descent.millimetres_per_year == pytest.approx(moved[-1] / 29.5 * 365.25, rel=1e-12)
+    assert "no year's" in str(descent)
+
+
+def test_times_without_dates_need_their_unit_and_then_say_the_same():
+    solid = physical(**LEAD)
+    numbered = month(solid, times=[0.5 * k for k in range(60)])
+    with pytest.raises(InputError, match="time_unit = None: must be given"):
+        solid.creep(numbered)
+    with pytest.raises(InputError, match="time_unit = 60: must be left out"):
+        solid.creep(month(solid), time_unit=60)
+    counted, dated = solid.creep(numbered, time_unit=DAY), solid.creep(month(solid))
+    assert counted.millimetres_per_year == pytest.approx(dated.millimetres_per_year, rel=1e-12)
+    assert counted.elapsed.tolist() == dated.elapsed.tolist() == [0.5 * k for k in range(60)]
+
+
+def test_what_few_contacts_do_is_told_from_what_friction_does():
+    solid = physical(**LEAD | {"contacts": 14, "mu_d": "0.45", "tan_alpha": "0.3"})
+    descent = solid.creep(month(solid))
+    rates = descent.rates
+    assert descent.contacts == (14, 100)
+    # 14 * 0.3/0.45 = 9.3: the pivot stays up to mu_d = 0.525, and moves on below 0.42
+    assert rates[14, Fraction(11, 10)] == pytest.approx(rates[14, 1], rel=0.03)
+    jump = rates[14, Fraction(9, 10)] / rates[14, 1] - 1
+    assert jump == pytest.approx(descent.pivot_step, abs=0.03)
+    for n, allowed in ((14, 0.15), (100, 0.03)):
+        for factor in (Fraction(9, 10), Fraction(11, 10)):
+            gap = rates[n, factor] / rates[n, 1] * float(factor) - 1
+            assert abs(gap) < allowed
+    assert descent.artefact == pytest.approx(rates[14, 1] / rates[100, 1] - 1, rel=1e-12)
+    finer = physical(**LEAD | {"contacts": 120})
+    assert finer.creep(month(finer)).contacts == (120, 480)
+
+
+def test_a_solid_that_less_friction_does_not_hold_has_no_rate_there():
+    solid = physical(**LEAD | {"mu_d": "0.26"})
+    descent = solid.creep(month(solid))
+    assert descent.rates[20, Fraction(9, 10)] == math.inf
+    assert math.isfinite(descent.millimetres_per_year)
+    assert "without bound where it is 10 % less" in str(descent)
+
+
+def test_the_exact_solver_answers_in_millimetres_too():
+    solid = physical(**LEAD | {"contacts": 6, "sigma_mu": "0.01"})
+    record = month(solid, SWING[:12], HALF_DAYS[:12])
+    exact = solid.creep(record, solver="exact", seed=3)
+    assert exact.result.solver == "exact"
+    assert exact.total == pytest.approx(solid.creep(record).total, rel=0.05)
+
+
+def test_a_record_of_another_material_is_refused():
+    solid = physical(**LEAD)
+    with pytest.raises(InputError, match=r"kappa = .*must be the solid's"):
+        solid.creep(TemperatureRecord.of([10, 20], "1e-5", 10, times=HALF_DAYS[:2]))
+    with pytest.raises(InputError, match="must be a TemperatureRecord"):
+        solid.creep(Cycles("0.001", 3))
+    with pytest.raises(InputError, match="must hold x_G"):
+        _ = solid.creep(month(solid), record=()).millimetres
+
+
+# --- scenes in SI units ---------------------------------------------------------------------------
+
+
+def test_the_lead_roof_is_one_command_and_three_lines_of_python(tmp_path, capsys):
+    picture = tmp_path / "roof.png"
+    assert status(["run", "lead-roof", "--plot", str(picture), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    (member,) = load_scene("lead-roof").members()
+    assert member.solid.chain == member.experiment.chain
+    descent = member.solid.creep(member.experiment.drive)
+    assert told["descent"] == descent.summary()
+    assert 500 < told["descent"]["millimetres_per_year"] < 600
+    assert status(["run", "lead-roof"]) == 0
+    assert "mm/year" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("settings", "told"),
+    [
+        ({"chain.n": 3}, "chain.n = 3: must not be given beside [physical]"),
+        ({"vary.chain.n": [3]}, "chain.n = [3]: must not be given beside [physical]"),
+        ({"physical.contact": 3}, "did you mean physical.contacts?"),
+        ({"physical.mu_s": "0.1"}, "physical.mu_s = '0.1': must be at least mu_d"),
+        ({"physical.length": 0}, "physical.length = 0: must be positive"),
+        ({"drive.kappa": "1e-5"}, "drive.kappa = '1e-5': must be physical.kappa"),
+    ],
+)
+def test_a_scene_in_si_units_is_refused_by_key(settings, told):
+    with pytest.raises(InputError) as caught:
+        load_scene("lead-roof").with_settings(settings).members()
+    assert told in str(caught.value)
+
+
+def test_a_scene_in_si_units_varies_its_contacts():
+    scene = load_scene("lead-roof").with_settings({"vary.physical.contacts": [4, 14]})
+    chains = [member.solid.chain for member in scene.members()]
+    assert [chain.n for chain in chains] == [4, 14]
+    assert chains[0].l0 / 4 == chains[1].l0 / 14
