@@ -34,7 +34,12 @@ class Progress:
     found : int
         How many of `done` an earlier computation had saved.
     work : float or None
-        Which part of the work is done, between 0 and 1, where ``done / total`` does not tell.
+        Which part of the work is done, between 0 and 1, where ``done / total`` does not tell: of a
+        run also how far theta is on its way to the next target.
+    theta : float or None
+        Of a run: where theta is.
+    pace : float or None
+        Of a run: the part of the work per second of late, in this session.
     """
 
     phase: str
@@ -48,6 +53,8 @@ class Progress:
     text: str = ""
     found: int = 0
     work: float | None = None
+    theta: float | None = None
+    pace: float | None = None
 
     @property
     def half_cycles(self) -> int:
@@ -63,6 +70,8 @@ class Progress:
     def seconds_left(self) -> float:
         """An estimate of the time to the end, further members taken as equally long; else nan."""
         share = self.work
+        if self.pace and share is not None:
+            return (self.members - self.member + 1 - share) / self.pace
         if share is None:
             share = self.done / self.total if self.total else 0.0
         if share <= _TOO_FEW:
@@ -70,7 +79,31 @@ class Progress:
         return self.seconds * (self.members - self.member + 1 - share) / share
 
 
-def reporter(progress: Callable[[Progress], None] | None) -> Callable[..., None]:
+Hearer = bool | Callable[[Progress], None] | None
+"""Who is told: a callable; False: nobody; True: a bar, or lines away from a terminal; None: a bar
+on terminals and in notebooks, once the computation has taken a second."""
+
+
+class Pace:
+    """How fast work is done of late: over the last half of the time, or a little more."""
+
+    def __init__(self) -> None:
+        self._marks: list[tuple[float, float]] = []  # seconds and shares: begin, older, newer
+
+    def at(self, seconds: float, share: float) -> float | None:
+        """Return the part of the work per second up to now; None at first."""
+        now = (seconds, share)
+        if not self._marks:
+            self._marks = [now] * 3
+        begin, older, newer = self._marks
+        if seconds - begin[0] >= 2 * (newer[0] - begin[0]):
+            self._marks = [begin, newer, now]
+            older = newer
+        elapsed = seconds - older[0]
+        return (share - older[1]) / elapsed if elapsed > 0 else None
+
+
+def reporter(progress: Hearer) -> Callable[..., None]:
     """Return what tells `progress`, if there is any, how far a study has come.
 
     It is called with a phase, how much of it is done, its total, what these count and a text;
@@ -85,7 +118,7 @@ def reporter(progress: Callable[[Progress], None] | None) -> Callable[..., None]
         moment = time.perf_counter()
         if phase != now:
             now, begin = phase, moment
-        if progress is not None:
+        if callable(progress):
             seconds = moment - begin
             progress(Progress(phase, done, total, seconds=seconds, counted=counted, text=text))
 

@@ -13,7 +13,7 @@ PACKAGE = Path(exactcreep.__file__).parent
 ROOMS = (
     ("compiling",),
     ("model",),
-    ("interrupts", "limits", "progress", "disorder"),
+    ("interrupts", "limits", "progress", "display", "disorder"),
     ("laws",),
     ("motion",),
     ("solvers",),

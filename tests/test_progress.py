@@ -11,11 +11,11 @@ from typing import Any
 
 import pytest
 
-from exactcreep.commands import progress as display
-from exactcreep.commands.progress import COMPILING, Display
+from exactcreep import display
+from exactcreep.display import COMPILING, Display
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.progress import Progress, reporter
+from exactcreep.progress import Hearer, Pace, Progress, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import creep, run_members
 from exactcreep.scene import load_scene
@@ -172,3 +172,76 @@ def test_on_a_terminal_a_bar_names_what_is_done_and_goes_away(
     said = shown(monkeypatch, Terminal(), [progress], name=name)
     assert all(word in said for word in told)
     assert said.endswith("\x1b[2K")  # the line is erased at the end
+
+
+def test_the_pace_is_that_of_the_last_part_of_the_session() -> None:
+    pace = Pace()
+    # resumed after 100 s that brought a tenth; slow at first, then ten times as fast
+    assert pace.at(100.0, 0.1) is None
+    last = None
+    for t in range(1, 60):
+        last = pace.at(100.0 + t, 0.1 + (0.001 * t if t < 4 else 0.004 + 0.01 * (t - 4)))
+    assert last == pytest.approx(0.01)
+    told = Progress("running", 1, 2, seconds=160.0, work=0.6, pace=last)
+    assert told.seconds_left == pytest.approx(40.0)
+
+
+def test_theta_is_told_within_a_half_cycle_that_takes_long() -> None:
+    heard: list[Progress] = []
+    chain = Chain(60, 1000, "0.5", "0.6", tan_alpha="0.25")
+    creep(chain, Cycles("0.3", 1), solver="reference", progress=heard.append, max_events=2_000)
+    way = [one for one in heard if one.phase == "running" and one.done == 0]
+    thetas = [one.theta for one in way if one.theta is not None]
+    assert len(set(thetas)) > 2
+    assert thetas == sorted(thetas)
+    assert all(0 <= theta < 0.3 for theta in thetas)
+    for one in way:
+        assert one.theta is not None
+        assert one.work == pytest.approx(one.theta / 0.3 / 2)
+
+
+@pytest.mark.parametrize("progress", [None, True, False])
+def test_a_bar_is_shown_where_somebody_looks_on_and_waits(
+    monkeypatch: pytest.MonkeyPatch, progress: bool | None
+) -> None:
+    monkeypatch.setattr(display, "_SHORT", 0.0)
+    monkeypatch.setattr(display, "_BETWEEN_LINES", 0.0)
+    for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "120")
+    said = {}
+    for screen in (Terminal(), io.StringIO()):
+        monkeypatch.setattr(sys, "stderr", screen)
+        creep(CHAIN, DRIVE, progress=progress)
+        said[screen.isatty()] = screen.getvalue()
+    assert bool(said[True]) is (progress is not False)
+    assert bool(said[False]) is (progress is True)
+    if said[True]:
+        assert "80 half-cycles" in said[True]
+        assert "theta" in said[True]
+
+
+def test_what_a_computation_calls_shows_no_bar_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(display, "_SHORT", 0.0)
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stderr", screen)
+    for hear in (False, lambda told: None):
+
+        @display.shows_progress
+        def study(progress: Hearer = None) -> None:
+            creep(CHAIN, DRIVE)
+
+        study(progress=hear)
+    with Display(quiet=True):
+        before = screen.getvalue()
+        creep(CHAIN, DRIVE)
+        assert screen.getvalue() == before
+
+
+def test_a_short_run_shows_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(display, "_SHORT", 1e9)
+    screen = Terminal()
+    monkeypatch.setattr(sys, "stderr", screen)
+    creep(CHAIN, DRIVE)
+    assert screen.getvalue() == ""

@@ -16,7 +16,7 @@ from exactcreep.commands.options import (
     parsed_seeds,
     parsed_settings,
 )
-from exactcreep.commands.progress import Display
+from exactcreep.display import Display
 
 if TYPE_CHECKING:
     from exactcreep.studies.comparison import Comparison, Standing

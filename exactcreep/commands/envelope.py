@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from exactcreep.commands.options import Force, Json
-from exactcreep.commands.progress import Display
+from exactcreep.display import Display
 
 BROKEN_STATUS = 1
 _WIDTH = 150  # of the table where it goes to a file or a pipe

@@ -15,8 +15,8 @@ from exactcreep.commands.options import (
     StartTension,
     of_chain,
 )
-from exactcreep.commands.progress import Display
 from exactcreep.commands.session import LIMIT_STATUS
+from exactcreep.display import Display
 
 if TYPE_CHECKING:
     from exactcreep.model.chain import Chain

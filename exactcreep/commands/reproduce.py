@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from exactcreep.commands.options import Force, Workers
-from exactcreep.commands.progress import Display
+from exactcreep.display import Display
 
 if TYPE_CHECKING:
     import xarray as xr

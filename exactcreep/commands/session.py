@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from exactcreep.commands.progress import Display
+from exactcreep.display import Display
 
 if TYPE_CHECKING:
     from exactcreep.limits import Limits

@@ -17,8 +17,8 @@ from exactcreep.commands.options import (
     Workers,
     parsed_settings,
 )
-from exactcreep.commands.progress import Display
 from exactcreep.commands.session import INTERRUPTED_STATUS
+from exactcreep.display import Display
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -20,13 +20,15 @@ from typing import Any
 from numba.core import event as compiler_event
 
 from exactcreep import __version__, interrupts
+from exactcreep.display import shows_progress
 from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Outcome
-from exactcreep.progress import Progress
+from exactcreep.progress import Hearer, Pace, Progress
 from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import check_output
 from exactcreep.quasistatic.march import March
@@ -66,6 +68,7 @@ class Interrupted(KeyboardInterrupt):
         return self.results[-1]
 
 
+@shows_progress
 def creep(
     chain: Chain,
     drive: Any,
@@ -76,7 +79,7 @@ def creep(
     record: Sequence[str] = ("x_G",),
     burn_in: int | None = None,
     twin: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Hearer = None,
     max_events: int | None = None,
     max_seconds: float | None = None,
     max_bytes: int | None = None,
@@ -110,8 +113,9 @@ def creep(
         Whether a twin of the chain (of the solver `exact`), whose start is a few roundings off, is
         followed until it has parted, however long that takes: `trusted_half_cycles` says when. It
         is followed for some thousand events anyway.
-    progress : callable, optional
-        Called with a `Progress` about ten times a second.
+    progress : bool or callable, optional
+        A callable is called with a `Progress` about ten times a second. Default: a bar on terminals
+        and in notebooks, once the run has taken a second; True: elsewhere too, in lines.
     max_events, max_seconds, max_bytes : number, optional
         Give up, with the partial result and the outcome `LIMIT`, after so many events, so much
         wall time (heard within one event, by compiled solvers within about a tenth of a second),
@@ -189,10 +193,11 @@ def creep(
     return run_members([experiment], progress=progress, limits=limits, keeper=keeper)[0]
 
 
+@shows_progress
 def resume(
     path: str | os.PathLike[str],
     *,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Hearer = None,
     max_events: int | None = None,
     max_seconds: float | None = None,
     max_bytes: int | None = None,
@@ -317,7 +322,7 @@ class Keeper:
 def run_members(
     experiments: Sequence[Experiment],
     *,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Hearer = None,
     limits: Limits = NO_LIMITS,
     keeper: Keeper | None = None,
     captured: Sequence[Mapping[str, Any] | None] | None = None,
@@ -329,7 +334,7 @@ def run_members(
     ----------
     experiments : sequence of Experiment
     progress : callable, optional
-        Called with a `Progress` about ten times a second.
+        Called with a `Progress` about ten times a second; nobody is told otherwise.
     limits : Limits, optional
         `max_seconds` is for all together, the others for each.
     keeper : Keeper, optional
@@ -358,7 +363,7 @@ def run_members(
         for index, experiment in enumerate(experiments):
             begin = time.perf_counter()
             march = March(experiment, kept[index], limits.memory)
-            show = partial(_show, progress, march, index + 1, len(experiments))
+            show = _Teller(progress, march, index + 1, len(experiments))
             if not march.ended:
                 save(march, index, if_due=True)
                 compiling = _warm_up(experiment, limits, partial(show, "compiling"))
@@ -376,13 +381,48 @@ def run_members(
     return results
 
 
-def _show(
-    progress: Callable[[Progress], None] | None, march: March, member: int, members: int, phase: str
-) -> None:
-    if progress is not None:
-        events = march.simulation.tally.events
-        told = Progress(phase, march.done, march.total, events, march.seconds, member, members)
-        progress(told)
+class _Teller:
+    """Tells how far a march has come."""
+
+    def __init__(self, progress: Hearer, march: March, member: int, members: int) -> None:
+        self.progress, self.march = progress, march
+        self.member, self.members = member, members
+        self.pace, self.done = Pace(), march.done
+
+    def __call__(self, phase: str) -> None:
+        if not callable(self.progress):
+            return
+        march = self.march
+        theta, work = self._far()
+        told = Progress(
+            phase,
+            march.done,
+            march.total,
+            march.simulation.tally.events,
+            march.seconds,
+            self.member,
+            self.members,
+            work=work,
+            theta=theta,
+            pace=self.pace.at(march.seconds, work) if phase == "running" else None,
+        )
+        self.progress(told)
+
+    def _far(self) -> tuple[float, float]:
+        """Return theta, and which part of the work is done."""
+        march = self.march
+        drive, seed = march.experiment.drive, march.experiment.seed
+        theta = before = march.experiment.theta
+        if march.done:
+            theta = before = float(drive.targets(march.done, 1, seed)[0])
+        part = 0.0
+        if march.done == self.done and not march.ended:
+            # on a long way to the next target
+            theta = nearest_float(enclosure(march.simulation.state().theta).middle)
+            way = float(drive.targets(march.done + 1, 1, seed)[0]) - before
+            part = min(max((theta - before) / way, 0.0), 1.0) if way else 0.0
+        self.done = march.done
+        return theta, (march.done + part) / march.total
 
 
 def _warn(result: Creep) -> None:

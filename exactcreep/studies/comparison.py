@@ -9,10 +9,11 @@ motion, how far positions were off until then and after, and what remains of the
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+from exactcreep.display import shows_progress
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
@@ -22,7 +23,7 @@ from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.itinerary import Course, slider_motion
-from exactcreep.progress import Progress, reporter
+from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import creep
@@ -181,6 +182,7 @@ class Comparison:
         })
 
 
+@shows_progress
 def compare(
     chain: Chain | Experiment,
     drive: Drive | None = None,
@@ -193,7 +195,7 @@ def compare(
     events: int = 1000,
     seeds: int | Sequence[int] | None = None,
     dts: Sequence[Any] | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Hearer = None,
 ) -> Comparison | Partings:
     """Return how exact and Verlet fare beside the certified solver, with the same disorder.
 
@@ -222,8 +224,8 @@ def compare(
     dts : sequence of number, optional
         Time steps. If only `seeds` is given: 0.1, 0.03, 0.01. Beside them neither `dt` nor
         `locate` plays a part.
-    progress : callable, optional
-        Called with a `Progress`.
+    progress : bool or callable, optional
+        A callable is called with a `Progress`; else as for `creep`.
 
     Returns
     -------

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
 
+from exactcreep.display import shows_progress
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Itinerary
@@ -21,7 +22,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.progress import Progress, reporter
+from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.decimals import Enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.recurrence import MOST_PERIOD, Course
@@ -131,6 +132,7 @@ def _words(kind: str, sliders: tuple[int, ...], signs: tuple[int, ...]) -> str:
     return f"{kind} " + ", ".join(f"{n} {'down' if sign > 0 else 'up'}" for n, sign in movers)
 
 
+@shows_progress
 def fate(
     chain: Chain,
     amplitude: Any,
@@ -139,7 +141,7 @@ def fate(
     cycles: int = 10_000,
     solver: str = "certified",
     max_seconds: Number | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Hearer = None,
 ) -> Fate:
     """Follow a chain without disorder under temperature cycles until it has settled for ever.
 
@@ -159,8 +161,8 @@ def fate(
         rounding for at least 100 cycles in a row.
     max_seconds : number, optional
         Come back after so much wall time with what is known; `reason` then says so.
-    progress : callable, optional
-        Called with a `Progress`.
+    progress : bool or callable, optional
+        A callable is called with a `Progress`; else as for `creep`.
 
     Returns
     -------

@@ -295,6 +295,7 @@ def _begun(experiment: Experiment, choice: Choice) -> list[Creep]:
             record=(),
             twin=True,
             max_events=MOST_EVENTS,
+            progress=False,
         )
     return [begun]
 

@@ -22,6 +22,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats
 
+from exactcreep.display import shows_progress
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
@@ -34,7 +35,7 @@ from exactcreep.model.numbers import (
 )
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.progress import Progress, reporter
+from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.recurrence import Course
 from exactcreep.studies.fate import ended, followed, refuse_sliding
@@ -323,6 +324,7 @@ def start_of(chain: Chain, size: Any, seed: int, number: int) -> tuple[State, in
     return State.perturbed(chain, size, start_seed=key, seed=key), key
 
 
+@shows_progress
 def survival(
     chain: Chain,
     amplitude: Any,
@@ -335,7 +337,7 @@ def survival(
     executor: Executor | None = None,
     workers: int | None = None,
     max_seconds: Number | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Hearer = None,
 ) -> Survival:
     """Follow many starts under temperature cycles and return how long creep lived in each.
 
@@ -360,8 +362,8 @@ def survival(
         Without an executor: so many threads; default one for each processor.
     max_seconds : number, optional
         Come back after so much wall time with what is known; `reason` then says so.
-    progress : callable, optional
-        Called with a `Progress` about four times a second.
+    progress : bool or callable, optional
+        A callable is called with a `Progress` about four times a second; else as for `creep`.
 
     Returns
     -------

@@ -26,8 +26,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from exactcreep import __version__
+from exactcreep.display import shows_progress
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
-from exactcreep.progress import Progress
+from exactcreep.progress import Hearer, Progress
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import output_directory, remove_parts, write_file
@@ -82,6 +83,7 @@ class Signals:
         self.compiling = False
 
 
+@shows_progress
 def sweep(
     scene: Scene | str | os.PathLike[str],
     *,
@@ -89,7 +91,7 @@ def sweep(
     workers: int | None = None,
     out: str | os.PathLike[str] | None = None,
     resume: bool = False,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Hearer = None,
 ) -> xr.Dataset:
     """Run every member of a scene and return the results as one labelled grid.
 
@@ -107,8 +109,8 @@ def sweep(
         as ``sweep.nc`` at the end or after Ctrl-C. Default: nothing is saved.
     resume : bool
         Take the cells that `out` holds instead of computing them again.
-    progress : callable, optional
-        Called with a `Progress` about four times a second.
+    progress : bool or callable, optional
+        A callable is called with a `Progress` about four times a second; else as for `creep`.
 
     Returns
     -------
@@ -264,7 +266,7 @@ class _Board:
         self,
         experiments: list[Experiment],
         todo: list[int],
-        progress: Callable[[Progress], None] | None,
+        progress: Hearer,
     ) -> None:
         self.progress = progress
         self.signals: Signals | None = None
@@ -286,7 +288,7 @@ class _Board:
 
     def show(self, *, now: bool = False) -> None:
         moment = time.perf_counter()
-        if self.progress is None or not (now or moment - self.last >= _GLANCE):
+        if not callable(self.progress) or not (now or moment - self.last >= _GLANCE):
             return
         self.last = moment
         compiling = self.signals is not None and self.signals.compiling

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from exactcreep.display import shows_progress
 from exactcreep.limits import Limits, OutOfTime
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
@@ -23,7 +24,7 @@ from exactcreep.model.numbers import InputError, Number, exact_number, nearest_f
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT
-from exactcreep.progress import Progress, reporter
+from exactcreep.progress import Hearer, reporter
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import advance
 from exactcreep.studies.deciding import log2
@@ -55,6 +56,7 @@ CRITERIA: dict[str, tuple[str, ...]] = {
 _NAMED = {"low": "from", "high": "to"}  # how messages call an argument
 
 
+@shows_progress
 def threshold(
     chain: Chain,
     *,
@@ -75,7 +77,7 @@ def threshold(
     seed: int | None = None,
     fit: tuple[Any, Any] | None = None,
     workers: int | None = None,
-    progress: Callable[[Progress], None] | None = None,
+    progress: Hearer = None,
     max_seconds: Number | None = None,
 ) -> Threshold | HalfLife | Intercept:
     """Return the amplitude of temperature cycles above which a chain creeps, by one criterion.
@@ -134,8 +136,8 @@ def threshold(
         Of ``intercept``: range of the line in units of Eq. (seuil), default 1.2 and 2.
     workers : int, optional
         Of ``survival``: threads, default one for each processor.
-    progress : callable, optional
-        Called with a `Progress`.
+    progress : bool or callable, optional
+        A callable is called with a `Progress`; else as for `creep`.
     max_seconds : number, optional
         Come back after so much wall time with what has been found; `reason` then says so.
 

@@ -1,21 +1,28 @@
-"""How far a command has come: a bar on a terminal, a line every few seconds elsewhere."""
+"""How far a computation has come: a bar where somebody looks on, lines or nothing elsewhere."""
 
 from __future__ import annotations
 
+import functools
 import math
 import sys
 import time
+from collections.abc import Callable
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any, ParamSpec, TypeVar
 
 from exactcreep import interrupts
+from exactcreep.progress import Hearer, Progress
 
-if TYPE_CHECKING:
-    from exactcreep.progress import Progress
+P = ParamSpec("P")
+T = TypeVar("T")
 
 COMPILING = "compiling the kernel, once; the next start finds it ready"
 _BETWEEN_LINES = 5.0  # seconds
 _BETWEEN_FRAMES = 0.1
+_SHORT = 1.0  # seconds that nobody needs a bar for
+_telling: list[object] = []  # what shows, or hides, the progress of all that it calls
 
 
 class Display(AbstractContextManager["Display"]):
@@ -30,17 +37,14 @@ class Display(AbstractContextManager["Display"]):
     """
 
     def __init__(self, name: str = "", *, quiet: bool = False) -> None:
-        from rich.console import Console
-        from rich.progress import BarColumn, TextColumn
-        from rich.progress import Progress as Bar
-
+        rich = import_module("rich.progress")  # only where something is shown
         self.name, self.compiling = name, False
-        self.bar: Bar | None = None
-        console = Console(stderr=True)
-        if console.is_terminal:
-            far = TextColumn("{task.fields[far]}")
-            columns = (TextColumn("{task.description}"), BarColumn(), far)
-            self.bar = Bar(*columns, console=console, transient=True)
+        self.bar: Any = None
+        console = import_module("rich.console").Console(stderr=True)
+        if console.is_terminal or (console.is_jupyter and find_spec("ipywidgets")):
+            far = rich.TextColumn("{task.fields[far]}")
+            columns = (rich.TextColumn("{task.description}"), rich.BarColumn(), far)
+            self.bar = rich.Progress(*columns, console=console, transient=True)
             self.task = self.bar.add_task(name or "starting", total=None, far="")
             self.pause, self.next = _BETWEEN_FRAMES, -math.inf
         else:
@@ -49,11 +53,13 @@ class Display(AbstractContextManager["Display"]):
                 self.next = math.inf
 
     def __enter__(self) -> Display:
+        _telling.append(self)
         if self.bar is not None:
             self.bar.start()
         return self
 
     def __exit__(self, *error: object) -> None:
+        _telling.remove(self)
         self.stop()
 
     def stop(self) -> None:
@@ -76,7 +82,8 @@ class Display(AbstractContextManager["Display"]):
             return
         # members are taken as equally long, so that the bar is that of all of them
         total = progress.total * progress.members or None
-        done = progress.done + progress.total * (progress.member - 1)
+        part = progress.done if progress.work is None else progress.work * progress.total
+        done = part + progress.total * (progress.member - 1)
         self.bar.update(self.task, description=what, far=far, total=total, completed=done)
 
     def _write(self, line: str) -> None:
@@ -100,6 +107,8 @@ def _far(progress: Progress) -> str:
         far = f"{100 * progress.done / progress.total:.0f} %"
     if progress.found:
         far += f" ({progress.found} found saved)"
+    if progress.theta is not None:
+        far += f", theta = {progress.theta:.4g}"
     if progress.events:
         far += f", {progress.events_per_second:.3g} events/s"
     left = progress.seconds_left
@@ -110,3 +119,57 @@ def _duration(seconds: float) -> str:
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours}:{minutes:02d}:{rest:02d}"
+
+
+class _Watched(AbstractContextManager["_Watched"]):
+    """Tells a computation's `progress`, or a display that is made once there is much to wait for.
+
+    Within a computation that is told of, or is not to be, only callables are told of its parts.
+    """
+
+    def __init__(self, progress: Hearer, name: str) -> None:
+        self.progress, self.name = progress, name
+        self.display: Display | None = None
+        self.begin = time.monotonic()
+
+    @property
+    def hear(self) -> Callable[[Progress], None] | None:
+        """Whom the computation shall tell."""
+        if callable(self.progress):
+            return self.progress
+        if self.progress is False or _telling != [self]:
+            return None
+        notebook = "ipykernel" in sys.modules and find_spec("ipywidgets")
+        return self._show if self.progress or sys.stderr.isatty() or notebook else None
+
+    def _show(self, progress: Progress) -> None:
+        if self.display is None:
+            if time.monotonic() - self.begin < _SHORT:
+                return
+            self.display = Display(self.name).__enter__()
+        self.display.show(progress)
+
+    def __enter__(self) -> _Watched:
+        _telling.append(self)
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if self.display is not None:
+            self.display.__exit__(*error)
+        _telling.remove(self)
+
+
+def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
+    """Return a computation that shows a bar unless its argument `progress` is False or a callable.
+
+    None, the default: on terminals and in notebooks, if it takes longer than a second. True: also
+    elsewhere, as lines.
+    """
+
+    @functools.wraps(computation)
+    def watched(*args: P.args, **words: P.kwargs) -> T:
+        with _Watched(words.get("progress"), "") as one:  # type: ignore[arg-type]
+            words["progress"] = one.hear
+            return computation(*args, **words)
+
+    return watched
