@@ -17,6 +17,7 @@ from exactcreep.commands import (
     audit,
     compare,
     envelope,
+    explore,
     export,
     fate,
     plan,
@@ -38,8 +39,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for _module in (scenes, run, resume, reproduce, sweep, show, export, animate, plan, tradeoff,
-                threshold, fate, survival, compare, audit, envelope):  # fmt: skip
+for _module in (scenes, run, resume, reproduce, sweep, show, export, animate, explore, plan,
+                tradeoff, threshold, fate, survival, compare, audit, envelope):  # fmt: skip
     _name = _module.__name__.rpartition(".")[2]
     app.command(_name)(getattr(_module, _name))
 

@@ -31,13 +31,18 @@ def animate(
     solver: SolverName = None,
     seed: Seed = None,
     member: Member = "1",
-    frames: Annotated[str, typer.Option(metavar="F", help="Pictures of the animation.")] = "120",
+    frames: Annotated[
+        str | None, typer.Option(metavar="F", help="Pictures of the GIF file; default 120.")
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="GIF file; default SCENE-K.gif.")
+        Path | None,
+        typer.Option(metavar="FILE", help="GIF file, or .html: a page; default SCENE-K.gif."),
     ] = None,
     force: Force = False,
 ) -> None:
     """Draw one avalanche exactly as it moves, from its closed form.
+
+    A page shows the run around it, too, and plays the avalanche at any speed; it needs no network.
 
     Rearrangements are numbered from 0 along the drive, as in a run that records its events.
 
@@ -45,10 +50,10 @@ def animate(
 
         exactcreep animate six-sliders-cycles --rearrangement 5 --out avalanche.gif
 
-        exactcreep animate thirty-sliders-cycles
+        exactcreep animate thirty-sliders-cycles --out avalanche.html
     """
     from exactcreep.model.numbers import InputError, whole_number
-    from exactcreep.quasistatic.files import check_output
+    from exactcreep.quasistatic.files import check_output, write_file
     from exactcreep.scene import load_scene
     from exactcreep.studies.animation import draw_avalanche, find_avalanche, largest_avalanche
 
@@ -59,9 +64,12 @@ def animate(
     wanted = load_scene(scene).with_settings(given)
     members = wanted.members()
     chosen = members[whole_number(member, "member", least=1, most=len(members)) - 1].experiment
-    count = whole_number(frames, "frames", least=2, most=10_000)
-    if out is not None and out.suffix.lower() != ".gif":
-        raise InputError("out", str(out), "must end in .gif")
+    as_page = out is not None and out.suffix.lower() == ".html"
+    if out is not None and out.suffix.lower() != ".gif" and not as_page:
+        raise InputError("out", str(out), "must end in .gif or .html")
+    if as_page and frames is not None:
+        raise InputError("frames", frames, "are those of a GIF file: a page moves without them")
+    count = whole_number(frames or "120", "frames", least=2, most=10_000)
     if rearrangement is None:
         number = largest_avalanche(chosen)
     else:
@@ -69,7 +77,12 @@ def animate(
     target = out if out is not None else Path(f"{wanted.name}-{number}.gif")
     check_output(target, "out", force=force)
     avalanche = find_avalanche(chosen, number)
-    draw_avalanche(avalanche, target, frames=count)
+    if as_page:
+        from exactcreep.studies.explorer import saved
+
+        write_file(target, saved(avalanche).encode(), "out", force=force)
+    else:
+        draw_avalanche(avalanche, target, frames=count)
     motion = avalanche.rearrangement
     typer.echo(
         f"rearrangement {number}, half-cycle {avalanche.half_cycle}:"

@@ -36,11 +36,12 @@ from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.auto import accuracy_told
 from exactcreep.solvers.solver import Stretch, advance, warm_up
 
-_WARNINGS = {
+PHYSICS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",
     "theta_beyond_one": "|theta| reached 1, where a spring of the model has no length left",
     "crossings": "sliders would have crossed: x_(n+1) <= x_n at the end of a half-cycle",
 }
+"""What a `PhysicsWarning` says, by the names in `Creep.warnings`."""
 
 
 class PhysicsWarning(UserWarning):
@@ -427,7 +428,7 @@ class _Teller:
 
 def _warn(result: Creep) -> None:
     for name, count in result.warnings.items():
-        warnings.warn(f"{_WARNINGS[name]} ({count} times)", PhysicsWarning, stacklevel=4)
+        warnings.warn(f"{PHYSICS[name]} ({count} times)", PhysicsWarning, stacklevel=4)
     if result.report.get("accuracy_reached") is False:
         warnings.warn(accuracy_told(result.report), AccuracyWarning, stacklevel=4)
 

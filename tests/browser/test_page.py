@@ -1,0 +1,256 @@
+"""The page to play with, in a real browser: what a visitor does, and what is then to be seen."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exactcreep.commands.explore import page_server
+from exactcreep.studies.explorer import CONTROLS
+from tests.conftest import Command
+
+CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
+DRIVER = shutil.which("chromedriver")
+FLAGS = (
+    "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync",
+    "--window-size=1280,1150",
+)  # fmt: skip
+PATIENCE = 120
+INKED = """
+const canvas = document.getElementById(arguments[0]);
+const pixels = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data;
+const seen = new Set();
+for (let k = 0; k < pixels.length; k += 4) if (pixels[k + 3] > 200) seen.add(
+  (pixels[k] << 16) + (pixels[k + 1] << 8) + pixels[k + 2]);
+return seen.size;
+"""
+DIGEST = "return document.getElementById(arguments[0]).toDataURL();"
+
+selenium = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(not CHROMIUM or not DRIVER, reason="no chromium with its driver here"),
+    pytest.mark.xdist_group("browser"),
+]
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    with page_server() as server:
+        thread = threading.Thread(target=server.serve_forever)
+        thread.start()
+        yield f"http://127.0.0.1:{server.server_address[1]}/"
+        server.shutdown()
+        thread.join()
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    options = selenium.ChromeOptions()
+    options.binary_location = CHROMIUM
+    for flag in (*FLAGS, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
+        options.add_argument(flag)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    with selenium.Chrome(options=options, service=selenium.ChromeService(DRIVER)) as driver:
+        driver.set_script_timeout(PATIENCE)
+        yield driver
+
+
+class Page:
+    """A visitor of the page."""
+
+    def __init__(self, browser: Any, url: str) -> None:
+        self.browser = browser
+        browser.get(url)
+
+    def until(self, reached: Callable[[], Any]) -> None:
+        end = time.monotonic() + PATIENCE
+        while not reached():
+            assert time.monotonic() < end, self.text("refused") + self.text("told")
+            time.sleep(0.05)
+
+    def find(self, name: str) -> Any:
+        return self.browser.find_element("id", name)
+
+    def text(self, name: str) -> str:
+        return str(self.find(name).text)
+
+    def script(self, text: str, *arguments: Any) -> Any:
+        return self.browser.execute_script(text, *arguments)
+
+    def settled(self) -> None:
+        """Wait until the page shows what its fields say, or refuses it."""
+        asked = "return !busy && document.body.dataset.shown === asked().toString();"
+        self.until(lambda: self.script(asked))
+
+    def set(self, **fields: Any) -> None:
+        """Type into fields, all at once."""
+        for name, text in fields.items():
+            self.script(
+                "const f = document.getElementById(arguments[0]); f.value = arguments[1];"
+                "f.dispatchEvent(new Event('input'))",
+                name, text,
+            )  # fmt: skip
+        self.settled()
+
+    def slide(self, name: str, value: float) -> None:
+        self.script(
+            "const s = document.getElementById(arguments[0] + '-slide'); s.value = arguments[1];"
+            "s.dispatchEvent(new Event('input'))",
+            name, value,
+        )  # fmt: skip
+        self.settled()
+
+    def choose(self, share: float) -> None:
+        """Click a rearrangement, at this part of the width of the picture of slips."""
+        canvas = self.find("slips")
+        chain = selenium.ActionChains(self.browser)
+        sideways = round((share - 0.5) * canvas.size["width"] * 0.85)
+        chain.move_to_element_with_offset(canvas, sideways, 0).click().perform()
+        self.until(lambda: self.script("return motion !== null") or self.text("refused"))
+
+    def quiet(self) -> None:
+        """Assert that the browser has complained of nothing but what the page was refused."""
+        log = self.browser.get_log("browser")
+        said = [entry["message"] for entry in log if entry["level"] == "SEVERE"]
+        assert not [line for line in said if "400 (Bad Request)" not in line]
+
+    def picture(self, name: str) -> None:
+        """Keep what is seen, if one wants to look at it."""
+        if folder := os.environ.get("EXACTCREEP_SCREENSHOTS"):
+            self.browser.save_screenshot(str(Path(folder) / f"{name}.png"))
+
+
+@pytest.fixture
+def page(browser: Any, address: str) -> Iterator[Page]:
+    visitor = Page(browser, address)
+    visitor.settled()
+    yield visitor
+    visitor.quiet()
+
+
+@pytest.mark.parametrize("n", [2, 30, 100])
+def test_the_page_shows_a_run_and_moves_its_rearrangements(page: Page, n: int) -> None:
+    page.set(n=n, amplitude={2: "0.0004", 30: "0.004", 100: "0.012"}[n])
+    assert "targets" in page.text("told")
+    for name in ("course", "slips", "tensions", "law"):
+        assert page.script(INKED, name) > 5, name
+    page.choose(0.7)
+    start = page.script(DIGEST, "chain")
+    page.script("now = 0.5 * end(); drawMotion();")
+    assert page.script(DIGEST, "chain") != start
+    assert page.text("clock").startswith("t = ")
+    page.picture(f"n-{n}")
+    page.until(lambda: page.text("fate") != "…")
+
+
+def test_the_cubics_of_the_page_are_the_closed_form(page: Page) -> None:
+    """Between its instants, too; and the forces follow from the displacements."""
+    from exactcreep.studies.animation import find_avalanche
+    from exactcreep.studies.explorer import experiment_of
+
+    page.choose(0.5)
+    number = page.script("return motion.number")
+    motion = find_avalanche(experiment_of({}), number).rearrangement
+    for share in (0.123, 0.456, 0.999):
+        t = share * float(motion.duration)
+        shown = page.script(
+            "const s = at(arguments[0]); return [Array.from(s.place), Array.from(s.drawn)]", t
+        )
+        true = motion.sol(t)
+        moved = true.positions - motion.initial.displacements
+        widest = abs(moved).max()
+        assert max(abs(moved - shown[0])) < 1e-4 * widest
+        assert max(abs(true.forces - shown[1])) < 4e-4 * widest
+
+
+def test_an_avalanche_plays_pauses_and_is_scrubbed(page: Page) -> None:
+    page.choose(0.8)
+    page.script("document.getElementById('speed').value = '4'")
+    page.find("play").click()
+    page.until(lambda: page.script("return now > 0"))
+    page.find("play").click()
+    assert page.text("play") == "Play"
+    paused = page.script("return now")
+    page.script("drawMotion()")
+    assert page.script("return now") == paused
+    page.script("const t = document.getElementById('time'); t.value = t.max; t.oninput();")
+    assert page.script("return Math.abs(now - end()) < 1e-3")
+    page.find("play").click()  # from the end it begins again
+    page.until(lambda: page.script("return playing && now < end() / 2 || now > 0 && !playing"))
+
+
+@pytest.mark.parametrize("name", [control.name for control in CONTROLS])
+def test_the_edges_of_every_slider_are_shown_or_refused_in_a_sentence(
+    page: Page, name: str
+) -> None:
+    control = next(control for control in CONTROLS if control.name == name)
+    for edge in ("least", "most"):
+        page.slide(name, getattr(control, edge))
+        page.picture(f"{name}-{edge}")
+        refused = page.text("refused")
+        assert "defect" not in refused
+        assert bool(refused) == page.script("return document.body.classList.contains('stale')")
+        assert refused or page.script(INKED, "course") > 2
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("n", "two"), ("n", "1e9"), ("n", ""), ("amplitude", "-1"), ("amplitude", "<b>1</b>"),
+     ("mu_s", "0.1"), ("sigma_mu", "nan"), ("seed", "-1"), ("tan_alpha", "1/0"), ("cycles", "0")],
+)  # fmt: skip
+def test_bad_input_is_answered_by_a_sentence_and_forgotten_when_it_is_mended(
+    page: Page, name: str, text: str
+) -> None:
+    before, good = page.text("told"), page.find(name).get_attribute("value")
+    page.set(**{name: text})
+    assert page.text("refused").startswith(f"{name} = ")
+    assert "bad" in page.find(name).get_attribute("class")
+    assert page.text("told") == before
+    page.set(**{name: good})
+    assert page.text("refused") == ""
+    assert "bad" not in page.find(name).get_attribute("class")
+
+
+def test_two_pages_open_at_once_show_each_its_own_run(page: Page, address: str) -> None:
+    browser = page.browser
+    first = browser.current_window_handle
+    page.set(n=6, amplitude="0.001")
+    told = page.text("told")
+    browser.switch_to.new_window("tab")
+    other = Page(browser, address)
+    other.settled()
+    other.set(n=2, amplitude="0.0004")
+    assert other.text("told") != told
+    browser.close()
+    browser.switch_to.window(first)
+    assert page.text("told") == told
+    page.set(seed=3)
+    assert page.text("refused") == ""
+
+
+def test_a_saved_page_needs_no_server(browser: Any, command: Command, tmp_path: Path) -> None:
+    words = ("six-sliders-cycles", "--set", "drive.cycles=20", "--rearrangement", "40")
+    assert command("animate", *words, "--out", "avalanche.html").code == 0
+    text = (tmp_path / "avalanche.html").read_text("utf-8")
+    assert not re.findall(r"""(?:src|href)=["']?(?!data:)[a-z/.]""", text)
+    page = Page(browser, (tmp_path / "avalanche.html").as_uri())
+    assert page.text("which").startswith("Rearrangement 40, in half-cycle ")
+    assert not page.find("controls").is_displayed()
+    page.script("now = 0.5 * end(); drawMotion();")
+    for name in ("course", "slips", "tensions", "law", "chain", "forces", "moved"):
+        assert page.script(INKED, name) > 5, name
+    page.picture("saved")
+    requested = page.script("return JSON.stringify(performance.getEntriesByType('resource'))")
+    assert json.loads(requested) == []
+    page.quiet()

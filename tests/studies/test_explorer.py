@@ -1,0 +1,196 @@
+"""The page to play with: what its server answers, and what it sends."""
+
+from __future__ import annotations
+
+import base64
+import http.client
+import json
+import re
+import signal
+import threading
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from exactcreep.commands.explore import page_server
+from exactcreep.model.numbers import InputError
+from exactcreep.quasistatic.loop import creep
+from exactcreep.studies import explorer
+from exactcreep.studies.animation import find_avalanche
+from tests.conftest import Command
+from tests.processes import PATIENCE, PROGRAM, begun
+
+SMALL = {"n": "6", "amplitude": "0.0012", "sigma_mu": "0.01", "cycles": "5", "seed": "2"}
+
+
+def unpacked(packed: dict[str, str]) -> np.ndarray[Any, Any]:
+    return np.frombuffer(base64.b64decode(packed["data"]), packed["type"])
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[tuple[str, int]]:
+    with page_server() as serving:
+        thread = threading.Thread(target=serving.serve_forever)
+        thread.start()
+        yield serving.server_address  # type: ignore[misc]
+        serving.shutdown()
+        thread.join()
+
+
+def asked(server: tuple[str, int], path: str, host: str | None = None) -> tuple[int, str]:
+    connection = http.client.HTTPConnection(*server, timeout=PATIENCE)
+    connection.request("GET", path, headers={} if host is None else {"Host": host})
+    answer = connection.getresponse()
+    status, text = answer.status, answer.read().decode()
+    connection.close()
+    return status, text
+
+
+def test_the_course_is_that_of_the_run() -> None:
+    experiment = explorer.experiment_of(SMALL)
+    shown = explorer.course(experiment)
+    run = creep(experiment.chain, experiment.drive, seed=2, record=["x_G", "tension", "slip_table"])
+    assert shown["velocity"] == run.velocity
+    assert f"mean velocity {run.velocity:.6g}" in shown["told"]
+    assert f"{run.slip_count} slips" in shown["told"]
+    half_cycle, gone = (unpacked(shown[name]) for name in ("half_cycle", "displacement"))
+    at_ends = [gone[half_cycle <= q].sum() for q in range(1, run.half_cycles + 1)]
+    np.testing.assert_allclose(at_ends, run.recorded["x_G"], atol=2e-6)
+    tension = unpacked(shown["tension"]).reshape(-1, 5)
+    np.testing.assert_array_equal(tension, run.recorded["tension"].astype("f4"))
+    when = unpacked(shown["when"])
+    assert (np.diff(when) >= 0).all()
+    np.testing.assert_array_equal(np.ceil(when), half_cycle)
+    slips = unpacked(shown["slip"]["slider"])
+    np.testing.assert_array_equal(slips, run.recorded["slip_slider"])
+
+
+def test_a_rearrangement_is_sent_as_its_closed_form() -> None:
+    experiment = explorer.experiment_of(SMALL)
+    number = 17
+    found = find_avalanche(experiment, number)
+    sent = explorer.avalanche(found)
+    assert sent["number"] == number
+    times = unpacked(sent["times"])
+    for event in found.rearrangement.events:
+        assert np.float32(event.time) in times
+    motion = found.rearrangement.sol(times.astype(float)[3])
+    moved = motion.positions - found.rearrangement.initial.displacements
+    np.testing.assert_allclose(unpacked(sent["moved"]).reshape(-1, 6)[3], moved, atol=1e-6)
+    np.testing.assert_allclose(
+        unpacked(sent["velocity"]).reshape(-1, 6)[3], motion.velocities, atol=1e-6
+    )
+    shown = explorer.course(experiment)
+    assert sent["half_cycle"] == unpacked(shown["half_cycle"])[number]
+    assert len(sent["events"]) == unpacked(shown["events"])[number]
+
+
+def test_the_point_lies_over_the_curve_of_the_law() -> None:
+    law = explorer.course(explorer.experiment_of(SMALL | {"amplitude": "0.003"}))["law"]
+    assert law["amplitude"] == 0.003
+    assert law["amplitudes"][-1] >= 1.25 * 0.003
+    assert min(law["curves"]["printed"][0]) == 0 < law["curves"]["printed"][0][-1]
+    two = explorer.course(explorer.experiment_of({"n": "2", "sigma_mu": "0"}))["law"]
+    assert set(two["curves"]) == {"printed", "staircase"}
+    steep = explorer.course(explorer.experiment_of({"n": "2", "tan_alpha": "0.55"}))
+    assert steep["law"] is None
+    assert steep["told"].startswith("runaway")
+
+
+def test_a_long_run_ends_at_a_limit_and_says_so() -> None:
+    shown = explorer.course(explorer.experiment_of({"n": "6", "amplitude": "0.1", "cycles": "200"}))
+    assert f"max_events = {explorer.MOST_EVENTS} was reached" in shown["told"]
+
+
+def test_what_leaves_the_physical_range_is_told_without_a_warning() -> None:
+    shown = explorer.course(explorer.experiment_of(SMALL | {"sigma_mu": "0.1"}))
+    assert "a static coefficient was drawn below mu_d" in shown["told"]
+
+
+def test_the_fate_is_labelled_as_computed() -> None:
+    two = {"n": "2", "sigma_mu": "0"}
+    creeping = explorer.fate_told(explorer.experiment_of(two | {"amplitude": "0.0004"}))
+    assert creeping.startswith("creeping (computed): settled after ")
+    resting = explorer.fate_told(explorer.experiment_of(two | {"amplitude": "0.0001"}))
+    assert resting.startswith("at_rest (computed)")
+    assert "disorder" in explorer.fate_told(explorer.experiment_of(SMALL))
+    sliding = explorer.fate_told(explorer.experiment_of(two | {"mu_s": "0.5"}))
+    assert sliding.startswith("mu_s = ")
+
+
+@pytest.mark.parametrize("control", explorer.CONTROLS, ids=lambda control: control.name)
+def test_the_edges_of_a_slider_are_in_the_model(control: explorer.Control) -> None:
+    friction = {"mu_s": "1"} if control.name == "mu_d" else {}
+    friction |= {"mu_d": "0"} if control.name == "mu_s" else {}
+    for edge in (control.least, control.most):
+        value = f"{10**edge:.3g}" if control.logarithmic else f"{edge:g}"
+        explorer.experiment_of({control.name: value} | friction)
+    explorer.experiment_of({control.name: control.value})
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [("n", "0"), ("n", "201"), ("n", "2.5"), ("n", ""), ("amplitude", "-1"), ("amplitude", "x"),
+     ("mu_s", "0.4"), ("mu_d", "1/0"), ("sigma_mu", "inf"), ("seed", "-1"), ("cycles", "10001"),
+     ("colour", "red")],
+)  # fmt: skip
+def test_bad_input_is_refused_by_the_name_of_its_field(name: str, text: str) -> None:
+    with pytest.raises(InputError) as refused:
+        explorer.experiment_of({name: text})
+    assert refused.value.field == name
+
+
+def test_the_server_answers_questions_and_refuses_others(server: tuple[str, int]) -> None:
+    status, text = asked(server, "/")
+    assert status == 200
+    assert "<canvas" in text
+    status, text = asked(server, "/course?n=2&amplitude=0.0004")
+    assert status == 200
+    assert json.loads(text)["n"] == 2
+    status, text = asked(server, "/course?n=two")
+    assert status == 400
+    assert json.loads(text)["field"] == "n"
+    assert json.loads(text)["sentence"].startswith("n = 'two'")
+    status, text = asked(server, "/avalanche?n=2&amplitude=0.0004&rearrangement=99999")
+    assert status == 400
+    assert json.loads(text)["field"] == "rearrangement"
+    assert asked(server, "/../pyproject.toml")[0] == 404
+    assert asked(server, "/", host="elsewhere.example:80")[0] == 403
+
+
+def test_a_port_that_is_taken_is_refused(server: tuple[str, int], command: Command) -> None:
+    refused = command("explore", "--no-browser", "--port", str(server[1]))
+    assert refused.sentence.startswith(f"port = {server[1]}")
+    assert command("explore", "--port", "70000").sentence.startswith("port = ")
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_the_program_ends_with_its_server(number: int, status: int) -> None:
+    with begun(*PROGRAM, "explore", "--no-browser") as process:
+        line = process.stdout.readline()
+        host, port = re.match(r"http://([\d.]+):(\d+)/ ", line).groups()
+        assert asked((host, int(port)), "/")[0] == 200
+        process.send_signal(number)
+        assert process.wait(PATIENCE) == status
+        with pytest.raises(ConnectionRefusedError):
+            asked((host, int(port)), "/")
+
+
+def test_a_page_is_one_file_whatever_its_data_say() -> None:
+    text = explorer.page(course={"described": "</script><script>alert(1)</script>"})
+    assert text.count("</script>") == explorer.page().count("</script>")
+    inside = re.search(r'id="data">(.*?)</script>', text, re.DOTALL).group(1)
+    assert json.loads(inside)["course"]["described"].startswith("</script>")
+    assert not re.findall(r"""(?:src|href)=["'](?!data:)""", text)
+
+
+def test_animate_writes_the_page_with_the_rearrangement_inside(command: Command) -> None:
+    words = ["animate", "two-sliders-cycles", "--rearrangement", "3", "--out", "a.html"]
+    drawn = command(*words)
+    assert drawn.code == 0
+    assert "rearrangement 3, half-cycle 1: 2 events in 3.142 tau_dyn" in drawn.out
+    assert "exists" in command(*words).sentence
+    assert command(*words, "--frames", "5", "--force").sentence.startswith("frames = ")
