@@ -26,6 +26,8 @@ PROMISES: dict[str, str] = {
     '`"0.6"` is 3/5': "model/test_chain.py::decimal_strings_are_kept_as_rationals",
     "Everything recorded is in": "test_creep.py::a_result_survives_its_file",
     "With `record=[": "test_export.py::the_tables_of_a_run_add_up_to_it",
+    "`result.plot()` draws": "studies/test_avalanches.py::a_run_draws_itself_on_axes_that_it_is_given_or_on_new_ones",
+    "`exactcreep export run.nc": "test_export.py::the_command_exports_what_was_saved",
     "`result.tree` has them": "test_export.py::a_tree_has_a_group_for_each_table_that_becomes_a_frame",
     "A scene is a TOML file": "test_readme.py::a_toml_block_is_a_scene",
     "`exactcreep scenes` lists": "test_cli.py::scenes_lists_every_scene_and_shows_one",

@@ -379,6 +379,17 @@ class Creep(Shown):
         return _dataset(self._variables(), self._coordinates(), self._attributes())
 
     @property
+    def plot(self) -> Any:
+        """Pictures of the run, as xarray and pandas have them.
+
+        ``plot(ax=None)`` draws x_G over time and returns the axes; ``plot.avalanches("size")``
+        draws how the size of its avalanches is distributed (or their ``"duration"``, ``"energy"``,
+        ``"extent"``). Without axes they are drawn in a new figure of pyplot.
+        """
+        # by name, as pandas loads its backend: what draws stands on a floor below
+        return import_module("exactcreep.studies.plots").Plots(self)
+
+    @property
     def tree(self) -> xr.DataTree:
         """The `dataset` as an xarray DataTree with one group for each table.
 

@@ -344,4 +344,3 @@ def _zigzag(places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[n
     if not x:
         return np.empty(0), np.empty(0)
     return np.concatenate(x), np.concatenate(y)
-

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from exactcreep.model.numbers import InputError
-from exactcreep.studies import beyond, chains, fate_figures, two_sliders
+from exactcreep.studies import avalanches, beyond, chains, fate_figures, two_sliders
 from exactcreep.studies.tables import Table
 
 Data = Mapping[str, xr.Dataset]
@@ -241,6 +241,15 @@ _ALL = (
         fate_figures.near_tables,
         fate_figures.draw_near,
         {"chain-near-threshold": {"drive.cycles": 250, "vary.run.start": _FOUR[:2]}},
+    ),
+    Picture(
+        "chain-avalanches",
+        "",
+        avalanches.tables,
+        avalanches.draw,
+        {"chain-avalanches": {"cycles": [300, 40, 10]}},
+        {"sizes": [30, 100, 300], "ratios": [1.02, 2.0], "cycles": [4000, 640, 100]},
+        compute=avalanches.study,
     ),
 )
 

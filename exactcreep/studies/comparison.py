@@ -95,31 +95,33 @@ class Standing(Agreement):
     def summary(self) -> dict[str, Any]:
         """Return the standing by names, ready for JSON."""
         run = self.creep
-        return plain_data({
-            "solver": self.contestant.solver,
-            "options": self.contestant.options,
-            "events_agreed": self.agreed,
-            "first_difference": None
-            if not self.differs
-            else {
-                "own": None if self.own is None else self.own.summary(),
-                "certified": None if self.known is None else self.known.summary(),
-                "tie": None if self.tie is None else self.tie.summary(),
-            },
-            "rests_compared": self.compared,
-            "position_error_before": self.error_before,
-            "position_error_after": self.error_after,
-            "velocity": run.velocity,
-            "velocity_error": run.velocity_error,
-            "slips_per_half_cycle": run.slip_count / max(run.half_cycles, 1),
-            "half_cycles": run.half_cycles,
-            "outcome": run.outcome.value,
-            "evidence": run.evidence.value,
-            "undecided": run.undecided,
-            "trusted_half_cycles": run.trusted_half_cycles,
-            "course": run.course or None,
-            "seconds": run.seconds,
-        })
+        return plain_data(
+            {
+                "solver": self.contestant.solver,
+                "options": self.contestant.options,
+                "events_agreed": self.agreed,
+                "first_difference": None
+                if not self.differs
+                else {
+                    "own": None if self.own is None else self.own.summary(),
+                    "certified": None if self.known is None else self.known.summary(),
+                    "tie": None if self.tie is None else self.tie.summary(),
+                },
+                "rests_compared": self.compared,
+                "position_error_before": self.error_before,
+                "position_error_after": self.error_after,
+                "velocity": run.velocity,
+                "velocity_error": run.velocity_error,
+                "slips_per_half_cycle": run.slip_count / max(run.half_cycles, 1),
+                "half_cycles": run.half_cycles,
+                "outcome": run.outcome.value,
+                "evidence": run.evidence.value,
+                "undecided": run.undecided,
+                "trusted_half_cycles": run.trusted_half_cycles,
+                "course": run.course or None,
+                "seconds": run.seconds,
+            }
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,19 +169,21 @@ class Comparison:
 
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""
-        return plain_data({
-            "certified": {
-                "digits": self.digits,
-                "events": self.events,
-                "rearrangements": self.rearrangements,
-                "half_cycles": self.half_cycles,
-                "evidence": self.evidence.value,
-                "largest_radius": self.radius,
-            },
-            "contestants": [contestant.summary() for contestant in self.contestants],
-            "velocity_difference": self.velocity_difference,
-            "standard_errors": self.standard_errors,
-        })
+        return plain_data(
+            {
+                "certified": {
+                    "digits": self.digits,
+                    "events": self.events,
+                    "rearrangements": self.rearrangements,
+                    "half_cycles": self.half_cycles,
+                    "evidence": self.evidence.value,
+                    "largest_radius": self.radius,
+                },
+                "contestants": [contestant.summary() for contestant in self.contestants],
+                "velocity_difference": self.velocity_difference,
+                "standard_errors": self.standard_errors,
+            }
+        )
 
 
 @shows_progress
@@ -336,9 +340,7 @@ def _placed(event: LoggedEvent | None, ends: Sequence[int]) -> LoggedEvent | Non
     return None if event is None else event._replace(half_cycle=ends[event.half_cycle - 1])
 
 
-def _tie(
-    experiment: Experiment, path: Path, truth: Walk, agreement: Agreement
-) -> Tie:
+def _tie(experiment: Experiment, path: Path, truth: Walk, agreement: Agreement) -> Tie:
     """Return how close the certified motion comes to the other side's event."""
     chain, own, certified = experiment.chain, agreement.own, agreement.known
     course = Course(chain, experiment.initial, FLOAT64, seed=experiment.seed, refine=False)

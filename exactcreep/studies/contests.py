@@ -153,9 +153,7 @@ def draw_tradeoff(measured: Tradeoff, path: Path | str, *, title: str = "") -> N
             axes.set_xlabel("time per half-cycle (s)")
         left.set_yscale("log")
         left.set_ylabel(r"position error of a rearrangement ($g\,\tau_\mathrm{dyn}^2$)")
-        left.set_title(
-            "median and largest; open: other events in more than 5 %", fontsize=8
-        )
+        left.set_title("median and largest; open: other events in more than 5 %", fontsize=8)
         if any(one.error > _FLOOR for one in measured.scores):
             left.set_ylim(bottom=_FLOOR / 3)
         right.axhline(0.0, color=INKS[7], linewidth=0.8, zorder=0)
@@ -191,14 +189,26 @@ def _draw_errors(axes: Axes, scores: list[Score], label: str, ink: str, mark: st
     y = [max(one.error, _FLOOR) for one in shown]
     above = [max(one.error_high, _FLOOR) - low for one, low in zip(shown, y, strict=True)]
     axes.errorbar(
-        x, y, yerr=[[0.0] * len(y), above], color=ink, marker=mark, label=label, capsize=2,
-        markersize=9 if mark == "*" else 5, linewidth=1.0,
+        x,
+        y,
+        yerr=[[0.0] * len(y), above],
+        color=ink,
+        marker=mark,
+        label=label,
+        capsize=2,
+        markersize=9 if mark == "*" else 5,
+        linewidth=1.0,
     )
     for place, one in enumerate(shown):
         if one.wrong > _OFTEN_WRONG:
             axes.plot(
-                x[place], y[place], marker=mark, markersize=5, markerfacecolor="white",
-                markeredgecolor=ink, zorder=5,
+                x[place],
+                y[place],
+                marker=mark,
+                markersize=5,
+                markerfacecolor="white",
+                markeredgecolor=ink,
+                zorder=5,
             )
         # of two lines that fall, the upper one is labelled above, the lower one below
         words, offset, side = _option_text(one), (6, 3), "left"
@@ -207,8 +217,13 @@ def _draw_errors(axes: Axes, scores: list[Score], label: str, ink: str, mark: st
         if one.error < _FLOOR:
             words, offset, side = f"{words} digits: {one.error:.0e}", (-5, 9 * place), "right"
         axes.annotate(
-            words, (x[place], y[place]), xytext=offset, textcoords="offset points", fontsize=6,
-            color=ink, ha=side,
+            words,
+            (x[place], y[place]),
+            xytext=offset,
+            textcoords="offset points",
+            fontsize=6,
+            color=ink,
+            ha=side,
         )
 
 
@@ -228,7 +243,11 @@ def _draw_bias(
         [one.seconds for one in shown],
         [one.bias * scale for one in shown],
         yerr=[one.bias_error * scale for one in shown],
-        color=ink, marker=mark, label=label, capsize=2, linestyle="none",
+        color=ink,
+        marker=mark,
+        label=label,
+        capsize=2,
+        linestyle="none",
         markersize=9 if mark == "*" else 5,
     )
     for one in shown:

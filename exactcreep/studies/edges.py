@@ -623,7 +623,6 @@ class Search:
         return _shared_digits(edge.middle, other, shown)
 
 
-
 def _shared_digits(a: Fraction, b: Fraction, most: int) -> int:
     """Return how many significant digits `b` shares with `a`, at most `most`."""
     if a == b:

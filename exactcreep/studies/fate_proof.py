@@ -95,7 +95,6 @@ class Recurrence:
     reason: str = ""
     report: dict[str, Any] = field(default_factory=dict)
 
-
     def summary(self) -> dict[str, Any]:
         """Return it by names, ready for JSON; without the itinerary."""
         advance = self.advance
@@ -143,9 +142,7 @@ def recurrence(
 class _Search:
     """One certified course, looked at after every cycle."""
 
-    def __init__(
-        self, chain: Chain, drive: Cycles, start: State, limits: Limits, say: Any
-    ) -> None:
+    def __init__(self, chain: Chain, drive: Cycles, start: State, limits: Limits, say: Any) -> None:
         self.chain, self.drive, self.limits, self.say = chain, drive, limits, say
         digits = max(1, math.floor((BITS - 64) / BITS_PER_DIGIT))
         solver = Certified(digits=digits, most_digits=30_000)
@@ -297,16 +294,12 @@ class _Search:
 
     # -- results ---------------------------------------------------------------------------------
 
-    def _settled(
-        self, before: int, period: int, advance: Enclosure, **report: Any
-    ) -> Recurrence:
+    def _settled(self, before: int, period: int, advance: Enclosure, **report: Any) -> Recurrence:
         last = self.halves[len(self.halves) - 2 * period :]
         itinerary = tuple((k + 1, one) for k, half in enumerate(last) for one in half)
         # a period that begins at `before`
         shift = (len(self.halves) // 2 - before) % period
-        itinerary = tuple(
-            ((k - 1 + 2 * shift) % (2 * period) + 1, one) for k, one in itinerary
-        )
+        itinerary = tuple(((k - 1 + 2 * shift) % (2 * period) + 1, one) for k, one in itinerary)
         itinerary = tuple(sorted(itinerary, key=lambda pair: pair[0]))
         evidence = self._proved()
         reason = ""

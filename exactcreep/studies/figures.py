@@ -140,7 +140,7 @@ def draw_run(
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=ratios)
         _draw_theta(top, results, band=band)
         if len(results) == 1:
-            _draw_one(bottom, results[0])
+            draw_one(bottom, results[0])
         else:
             _draw_members(bottom, results, settings)
         target = "half-cycles" if results[0].drive.cyclic else "targets"
@@ -251,7 +251,8 @@ def _course(values: NDArray[Any], start: float) -> tuple[NDArray[Any], NDArray[A
     return _thinned(np.arange(values.size + 1), np.concatenate([[start], values]))
 
 
-def _draw_one(axes: Axes, result: Creep) -> None:
+def draw_one(axes: Axes, result: Creep) -> None:
+    """Draw x_G of a run, and every slider where there are few."""
     start = result.experiment.initial.displacements.astype(float)
     axes.plot(
         *_course(result.recorded["x_G"], float(start.mean())),

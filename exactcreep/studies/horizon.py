@@ -144,7 +144,6 @@ class Question:
         return Enclosure(way * (end.middle - begin.middle), end.radius + begin.radius)
 
 
-
 def last_outcome(trial: Trial, half_cycles: int) -> tuple[Outcome | None, Evidence]:
     """Return what the chain does in the last cycle of a run, and how well that is known."""
     last = [one for one in trial.log if one.half_cycle > half_cycles - 2]
@@ -197,4 +196,3 @@ def transient(changes: list[tuple[int, float]]) -> dict[str, Any]:
 def weaker(a: Evidence, b: Evidence) -> Evidence:
     order = list(Evidence)
     return order[max(order.index(a), order.index(b))]
-

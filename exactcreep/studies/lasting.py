@@ -128,5 +128,3 @@ def side_by_side(one: Trial, other: Trial) -> list[list[LoggedRearrangement]]:
                 end += step
         logs.append(log)
     return logs
-
-

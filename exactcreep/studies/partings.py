@@ -174,16 +174,18 @@ class Parting:
 
     def summary(self) -> dict[str, Any]:
         """Return the parting by names, ready for JSON."""
-        return plain_data({
-            "label": self.contestant.label,
-            "solver": self.contestant.solver,
-            "options": self.contestant.options,
-            "seeds_that_parted": self.parted,
-            "events_agreed_median_quartiles": self.agreed.summary(),
-            "wrong_turns_per_event": self.rate.summary(),
-            "position_error_before_median_quartiles": self.error.summary(),
-            "velocity_bias_relative": self.bias.summary(),
-        })
+        return plain_data(
+            {
+                "label": self.contestant.label,
+                "solver": self.contestant.solver,
+                "options": self.contestant.options,
+                "seeds_that_parted": self.parted,
+                "events_agreed_median_quartiles": self.agreed.summary(),
+                "wrong_turns_per_event": self.rate.summary(),
+                "position_error_before_median_quartiles": self.error.summary(),
+                "velocity_bias_relative": self.bias.summary(),
+            }
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,21 +248,23 @@ class Partings:
 
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""
-        return plain_data({
-            "n": self.experiment.chain.n,
-            "seeds": self.seeds,
-            "certified": {
-                "digits": self.digits,
-                "events": self.events,
-                "seeds_undecided": self.undecided,
-            },
-            "half_cycles": self.half_cycles,
-            "orders": {
-                name: self.order(locate=locate).summary()
-                for name, locate in (("verlet", False), ("verlet, located", True))
-            },
-            "contestants": [one.summary() for one in self.contestants],
-        })
+        return plain_data(
+            {
+                "n": self.experiment.chain.n,
+                "seeds": self.seeds,
+                "certified": {
+                    "digits": self.digits,
+                    "events": self.events,
+                    "seeds_undecided": self.undecided,
+                },
+                "half_cycles": self.half_cycles,
+                "orders": {
+                    name: self.order(locate=locate).summary()
+                    for name, locate in (("verlet", False), ("verlet, located", True))
+                },
+                "contestants": [one.summary() for one in self.contestants],
+            }
+        )
 
 
 def experiments_of(experiment: Experiment, seeds: Any) -> list[Experiment]:
@@ -357,9 +361,7 @@ def partings(
             if contestant is not field[0]:
                 velocity = mean_velocity(positions(contestant, member, spans[-1]), member)
             before = found.errors[: found.compared]
-            kept.append(
-                Followed(member.seed, found.agreed, found.differs, before, velocity, exact)
-            )
+            kept.append(Followed(member.seed, found.agreed, found.differs, before, velocity, exact))
     tell("done", 1.0)
     return Partings(
         experiment=experiment,

@@ -135,38 +135,40 @@ class Plan(Shown):
         if self.choice.pilot is not None:
             pilot = vars(self.choice.pilot)
         half_cycles = self.experiment.drive.half_cycles
-        return plain_data({
-            "solver": self.solver,
-            "explicit": self.explicit,
-            "choice": self.choice.name,
-            "reason": self.choice.reason,
-            "question": self.question,
-            "accuracy": self.accuracy,
-            "accuracy_reached": self.accuracy_reached,
-            "half_cycles": half_cycles,
-            "law": list(self.choice.law),
-            "needs": {
-                need.name: {"needed": need.needed, "reason": need.reason} for need in self.needs
-            },
-            "candidates": [
-                {
-                    "solver": rung.name,
-                    "applies": rung.applies,
-                    "bias": rung.bias,
-                    "statistical_error": rung.statistical,
-                    "known_by": rung.known_by,
-                    "reason": rung.reason,
-                    "seconds": self.costs[rung.name],
-                    "seeds_needed": self.seeds(rung),
-                    "half_cycles_needed": self.seeds(rung) * half_cycles,
-                    "seconds_needed": self.seconds(rung),
-                }
-                for rung in self.choice.candidates
-            ],
-            "pilot": pilot,
-            "trusted_half_cycles": self.trusted_half_cycles,
-            "course": self.course or None,
-        })
+        return plain_data(
+            {
+                "solver": self.solver,
+                "explicit": self.explicit,
+                "choice": self.choice.name,
+                "reason": self.choice.reason,
+                "question": self.question,
+                "accuracy": self.accuracy,
+                "accuracy_reached": self.accuracy_reached,
+                "half_cycles": half_cycles,
+                "law": list(self.choice.law),
+                "needs": {
+                    need.name: {"needed": need.needed, "reason": need.reason} for need in self.needs
+                },
+                "candidates": [
+                    {
+                        "solver": rung.name,
+                        "applies": rung.applies,
+                        "bias": rung.bias,
+                        "statistical_error": rung.statistical,
+                        "known_by": rung.known_by,
+                        "reason": rung.reason,
+                        "seconds": self.costs[rung.name],
+                        "seeds_needed": self.seeds(rung),
+                        "half_cycles_needed": self.seeds(rung) * half_cycles,
+                        "seconds_needed": self.seconds(rung),
+                    }
+                    for rung in self.choice.candidates
+                ],
+                "pilot": pilot,
+                "trusted_half_cycles": self.trusted_half_cycles,
+                "course": self.course or None,
+            }
+        )
 
 
 def plan(

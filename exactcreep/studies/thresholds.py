@@ -328,6 +328,7 @@ def _scans(chain: Chain, low: Any, high: Any) -> list[tuple[Fraction, Fraction]]
     ends = [end for end in sorted([2 * law, chain.n * first_slip]) if end > begin]
     return list(pairwise([begin, *(ends or [2 * begin])]))
 
+
 def _single(asked: Asked) -> Threshold:
     """Return that one slider, which has no spring, stays at rest at any amplitude."""
     return asked.answer(

@@ -141,26 +141,28 @@ class Score:
 
     def summary(self) -> dict[str, Any]:
         """Return the score as plain data for JSON; what is not known is None."""
-        return plain_data({
-            "label": self.contestant.label,
-            "solver": self.contestant.solver,
-            "options": self.contestant.options,
-            "seconds_per_half_cycle": self.seconds,
-            "seconds_quartiles": [self.seconds_low, self.seconds_high],
-            "time_ratio_to_exact": self.ratio,
-            "rearrangements_compared": self.compared,
-            "rearrangements_with_other_events": self.different,
-            "wrong_interval": self.wrong_interval,
-            "position_error_median": self.error,
-            "position_error_largest": self.error_high,
-            "events_agreed": self.agreed,
-            "events_agreed_all": self.agreed_all,
-            "velocity_bias": self.bias,
-            "velocity_bias_error": self.bias_error,
-            "velocity_bias_half_cycles": self.bias_half_cycles,
-            "memory_bytes": self.memory or None,
-            "notes": self.notes,
-        })
+        return plain_data(
+            {
+                "label": self.contestant.label,
+                "solver": self.contestant.solver,
+                "options": self.contestant.options,
+                "seconds_per_half_cycle": self.seconds,
+                "seconds_quartiles": [self.seconds_low, self.seconds_high],
+                "time_ratio_to_exact": self.ratio,
+                "rearrangements_compared": self.compared,
+                "rearrangements_with_other_events": self.different,
+                "wrong_interval": self.wrong_interval,
+                "position_error_median": self.error,
+                "position_error_largest": self.error_high,
+                "events_agreed": self.agreed,
+                "events_agreed_all": self.agreed_all,
+                "velocity_bias": self.bias,
+                "velocity_bias_error": self.bias_error,
+                "velocity_bias_half_cycles": self.bias_half_cycles,
+                "memory_bytes": self.memory or None,
+                "notes": self.notes,
+            }
+        )
 
 
 @dataclass(frozen=True)
@@ -241,19 +243,21 @@ class Tradeoff:
     def summary(self) -> dict[str, Any]:
         """Return the trade as plain data for JSON."""
         drive = self.experiment.drive
-        return plain_data({
-            "half_cycles": drive.half_cycles,
-            "velocity": self.velocity,
-            "velocity_error": self.velocity_error,
-            "events_compared": self.events_compared,
-            "long_rearrangements_left_out": self.left_out,
-            "rearrangements_without_truth": self.no_truth,
-            "seeds": self.seeds,
-            "truth": {"solver": self.truth.solver, "options": self.truth.options},
-            "advice": self.advice,
-            "seconds": self.seconds,
-            "scores": [one.summary() for one in self.scores],
-        })
+        return plain_data(
+            {
+                "half_cycles": drive.half_cycles,
+                "velocity": self.velocity,
+                "velocity_error": self.velocity_error,
+                "events_compared": self.events_compared,
+                "long_rearrangements_left_out": self.left_out,
+                "rearrangements_without_truth": self.no_truth,
+                "seeds": self.seeds,
+                "truth": {"solver": self.truth.solver, "options": self.truth.options},
+                "advice": self.advice,
+                "seconds": self.seconds,
+                "scores": [one.summary() for one in self.scores],
+            }
+        )
 
 
 def _microseconds(seconds: float) -> str:

@@ -83,9 +83,7 @@ def draw_trace(data: Data, tables: list[Table]) -> Figure:
     inset.plot(time, law * time / 1000, **PRINTED)
     inset.set_xlim(0, time[-1])
     inset.set_ylim(0, None)
-    inset.set_title(
-        rf"long run: {cell.velocity:.1f} per change; law {law:.1f}", fontsize=7, pad=3
-    )
+    inset.set_title(rf"long run: {cell.velocity:.1f} per change; law {law:.1f}", fontsize=7, pad=3)
     inset.set_ylabel(r"$\Delta\tilde{x}_G/10^3$", fontsize=8, labelpad=1)
     inset.tick_params(labelsize=7)
     return figure
@@ -112,9 +110,7 @@ def _angle_remark(cell: Cell, row: Row) -> str:
             " way, and uphill and downhill slips cancel in part"
         )
     if friction - slope < 3 * width:
-        return (
-            "close to mu_d: the slip of one slider sets off the other, and both go down together"
-        )
+        return "close to mu_d: the slip of one slider sets off the other, and both go down together"
     return _NEGLECTED
 
 
@@ -209,9 +205,7 @@ def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
     bottom.plot(sizes, exact / base, **EXACT)
 
     def ratio(row: Row) -> float:
-        return 1 / float(
-            asymptote(l0=l0, sigma_theta=row.varied["sigma_theta"])
-        )
+        return 1 / float(asymptote(l0=l0, sigma_theta=row.varied["sigma_theta"]))
 
     points(bottom, rows, "sigma_theta", scale=ratio, **RANDOM)
     star = law_values(LAWS["threshold_th_2_gaussienne_corrected"].printed, parameters)[0]

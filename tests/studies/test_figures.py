@@ -68,6 +68,7 @@ TINY = {
     },
     "fate-map": {"sizes": [3, 6], "count": 7, "cycles": 100},
     "lifetimes": {"sizes": [6], "ratios": [0.94, 0.95, 0.98], "starts": 4, "cycles": 500},
+    "chain-avalanches": {"sizes": [6, 9], "ratios": [1.5], "cycles": [12, 12]},
     "chain-near-threshold": {
         "drive.cycles": 5, "vary.drive.amplitude": ["0.0035", "0.004"],
         "vary.run.start": TINY_STARTS[1:],

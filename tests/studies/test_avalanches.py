@@ -1,0 +1,132 @@
+"""Distributions of avalanches: their bins, errors, cut-offs, and the pictures of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Creep, Cycles, InputError, creep
+from exactcreep.studies import avalanches
+from exactcreep.studies.avalanches import MEASURES, Avalanches
+
+CHAIN = Chain(8, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+
+
+@pytest.fixture(scope="module")
+def run() -> Creep:
+    return creep(CHAIN, Cycles("0.003", 40), seed=2, record=("x_G", "slips", "rearrangements"))
+
+
+@pytest.fixture(autouse=True)
+def _closed() -> Iterator[None]:
+    yield
+    plt.close("all")
+
+
+def drawn(values: np.ndarray, blocks: int = 16) -> Avalanches:
+    """Return numbers as if they were avalanches, in equal blocks one after the other."""
+    block = np.arange(values.size) * blocks // values.size
+    return Avalanches(block, blocks, dict.fromkeys(MEASURES, values.astype(float)))
+
+
+def test_the_avalanches_of_a_run_are_those_of_whole_cycles_after_its_burn_in(run: Creep) -> None:
+    found = avalanches.avalanches_of(run)
+    slips = run.recorded["slips"][run.burn_in :].sum()
+    assert run.burn_in % 2 == 0 < run.burn_in
+    assert found.values["size"].sum() == slips > 1000
+    assert set(found.block.tolist()) == set(range(avalanches.BLOCKS))
+    assert found.values["extent"].max() <= CHAIN.n
+    assert (found.values["extent"] >= 1).all()
+
+
+@pytest.mark.parametrize("measure", MEASURES)
+def test_a_distribution_holds_every_avalanche_once(run: Creep, measure: str) -> None:
+    part = avalanches.distribution(avalanches.avalanches_of(run), measure)
+    assert (part.density * part.width).sum() == pytest.approx(1, rel=1e-12)
+    assert (part.error >= 0).all()
+
+
+def test_bins_of_whole_numbers_know_how_many_they_hold() -> None:
+    """Else a flat distribution would look like a comb."""
+    values = np.tile(np.arange(1, 101), 32)
+    part = avalanches.distribution(drawn(values), "size", avalanches.edges_of("size", 1, 100)[:-1])
+    full = part.middle < 70
+    assert part.width[0] == 1 < part.width[full][-1]
+    assert np.ptp(part.density[full]) < 1e-12 * part.density[0]
+    assert np.median(part.error) == 0  # all blocks are alike
+
+
+def test_errors_are_the_scatter_of_independent_runs() -> None:
+    """Pareto's law with a density known in every bin, 200 samples of 1600 numbers."""
+    edges = 10.0 ** np.arange(0, 1.3, 0.25)
+    known = (edges[:-1] ** -1.5 - edges[1:] ** -1.5) / (1 - edges[-1] ** -1.5)
+    off = []
+    for seed in range(200):
+        values = np.random.default_rng(seed).pareto(1.5, 1600) + 1
+        part = avalanches.distribution(drawn(values), "energy", edges)
+        off.append((part.density * part.width - known) / (part.error * part.width))
+    scatter = np.array(off).std(axis=0)
+    assert (scatter > 0.85).all()
+    assert (scatter < 1.25).all()
+
+
+def test_blocks_see_what_neighbours_have_in_common() -> None:
+    """Each number a hundred times in a row is worth no more than once."""
+    values = np.random.default_rng(1).pareto(3.0, 160) + 1
+    _, once = avalanches.cut_off(drawn(values), "energy")
+    _, often = avalanches.cut_off(drawn(np.repeat(values, 100)), "energy")
+    assert often == pytest.approx(once, rel=1e-9)
+
+
+def test_the_cut_off_grows_with_that_of_a_power_law() -> None:
+    sizes, ends, errors = (30.0, 100.0, 300.0), [], []
+    for seed, most in enumerate(sizes):
+        uniform = np.random.default_rng(seed).random(40_000)
+        values = (1 - uniform * (1 - most**-0.5)) ** -2.0  # density s^-1.5 up to `most`
+        end, error = avalanches.cut_off(drawn(values), "size")
+        ends.append(end)
+        errors.append(error)
+        exact = (most**1.5 - 1) / (3 * (most**0.5 - 1))
+        assert abs(end - exact) < 4 * error
+    slope, error, _ = avalanches.growth(sizes, np.array(ends), np.array(errors))
+    assert 0.9 < slope < 1.1
+    assert error < 0.05
+
+
+def test_a_bent_line_widens_the_error_of_its_exponent() -> None:
+    sizes = (30.0, 100.0, 300.0)
+    straight, bent = np.array(sizes) ** 2, np.array([900.0, 20_000.0, 90_000.0])
+    errors = 0.01 * straight
+    assert avalanches.growth(sizes, straight, errors)[0] == pytest.approx(2, rel=1e-12)
+    assert avalanches.growth(sizes, straight, errors)[2] < 1e-9
+    assert (
+        avalanches.growth(sizes, bent, errors)[1]
+        > 5 * avalanches.growth(sizes, straight, errors)[1]
+    )
+
+
+def test_a_run_draws_itself_on_axes_that_it_is_given_or_on_new_ones(run: Creep) -> None:
+    axes = run.plot()
+    assert axes.lines[0].get_ydata()[-1] == run.recorded["x_G"][-1]
+    assert axes.get_xlabel()
+    assert axes.get_ylabel()
+    _, given = plt.subplots()
+    for measure in MEASURES:
+        assert run.plot.avalanches(measure, ax=given) is given
+    part = avalanches.distribution(avalanches.avalanches_of(run), "extent")
+    line = given.lines[-1]
+    assert (line.get_ydata() == part.density[part.density > 0]).all()
+    assert (given.get_xscale(), given.get_yscale()) == ("log", "log")
+
+
+def test_a_picture_of_what_was_not_recorded_is_refused(run: Creep) -> None:
+    bare = creep(CHAIN, Cycles("0.003", 1), record=())
+    with pytest.raises(InputError, match="was not recorded"):
+        bare.plot()
+    with pytest.raises(InputError, match="rearrangements"):
+        bare.plot.avalanches()
+    with pytest.raises(InputError, match="must be one of size, duration"):
+        run.plot.avalanches("mass")
