@@ -348,9 +348,9 @@ def draw(data: Data, tables: list[Table]) -> Figure:
         for k, ratio in enumerate(ratios):
             here = dataset.sel(ratio=ratio)
             label = f"{measure}, {ratio:g} $A^*$: $N^{{{next(exponents).measured:.2f}}}$"
-            value, error = (here[f"{measure}_cut_off{end}"] for end in ("", "_error"))
+            ends = [here[f"{measure}_cut_off{end}"].to_numpy() for end in ("", "_error")]
             style = _style(number + 3, k)
-            panels[5].errorbar(sizes, value, np.nan_to_num(error), **style, label=label)
+            panels[5].errorbar(sizes, ends[0], np.nan_to_num(ends[1]), **style, label=label)
     panels[5].set(xscale="log", yscale="log", xlabel="number of sliders $N$")
     panels[5].set_ylabel(r"cut-off $\langle s^2\rangle/\langle s\rangle$ (each in its unit)")
     panels[5].legend(loc="upper left", fontsize=6.5)
