@@ -2,6 +2,7 @@
 
 import math
 import os
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from exactcreep import Path as ThetaPath
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint as checkpoints
 from exactcreep.quasistatic import loop
+from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import CheckpointWarning, PhysicsWarning, resume
 from exactcreep.quasistatic.result import load_members, save_members
@@ -596,3 +598,18 @@ def test_the_old_name_of_a_count_warns_and_names_the_new_one(old: str, new: str)
     with pytest.warns(DeprecationWarning, match=f"use Creep.{new}"):
         count = getattr(result, old)
     assert count == getattr(result, new) == result.summary()[old] > 0
+
+
+def test_first_coefficients_hold_until_a_slider_slips_and_a_very_large_one_is_a_nail() -> None:
+    chain = Chain(4, 1000, "0.5", "0.6", tan_alpha="0.25")
+    start = replace(State.relaxed(chain), coefficients=[0.9, 0.6, 0.7, 50.0])
+    for solver in ("exact", "reference", "certified", "verlet"):
+        once = creep(chain, ThetaPath(["0.002"]), solver=solver, start=start)
+        assert (once.state.draws > 1).tolist() == [True, True, False, False]
+        assert floats(once.state.coefficients).tolist() == [0.6, 0.6, 0.7, 50.0]
+        run = creep(chain, Cycles("0.002", 2), solver=solver, start=start, record="x")
+        assert (run.state.draws > 1).tolist() == [True, True, True, False]
+        assert floats(run.state.coefficients).tolist() == [0.6, 0.6, 0.6, 50.0]
+        assert not floats(run.recorded["x"])[:, 3].any()
+    sliding = creep(chain, Cycles("0.002", 2), solver="sliding", start=start, record="x")
+    assert sliding.recorded["x"][:, 3].any()
