@@ -1,0 +1,82 @@
+"""How the book is made of this folder; `pages.py` writes what the code itself knows."""
+
+import sys
+from pathlib import Path
+
+from docutils.nodes import SkipNode
+from latex2mathml.converter import convert
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE.parent), str(HERE)]  # the package and its derivations, installed or not
+
+import pages  # noqa: E402
+
+import exactcreep  # noqa: E402
+
+project = "exactcreep"
+author = "exactcreep"
+version = release = exactcreep.__version__
+extensions = [
+    "myst_nb",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "matplotlib.sphinxext.plot_directive",
+]
+exclude_patterns = ["pictures/*.md", "_build"]
+default_role = "py:obj"
+highlight_language = "python"
+
+# notebooks keep their outputs; `-D nb_execution_mode=force` computes them again
+nb_execution_mode = "off"
+nb_execution_timeout = 600
+nb_execution_raise_on_error = True
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist"]
+myst_heading_anchors = 3
+
+autodoc_typehints = "none"  # numpydoc says the types
+autodoc_member_order = "bysource"
+autodoc_default_options = {"no-value": True}
+numpydoc_show_class_members = False
+plot_html_show_source_link = False
+plot_html_show_formats = False
+plot_formats = [("png", 110)]
+
+html_theme = "pydata_sphinx_theme"
+html_title = "exactcreep"
+html_static_path = ["_static"]
+html_css_files = ["book.css"]
+html_js_files = ["table.js"]
+html_show_sourcelink = False
+html_math_renderer = "mathml"
+html_theme_options = {
+    "show_toc_level": 2,
+    "navigation_with_keys": False,
+    "show_prev_next": True,
+    "footer_end": [],
+}
+
+
+def _math(translator, node):
+    """Write a formula as MathML, which browsers draw without a program from elsewhere."""
+    block = node.tagname == "math_block"
+    text = convert(pages.plain_latex(node.astext()), display="block" if block else "inline")
+    translator.body.append(f'<div class="formula">{text}</div>' if block else text)
+    raise SkipNode
+
+
+def _read(app, name, content):
+    content[0] = pages.filled(content[0])
+
+
+def _skipped(app, what, name, value, skip, options):
+    """Leave out what Python writes below the fields of a named tuple."""
+    return True if (getattr(value, "__doc__", "") or "").startswith("Alias for field") else None
+
+
+def setup(app):
+    app.add_html_math_renderer(
+        "mathml", inline_renderers=(_math, None), block_renderers=(_math, None)
+    )
+    app.connect("source-read", _read)
+    app.connect("autodoc-skip-member", _skipped)
+    app.connect("autodoc-process-docstring", pages.readable, priority=100)

@@ -1,0 +1,270 @@
+"""What the book says of the code, taken from the code: each function fills one kind of ``<<...>>``.
+
+A line ``<<name argument>>`` of a page stands for what ``PARTS[name](argument)`` returns, which is
+Markdown. So no list of names, columns, keys, commands or laws is written twice.
+"""
+
+import enum
+import inspect
+import re
+from dataclasses import fields, is_dataclass
+
+import sympy as sp
+from numpydoc.docscrape import NumpyDocString
+from sphinx.pycode import ModuleAnalyzer
+from typer.cli import get_docs_for_click
+from typer.main import get_command
+
+import exactcreep
+from derivations.ledger import SUBJECTS, entries, subject_of
+from exactcreep.cli import app
+from exactcreep.quasistatic.experiment import DRIVES
+from exactcreep.scene import builtin_scenes, load_scene
+from exactcreep.solvers.records import TABLES
+from exactcreep.solvers.registry import SOLVERS
+
+
+def _cell(text):
+    return " ".join(str(text).split()).replace("|", r"\|")
+
+
+def _table(head, rows, kind=""):
+    """Return a table; the cells are Markdown."""
+    lines = [head, ["---"] * len(head), *rows]
+    body = "\n".join("| " + " | ".join(_cell(cell) for cell in line) + " |" for line in lines)
+    return f"```{{table}}\n:class: {kind or 'plain'}\n\n{body}\n```\n"
+
+
+# --- the public names ----------------------------------------------------------------------------
+
+
+def room_of(name):
+    """Return the room that a public name lives in, as the first word of its module."""
+    value = getattr(exactcreep, name)
+    module = value.__name__ if inspect.ismodule(value) else value.__module__
+    return module.split(".")[1]
+
+
+def _directive(name):
+    value = getattr(exactcreep, name)
+    if inspect.ismodule(value):
+        kind, options = "automodule", ["members"]
+    elif isinstance(value, type):
+        kind, options = "autoclass", ["members"]
+        if issubclass(value, BaseException):
+            kind = "autoexception"
+        if issubclass(value, enum.Enum):
+            options.append("undoc-members")
+    else:
+        kind, options = "autofunction", []
+    lines = [f".. {kind}:: exactcreep.{name}", *(f"   :{option}:" for option in options)]
+    return "\n".join(lines)
+
+
+def public(room):
+    """Return the public names of a room: shapes, units, errors and examples."""
+    names = [name for name in exactcreep.__all__ if not name.startswith("_")]
+    found = [_directive(name) for name in names if room_of(name) == room]
+    return "\n".join(["```{eval-rst}", *(part + "\n" for part in found), "```"])
+
+
+def readable(app, what, name, value, options, lines):
+    """Keep what the docstrings mean by ``|theta|`` and ``l0**2`` from being read as markup."""
+    literal = False
+    for k, line in enumerate(lines):
+        indented = line.startswith(" ") or not line.strip()
+        literal = literal and indented
+        if not literal and not line.lstrip().startswith((">>>", "...")):
+            parts = re.split(r"(``.*?``|`[^`]*`)", line)
+            parts[::2] = [re.sub(r"(\*+|\||(?<=\w)_(?!\w))", _escaped, p) for p in parts[::2]]
+            lines[k] = "".join(parts)
+        literal = literal or line.rstrip().endswith("::")
+
+
+def _escaped(found):
+    return "".join("\\" + sign for sign in found[0])
+
+
+# --- words, tables, scenes, commands --------------------------------------------------------------
+
+
+def _members_of(kind):
+    """Yield every member of an enumeration with the sentences below it."""
+    said = ModuleAnalyzer.for_module(kind.__module__).find_attr_docs()
+    for member in kind:
+        yield member, " ".join(said[kind.__name__, member.name]).strip()
+
+
+def words(name):
+    """Return the table of an enumeration's words and what they mean."""
+    kind = getattr(exactcreep, name)
+    return _table(
+        [name, "meaning"], [(f"`{member.value}`", text) for member, text in _members_of(kind)]
+    )
+
+
+def columns(_):
+    """Return the variables of a dataset, table by table."""
+    parts = []
+    for table in TABLES:
+        rows = [
+            (f"`{name}`", f"`({', '.join([table.dimension, *c.across])})`", c.dtype, c.unit,
+             c.meaning)
+            for name, c in table.columns.items()
+        ]  # fmt: skip
+        parts += [f"## Per {table.dimension.replace('_', '-')}", inspect.getdoc(table.row),
+                  _table(["variable", "dimensions", "type", "unit", "meaning"], rows)]  # fmt: skip
+    return "\n\n".join(parts)
+
+
+def _parameters(kind):
+    """Return the rows of a class's parameters: name, type, meaning, from its docstring."""
+    said = NumpyDocString(inspect.getdoc(kind) or "")
+    listed = said["Parameters"] or said["Attributes"]
+    return {
+        name.strip(): (entry.type, " ".join(entry.desc))
+        for entry in listed
+        for name in entry.name.split(",")
+    }
+
+
+def keys(_):
+    """Return the keys of a scene, table by table."""
+    head = ["key", "type", "meaning"]
+    parts = ["## `[chain]`", _table(head, _rows(exactcreep.Chain))]
+    for word, kind in DRIVES.items():
+        about = (inspect.getdoc(kind) or "").splitlines()[0]
+        parts += [f'## `[drive]` with `kind = "{word}"`', about, _table(head, _rows(kind))]
+    parts.append("## Options of the solvers, in `[run]`")
+    for name, solver in SOLVERS.items():
+        made = solver if isinstance(solver, type) else type(solver)
+        if is_dataclass(made) and fields(made):
+            parts += [f"### `{name}`", f"{made.summary[0].upper()}{made.summary[1:]}.",
+                      _table(head, _rows(made))]  # fmt: skip
+    return "\n\n".join(parts)
+
+
+def _rows(kind):
+    known = _parameters(kind)
+    taken = [
+        each.name
+        for each in inspect.signature(kind).parameters.values()
+        if each.default is not None
+    ]
+    return [(f"`{name}`", *known.get(name, ("", ""))) for name in taken]
+
+
+def scenes(_):
+    """Return the scenes that come with the program."""
+    rows = [(f"`{name}`", load_scene(name).title) for name in builtin_scenes()]
+    return _table(["scene", "what it is"], rows, "searchable")
+
+
+def commands(_):
+    """Return every command with its arguments and options, as ``--help`` has them."""
+    command = get_command(app)
+    text = get_docs_for_click(
+        obj=command, ctx=command.make_context("exactcreep", [], resilient_parsing=True),
+        name="exactcreep",
+    )  # fmt: skip
+    return re.sub(r"^(#+) `exactcreep ?(.*)`$", _command_heading, text, flags=re.MULTILINE)
+
+
+def _command_heading(found):
+    return f"## exactcreep {found[2]}".rstrip() if found[2] else "## The program itself"
+
+
+# --- laws and proofs -----------------------------------------------------------------------------
+
+
+def plain_latex(text):
+    """Return a formula of the paper as one that stands alone: unnumbered, its lines aligned."""
+    text = text.replace(r"\nonumber", "").strip()
+    aligned = "&=&" in text and r"\begin" not in text
+    return rf"\begin{{array}}{{rcl}}{text}\end{{array}}" if aligned else text
+
+
+def _formula(text):
+    """Return the text of the paper with its formulas as formulas."""
+    text = re.sub(r"\\ref\{(.*?)\}", r"`\1`", " ".join((text or "").split()))
+    return text if "$" in text or "\\" not in text else f"${text}$"
+
+
+def laws(_):
+    """Return every law: its formula, forms and standing, with links to entry and proof."""
+    parts = []
+    for law in exactcreep.laws.LAWS.values():
+        forms = {"printed": law.printed, "corrected": law.corrected, "exact": law.exact}
+        module = law.derivation.split(",")[0].rpartition("/")[2].removesuffix(".py")
+        parts += [
+            f"(law-{law.label})=\n## {law.label}",
+            f"$$\n{law.latex}\n$$",
+            f"{law.place}; **{law.verdict}**; {law.units}. Proof: [{SUBJECTS[module].derive().title}]"
+            f"(#proof-{module}); [all that is said of the paper](ledger.md).",
+            _table(
+                ["form", "formula", "takes"],
+                [
+                    (name, f"`{form.text}`", ", ".join(f"`{p}`" for p in form.required))
+                    for name, form in forms.items()
+                    if form is not None
+                ],
+            ),
+        ]
+    return "\n\n".join(parts)
+
+
+def ledger(_):
+    """Return every statement of the paper with its verdict, in one table."""
+    rows = [
+        (
+            entry.label or entry.name,
+            entry.place,
+            f"${entry.formula}$" if entry.formula else _formula(entry.printed),
+            f"**{entry.verdict}**",
+            _formula(entry.corrected),
+            entry.error or "",
+            f"[{subject_of(entry)}](#proof-{subject_of(entry)}): {entry.how}",
+        )
+        for entry in entries()
+    ]
+    head = ["statement", "place", "printed", "verdict", "correct form", "error", "by"]
+    return _table(head, rows, "searchable")
+
+
+def proofs(_):
+    """Return the steps of every derivation."""
+    parts = []
+    for name, module in SUBJECTS.items():
+        derivation = module.derive()
+        parts += [f"(proof-{name})=\n## {derivation.title}", f"`derivations/{name}.py`"]
+        if derivation.assumptions:
+            parts.append("Assumed: " + "; ".join(derivation.assumptions) + ".")
+        for number, step in enumerate(derivation.steps, 1):
+            parts.append(f"**{number}.** {_prose(step.text)}")
+            if isinstance(step.expression, sp.Basic | sp.MatrixBase):
+                parts.append(f"$$\n{sp.latex(step.expression)}\n$$")
+    return "\n\n".join(parts)
+
+
+def _prose(text):
+    return re.sub(r"([*_|<>\[\]])", r"\\\1", text)
+
+
+PARTS = {
+    "public": public,
+    "words": words,
+    "columns": columns,
+    "keys": keys,
+    "scenes": scenes,
+    "commands": commands,
+    "laws": laws,
+    "ledger": ledger,
+    "proofs": proofs,
+}
+
+
+def filled(text):
+    """Return a page with its ``<<...>>`` lines filled."""
+    return re.sub(
+        r"^<<(\w+) ?(\w*)>>$", lambda found: PARTS[found[1]](found[2]), text, flags=re.MULTILINE
+    )

@@ -1,0 +1,111 @@
+"""The book: what it shows runs, what it keeps is what was run, and it builds without a warning."""
+
+import doctest
+import json
+import re
+import shlex
+import sys
+from pathlib import Path
+
+import pytest
+
+import exactcreep
+from exactcreep.cli import status
+from tests.processes import finished
+
+BOOK = Path(__file__).parents[1] / "notebooks"
+PAGES = sorted(path for path in BOOK.rglob("*.md") if path.parent.name != "pictures")
+BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def blocks(path: Path, language: str) -> list[str]:
+    found = BLOCK.findall(path.read_text(encoding="utf-8"))
+    return [text for name, text in found if name == language]
+
+
+def with_blocks(language: str, holding: str) -> list[Path]:
+    return [path for path in PAGES if any(holding in text for text in blocks(path, language))]
+
+
+@pytest.mark.parametrize("path", with_blocks("python", ">>>"), ids=lambda path: path.stem)
+def test_the_examples_of_a_page_print_what_they_say(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = "\n".join(blocks(path, "python"))
+    example = doctest.DocTestParser().get_doctest(text, {}, path.stem, str(path), 0)
+    assert example.examples
+    assert doctest.DocTestRunner(verbose=False).run(example).failed == 0
+
+
+@pytest.mark.parametrize("path", with_blocks("sh", "exactcreep "), ids=lambda path: path.stem)
+def test_the_commands_of_a_page_run(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for text in blocks(path, "toml"):
+        Path("my-scene.toml").write_text(text, encoding="utf-8")
+    for line in "\n".join(blocks(path, "sh")).splitlines():
+        if line.startswith("exactcreep "):
+            words = shlex.split(line, comments=True)[1:]
+            assert status(words) == 0, f"{line}: {capsys.readouterr()}"
+
+
+def test_every_link_between_pages_leads_to_a_page() -> None:
+    links = [
+        (path, link)
+        for path in PAGES
+        for link in re.findall(r"\]\((?!https?:|#)([^)#\s]+)", path.read_text(encoding="utf-8"))
+    ]
+    assert links
+    assert [(path, link) for path, link in links if not (path.parent / link).exists()] == []
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the book, built with every warning an error."""
+    pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
+    folder = tmp_path_factory.mktemp("book")
+    words = ["-m", "sphinx", "-W", "-q", "-d", folder / "trees", BOOK, folder / "html"]
+    done = finished(sys.executable, *map(str, words))
+    assert done.returncode == 0, done.stderr
+    return folder / "html"
+
+
+@pytest.mark.slow
+def test_every_public_name_is_in_the_reference(built: Path) -> None:
+    from sphinx.util.inventory import InventoryFile
+
+    with (built / "objects.inv").open("rb") as file:
+        inventory = InventoryFile.load(file, "", lambda base, uri: uri)
+    known = {name for kind, names in inventory.items() if kind.startswith("py:") for name in names}
+    public = {f"exactcreep.{name}" for name in exactcreep.__all__ if not name.startswith("_")}
+    assert public - known == set()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("word", "page"),
+    [
+        ("threshold", "howto/threshold"),
+        ("avalanche", "howto/avalanches"),
+        ("Verlet", "howto/accuracy"),
+        ("resume", "howto/resume"),
+    ],
+)
+def test_a_search_finds_the_page_of_a_word(built: Path, word: str, page: str) -> None:
+    from sphinx.search.en import SearchEnglish
+
+    text = (built / "searchindex.js").read_text(encoding="utf-8")
+    index = json.loads(text.removeprefix("Search.setIndex(").removesuffix(")"))
+    stem = SearchEnglish({}).stem(word.lower())
+    titles = index["titleterms"].get(stem, [])
+    found = [titles] if isinstance(titles, int) else titles
+    assert page in [index["docnames"][number] for number in found]
+
+
+@pytest.mark.slow
+def test_the_book_asks_nothing_of_the_network(built: Path) -> None:
+    for path in built.rglob("*.html"):
+        text = path.read_text(encoding="utf-8")
+        assert not re.findall(r"<(?:script|link|img)[^>]*(?:src|href)=\"(?:https?:)?//[^\"]*", text)
