@@ -8,6 +8,7 @@ import enum
 import inspect
 import re
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 
 import sympy as sp
 from numpydoc.docscrape import NumpyDocString
@@ -22,6 +23,8 @@ from exactcreep.quasistatic.experiment import DRIVES
 from exactcreep.scene import builtin_scenes, load_scene
 from exactcreep.solvers.records import TABLES
 from exactcreep.solvers.registry import SOLVERS
+
+BOOK = Path(__file__).parent
 
 
 def _cell(text):
