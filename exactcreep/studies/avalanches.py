@@ -356,7 +356,7 @@ def draw(data: Data, tables: list[Table]) -> Figure:
     panels[5].legend(loc="upper left", fontsize=6.5)
     panels[5].set_xticks(sizes, [str(n) for n in sizes], minor=False)
     panels[5].set_xticks([], minor=True)
-    panels[5].margins(y=0.5)
+    panels[5].set_ylim(top=100 * float(max(dataset[f"{name}_cut_off"].max() for name in MEASURES)))
     return figure
 
 
