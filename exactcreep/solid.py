@@ -21,6 +21,7 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.record import TemperatureRecord
+from exactcreep.model.shown import Shown, drawn
 from exactcreep.quasistatic.loop import creep
 from exactcreep.quasistatic.result import Creep
 
@@ -216,8 +217,8 @@ class Solid:
         return {"n": chain.n, "l0": chain.l0, "mu_d": chain.mu_d, "tan_alpha": slope}
 
 
-@dataclass(frozen=True, eq=False)
-class Descent:
+@dataclass(frozen=True, eq=False, repr=False)
+class Descent(Shown):
     """How far a solid crept under recorded temperatures, in millimetres.
 
     Attributes
@@ -377,7 +378,14 @@ class Descent:
             ),
         ]
 
-    def __str__(self) -> str:
+    def _facts(self) -> dict[str, Any]:
+        return dict(self.lines())
+
+    def _picture(self) -> str:
+        course = self.result.recorded.get("x_G")
+        return "" if course is None else drawn(course.astype(float), self.elapsed)
+
+    def __repr__(self) -> str:
         return "\n".join(f"{name}: {said}" for name, said in self.lines())
 
 

@@ -171,7 +171,8 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law():
     assert descent.total == pytest.approx(moved[-1], rel=1e-14)
     assert descent.days == 29.5
     assert descent.millimetres_per_year == pytest.approx(moved[-1] / 29.5 * 365.25, rel=1e-12)
-    assert "no year's" in str(descent)
+    assert "no year's" in repr(descent)
+    assert "<svg" in descent._repr_html_()
 
 
 def test_times_without_dates_need_their_unit_and_then_say_the_same():
@@ -200,8 +201,19 @@ def test_what_few_contacts_do_is_told_from_what_friction_does():
             gap = rates[n, factor] / rates[n, 1] * float(factor) - 1
             assert abs(gap) < allowed
     assert descent.artefact == pytest.approx(rates[14, 1] / rates[100, 1] - 1, rel=1e-12)
+    many = physical(**LEAD | {"contacts": 100, "mu_d": "0.45", "tan_alpha": "0.3"})
+    assert many.creep(month(many)).millimetres_per_year == pytest.approx(rates[100, 1], rel=1e-12)
     finer = physical(**LEAD | {"contacts": 120})
     assert finer.creep(month(finer)).contacts == (120, 480)
+
+
+def test_an_altered_solid_is_the_one_that_is_made_so():
+    solid = physical(**LEAD | {"sigma_mu": "0.02"})
+    rougher = {"mu_d": "0.55", "mu_s": "0.66", "sigma_mu": "0.022"}
+    assert solid.altered(contacts=7) == physical(**LEAD | {"contacts": 7, "sigma_mu": "0.02"})
+    assert solid.altered(friction="1.1") == physical(**LEAD | rougher)
+    with pytest.raises(InputError, match="friction = 0: must be positive"):
+        solid.altered(friction=0)
 
 
 def test_a_solid_that_less_friction_does_not_hold_has_no_rate_there():
@@ -264,8 +276,12 @@ def test_a_scene_in_si_units_is_refused_by_key(settings, told):
     assert told in str(caught.value)
 
 
-def test_a_scene_in_si_units_varies_its_contacts():
+def test_a_scene_in_si_units_varies_its_contacts(tmp_path):
     scene = load_scene("lead-roof").with_settings({"vary.physical.contacts": [4, 14]})
     chains = [member.solid.chain for member in scene.members()]
     assert [chain.n for chain in chains] == [4, 14]
     assert chains[0].l0 / 4 == chains[1].l0 / 14
+    grid, picture = str(tmp_path / "grid"), tmp_path / "grid.png"
+    words = ["--set", "vary.physical.contacts=[4,14]", "--out", grid, "--plot", str(picture)]
+    assert status(["sweep", "lead-roof", *words]) == 0
+    assert picture.read_bytes().startswith(b"\x89PNG")

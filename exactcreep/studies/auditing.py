@@ -736,7 +736,7 @@ def _follow(auditor: _Auditor, result: Creep, log: list[LoggedRearrangement]) ->
     march = March(result.experiment, None)
     told = SimpleNamespace(
         tally=auditor.tally, state=lambda: auditor.state, evidence=result.evidence, report=dict,
-        twin=lambda: None,
+        twin=lambda: None, capture=dict,
     )  # fmt: skip
     march.simulation = told  # type: ignore[assignment]
     r = 0

@@ -83,6 +83,8 @@ def _draw_family(axes: Axes, family: list[Cell], over: str, number: int, label: 
 def _law(cell: Cell) -> tuple[float, ...]:
     """Return the law of the sliding limit, nothing where there is none."""
     given = cell.parameters
+    if not {"n", "tan_alpha", "mu_d"} <= set(given):  # a solid's contacts vary
+        return ()
     if given["n"] < 2 or not 0 <= given["tan_alpha"] < given["mu_d"]:
         return ()
     label = {"amplitude": "vitesse_seuil", "sigma_theta": "vitesse_seuil_random"}
