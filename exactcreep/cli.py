@@ -31,6 +31,7 @@ from exactcreep.commands import (
     threshold,
     tradeoff,
 )
+from exactcreep.commands.options import of_pictures
 
 app = typer.Typer(
     add_completion=False,
@@ -39,10 +40,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
+_DRAWING = {"run", "resume", "reproduce", "sweep", "show", "animate", "tradeoff", "threshold",
+            "fate", "survival", "compare"}  # fmt: skip
 for _module in (scenes, run, resume, reproduce, sweep, show, export, animate, explore, plan,
                 tradeoff, threshold, fate, survival, compare, audit, envelope):  # fmt: skip
     _name = _module.__name__.rpartition(".")[2]
-    app.command(_name)(getattr(_module, _name))
+    _command = getattr(_module, _name)
+    app.command(_name)(of_pictures(_command) if _name in _DRAWING else _command)
 
 
 def _show_version(wanted: bool) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any, get_type_hints
@@ -100,6 +102,57 @@ def of_chain(command: Callable[..., None]) -> Callable[..., None]:
     with_chain.__name__, with_chain.__doc__ = command.__name__, command.__doc__
     with_chain.__module__ = command.__module__
     return with_chain
+
+
+_SIZE = re.compile(r"(\d+(?:\.\d*)?|\.\d+)x(\d+(?:\.\d*)?|\.\d+)")
+_NARROWEST, _WIDEST = 1.0, 50.0  # inches of a picture
+
+
+def of_pictures(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command that takes the size of its pictures and their dots per inch, too."""
+
+    @functools.wraps(command)
+    def with_size(*, picture_size: str | None, dpi: str | None, **given: Any) -> None:
+        size = picture_size
+        if size is None and dpi is None:
+            command(**given)
+            return
+        from exactcreep.model.numbers import InputError, whole_number
+        from exactcreep.studies.figures import printed
+
+        if given.get("plot", ...) is None:
+            name = "dpi" if size is None else "size"
+            raise InputError(name, size or dpi, "is that of a picture, and needs --plot")
+        dots = None if dpi is None else whole_number(dpi, "dpi", least=10, most=2400)
+        with printed(None if size is None else _inches(size), dots):
+            command(**given)
+
+    kind = inspect.Parameter.KEYWORD_ONLY
+    types = get_type_hints(command, include_extras=True)
+    parameters = [
+        one.replace(kind=kind, annotation=types[one.name])
+        for one in inspect.signature(command).parameters.values()
+    ]
+    flag = "--picture-size" if "size" in types else "--size"
+    sides = typer.Option(flag, metavar="WxH", help="Of pictures, in inches, as in 6x4.")
+    dots = typer.Option(metavar="K", help="Dots per inch of pictures.")
+    for name, option in (("picture_size", sides), ("dpi", dots)):
+        annotation = Annotated[str | None, option]
+        parameters.append(inspect.Parameter(name, kind, default=None, annotation=annotation))
+    with_size.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    with_size.__annotations__ = {one.name: one.annotation for one in parameters}
+    return with_size
+
+
+def _inches(text: str) -> tuple[float, float]:
+    from exactcreep.model.numbers import InputError
+
+    sides = _SIZE.fullmatch(text.strip())
+    inches = [float(side) for side in sides.groups()] if sides else []
+    if not inches or not all(_NARROWEST <= side <= _WIDEST for side in inches):
+        allowed = f"must be WIDTHxHEIGHT in inches, each from {_NARROWEST:g} to {_WIDEST:g}"
+        raise InputError("size", text, allowed)
+    return inches[0], inches[1]
 
 
 def parsed_settings(entries: list[str] | None) -> dict[str, Any]:

@@ -123,6 +123,7 @@ def write(picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table],
     from exactcreep.quasistatic.files import write_file
     from exactcreep.quasistatic.netcdf import netcdf
     from exactcreep.studies.figures import STYLE, save_picture
+    from exactcreep.studies.tables import to_csv
 
     stem = out / picture.name
     with mpl.rc_context(STYLE):
@@ -131,11 +132,7 @@ def write(picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table],
             save_picture(figure, stem.with_name(f"{picture.name}.{ending}"))
     groups = {name if len(data) > 1 else None: dataset for name, dataset in data.items()}
     write_file(stem.with_name(f"{picture.name}.nc"), netcdf(groups), "out")
-    text = "".join(
-        table.to_csv() if number == 0 else table.to_csv(header=False)
-        for number, table in enumerate(tables)
-    )
-    write_file(stem.with_name(f"{picture.name}.csv"), text.encode(), "out")
+    write_file(stem.with_name(f"{picture.name}.csv"), to_csv(tables).encode(), "out")
 
 
 def print_table(table: Table) -> None:

@@ -13,7 +13,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -26,7 +25,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import write_file
 from exactcreep.solvers.records import logged_events
 from exactcreep.solvers.solver import Rearrangement, Simulation, Stretch, advance
-from exactcreep.studies.figures import INKS, STYLE
+from exactcreep.studies.figures import INKS, STYLE, picture
 
 LOOKED_AT = 100
 """Half-cycles among which `largest_avalanche` looks."""
@@ -205,8 +204,7 @@ class _Stage:
         self.moving, self.held = contacts_at(self.motion, times)
         widest = max(float(np.abs(self.courses_moved).max()), 1e-300)
         self.scale = 0.42 / widest  # the distance of two sliders is drawn as 1
-        self.figure = Figure(figsize=(6.6, 5.6), dpi=100, layout="constrained")
-        FigureCanvasAgg(self.figure)
+        self.figure = picture(6.6, 5.6, dpi=100)
         grid = self.figure.add_gridspec(3, 1, height_ratios=(0.8, 1.3, 1.5))
         self._build_chain(self.figure.add_subplot(grid[0]))
         self._build_forces(self.figure.add_subplot(grid[1]))

@@ -186,7 +186,7 @@ def threshold_tables(data: Data) -> list[Table]:
             rows.append(replace(row, remark=remark))
         title = f"Threshold in units of Eq. (seuil): {name}"
         note = f"{_WORDS[name]}. " + ("Eq. (seuil) is its law." if law else "It has no law.")
-        tables.append(Table(name, title, "1" if law else "-", "", tuple(rows), note))
+        tables.append(Table(name, title, "1" if law else "-", "", tuple(rows), note, "Eq. (seuil)"))
     return tables
 
 
@@ -287,7 +287,7 @@ def fate_tables(data: Data) -> list[Table]:
         "Fates of relaxed chains over A / Eq. (seuil), float64; measured: how wide each range is"
     )
     note = f"Not settled: within {dataset.attrs['cycles']} cycles."
-    return [Table(_MAP, title, "-", "", tuple(rows), note)]
+    return [Table(_MAP, title, "-", "", tuple(rows), note, "Eq. (seuil)")]
 
 
 def draw_fates(data: Data, tables: list[Table]) -> Figure:
@@ -379,7 +379,7 @@ def lifetime_tables(data: Data) -> list[Table]:
                 remark = "nobody died: at least that long, at 97.5 %"
                 rows.append(Row(varied, 1 / float(here["rate_high"]), np.nan, (), (), remark))
     title = "Mean life of creep in cycles, over A / (largest with a locked cycle of the ends alone)"
-    return [Table(_LIVES, title, "-", "", tuple(rows))]
+    return [Table(_LIVES, title, "-", "", tuple(rows), unit="cycles")]
 
 
 def draw_lifetimes(data: Data, tables: list[Table]) -> Figure:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
 from typing import Any
 
@@ -42,9 +43,37 @@ STYLE: dict[Any, Any] = {
 _MOST_POINTS = 20_000  # of a line; more cannot be told apart
 
 
-def picture(width: float = 6.0, height: float = 4.0) -> Figure:
-    """Return an empty figure in the house's style, size in inches; see `save_picture`."""
-    figure = Figure(figsize=(width, height), layout="constrained")
+_ASKED: ContextVar[tuple[tuple[float, float] | None, int | None]] = ContextVar(
+    "_ASKED", default=(None, None)
+)
+"""Size and dots per inch of all pictures of a command, where they were asked for."""
+
+
+@contextmanager
+def printed(size: tuple[float, float] | None = None, dpi: int | None = None) -> Iterator[None]:
+    """Give the pictures that are made within a block this size in inches, and dots per inch.
+
+    Parameters
+    ----------
+    size : pair of float, optional
+        Width and height; default: what each picture is made for.
+    dpi : int, optional
+        Default 150, of animations 100.
+    """
+    token = _ASKED.set((size, dpi))
+    try:
+        yield
+    finally:
+        _ASKED.reset(token)
+
+
+def picture(width: float = 6.0, height: float = 4.0, dpi: int = STYLE["savefig.dpi"]) -> Figure:
+    """Return an empty figure in the house's style, size in inches; see `save_picture`.
+
+    `printed` may ask for another size, and other dots per inch.
+    """
+    size, dots = _ASKED.get()
+    figure = Figure(figsize=size or (width, height), dpi=dots or dpi, layout="constrained")
     FigureCanvasAgg(figure)
     return figure
 
@@ -61,7 +90,7 @@ def save_picture(figure: Figure, path: Path | str) -> None:
     check_picture(target)
     drawn = io.BytesIO()
     with mpl.rc_context(STYLE):
-        figure.savefig(drawn, format=target.suffix[1:].lower())
+        figure.savefig(drawn, format=target.suffix[1:].lower(), dpi="figure")
     write_file(target, drawn.getbuffer(), "plot")
 
 

@@ -105,6 +105,8 @@ class Table:
     rows : tuple of Row
     note : str
         One line about the whole table: where the printed law is not the exact one.
+    unit : str
+        Of the measured values, their errors and the laws.
     """
 
     name: str
@@ -113,24 +115,36 @@ class Table:
     exact: str
     rows: tuple[Row, ...]
     note: str = ""
+    unit: str = "g tau_dyn^2 per half-cycle or target"
 
-    def to_csv(self, *, header: bool = True) -> str:
-        """Return the table as CSV, numbers in full; what was varied stands in one column."""
-        text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        if header:
+
+def to_csv(tables: Sequence[Table]) -> str:
+    """Return tables as one CSV: a column for each quantity that varies, numbers in full.
+
+    What is not known, and what a series does not vary, is empty. Where a plateau is not unique, a
+    law has its two values in two columns, else the same in both. The unit is that of the measured
+    value, its standard error and the laws; deviations count standard errors.
+    """
+    rows = [row for table in tables for row in table.rows]
+    varied = list(dict.fromkeys(key for row in rows for key in row.varied))
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(
+        ["series", *varied, "measured", "standard_error", "printed_law_least",
+         "printed_law_largest", "exact_law_least", "exact_law_largest", "deviation_printed",
+         "deviation_exact", "unit", "remark"]
+    )  # fmt: skip
+    for table in tables:
+        for row in table.rows:
+            laws = [end for law in (row.printed, row.exact)
+                    for end in ((min(law), max(law)) if law else (math.nan, math.nan))]  # fmt: skip
+            numbers = [row.measured, row.error, *laws, row.deviation_printed, row.deviation_exact]
             writer.writerow(
-                ["series", "point", "measured", "standard_error", "printed_law", "exact_law",
-                 "deviation_printed", "deviation_exact", "remark"]
+                [table.name, *(row.varied.get(key, "") for key in varied),
+                 *("" if math.isnan(number) else repr(float(number)) for number in numbers),
+                 table.unit, row.remark]
             )  # fmt: skip
-        for row in self.rows:
-            writer.writerow(
-                [self.name, " ".join(f"{k}={v}" for k, v in row.varied.items()),
-                 repr(row.measured), repr(row.error),
-                 " or ".join(map(repr, row.printed)), " or ".join(map(repr, row.exact)),
-                 f"{row.deviation_printed:.3g}", f"{row.deviation_exact:.3g}", row.remark]
-            )  # fmt: skip
-        return text.getvalue()
+    return text.getvalue()
 
 
 def deviation(measured: float, error: float, law: Sequence[float]) -> float:

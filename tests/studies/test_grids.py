@@ -105,3 +105,32 @@ def test_a_title_is_drawn_as_it_is_written(drawn: list[Figure]) -> None:
     grids.draw_sweep(swept(vary__chain__tan_alpha=["0.1", "0.2"]), "unused.png", title=title)
     drawn[0].canvas.draw()
     assert drawn[0].get_suptitle() == title
+
+
+def test_two_quantities_of_many_values_make_a_map_with_contours_of_the_law(
+    drawn: list[Figure],
+) -> None:
+    slopes, sizes = [f"0.{k}" for k in range(1, 5)], [f"0.00{k}" for k in range(1, 8)]
+    grid = swept(vary__chain__tan_alpha=slopes, vary__drive__amplitude=sizes)
+    grids.draw_sweep(grid, "unused.png")
+    assert not drawn[-1].axes[0].get_title()  # four slopes are families
+    grid = swept(vary__chain__tan_alpha=["0", *slopes], vary__drive__amplitude=sizes)
+    grids.draw_sweep(grid, "unused.png")
+    axes, bar = drawn[-1].axes
+    mesh, lines = axes.collections[:2]
+    shown = np.asarray(mesh.get_array()).reshape(7, 5)
+    velocity = grid["velocity"].transpose("amplitude", "tan_alpha").to_numpy()
+    np.testing.assert_array_equal(shown, velocity)
+    assert bar.get_ylabel() == grids.VELOCITY
+    # along a contour the law has the contour's value
+    law = LAWS["vitesse_seuil"].exact
+    assert law is not None
+    given = {"n": 2, "l0": 1000.0, "mu_d": 0.5, "mu_s": 0.6, "sigma_mu": 0.0}
+    checked = 0
+    for level, path in zip(lines.levels, lines.get_paths(), strict=True):
+        for slope, size in path.vertices[5:-5:9]:
+            if 0.01 < slope < 0.39:
+                at = float(law(**given, tan_alpha=slope, amplitude=size))
+                assert at == pytest.approx(level, abs=0.02 * np.nanmax(velocity))
+                checked += 1
+    assert checked > 5
