@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from exactcreep.commands.options import Json, SceneName, Settings, parsed_settings
+from exactcreep.commands.options import (
+    Json,
+    MaxSeconds,
+    SceneName,
+    Settings,
+    parsed_settings,
+)
+from exactcreep.commands.session import LIMIT_STATUS
+from exactcreep.display import Display
+
+_MOST_IN_FULL = 8  # members; of more one line each is printed
 
 if TYPE_CHECKING:
     from exactcreep.studies.planning import Plan
@@ -29,11 +40,13 @@ def plan(
         ),
     ] = None,
     settings: Settings = None,
+    max_seconds: MaxSeconds = None,
     json: Json = False,
 ) -> None:
     """Say what a scene needs, what each solver would cost, and which is the cheapest that will do.
 
-    A solver that the scene names itself is never overridden.
+    A solver that the scene names itself is never overridden. Of more than 8 members one line each
+    is printed; --json has all of all.
 
     Examples:
 
@@ -42,6 +55,8 @@ def plan(
         exactcreep plan chain-jumps --accuracy 1e-3 --json
 
         exactcreep plan two-sliders-cycles --question course --accuracy 1e-6
+
+    Exit status: 0 planned, 2 bad input, 3 the time was over before every member was planned.
     """
     from rich.console import Console
 
@@ -50,21 +65,49 @@ def plan(
     from exactcreep.studies.planning import plan_scene
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))
-    with Console(stderr=True).status("pilot runs"):
-        plans = plan_scene(wanted, accuracy=accuracy, question=question)
+    with Display(quiet=json) as display:
+        plans = plan_scene(
+            wanted,
+            accuracy=accuracy,
+            question=question,
+            max_seconds=max_seconds,
+            progress=display.show,
+        )
+    members = len(wanted.settings())
     if json:
-        if len(plans) == 1 and not plans[0][0]:
+        if members == 1 and plans and not plans[0][0]:
             typer.echo(as_json({"scene": wanted.name} | plans[0][1].summary()))
         else:
-            members = [{"set": dict(setting)} | one.summary() for setting, one in plans]
-            typer.echo(as_json({"scene": wanted.name, "members": members}))
-        return
-    console = Console(highlight=False)
-    print_heading(console, wanted.name, wanted.title)
-    for setting, one in plans:
-        if setting:
-            console.print(", ".join(f"{key} = {value}" for key, value in setting.items()))
-        _print(console, one)
+            summaries = [{"set": dict(setting)} | one.summary() for setting, one in plans]
+            typer.echo(as_json({"scene": wanted.name, "members": summaries}))
+    else:
+        console = Console(highlight=False)
+        print_heading(console, wanted.name, wanted.title)
+        for setting, one in plans:
+            if members > _MOST_IN_FULL:
+                console.print(f"{_named(setting)}: {_line(one)}", soft_wrap=True)
+                continue
+            if setting:
+                console.print(_named(setting))
+            _print(console, one)
+    if len(plans) < members:
+        told = f"max_seconds was reached: {len(plans)} of {members} members are planned"
+        typer.echo(f"exactcreep: {told}", err=True)
+        raise typer.Exit(LIMIT_STATUS)
+
+
+def _named(setting: Mapping[str, Any]) -> str:
+    return ", ".join(f"{key} = {value}" for key, value in setting.items())
+
+
+def _line(one: Plan) -> str:
+    """Return what a plan comes to, in one line."""
+    rung = one.choice.taken
+    reached = "accurate enough" if one.accuracy_reached else "not accurate enough"
+    told = f"{one.solver}, {reached}: error {_part(rung.error)}, {duration(one.costs[rung.name])}"
+    if one.accuracy_reached or one.solver != rung.name:
+        return told
+    return f"{told}; {_number(one.seeds(rung))} seeds {duration(one.seconds(rung))}"
 
 
 def _print(console: Any, plan: Plan) -> None:

@@ -13,10 +13,11 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -24,6 +25,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from exactcreep.display import shows_progress
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
@@ -35,6 +38,7 @@ from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, di
 from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import Run, RunMotion, forces_of
 from exactcreep.motion.replay import Energies, Phase, Replay
+from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.decimals import as_claimed, enclosure, floats, quantity
 from exactcreep.quasistatic.march import NEARLY, March
 from exactcreep.quasistatic.result import Creep, read_members
@@ -104,6 +108,8 @@ class Audit:
         Largest energy left over in a rearrangement, relative to its largest term.
     digits : int
         Decimal digits at which the motion was followed.
+    reason : str
+        Why the audit ended before the log did; "" if it did not.
     """
 
     findings: tuple[Finding, ...]
@@ -113,17 +119,19 @@ class Audit:
     radii: NDArray[np.float64]
     balance: float
     digits: int
+    reason: str = ""
 
     @property
     def passed(self) -> bool:
-        """Whether nothing was found."""
-        return not self.findings
+        """Whether everything was looked at, and nothing was found."""
+        return not self.findings and not self.reason
 
     def summary(self) -> dict[str, Any]:
         """Return the audit by names, ready for JSON."""
         known = np.isfinite(self.errors)
         return {
             "passed": self.passed,
+            "reason": self.reason,
             "rearrangements": self.rearrangements,
             "events": self.events,
             "largest_time_error": float(self.errors[known].max()) if known.any() else 0.0,
@@ -133,8 +141,14 @@ class Audit:
         }
 
 
+@shows_progress
 def audit(
-    result: Rearrangement | Creep, *, seed: int | None = None, most_findings: int = 20
+    result: Rearrangement | Creep,
+    *,
+    seed: int | None = None,
+    most_findings: int = 20,
+    max_seconds: Any = None,
+    progress: Hearer = None,
 ) -> Audit:
     """Return what is wrong with a finished run, judged from its events.
 
@@ -146,6 +160,12 @@ def audit(
         Of the static coefficients; needed for a `Rearrangement` with ``sigma_mu > 0`` alone.
     most_findings : int
         The audit ends after so many.
+    max_seconds : number, optional
+        The audit of a `Creep` ends after so much time, between two rearrangements; its `reason`
+        says so, and it is not `passed`.
+    progress : bool or callable, optional
+        Called with a `Progress` at every rearrangement of a `Creep`; default: a bar where somebody
+        waits.
 
     Returns
     -------
@@ -172,11 +192,18 @@ def audit(
     if isinstance(result, Rearrangement):
         return _of_rearrangement(result, seed, most_findings)
     if isinstance(result, Creep):
-        return _of_creep(result, seed, most_findings)
+        limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
+        return _of_creep(result, seed, most_findings, limits, say)
     raise InputError("result", result, "must be a Rearrangement or a Creep")
 
 
-def audit_file(path: str | os.PathLike[str], *, most_findings: int = 20) -> list[Audit]:
+def audit_file(
+    path: str | os.PathLike[str],
+    *,
+    most_findings: int = 20,
+    max_seconds: Any = None,
+    progress: Hearer = None,
+) -> list[Audit]:
     """Return what is wrong with the runs in a file, and with what the file says about them.
 
     Parameters
@@ -185,6 +212,10 @@ def audit_file(path: str | os.PathLike[str], *, most_findings: int = 20) -> list
         What `Creep.save`, `save_members` or ``exactcreep run --out`` wrote.
     most_findings : int
         The audit of a run ends after so many.
+    max_seconds : number, optional
+        For all runs together, from when the file has been read; see `audit`.
+    progress : callable, optional
+        Called with a `Progress` at every rearrangement.
 
     Returns
     -------
@@ -196,12 +227,27 @@ def audit_file(path: str | os.PathLike[str], *, most_findings: int = 20) -> list
     InputError
         If the file is no result, or its events were not recorded.
     """
-    return [audit_written(*member, most_findings=most_findings) for member in read_members(path)]
+    members = read_members(path)
+    limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
+    return [
+        audit_written(
+            *member, most_findings=most_findings, limits=limits,
+            say=partial(say, text=f"member {number}") if len(members) > 1 else say,
+        )
+        for number, member in enumerate(members, 1)
+    ]  # fmt: skip
 
 
-def audit_written(data: xr.Dataset, result: Creep, *, most_findings: int = 20) -> Audit:
+def audit_written(
+    data: xr.Dataset,
+    result: Creep,
+    *,
+    most_findings: int = 20,
+    limits: Limits = NO_LIMITS,
+    say: Callable[..., None] | None = None,
+) -> Audit:
     """Return what is wrong with a run, and with the dataset that it was read from."""
-    found = audit(result, most_findings=most_findings)
+    found = _of_creep(result, None, most_findings, limits, say or reporter(None))
     told = tuple(_rewritten(data, result))[: most_findings - len(found.findings)]
     return replace(found, findings=found.findings + told)
 
@@ -259,6 +305,8 @@ class _Auditor:
         self.errors: list[float] = []
         self.radii: list[float] = []
         self.balance = 0.0
+        self.limits, self.reason = NO_LIMITS, ""  # of the time, and why the audit ended early
+        self.done = 0  # rearrangements that were looked at
         self.tally = Tally()
         self.slips = np.zeros(chain.n, dtype=np.int64)  # in this half-cycle
         self.load = 0.0  # largest l0 |theta| so far
@@ -389,6 +437,7 @@ class _Auditor:
 
     def phase(self, replay: Replay, phase: Phase) -> None:
         """Check the motion up to the next events, and let it pass."""
+        self.limits.require()
         if phase.span < 0:
             self.find("order", "the event comes before the previous one", -phase.span)
             phase.lasts = False
@@ -613,7 +662,9 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
     return _audited(auditor, 1, len(result.events))
 
 
-def _of_creep(result: Creep, seed: int | None, most: int) -> Audit:
+def _of_creep(
+    result: Creep, seed: int | None, most: int, limits: Limits, say: Callable[..., None]
+) -> Audit:
     if seed is not None and seed != result.seed:
         raise InputError("seed", seed, f"must be that of the run, {result.seed}")
     chain, start = result.chain, result.experiment.initial
@@ -635,7 +686,10 @@ def _of_creep(result: Creep, seed: int | None, most: int) -> Audit:
             log += rearrangements(columns)
             auditor.recorded = columns
             auditor.begin(start)
-            _follow(auditor, result, log)
+            auditor.limits = limits
+            _follow(auditor, result, log, say)
+    if auditor.reason:
+        del log[auditor.done :]
     return _audited(auditor, len(log), sum(len(one.events) for one in log))
 
 
@@ -659,6 +713,8 @@ def _heard(auditor: _Auditor) -> Iterator[None]:
         yield
     except _Enough:
         pass
+    except OutOfTime as over:
+        auditor.reason = str(over)
     except _NOT_WHOLE as error:
         sentence = f"the log cannot be followed: {error}"
         auditor.findings.append(Finding("order", *auditor.place, sentence))
@@ -730,7 +786,9 @@ def _tables(auditor: _Auditor, result: Creep) -> None:
         auditor.find("order", "half-cycles go back")
 
 
-def _follow(auditor: _Auditor, result: Creep, log: list[LoggedRearrangement]) -> None:
+def _follow(
+    auditor: _Auditor, result: Creep, log: list[LoggedRearrangement], say: Callable[..., None]
+) -> None:
     """Take the auditor along the drive of a run, and a march with it."""
     arithmetic, partial = auditor.arithmetic, result.outcome in (Outcome.RUNAWAY, Outcome.LIMIT)
     march = March(result.experiment, None)
@@ -749,7 +807,8 @@ def _follow(auditor: _Auditor, result: Creep, log: list[LoggedRearrangement]) ->
         auditor.slips[:] = 0
         while r < len(log) and log[r].half_cycle == q and known:
             one = log[r]
-            auditor.place = (r, None)
+            auditor.place, auditor.done = (r, None), r
+            say("auditing", r, len(log), "rearrangements")
             theta, radius = enclosure(one.theta)
             error = nearest_float(radius * result.chain.l0)
             if arithmetic is FLOAT64:
@@ -941,4 +1000,5 @@ def _audited(auditor: _Auditor, count: int, events: int) -> Audit:
         radii=np.array(auditor.radii),
         balance=auditor.balance,
         digits=auditor.digits,
+        reason=auditor.reason,
     )

@@ -10,13 +10,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from exactcreep.laws import prediction
-from exactcreep.limits import Limits
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import nearest_float, plain_data
 from exactcreep.model.shown import Shown, drawn
 from exactcreep.model.state import State
 from exactcreep.motion.condition import PROMISE
+from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.loop import PhysicsWarning, creep
 from exactcreep.quasistatic.result import Creep, course_of
@@ -34,6 +35,7 @@ from exactcreep.solvers.solver import Solver, advance, warm_up
 
 DEFAULT_ACCURACY = "0.01"
 _TIMED_SECONDS = 0.2  # of a pilot run: long beside a call, short beside a reader's patience
+_TIMED_TOGETHER = 10.0  # of all members of a scene
 
 
 @dataclass(frozen=True)
@@ -220,7 +222,12 @@ def plan(
 
 
 def plan_scene(
-    scene: Scene, *, accuracy: Any = None, question: str | None = None
+    scene: Scene,
+    *,
+    accuracy: Any = None,
+    question: str | None = None,
+    max_seconds: Any = None,
+    progress: Hearer = None,
 ) -> list[tuple[Mapping[str, Any], Plan]]:
     """Return, for every member of a scene, what it sets and its plan.
 
@@ -233,21 +240,32 @@ def plan_scene(
         Default: that of the scene, if its solver is ``auto``, else 0.01.
     question : {"velocity", "course"}, optional
         Default: that of the scene, if its solver is ``auto``, else ``velocity``.
+    max_seconds : number, optional
+        After so much time the members planned so far are returned.
+    progress : callable, optional
+        Called with a `Progress` before every member.
 
     Raises
     ------
     InputError
         If a value of the scene is out of range.
     """
-    plans = []
-    for member in scene.members():
+    plans: list[tuple[Mapping[str, Any], Plan]] = []
+    members = scene.members()
+    limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
+    timed = min(_TIMED_SECONDS, _TIMED_TOGETHER / len(members))
+    for member in members:
+        say("planning", len(plans), len(members), "members")
         named = member.settings.get("run.solver", scene.tables["run"].get("solver"))
         own = member.experiment.options if named == "auto" else {}
         wanted = own.get("accuracy", DEFAULT_ACCURACY) if accuracy is None else accuracy
         asks = own.get("question", "velocity") if question is None else question
         asked = "record" in scene.tables["run"] or "run.record" in member.settings
         record = member.experiment.record if asked else ()
-        one = _planned(member.experiment, wanted, asks, record, explicit=named)
+        try:
+            one = _planned(member.experiment, wanted, asks, record, named, limits, timed)
+        except OutOfTime:
+            break
         plans.append((member.settings, one))
     return plans
 
@@ -258,7 +276,10 @@ def _planned(
     question: str,
     record: tuple[str, ...],
     explicit: str | None,
+    limits: Limits = NO_LIMITS,
+    timed: float = _TIMED_SECONDS,
 ) -> Plan:
+    """Return the plan of one experiment; raise `OutOfTime` if the limits do not allow it."""
     wanted = float(valid_accuracy(accuracy))
     choice = choose(
         experiment.chain,
@@ -268,8 +289,10 @@ def _planned(
         start=experiment.start,
         seed=experiment.seed,
         record=record,
+        limits=limits,
     )
-    begun = _begun(experiment, choice)
+    begun = _begun(experiment, choice, limits)
+    limits.require()
     return Plan(
         experiment=experiment,
         accuracy=wanted,
@@ -277,13 +300,13 @@ def _planned(
         choice=choice,
         explicit=explicit,
         needs=_needs(experiment, choice, wanted, record),
-        costs=_costs(experiment, choice, wanted),
+        costs=_costs(experiment, choice, wanted, timed),
         course=course_of(begun),
         trusted_half_cycles=begun[0].trusted_half_cycles if begun else None,
     )
 
 
-def _begun(experiment: Experiment, choice: Choice) -> list[Creep]:
+def _begun(experiment: Experiment, choice: Choice, limits: Limits) -> list[Creep]:
     """Return the beginning of an exact run with its twin, if that solver applies."""
     if not any(rung.name == "exact" and rung.applies for rung in choice.candidates):
         return []
@@ -298,6 +321,7 @@ def _begun(experiment: Experiment, choice: Choice) -> list[Creep]:
             twin=True,
             max_events=MOST_EVENTS,
             progress=False,
+            max_seconds=limits.seconds_left,
         )
     return [begun]
 
@@ -343,7 +367,9 @@ def _needs(
     )
 
 
-def _costs(experiment: Experiment, choice: Choice, accuracy: float) -> dict[str, float]:
+def _costs(
+    experiment: Experiment, choice: Choice, accuracy: float, seconds: float
+) -> dict[str, float]:
     costs = dict.fromkeys(LADDER, math.nan)
     total = experiment.drive.half_cycles
     events = math.nan  # per half-cycle, from the exact run
@@ -358,10 +384,10 @@ def _costs(experiment: Experiment, choice: Choice, accuracy: float) -> dict[str,
         algorithm = runner(rung.name, accuracy)
         if rung.name == "certified":
             if not math.isnan(events):
-                each = seconds_per_event(experiment, algorithm)
+                each = seconds_per_event(experiment, algorithm, seconds=seconds)
                 costs["certified"] = each * events * total
             continue
-        pace = measured_pace(experiment, algorithm)
+        pace = measured_pace(experiment, algorithm, seconds=seconds)
         costs[rung.name] = pace.seconds_per_half_cycle * total
         if rung.name == "exact":
             events = pace.events_per_half_cycle

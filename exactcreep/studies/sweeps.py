@@ -15,7 +15,15 @@ import os
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
 from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
@@ -60,6 +68,7 @@ _WORDS = {
 }
 _MISSING = -1  # of a count
 _FEWEST_AHEAD = 64  # cells handed to an executor beyond those that have finished
+_MOST_FAILURES = 10  # of cells, as long as none has succeeded
 _GLANCE = 0.25  # seconds between two reports of progress
 
 
@@ -124,8 +133,9 @@ def sweep(
     Raises
     ------
     InputError
-        If a member is out of range, `out` holds cells and `resume` is not given, or a cell that
-        was saved is damaged.
+        If a member is out of range, `out` holds cells and `resume` is not given, a cell that was
+        saved is damaged, a worker has another version, the executor is lost, or cells failed. With
+        `out` the others are computed first, and `resume` computes what is missing.
     KeyboardInterrupt
         After Ctrl-C; what has finished is saved.
 
@@ -155,8 +165,9 @@ def sweep(
     try:
         with pool_of(executor, workers) as (pool, signals, ahead), _quiet():
             board.signals = signals
-            _compute(pool, signals, ahead, experiments, settings, todo, take, board)
-    except KeyboardInterrupt:
+            patient = store is not None
+            _compute(pool, signals, ahead, experiments, settings, todo, take, board, patient)
+    except (KeyboardInterrupt, CellsFailed):
         if store is not None:  # it may know of a cell that was being noted at that moment
             found = zip(names, values, strict=True)
             values = [store.load(name) if value is None else value for name, value in found]
@@ -167,6 +178,10 @@ def sweep(
         store.finish(dataset)
     _warn(values)
     return dataset
+
+
+class CellsFailed(InputError):
+    """Cells that came to nothing; all others have been computed and saved."""
 
 
 def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dict[str, Any]:
@@ -339,8 +354,13 @@ def _compute(
     todo: list[int],
     take: Callable[[int, dict[str, Any]], None],
     board: _Board,
+    patient: bool,
 ) -> None:
-    """Have the cells `todo` computed and take each one as it finishes."""
+    """Have the cells `todo` computed and take each one as it finishes.
+
+    A cell that fails ends the sweep: at once, or at its end if it is `patient`.
+    """
+    failed: list[InputError] = []
     waiting: dict[Future[dict[str, Any]], int] = {}
     remaining = iter(todo)
 
@@ -348,7 +368,14 @@ def _compute(
         done, _ = wait(waiting, timeout, return_when=FIRST_COMPLETED)
         for future in done:
             index = waiting.pop(future)
-            take(index, _value(future, settings[index]))
+            try:
+                value = _value(pool, future, settings[index])
+            except CellsFailed as error:
+                failed.append(error)
+                if not patient or (board.cells == 0 and len(failed) >= _MOST_FAILURES):
+                    raise
+            else:
+                take(index, value)
 
     board.show(now=True)
     try:
@@ -357,7 +384,10 @@ def _compute(
                 cell: tuple[Any, ...] = (experiments[index],)
                 if signals is not None:
                     cell = (experiments[index], signals)
-                waiting[pool.submit(finished_cell, *cell)] = index
+                try:
+                    waiting[pool.submit(finished_cell, *cell)] = index
+                except (RuntimeError, OSError) as error:  # it has been shut down, or cut off
+                    raise _lost(pool, error) from None
                 if len(waiting) >= ahead:
                     break
             if not waiting:
@@ -375,21 +405,43 @@ def _compute(
                 take(index, future.result())
         raise
     board.show(now=True)
+    if failed:
+        first = failed[0]
+        count = f"{len(failed)} of {board.total} cells failed, and all others are computed"
+        raise CellsFailed(first.field, first.value, f"{first.allowed}; {count}")
 
 
-def _value(future: Future[dict[str, Any]], setting: Mapping[str, Any]) -> dict[str, Any]:
+def _value(
+    pool: Executor, future: Future[dict[str, Any]], setting: Mapping[str, Any]
+) -> dict[str, Any]:
     """Return what a cell came to; an error in it names the cell."""
+    where = ", ".join(f"{key} = {text}" for key, text in setting.items())
     try:
         value = future.result()
     except InputError as error:
-        where = ", ".join(f"{key} = {text}" for key, text in setting.items())
         allowed = f"{error.allowed} (in the cell {where})" if where else error.allowed
-        raise InputError(error.field, error.value, allowed) from None
+        raise CellsFailed(error.field, error.value, allowed) from None
+    except (CancelledError, BrokenExecutor) as error:
+        raise _lost(pool, error) from None
+    except _Stopped:
+        raise
+    except Exception as error:  # of a worker: it died of this cell, or has no memory for it
+        raise CellsFailed("cell", where, f"failed: {_reason(error)}") from error
     if value["version"] != __version__:
         raise InputError(
             "worker", value["version"], f"must run the same version as this program, {__version__}"
         )
     return value
+
+
+def _lost(pool: Executor, error: BaseException) -> InputError:
+    """Return the sentence for an executor that computes no more."""
+    allowed = f"was lost ({_reason(error)}); what has finished is saved if there is an output"
+    return InputError("executor", type(pool).__name__, f"{allowed}, and resume computes the rest")
+
+
+def _reason(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}".partition("\n")[0][:200].rstrip(": ")
 
 
 def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:

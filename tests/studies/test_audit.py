@@ -7,11 +7,13 @@ from dataclasses import replace
 from decimal import Context, Decimal
 from fractions import Fraction
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Cycles, GaussianSteps
@@ -22,6 +24,7 @@ from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.auditing import Audit, audit
+from tests.conftest import Command
 from tests.paper import paper_chain
 
 SEED = 5
@@ -265,6 +268,26 @@ class TestSabotage:
         texts[i] = f"{head}.{tail[:19]}{digit}{tail[20:]}"
         found = audit(replace(result, recorded={**result.recorded, "event_time_decimal": texts}))
         assert not found.passed
+
+
+class TestLimits:
+    def test_an_audit_whose_time_is_over_says_how_far_it_came_and_is_not_passed(
+        self, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        whole, far = audit(run(6)).rearrangements, []
+        monkeypatch.setattr(Limits, "passed", lambda limits: len(far) > 4)
+        found = audit(run(6), max_seconds=7, progress=far.append)
+        assert (found.findings, found.reason) == ((), "max_seconds = 7 was reached")
+        assert found.rearrangements == 4
+        assert not found.passed
+        assert [(told.done, told.total) for told in far] == [(k, whole) for k in range(5)]
+
+    def test_the_command_says_that_its_time_is_over(self, command: Command, tmp_path: Path) -> None:
+        run(6).save(tmp_path / "run.nc")
+        assert command("audit", "run.nc").code == 0
+        done = command("audit", "run.nc", "--max-seconds", "0")
+        assert done.code == 3
+        assert "max_seconds = 0 was reached; nothing found in 0 rearr" in done.out
 
 
 class TestRefusals:

@@ -14,6 +14,7 @@ import pytest
 
 from exactcreep.cli import status
 from exactcreep.laws import LAWS
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
@@ -312,6 +313,37 @@ def test_every_member_of_a_scene_has_its_plan():
     plans = plan_scene(scene, accuracy="0.05")
     assert [settings["chain.n"] for settings, _ in plans] == [2, 2, 6, 6]
     assert [one.solver for _, one in plans] == ["exact", "law", "exact", "law"]
+
+
+def test_a_plan_whose_time_is_over_keeps_the_members_before(monkeypatch):
+    chain = SCENE["chain"] | {"n": 2, "sigma_mu": 0}
+    vary = {"chain.tan_alpha": ["0.1", "0.2", "0.3"]}
+    scene = Scene.from_mapping(SCENE | {"chain": chain, "vary": vary})
+    assert plan_scene(scene, max_seconds=0) == []
+    over, told = [], []
+
+    def show(progress):
+        told.append((progress.done, progress.total, progress.counted))
+        over.append(progress.done == 2)
+
+    monkeypatch.setattr(Limits, "passed", lambda limits: over[-1])
+    plans = plan_scene(scene, accuracy="0.05", max_seconds=10**6, progress=show)
+    assert [settings["chain.tan_alpha"] for settings, _ in plans] == ["0.1", "0.2"]
+    assert told == [(0, 3, "members"), (1, 3, "members"), (2, 3, "members")]
+
+
+def test_the_command_plans_many_members_in_a_line_each(capsys):
+    vary = "vary.drive.amplitude=[0.01,0.02,0.03,0.04,0.05,0.06,0.07,0.08,0.09]"
+    words = ["plan", "two-sliders-cycles", "--set", "chain.sigma_mu=0", "--set", vary]
+    assert status(words) == 0
+    heading, *lines = capsys.readouterr().out.splitlines()
+    assert "two-sliders-cycles" in heading
+    assert [line.partition(":")[0] for line in lines] == [
+        f"drive.amplitude = 0.0{k}" for k in range(1, 10)
+    ]
+    assert all(": law, accurate enough: error none, " in line for line in lines)
+    assert status([*words, "--max-seconds", "0"]) == 3
+    assert "0 of 9 members are planned" in capsys.readouterr().err
 
 
 def test_the_command_prints_a_plan(capsys):

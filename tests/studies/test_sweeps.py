@@ -6,11 +6,19 @@ import errno
 import itertools
 import math
 import os
+import random
 import signal
 import sys
 from collections import Counter
-from collections.abc import Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor
+from collections.abc import Callable, Iterator
+from concurrent.futures import (
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
 from contextlib import ExitStack, contextmanager
 from multiprocessing import get_context
 from pathlib import Path
@@ -24,6 +32,7 @@ from exactcreep import creep
 from exactcreep.model.numbers import InputError
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene, load_scene
 from exactcreep.studies import sweeps
 from exactcreep.studies.sweeps import finished_cell, sweep
@@ -255,6 +264,75 @@ def test_an_error_in_a_cell_names_the_cell(scene: Scene) -> None:
         sweep(odd)
 
 
+class Faulty(ThreadPoolExecutor):
+    """An executor on which some cells do not come to their end."""
+
+    def __init__(self, fault: Callable[[Experiment], dict[str, object]]) -> None:
+        super().__init__(1)
+        self.fault = fault
+
+    def submit(self, function, /, *args, **kwargs):
+        return super().submit(self.fault, *args)
+
+
+def test_a_cell_that_always_fails_is_told_and_the_others_are_saved(
+    scene: Scene, tmp_path: Path
+) -> None:
+    def fault(experiment: Experiment) -> dict[str, object]:
+        if (experiment.chain.n, experiment.seed) == (6, 2):
+            raise MemoryError("of this worker")
+        return finished_cell(experiment)
+
+    for resumed in (False, True):
+        with Faulty(fault) as executor, pytest.raises(InputError) as told:
+            sweep(scene, executor=executor, out=tmp_path, resume=resumed)
+        assert "chain.n = 6, drive.amplitude = 0.005, run.seed = 2" in str(told.value)
+        assert "failed: MemoryError: of this worker; 2 of 12 cells" in str(told.value)
+        assert len(list((tmp_path / "cells").glob("*.cell"))) == 10
+        with xr.open_dataset(tmp_path / "sweep.nc", engine="h5netcdf") as grid:
+            assert int(grid["finished"].sum()) == 10
+    assert sweep(scene, out=tmp_path, resume=True).identical(sweep(scene))
+
+
+def test_a_sweep_all_of_whose_cells_fail_ends_early(scene: Scene, tmp_path: Path) -> None:
+    tried: list[int] = []
+
+    def fault(experiment: Experiment) -> dict[str, object]:
+        tried.append(experiment.seed)
+        raise ModuleNotFoundError("No module named 'exactcreep'")
+
+    many = scene.with_settings({"vary.run.seed": list(range(200))})
+    with Faulty(fault) as executor, pytest.raises(InputError, match="No module named"):
+        sweep(many, executor=executor, out=tmp_path)
+    assert len(tried) < 800
+
+
+@pytest.mark.parametrize("error", [CancelledError(), BrokenExecutor("a process was killed")])
+def test_an_executor_that_is_lost_ends_the_sweep_in_a_sentence_and_resume_goes_on(
+    scene: Scene, tmp_path: Path, error: Exception
+) -> None:
+    done: list[int] = []
+
+    def fault(experiment: Experiment) -> dict[str, object]:
+        if len(done) == 5:
+            raise error
+        done.append(experiment.seed)
+        return finished_cell(experiment)
+
+    with Faulty(fault) as executor, pytest.raises(InputError, match=r"'Faulty': was lost .*resume"):
+        sweep(scene, executor=executor, out=tmp_path)
+    assert len(list((tmp_path / "cells").glob("*.cell"))) == 5
+    assert sweep(scene, out=tmp_path, resume=True).identical(sweep(scene))
+
+
+def test_a_worker_of_another_version_is_refused(scene: Scene, tmp_path: Path) -> None:
+    with Faulty(lambda e: finished_cell(e) | {"version": "0.0.9"}) as executor, pytest.raises(
+        InputError, match=r"worker = '0.0.9': must run the same version"
+    ):
+        sweep(scene, executor=executor, out=tmp_path)
+    assert not list((tmp_path / "cells").glob("*.cell"))
+
+
 def test_cells_are_not_taken_over_unasked(scene: Scene, tmp_path: Path) -> None:
     sweep(scene, out=tmp_path)
     with pytest.raises(InputError, match="holds the cells of an earlier sweep"):
@@ -385,3 +463,63 @@ def test_a_scheduler_that_does_not_answer_is_one_clear_sentence() -> None:
         cluster("tcp://127.0.0.1:9", timeout=0.5),
     ):
         pass
+
+
+@contextmanager
+def dask(folder: Path, workers: int) -> Iterator[tuple[Executor, Popen[str], list[Popen[str]]]]:
+    """Yield the executor of a dask cluster on this machine, its scheduler and its workers."""
+    pytest.importorskip("distributed")
+    from exactcreep.studies.cluster import cluster
+
+    address, log = folder / "scheduler.json", folder / "dask.log"
+    here = ("--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(address))
+    with ExitStack() as running:
+        scheduler = running.enter_context(
+            launched(log, "dask_scheduler", "--port", "0", "--no-show", *here)
+        )
+        wait_until(address.exists, scheduler)
+        alone = ("--nthreads", "1", "--no-nanny", *here)
+        crowd = [
+            running.enter_context(launched(log, "dask_worker", *alone)) for _ in range(workers)
+        ]
+        yield running.enter_context(cluster(str(address), timeout=10)), scheduler, crowd
+
+
+@pytest.mark.slow
+def test_a_scheduler_that_is_killed_ends_the_sweep_in_a_sentence_and_resume_goes_on(
+    tmp_path: Path,
+) -> None:
+    scene, out = load_scene(written(tmp_path, cycles=400)), tmp_path / "out"
+    with dask(tmp_path, 1) as (executor, scheduler, _):
+
+        def watch(progress: Progress) -> None:
+            if progress.done >= 2:
+                scheduler.kill()
+
+        with pytest.raises(InputError, match=r"'ClientExecutor': was lost .*resume"):
+            sweep(scene, executor=executor, out=out, progress=watch)
+    assert 2 <= len(list((out / "cells").glob("*.cell"))) < 12
+    assert sweep(scene, out=out, resume=True).identical(sweep(scene))
+
+
+@pytest.mark.slow
+def test_most_workers_killed_and_one_stopped_for_a_while_change_no_bit(tmp_path: Path) -> None:
+    scene = load_scene(written(tmp_path, cycles=300))
+    scene = scene.with_settings({"vary.run.seed": list(range(15))})
+    moments = random.Random(20110603)
+    with dask(tmp_path, 6) as (executor, _, workers):
+        stopped = workers.pop()
+        doomed = sorted(moments.sample(range(5, 50), 4))
+
+        def watch(progress: Progress) -> None:
+            if doomed and progress.done >= doomed[0]:
+                doomed.pop(0)
+                workers.pop(moments.randrange(len(workers))).kill()
+                stopped.send_signal(signal.SIGSTOP)
+            elif len(doomed) < 2:
+                stopped.send_signal(signal.SIGCONT)
+
+        grid = sweep(scene, executor=executor, out=tmp_path / "out", progress=watch)
+        assert not doomed
+        stopped.send_signal(signal.SIGCONT)
+    assert grid.identical(sweep(scene))
