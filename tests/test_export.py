@@ -16,6 +16,7 @@ from exactcreep import Chain, Creep, Cycles, InputError, creep
 from exactcreep.cli import status
 from exactcreep.quasistatic import frames
 from exactcreep.solvers.records import HALF_CYCLE_TABLE, LOGS
+from tests.processes import finished
 
 CHAIN = Chain(4, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 RECORD = ("x_G", "x", "slips", *LOGS)
@@ -124,6 +125,39 @@ def test_the_command_exports_what_was_saved(run: Creep, tmp_path: Path) -> None:
     assert status(["export", saved, "--table", "x_G", "--to", str(tmp_path / "x.csv")]) == 2
     assert status(["export", saved, "--to", str(tmp_path / "x.xlsx")]) == 2
     assert not list(tmp_path.glob("x.*"))
+
+
+def test_a_run_in_which_nothing_happened_has_tables_without_rows(tmp_path: Path) -> None:
+    still = creep(CHAIN, Cycles("0.00001", 1), record=tuple(LOGS))
+    for table in LOGS:
+        own = still.to_pandas(table)
+        assert still.export(table, tmp_path / "it.parquet", force=True) == len(own) == 0
+        back = pd.read_parquet(tmp_path / "it.parquet")
+        assert list(back) == list(own)
+        numbers = [name for name in own if name != "kind"]  # a category without members is lost
+        assert back[numbers].dtypes.to_dict() == own[numbers].dtypes.to_dict()
+    assert set(still.tree.children) == {"states", *TABLES}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts memory in kibibytes")
+def test_ten_million_events_are_exported_within_two_gibibytes(tmp_path: Path) -> None:
+    chain = Chain(100, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    run = creep(chain, Cycles("0.0124", 500), record=("events",), max_events=10**7)
+    run.save(tmp_path / "run.nc")
+    rows = run.recorded["event_time"].size
+    assert rows >= run.event_count >= 10**7
+    words = ["-m", "exactcreep", "export", str(tmp_path / "run.nc"), "--table", "events", "--to"]
+    words.append(str(tmp_path / "run.parquet"))
+    # measured by the parent of the one process: RUSAGE_CHILDREN is the largest of all of them
+    code = (
+        "import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=True);"
+        "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)"
+    )
+    told = finished(sys.executable, "-c", code, sys.executable, *words).stdout
+    assert f"({rows} rows)" in told
+    assert int(told.split()[-1]) * 1024 < 2 * 2**30
+    assert pq.ParquetFile(tmp_path / "run.parquet").metadata.num_rows == rows
 
 
 def test_a_table_that_was_not_recorded_is_asked_for_in_a_sentence(tmp_path: Path) -> None:

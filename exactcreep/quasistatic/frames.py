@@ -68,7 +68,7 @@ def tree(result: Creep) -> xr.DataTree:
     groups = {name: _part(dataset, schema) for name, schema in TABLES.items()}
     states = [name for name in dataset.data_vars if str(name).startswith(("initial_", "final_"))]
     lists = [name for name in dataset.data_vars if str(name).startswith("drive_")]
-    nodes = {"/": dataset[lists], "states": dataset[states].drop_attrs(deep=False)}
+    nodes = {"/": dataset[lists], "states": xr.Dataset(dataset[states].variables)}
     nodes |= {name: group for name, group in groups.items() if group}
     return xr.DataTree.from_dict(nodes)
 

@@ -61,11 +61,18 @@ class Plots:
         Raises
         ------
         InputError
-            If the measure is another, or the run did not record its rearrangements.
+            If the measure is another, or the run did not record its rearrangements, or has none
+            after its burn-in.
         """
         if measure not in MEASURES:
             raise InputError("measure", measure, "must be one of " + ", ".join(MEASURES))
-        found = distribution(avalanches_of(self._result), measure)
+        counted = avalanches_of(self._result)
+        if not counted.block.size:
+            needed = (
+                f"none in a whole cycle after the burn-in of {self._result.burn_in} half-cycles"
+            )
+            raise InputError("avalanches", 0, needed)
+        found = distribution(counted, measure)
         axes = ax if ax is not None else _new_axes()
         draw_distribution(axes, found, measure, **style)
         return axes

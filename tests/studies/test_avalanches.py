@@ -128,5 +128,8 @@ def test_a_picture_of_what_was_not_recorded_is_refused(run: Creep) -> None:
         bare.plot()
     with pytest.raises(InputError, match="rearrangements"):
         bare.plot.avalanches()
+    still = creep(CHAIN, Cycles("0.0001", 4), record=("rearrangements",))
+    with pytest.raises(InputError, match="none in a whole cycle after the burn-in"):
+        still.plot.avalanches()
     with pytest.raises(InputError, match="must be one of size, duration"):
         run.plot.avalanches("mass")
