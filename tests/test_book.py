@@ -12,6 +12,7 @@ import pytest
 import exactcreep
 from exactcreep.cli import status
 from tests.processes import finished
+from tests.test_readme import PLACES
 
 BOOK = Path(__file__).parents[1] / "notebooks"
 PAGES = sorted(path for path in BOOK.rglob("*.md") if path.parent.name != "pictures")
@@ -38,7 +39,14 @@ def test_the_examples_of_a_page_print_what_they_say(
     assert doctest.DocTestRunner(verbose=False).run(example).failed == 0
 
 
-@pytest.mark.parametrize("path", with_blocks("sh", "exactcreep "), ids=lambda path: path.stem)
+OTHERS = [
+    path
+    for path in with_blocks("sh", "exactcreep ")
+    if path.relative_to(BOOK.parent) not in PLACES  # those are run with the README
+]
+
+
+@pytest.mark.parametrize("path", OTHERS, ids=lambda path: path.stem)
 def test_the_commands_of_a_page_run(
     path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,4 +1,4 @@
-"""Every block of the README does what it says."""
+"""Every block of the README, and of the pages of the book that go on with it, does what it says."""
 
 import re
 from pathlib import Path
@@ -9,23 +9,38 @@ from exactcreep.cli import status
 from exactcreep.scene import Scene, load_scene
 
 ROOT = Path(__file__).parents[1]
+PLACES = tuple(
+    Path("notebooks", page).with_suffix(".md")
+    for page in (
+        "howto/scenes", "explanation/claims", "explanation/speed", "howto/questions",
+        "howto/temperatures", "explanation/scope", "howto/pictures", "howto/sweeps",
+        "howto/export", "howto/avalanches", "explanation/rooms",
+    )
+)  # fmt: skip
+"""Pages of the book that go on where the README ends, in an order in which their commands run."""
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+TOLD = "\n\n".join([README, *((ROOT / page).read_text(encoding="utf-8") for page in PLACES)])
+BLOCKS = re.findall(r"^```(\w+)\n(.*?)^```$", TOLD, re.MULTILINE | re.DOTALL)
 
 
 def blocks(language: str) -> list[str]:
     return [text for name, text in BLOCKS if name == language]
 
 
-def test_the_readme_has_exactly_two_set_up_commands_of_one_line_each() -> None:
+def test_the_readme_has_exactly_three_set_up_commands_of_one_line_each() -> None:
     set_up = [text for text in blocks("sh") if "pip install" in text]
-    assert len(set_up) == 2
+    assert len(set_up) == 3
     assert all(text.count("\n") == 1 for text in set_up)
     assert "exactcreep run chain-jumps" in set_up[0]
     assert set_up[1].rstrip().rpartition("&&")[2].strip().startswith(".venv/bin/python -m pytest")
+    assert "-m sphinx -q notebooks build/book " in set_up[2]
 
 
-@pytest.mark.parametrize("text", blocks("python"))
+def test_the_readme_fits_a_screen_or_two() -> None:
+    assert len(README.splitlines()) < 75
+
+
+@pytest.mark.parametrize("text", [t for t in blocks("python") if not t.startswith(">>>")])
 def test_a_python_block_runs(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     exec(compile(text, "README.md", "exec"), {})
     assert capsys.readouterr().out
