@@ -37,6 +37,7 @@ from exactcreep.studies.drawing import (
     Data,
     degrees,
     law_line,
+    law_name,
     points,
 )
 from exactcreep.studies.figures import INKS, picture
@@ -93,7 +94,7 @@ def draw_staircase(data: Data, tables: list[Table]) -> Figure:
     exact = [Fraction(k, 10**6) + Fraction(1, 10**9) for k in range(1601)]
     line = law_line(LAWS[_LINE].printed, "amplitude", exact, parameters)
     axes.plot(1e3 * sizes, np.maximum(line, 0), **PRINTED,
-              label="Eq. (velocity_th_2_cycle_corrected)")  # fmt: skip
+              label=law_name(_LINE))  # fmt: skip
     average = LAWS[_LINE].corrected
     axes.plot(1e3 * sizes, law_line(average, "amplitude", exact, parameters), color="0.55",
               linewidth=0.9, linestyle=(0, (1, 1.5)), label=r"mean over all starts,"
@@ -166,7 +167,7 @@ def draw_windows(data: Data, tables: list[Table]) -> Figure:
     _shade(axes, x, creeps)
     sizes = np.linspace(x[0], x[-1], 50)
     exact = law_line(LAWS["vitesse_seuil"].exact, "amplitude", (sizes * star).tolist(), parameters)
-    axes.plot(sizes, exact, **PRINTED, label=r"Eq. (vitesse_seuil)")
+    axes.plot(sizes, exact, **PRINTED, label=law_name("vitesse_seuil"))
     axes.plot(x, dataset["velocity"], linestyle="none", marker="o", markersize=2.2,
               color=INKS[6], label="computed, from the relaxed chain")  # fmt: skip
     place = setting_amplitude(parameters) / star
@@ -176,7 +177,7 @@ def draw_windows(data: Data, tables: list[Table]) -> Figure:
         textcoords="offset points", ha="right", fontsize=11, color=EXACT["color"],
     )  # fmt: skip
     axes.set_xlim(x[0], x[-1])
-    axes.set_xlabel(r"$A_\theta/A_\theta^*$, $A_\theta^*$ of Eq. (seuil)")
+    axes.set_xlabel(r"$A_\theta/A_\theta^*$, $A_\theta^*$ of the paper")
     axes.set_ylabel(VELOCITY)
     axes.legend(loc="upper left")
     inset = axes.inset_axes((0.55, 0.1, 0.42, 0.36))
@@ -245,7 +246,7 @@ def draw_map(data: Data, tables: list[Table]) -> Figure:
     x = [float(slope) for slope in fine]
     lines = [{**parameters, "tan_alpha": slope} for slope in fine]
     axes.plot(x, [1e3 * critical_amplitude(each) for each in lines], color="white", linewidth=1.3,
-              label="Eq. (seuil)")  # fmt: skip
+              label=law_name("seuil"))  # fmt: skip
     corrected = [1e3 * setting_amplitude(each) for each in lines]
     axes.plot(x, corrected, color=INKS[5], linewidth=1.3, linestyle=(0, (4, 1.5)),
               label=r"$(Nm + D)/(2\tilde{l}_0)$")  # fmt: skip
@@ -433,7 +434,7 @@ def draw_closed_form(data: Data, tables: list[Table]) -> Figure:
     exact = np.array([float(gaussian_integral(float(value))) for value in h])
     for axes in (left, right):
         line = 1 / math.sqrt(math.pi) - 2 * h / 3
-        axes.plot(h, line, **PRINTED, label="Eq. (vitesse_seuil_random)")
+        axes.plot(h, line, **PRINTED, label=law_name("vitesse_seuil_random"))
         axes.plot(h, exact, **EXACT, label="$I(h)$")
         for n, marker, ink in ((2, "o", INKS[6]), (3, "s", INKS[2]), (6, "^", INKS[3])):
             kept = [cell for cell in every if cell.parameters["n"] == n]
@@ -508,7 +509,7 @@ def draw_pivots(data: Data, tables: list[Table]) -> Figure:
     high = 10.6
     axes.annotate(r"$\mu_\mathrm{d}(1-\frac{2}{N})$", (middle, high), xytext=(-3, 0),
                   textcoords="offset points", ha="right", fontsize=9)  # fmt: skip
-    axes.annotate("Eq. (critical_angle)", (upper, high), xytext=(3, 0),
+    axes.annotate(law_name("critical_angle"), (upper, high), xytext=(3, 0),
                   textcoords="offset points", fontsize=8, color=INKS[0])  # fmt: skip
     axes.set_xlim(0.1, 0.25)
     axes.set_ylim(-0.4, 11.6)

@@ -28,6 +28,7 @@ from exactcreep.studies.drawing import (
     Data,
     degrees,
     law_line,
+    law_name,
     plateau_lines,
     points,
 )
@@ -73,7 +74,7 @@ def draw_plateaus(data: Data, tables: list[Table]) -> Figure:
         parameters = next(cell.parameters for cell in every if cell.parameters["n"] == n)
         plateau_lines(
             axes, "vitesse_random", "printed", parameters, **line,
-            label=rf"Eq. (vitesse), $N={n}$",
+            label=rf"{law_name('vitesse')}, $N={n}$",
         )  # fmt: skip
         exact = {**EXACT, "linestyle": line["linestyle"] if n == 5 else EXACT["linestyle"]}
         plateau_lines(
@@ -156,7 +157,7 @@ def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
         ("vitesse_seuil_random", "sigma_theta", {**PRINTED, "color": INKS[3]}),
     ):
         line = law_line(LAWS[label].printed, over, sizes, chain)
-        axes.plot(sizes, line, **printed, label=f"Eq. ({label})")
+        axes.plot(sizes, line, **printed, label=law_name(label))
     exact = law_line(LAWS["vitesse_seuil_random"].exact, "sigma_theta", sizes, chain)
     axes.plot(sizes, exact, **EXACT, label=r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$: $I(h)$")
     points(axes, cycles.rows, "amplitude", **CYCLES, label="cycles, computed")
@@ -211,7 +212,7 @@ def draw_size(data: Data, tables: list[Table]) -> Figure:
             smooth.append(float(form(**used, i=i)))
             found = law_values(LAWS[label].exact, given)
             tight += [(n, value) for value in found] if n <= 46 or "random" in name else []
-        axes.plot(sizes, smooth, **style, label=f"Eq. ({label}), continuous $i$")
+        axes.plot(sizes, smooth, **style, label=f"{law_name(label)}, continuous $i$")
         axes.plot(
             [n for n, _ in tight], [value for _, value in tight], linestyle="none", marker="_",
             markersize=7, markeredgewidth=1.1, color=style["color"], alpha=0.8, zorder=2,

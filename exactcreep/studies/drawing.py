@@ -29,6 +29,22 @@ CYCLES: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "color": IN
 RANDOM: dict[str, Any] = {"marker": "o", "markerfacecolor": INKS[6], "color": INKS[6]}
 """Points of random dilations: full circles, as in the paper."""
 
+_NAMES = {
+    "seuil": r"threshold $A_\theta^*$",
+    "sigma_theta_star": r"threshold $\sigma_\theta^*$",
+    "vitesse": "plateaus of the velocity",
+    "vitesse_seuil": "velocity above the threshold",
+    "vitesse_seuil_random": "velocity, random dilations",
+    "velocity_th_2_cycle_corrected": "velocity of two sliders",
+    "velocity_th_2_gaussienne_corrected": "velocity of two sliders",
+    "critical_angle": "critical angles",
+}
+
+
+def law_name(label: str) -> str:
+    """Return what a legend calls a law of the paper, by its label, which data and tables have."""
+    return f"paper: {_NAMES[label]}"
+
 
 def points(
     axes: Axes,

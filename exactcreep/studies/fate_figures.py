@@ -37,6 +37,7 @@ from exactcreep.studies.drawing import (
     VELOCITY,
     Data,
     law_line,
+    law_name,
     points,
 )
 from exactcreep.studies.fate import fate
@@ -46,7 +47,7 @@ from exactcreep.studies.survival import survival
 from exactcreep.studies.tables import Cell, Row, Table, beside, cells, table_of
 
 Say = Callable[..., None]
-RATIO = r"$A_\theta$ / Eq. (seuil)"
+RATIO = r"$A_\theta/A_\theta^*$, $A_\theta^*$ of the paper"
 HORIZON = 20
 """Cycles after which the criterion ``horizon`` looks whether x_G still advances."""
 _ADVANCE = 1e-6
@@ -200,7 +201,7 @@ def draw_thresholds(data: Data, tables: list[Table]) -> Figure:
         values = np.array([_bounds(int(n))[name] for n in every])
         shown = np.isfinite(values) & (values > 0)
         axes.plot(every[shown], values[shown], color=ink, linewidth=1, label=_NAMES[name])
-    axes.axhline(1, label="Eq. (seuil)", **PRINTED)
+    axes.axhline(1, label=law_name("seuil"), **PRINTED)
     law = [setting_amplitude(chain_of(int(n)).parameters()) / _in_units(int(n)) for n in every]
     axes.plot(every, law, label=r"$(Nm+D)/(2\tilde{l}_0)$", **EXACT)
     marks = {"horizon": "x", "lasting": "D", "survival": "o", "intercept": "s"}
@@ -215,7 +216,7 @@ def draw_thresholds(data: Data, tables: list[Table]) -> Figure:
     axes.set_xlim(1.9, 1.1 * every.max())
     axes.set_ylim(0, 1.9)
     axes.set_xlabel("N")
-    axes.set_ylabel("threshold / Eq. (seuil)")
+    axes.set_ylabel(r"threshold / $A_\theta^*$ of the paper")
     axes.legend(loc="upper right", fontsize=7, ncols=2)
     return figure
 
@@ -454,7 +455,7 @@ def draw_near(data: Data, tables: list[Table]) -> Figure:
     parameters = cells(data[_NEAR])[0].parameters
     ratios = np.linspace(0.9, 1.16, 521)
     law = law_line(LAWS["vitesse_seuil"].exact, "amplitude", (ratios * unit).tolist(), parameters)
-    axes.plot(ratios, law, label="Eq. (vitesse_seuil), not below 0", **PRINTED)
+    axes.plot(ratios, law, label=f"{law_name('vitesse_seuil')}, not below 0", **PRINTED)
     corrected = setting_amplitude(parameters) / unit
     axes.axvline(1, color="0.5", linewidth=0.8, linestyle=(0, (1, 2)))
     axes.axvline(corrected, color="0.5", linewidth=0.8, linestyle=(0, (4, 1.5)))

@@ -121,9 +121,9 @@ class Table:
 def to_csv(tables: Sequence[Table]) -> str:
     """Return tables as one CSV: a column for each quantity that varies, numbers in full.
 
-    What is not known, and what a series does not vary, is empty. Where a plateau is not unique, a
-    law has its two values in two columns, else the same in both. The unit is that of the measured
-    value, its standard error and the laws; deviations count standard errors.
+    A number that is not known is nan, and what a series does not vary is empty. Where a plateau is
+    not unique, a law has its two values in two columns, else the same in both. The unit is that of
+    the measured value, its standard error and the laws; deviations count standard errors.
     """
     rows = [row for table in tables for row in table.rows]
     varied = list(dict.fromkeys(key for row in rows for key in row.varied))
@@ -141,7 +141,7 @@ def to_csv(tables: Sequence[Table]) -> str:
             numbers = [row.measured, row.error, *laws, row.deviation_printed, row.deviation_exact]
             writer.writerow(
                 [table.name, *(row.varied.get(key, "") for key in varied),
-                 *("" if math.isnan(number) else repr(float(number)) for number in numbers),
+                 *(repr(float(number)) for number in numbers),
                  table.unit, row.remark]
             )  # fmt: skip
     return text.getvalue()

@@ -9,13 +9,14 @@ from matplotlib.axes import Axes
 
 from exactcreep.laws import edges
 from exactcreep.model.numbers import nearest_float
+from exactcreep.studies.drawing import law_name
 from exactcreep.studies.edges import Threshold, laws_beside
 from exactcreep.studies.figures import DASHES, INKS, page
 from exactcreep.studies.half_life import HalfLife
 from exactcreep.studies.intercept import Intercept
 
 _LAWS = {
-    "law_seuil": "Eq. (seuil)",
+    "law_seuil": law_name("seuil"),
     "law_corrected": "(N m + D)/(2 l0)",
     "law_two_sliders": "(mu_s c - s)/l0",
 }

@@ -18,6 +18,7 @@ from exactcreep.studies.drawing import (
     Data,
     degrees,
     law_line,
+    law_name,
     points,
 )
 from exactcreep.studies.figures import INKS, picture
@@ -129,7 +130,7 @@ def draw_angle(data: Data, tables: list[Table]) -> Figure:
     plateau = law_line(LAWS["velocity_th_2_gaussian"].printed, "tan_alpha", slopes, parameters)
     axes.plot(x, plateau, color="0.6", linewidth=0.9, label=_ASYMPTOTE)
     printed = law_line(law.printed, "tan_alpha", slopes, parameters)
-    axes.plot(x, printed, **PRINTED, label="Eq. (velocity_th_2_gaussienne_corrected)")
+    axes.plot(x, printed, **PRINTED, label=law_name(_CORRECTED))
     exact = law_line(law.exact, "tan_alpha", slopes, parameters)
     axes.plot(x, exact, **EXACT, label=r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$:"
               r" $\tilde{l}_0\sigma_\theta\,I(h)$")  # fmt: skip
@@ -191,7 +192,7 @@ def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
     exact = law_line(law.exact, "sigma_theta", sizes, parameters)
     positive = np.where(printed > 0, printed, np.nan)
     top.plot(sizes, base, color="0.6", linewidth=0.9, label=_ASYMPTOTE)
-    top.plot(sizes, positive, **PRINTED, label="Eq. (velocity_th_2_gaussienne_corrected)")
+    top.plot(sizes, positive, **PRINTED, label=law_name(_CORRECTED))
     top.plot(sizes, exact, **EXACT, label=r"$\tilde{l}_0\sigma_\theta\,I(h)$,"
              r" $h = m/(\tilde{l}_0\sigma_\theta)$")  # fmt: skip
     points(top, [row for row in rows if row.measured > 0], "sigma_theta", **RANDOM,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import csv
 import dataclasses
 import functools
@@ -20,6 +21,7 @@ from exactcreep.commands.reproduce import data_of, write
 from exactcreep.laws import LAWS
 from exactcreep.model.numbers import exact_number
 from exactcreep.scene import load_scene
+from exactcreep.studies import drawing
 from exactcreep.studies.beyond import bursts
 from exactcreep.studies.catalogue import PICTURES
 from exactcreep.studies.figures import STYLE
@@ -283,3 +285,12 @@ def test_the_command_lists_refuses_and_keeps_files(
     assert status(words) == 2
     assert "exists" in capsys.readouterr().err
     assert status([*words, "--force"]) == 0
+
+
+def test_a_legend_names_laws_in_words_that_a_reader_knows() -> None:
+    for path in Path(drawing.__file__).parent.glob("*.py"):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        for node in ast.walk(tree):
+            if isinstance(node, ast.keyword) and node.arg == "label":
+                assert "Eq. (" not in ast.unparse(node.value), f"{path.name}, {node.value.lineno}"
+    assert set(drawing._NAMES) <= set(LAWS)
