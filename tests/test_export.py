@@ -96,6 +96,9 @@ def test_a_table_comes_back_from_its_files_whole(
     back = pd.read_parquet(path)
     pd.testing.assert_frame_equal(back, own, check_exact=True, check_index_type=False)
     assert back.attrs == own.attrs
+    held = pq.read_schema(path)  # as programs see it that know nothing of pandas
+    for name, unit in own.attrs["units"].items():
+        assert held.field(name).metadata[b"units"].decode() == unit
     run.export(table, tmp_path / "table.csv")
     with (tmp_path / "table.csv").open() as file:
         header, *rows = csv.reader(file)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import itertools
-import json
 from collections.abc import Iterator
 
 import pandas as pd
@@ -53,8 +52,7 @@ def parquet(frames: Iterator[pd.DataFrame]) -> Iterator[bytes]:
         else field
         for field in schema
     ]
-    about = schema.metadata | {b"PANDAS_ATTRS": json.dumps(first.attrs).encode()}
-    schema = pa.schema(fields, metadata=about)
+    schema = pa.schema(fields, metadata=schema.metadata)
     sink = _Sink()
     with pq.ParquetWriter(sink, schema, compression="zstd") as writer:
         for rows in itertools.chain([first], frames):

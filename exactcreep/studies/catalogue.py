@@ -248,7 +248,7 @@ _ALL = (
         avalanches.tables,
         avalanches.draw,
         {"chain-avalanches": {"cycles": [300, 40, 10]}},
-        {"sizes": [30, 100, 300], "ratios": [1.02, 2.0], "cycles": [4000, 640, 100]},
+        {"sizes": [30, 100, 300], "ratios": [1.02, 2.0], "cycles": [2000, 320, 50]},
         compute=avalanches.study,
     ),
 )
