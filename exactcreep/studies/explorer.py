@@ -33,7 +33,7 @@ from exactcreep.solvers.solver import TWO_SLIDERS
 from exactcreep.studies.animation import Avalanche, contacts_at, find_avalanche
 from exactcreep.studies.fate import fate
 
-MOST_EVENTS = 60_000
+MOST_EVENTS = 40_000
 """Of a run that is to be seen at once."""
 MOST_SECONDS = 1
 FATE_SECONDS = 3

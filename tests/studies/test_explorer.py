@@ -172,7 +172,7 @@ def test_the_program_ends_with_its_server(number: int, status: int) -> None:
     with begun(*PROGRAM, "explore", "--no-browser") as process:
         line = process.stdout.readline()
         host, port = re.match(r"http://([\d.]+):(\d+)/ ", line).groups()
-        assert asked((host, int(port)), "/")[0] == 200
+        assert asked((host, int(port)), "/", host="elsewhere.example:80")[0] == 403
         process.send_signal(number)
         assert process.wait(PATIENCE) == status
         with pytest.raises(ConnectionRefusedError):
