@@ -40,7 +40,10 @@ CHAIN_KEYS = tuple(field.name for field in fields(Chain))
 PHYSICAL_KEYS = {
     name: taken.default is taken.empty for name, taken in signature(physical).parameters.items()
 }
+PHYSICAL_KEYS["time_unit"] = False
 """The keys of ``[physical]``, and whether each is required."""
+IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_theta"}
+"""Keys of ``[drive]`` beside ``[physical]``: temperatures (K) for dilations."""
 RUN_KEYS = ("solver", "seed", "burn_in", "record", "start")
 START_KEYS = ("tensions", "theta", "size", "seed")
 
@@ -60,11 +63,14 @@ class Member:
     experiment : Experiment
     solid : Solid or None
         What the chain stands for, if the scene speaks SI.
+    time_unit : float or None
+        Seconds of one unit of its drive's clock, if that is known.
     """
 
     settings: Mapping[str, Any]
     experiment: Experiment
     solid: Solid | None = None
+    time_unit: float | None = None
 
 
 @dataclass(frozen=True)
@@ -136,6 +142,8 @@ class Scene:
                 raise InputError(key, value, allowed)
         kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
         keys = [key for kind in kinds if kind is not None for key in _drive_keys(kind)]
+        if "physical" in tables:
+            keys += [kelvin for kelvin, name in IN_KELVIN.items() if name in keys]
         if keys:
             _known(tables["drive"], ("kind", *keys), "drive.")
         return scene
@@ -146,7 +154,7 @@ class Scene:
         known += [f"physical.{name}" for name in PHYSICAL_KEYS]
         known += [f"run.{name}" for name in _run_keys()]
         known += [f"run.start.{name}" for name in START_KEYS]
-        known += ["drive.kind"]
+        known += ["drive.kind", *(f"drive.{name}" for name in IN_KELVIN)]
         known += sorted({f"drive.{name}" for kind in DRIVES for name in _drive_keys(kind)})
         if key not in known:
             near = difflib.get_close_matches(key, known, 1, 0.3)
@@ -199,10 +207,15 @@ class Scene:
         InputError
             If a value is out of its range; the message names the key.
         """
-        return [
-            Member(settings, self.experiment(settings), self.solid(settings))
-            for settings in self.settings()
-        ]
+        return [self._member(settings) for settings in self.settings()]
+
+    def _member(self, settings: Mapping[str, Any]) -> Member:
+        experiment, solid = self.experiment(settings), self.solid(settings)
+        seconds = self._set(settings).get("physical", {}).get("time_unit")
+        if solid is None or (seconds is None and experiment.drive.dates is None):
+            return Member(settings, experiment, solid)
+        unit = _named("physical", lambda: solid.time_unit_of(experiment.drive, seconds))
+        return Member(settings, experiment, solid, unit)
 
     def _set(self, settings: Mapping[str, Any] | None) -> dict[str, dict[str, Any]]:
         """Return the tables with these dotted keys set."""
@@ -393,7 +406,7 @@ def _chain(table: Mapping[str, Any]) -> Chain:
 
 def _solid(table: Mapping[str, Any]) -> Solid:
     _required(table, tuple(name for name, required in PHYSICAL_KEYS.items() if required))
-    return physical(**table)
+    return physical(**{name: value for name, value in table.items() if name != "time_unit"})
 
 
 def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None = None) -> Drive:
@@ -401,6 +414,12 @@ def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None = Non
     _required(given, ("kind",))
     kind = given.pop("kind")
     keys = _drive_keys(kind)
+    for kelvin, name in IN_KELVIN.items():
+        if solid is None or kelvin not in given:
+            continue
+        if name in given:
+            raise InputError(kelvin, given[kelvin], f"must not be given together with {name}")
+        given[name] = exact_number(given.pop(kelvin), kelvin) * solid.kappa
     _known(given, tuple(keys), "drive.")
     if solid is not None and "kappa" in keys and exact_number(
         given.setdefault("kappa", solid.kappa), "kappa"

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from exactcreep.laws import LAWS, pivots
 from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import (
     InputError,
     exact_number,
@@ -131,7 +132,7 @@ class Solid:
         return velocity * _unit(self._daily(period), velocity)
 
     def per_year(self, velocity: Any, time_unit: Any) -> float:
-        """Return a velocity per unit of a record's time, of so many seconds, in mm per year."""
+        """Return a velocity per unit of a drive's clock, of so many seconds, in mm per year."""
         daily = self._daily(2 * _positive(time_unit, "time_unit"))
         return float(velocity) * nearest_float(daily * DAYS_PER_YEAR)
 
@@ -160,17 +161,18 @@ class Solid:
         return replace(self, chain=other)
 
     def creep(
-        self, temperatures: TemperatureRecord, *, time_unit: Any = None, solver: str = "sliding",
+        self, temperatures: Drive, *, time_unit: Any = None, solver: str = "sliding",
         **options: Any,
     ) -> Descent:
-        """Return how far the solid creeps under recorded temperatures, and what that hangs on.
+        """Return how far the solid creeps under these temperatures, and what that hangs on.
 
         Parameters
         ----------
-        temperatures : TemperatureRecord
-            With the solid's own kappa.
+        temperatures : TemperatureRecord or other drive
+            A record with the solid's own kappa, or dilations, as of ``dilation(10)``.
         time_unit : number, optional
-            Seconds of one unit of the record's times; not for dates.
+            Seconds of one unit of the record's times, from one target of another drive to the next
+            (43200 for day and night); not for dates.
         solver : str
             By default the sliding limit, which needs no more time than the record has rows. It
             leaves static friction and inertia out.
@@ -180,11 +182,33 @@ class Solid:
         Raises
         ------
         InputError
-            If it is no record or one of another kappa, or the time unit is missing.
+            If it is no drive or a record of another kappa, or the time unit is missing.
         """  # fmt: skip
-        _second(self, temperatures, time_unit)  # before the run
+        self.time_unit_of(temperatures, time_unit)  # before the run
         result = creep(self.chain, temperatures, solver=solver, **options)
         return Descent.of(self, result, time_unit)
+
+    def time_unit_of(self, temperatures: Any, time_unit: Any = None) -> float:
+        """Return how many seconds one unit of a drive's clock lasts; see `creep`.
+
+        Raises
+        ------
+        InputError
+            If it is no drive or a record of another kappa, or the time unit is missing.
+        """
+        if not isinstance(temperatures, Drive):
+            raise InputError("temperatures", temperatures, "must be a TemperatureRecord or a drive")
+        kappa = getattr(temperatures, "kappa", self.kappa)
+        if kappa != self.kappa:
+            raise InputError("kappa", kappa, f"must be the solid's, {self.kappa}")
+        dated = temperatures.dates is not None
+        if not dated and time_unit is None:
+            allowed = f"must be given: seconds per {temperatures.per}, where there are no dates"
+            raise InputError("time_unit", time_unit, allowed)
+        seconds = _positive(1 if time_unit is None else time_unit, "time_unit")
+        if dated and seconds != 1:
+            raise InputError("time_unit", time_unit, "must be left out: the record has dates")
+        return nearest_float(seconds)
 
     @property
     def critical_temperature_change(self) -> float:
@@ -219,7 +243,7 @@ class Solid:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Descent(Shown):
-    """How far a solid crept under recorded temperatures, in millimetres.
+    """How far a solid crept under temperatures in time, in millimetres.
 
     Attributes
     ----------
@@ -227,7 +251,7 @@ class Descent(Shown):
     result : Creep
         The run, dimensionless.
     time_unit : float
-        Seconds of one unit of the record's times.
+        Seconds of one unit of the clock of its temperatures.
     rates : mapping of (int, Fraction) to float
         Millimetres per year in the sliding limit by the number of contacts (the solid's own, and
         `MANY_CONTACTS` or four times as many) and by the factor on all friction (`FRICTION`); inf
@@ -241,15 +265,14 @@ class Descent(Shown):
 
     @classmethod
     def of(cls, solid: Solid, result: Creep, time_unit: Any = None) -> Descent:
-        """Return the descent of a run that was made of this solid under a record.
+        """Return the descent of a run that was made of this solid.
 
         Raises
         ------
         InputError
-            If the run has another chain or drive, or the time unit is missing.
+            If the run has another chain or kappa, or the time unit is missing.
         """
-        record = result.drive
-        seconds = _second(solid, record, time_unit)
+        seconds = solid.time_unit_of(result.drive, time_unit)
         if result.chain != solid.chain:
             raise InputError("result", result.chain, "must be a run of the solid's chain")
         n = solid.chain.n
@@ -257,32 +280,35 @@ class Descent(Shown):
         for contacts in (n, MANY_CONTACTS if n < MANY_CONTACTS else 4 * n):
             for factor in FRICTION:
                 other = solid.altered(contacts=contacts, friction=factor)
-                run = creep(other.chain, record, solver="sliding", record=())
+                run = creep(
+                    other.chain, result.drive, seed=result.seed, solver="sliding", record=()
+                )
                 rates[contacts, factor] = other.per_year(run.velocity, seconds)
         return cls(solid, result, seconds, rates)
 
     @property
-    def record(self) -> TemperatureRecord:
-        """The temperatures."""
-        record = self.result.drive
-        assert isinstance(record, TemperatureRecord)
-        return record
+    def temperatures(self) -> NDArray[np.float64]:
+        """Temperature at each target, of a record in its unit, else less that of theta = 0."""
+        drive, reached = self.result.drive, self.result.half_cycles
+        if isinstance(drive, TemperatureRecord):
+            return drive.temperatures[:reached]
+        return drive.targets(1, reached, self.result.seed) / nearest_float(self.solid.kappa)
 
     @property
     def elapsed(self) -> NDArray[np.float64]:
-        """Days since the first row, of each row that was reached, shape (rows,)."""
-        times = np.array(self.record.times[: self.result.half_cycles])
-        days: NDArray[np.float64] = (times - self.record.times[0]) * self.time_unit
+        """Days from the start to each target that was reached, shape (targets,)."""
+        ticks = self.result.drive.clock(np.arange(self.result.half_cycles + 1))
+        days: NDArray[np.float64] = (ticks[1:] - ticks[0]) * self.time_unit
         return days / SECONDS_PER_DAY
 
     @property
     def days(self) -> float:
-        """How long the part of the record lasts that was reached."""
+        """How long the part of the drive lasts that was reached."""
         return float(self.elapsed[-1]) if self.result.half_cycles else 0.0
 
     @property
     def millimetres(self) -> NDArray[np.float64]:
-        """Displacement of the centre of mass at each row of the record, mm, shape (rows,).
+        """Displacement of the centre of mass at each target, mm, shape (targets,).
 
         Raises
         ------
@@ -497,21 +523,6 @@ def solid_of(
 
 def _percent(ratio: float) -> str:
     return f"{100 * (ratio - 1):+.2g} %" if math.isfinite(ratio) else "without bound"
-
-
-def _second(solid: Solid, record: Any, time_unit: Any) -> float:
-    """Return how many seconds one unit of a record's times lasts."""
-    if not isinstance(record, TemperatureRecord):
-        raise InputError("temperatures", record, "must be a TemperatureRecord")
-    if record.kappa != solid.kappa:
-        raise InputError("kappa", record.kappa, f"must be the solid's, {solid.kappa}")
-    if record.dates is None and time_unit is None:
-        allowed = "must be given: seconds of one unit of the record's times, which are no dates"
-        raise InputError("time_unit", time_unit, allowed)
-    seconds = _positive(1 if time_unit is None else time_unit, "time_unit")
-    if record.dates is not None and seconds != 1:
-        raise InputError("time_unit", time_unit, "must be left out: the record has dates")
-    return nearest_float(seconds)
 
 
 def _positive(value: Any, field: str) -> Fraction:

@@ -14,7 +14,7 @@ from exactcreep.laws import LAWS, prediction
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.record import TemperatureRecord
-from exactcreep.scene import load_scene
+from exactcreep.scene import Scene, load_scene
 from exactcreep.solid import physical, solid_of
 
 DAY = 86400
@@ -237,6 +237,8 @@ def test_a_record_of_another_material_is_refused():
     with pytest.raises(InputError, match=r"kappa = .*must be the solid's"):
         solid.creep(TemperatureRecord.of([10, 20], "1e-5", 10, times=HALF_DAYS[:2]))
     with pytest.raises(InputError, match="must be a TemperatureRecord"):
+        solid.creep([10, 20])
+    with pytest.raises(InputError, match="time_unit = None: must be given: seconds per half-cycle"):
         solid.creep(Cycles("0.001", 3))
     with pytest.raises(InputError, match="must hold x_G"):
         _ = solid.creep(month(solid), record=()).millimetres
@@ -259,9 +261,64 @@ def test_the_lead_roof_is_one_command_and_three_lines_of_python(tmp_path, capsys
     assert "mm/year" in capsys.readouterr().out
 
 
+IN_KELVIN = """
+[physical]
+length = 3
+youngs_modulus = 16e9
+density = 11340
+section = 0.003
+kappa = 29e-6
+contacts = 20
+mu_d = 0.5
+mu_s = 0.6
+tan_alpha = 0.23
+time_unit = 43200
+
+[drive]
+kind = "cycles"
+temperature_amplitude = 15
+cycles = 20
+
+[run]
+solver = "sliding"
+record = ["x_G"]
+"""
+
+
+def test_cycles_in_kelvin_come_down_at_the_rate_of_the_law_in_si_units(tmp_path, capsys):
+    (tmp_path / "sheet.toml").write_text(IN_KELVIN)
+    (member,) = load_scene(tmp_path / "sheet.toml").members()
+    assert member.experiment.drive == Cycles(Fraction(15) * member.solid.kappa, 20)
+    assert status(["run", str(tmp_path / "sheet.toml"), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)["descent"]
+    found = prediction(member.solid.chain, member.experiment.drive)
+    daily = member.solid.millimetres_per_day(found.sliding[0], DAY)
+    assert told["millimetres_per_year"] == pytest.approx(365.25 * daily, rel=1e-12)
+    assert told["days"] == 20
+    descent = member.solid.creep(member.experiment.drive, time_unit=DAY // 2)
+    assert told == descent.summary()
+    assert descent.temperatures[:2] == pytest.approx([15, -15], rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (("[drive]", "[drive]\namplitude = 0.1"), "drive.temperature_amplitude = 15: must"),
+        (("= 15", '= "warm"'), "temperature_amplitude = 'warm': must be a finite number"),
+        (("= 43200", "= 0"), "physical.time_unit = 0: must be positive"),
+        (("temperature_amplitude", "sigma_temperature"), "drive.sigma_temperature"),
+    ],
+)
+def test_temperatures_of_a_scene_are_refused_by_key(change, told):
+    with pytest.raises(InputError) as caught:
+        Scene.from_text(IN_KELVIN.replace(*change)).members()
+    assert told in str(caught.value)
+
+
 @pytest.mark.parametrize(
     ("settings", "told"),
     [
+        ({"physical.time_unit": 60}, "physical.time_unit = 60: must be left out"),
         ({"chain.n": 3}, "chain.n = 3: must not be given beside [physical]"),
         ({"vary.chain.n": [3]}, "chain.n = [3]: must not be given beside [physical]"),
         ({"physical.contact": 3}, "did you mean physical.contacts?"),

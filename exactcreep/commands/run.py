@@ -114,5 +114,5 @@ def run(
         plot=plot,
         as_json=json,
         force=force,
-        solids=[member.solid for member in members],
+        solids=[(member.solid, member.time_unit) for member in members],
     )

@@ -36,11 +36,12 @@ def run_session(
     plot: Path | None,
     as_json: bool,
     force: bool,
-    solids: Sequence[Solid | None] = (),
+    solids: Sequence[tuple[Solid | None, float | None]] = (),
 ) -> None:
     """Run the experiments, then save, draw and print; leave with the exit status they make.
 
-    Of a single run, what its solid does in millimetres is drawn and printed, too.
+    Of a single run, what its solid does in millimetres is drawn and printed, too: `solids` says
+    which, and how many seconds one unit of its drive's clock lasts.
 
     Raises
     ------
@@ -90,7 +91,7 @@ def run_session(
             status = INTERRUPTED_STATUS
     if status == 0 and any(result.outcome is Outcome.LIMIT for result in results):
         status = LIMIT_STATUS
-    descent = _descent(results, solids)
+    descent = None if status == INTERRUPTED_STATUS else _descent(results, solids)
     written: list[Path] = []
     failure: InputError | None = None
     try:
@@ -134,12 +135,15 @@ def run_session(
         raise typer.Exit(status)
 
 
-def _descent(results: Sequence[Creep], solids: Sequence[Solid | None]) -> Descent | None:
-    """Return what a single run under dated temperatures comes to in millimetres."""
+def _descent(
+    results: Sequence[Creep], solids: Sequence[tuple[Solid | None, float | None]]
+) -> Descent | None:
+    """Return what a single run comes to in millimetres, if its time is known."""
     from exactcreep.solid import Descent
 
-    if len(solids) != 1 or solids[0] is None or not results:
+    if len(solids) != 1 or not results or not results[0].half_cycles:
         return None
-    if not results[0].half_cycles or results[0].drive.dates is None:
+    ((solid, seconds),) = solids
+    if solid is None or seconds is None:
         return None
-    return Descent.of(solids[0], results[0])
+    return Descent.of(solid, results[0], seconds)

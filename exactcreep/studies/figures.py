@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exactcreep.model.numbers import InputError
+from exactcreep.model.record import TemperatureRecord
 from exactcreep.quasistatic.files import check_picture, write_file
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent
@@ -177,7 +178,7 @@ def draw_run(
 
 
 def draw_descent(descent: Descent, path: Path | str, *, title: str = "") -> None:
-    """Draw a record's temperatures, and how far the solid comes down, in millimetres.
+    """Draw temperatures in time, and how far the solid comes down, in millimetres.
 
     Beside it stands what the sliding limit comes to at the end on the solid's contacts and on many,
     each with a bar from a tenth more to a tenth less friction.
@@ -187,17 +188,19 @@ def draw_descent(descent: Descent, path: Path | str, *, title: str = "") -> None
     InputError
         If x_G was not recorded, or the file's name does not end like a picture's.
     """
-    record, moved = descent.record, descent.millimetres
-    dates = record.dates
+    drive, moved = descent.result.drive, descent.millimetres
+    dates = drive.dates
     time: NDArray[Any] = descent.elapsed if dates is None else dates[: moved.size]
-    degrees = {"C": "\N{DEGREE SIGN}C", "K": "K"}[record.unit]
+    called = "above\n" + r"that of $\theta=0$ (K)"
+    if isinstance(drive, TemperatureRecord):
+        called = "(\N{DEGREE SIGN}C)" if drive.unit == "C" else "(K)"
     with page(path, 7.2, 5.2, title) as figure:
         grid = figure.add_gridspec(2, 2, height_ratios=(1, 1.7), width_ratios=(5.5, 1))
         bottom = figure.add_subplot(grid[1, 0])
         top = figure.add_subplot(grid[0, 0], sharex=bottom)
         side = figure.add_subplot(grid[1, 1], sharey=bottom)
-        top.plot(*_thinned(time, record.temperatures[: moved.size]), color="0.25", linewidth=0.4)
-        top.set_ylabel(f"temperature ({degrees})")
+        top.plot(*_thinned(time, descent.temperatures), color="0.25", linewidth=0.4)
+        top.set_ylabel(f"temperature {called}")
         bottom.plot(*_thinned(time, moved), color=INKS[6], linewidth=1.6)
         bottom.set_ylabel("descent of the centre of mass (mm)")
         bottom.set_xlabel("days" if dates is None else "date")
