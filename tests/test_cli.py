@@ -13,6 +13,7 @@ import pytest
 
 from exactcreep import Creep, InputError, resume
 from exactcreep.cli import status
+from exactcreep.commands.answer import grouped
 from exactcreep.quasistatic import checkpoint, loop
 from exactcreep.quasistatic.result import load_members
 from tests.conftest import Command
@@ -77,6 +78,31 @@ def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
     words = " ".join(told.out.split())
     assert "evidence undecided: outcome and velocity are statistics" in words
     assert re.search(r"is followed to half-cycle \d+ and undecided beyond", words)
+
+
+def test_members_that_come_to_the_same_share_a_line(command: Command) -> None:
+    sizes = "vary.drive.amplitude=[1e-5,0.001]"
+    starts = 'vary.run.start=["relaxed",{size=1e-9,seed=1}]'
+    told = command("run", "two-sliders-cycles", "--set", "drive.cycles=5", "--set", sizes,
+                   "--set", starts)  # fmt: skip
+    assert told.code == 0
+    first, second = (line for line in told.out.splitlines() if "(2 members)" in line)
+    assert first.split()[:3] == ["1e-05", "relaxed", "…"]
+    assert "at_rest" in first
+    assert second.split()[0] == "0.001"
+    assert "creeping" in second
+    assert "4 members" in told.out
+
+
+def test_groups_are_of_neighbours_that_differ_in_one_thing() -> None:
+    settings = [{"a": a, "b": b} for a in (1, 2, 3) for b in (1, 2)]
+    names = [[f"{a}", f"{b}"] for a in (1, 2, 3) for b in (1, 2)]
+    assert [row for row, _ in grouped(settings, "uvwxyz")] == names
+    assert grouped(settings, "uuuuuu") == [(["1 … 3", "1 … 2"], [0, 1, 2, 3, 4, 5])]
+    assert grouped(settings, "uuuvuu") == [
+        (["1", "1 … 2"], [0, 1]), (["2", "1"], [2]), (["2", "2"], [3]), (["3", "1 … 2"], [4, 5]),
+    ]  # fmt: skip
+    assert grouped(settings, "uvuvuw")[0] == (["1", "1"], [0])
 
 
 def test_the_summary_of_members_counts_how_many_creep_cycle_or_rest(command: Command) -> None:

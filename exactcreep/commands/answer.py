@@ -177,6 +177,46 @@ def _evidence(result: Creep) -> str:
     return result.evidence.value + ties + (f": {result.course}" if result.course else "")
 
 
+def grouped(
+    settings: Sequence[Mapping[str, Any]], told: Sequence[Any]
+) -> list[tuple[list[str], list[int]]]:
+    """Return the members of which the same is told, and which differ in neighbouring values.
+
+    Parameters
+    ----------
+    settings : sequence of mapping
+        What each member sets.
+    told : sequence
+        What is told of each; equal if they are ``==``.
+
+    Returns
+    -------
+    list of (list of str, list of int)
+        What the members of a group set, key by key, ranges as ``first … last``; and which they are.
+    """
+    rows: list[tuple[list[list[Any]], list[int]]] = []
+    for number, (setting, _) in enumerate(zip(settings, told, strict=False)):
+        rows.append(([[value] for value in setting.values()], [number]))
+    for column in reversed(range(len(settings[0]) if settings else 0)):
+        kept: list[tuple[list[list[Any]], list[int]]] = []
+        for values, members in rows:
+            if kept and told[kept[-1][1][0]] == told[members[0]]:
+                before = kept[-1][0]
+                same = [one == other for one, other in zip(before, values, strict=True)]
+                if all(same[:column]) and all(same[column + 1 :]):
+                    before[column] += values[column]
+                    kept[-1][1].extend(members)
+                    continue
+            kept.append((values, members))
+        rows = kept
+    return [([_range(values) for values in row], members) for row, members in rows]
+
+
+def _range(values: Sequence[Any]) -> str:
+    first = _setting_text(values[0])
+    return first if len(values) == 1 else f"{first} … {_setting_text(values[-1])}"
+
+
 def _print_members(
     console: Any, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]
 ) -> None:
@@ -190,15 +230,16 @@ def _print_members(
     for name in ("velocity", "paper", "outcome", "slips"):
         justify: Any = "right" if name in ("paper", "slips") else "left"
         table.add_column(name, justify=justify, no_wrap=True)
-    for setting, result in zip(settings, results, strict=False):
+    table.add_column("", no_wrap=True)
+    told = []
+    for result in results:
         law = _predicted(result, digits=4)
-        table.add_row(
-            *(_setting_text(value) for value in setting.values()),
-            measured(result, digits=4),
-            law[1] if law is not None else "",
-            result.outcome.value,
-            str(result.slip_count),
-        )
+        paper = law[1] if law is not None else ""
+        numbers = measured(result, digits=4), paper, result.outcome.value, str(result.slip_count)
+        told.append(numbers)
+    for setting, members in grouped(settings, told):
+        many = f"({len(members)} members)" if len(members) > 1 else ""
+        table.add_row(*setting, *told[members[0]], many)
     console.print(table)
     outcomes = Counter(result.outcome.value for result in results)
     evidence = Counter(result.evidence.value for result in results)

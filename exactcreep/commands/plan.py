@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -83,10 +83,11 @@ def plan(
     else:
         console = Console(highlight=False)
         print_heading(console, wanted.name, wanted.title)
-        for setting, one in plans:
-            if members > _MOST_IN_FULL:
-                console.print(f"{_named(setting)}: {_line(one)}", soft_wrap=True)
-                continue
+        plans_in_full = plans
+        if members > _MOST_IN_FULL:
+            _print_lines(console, plans)
+            plans_in_full = []
+        for setting, one in plans_in_full:
             if setting:
                 console.print(_named(setting))
             _print(console, one)
@@ -100,14 +101,29 @@ def _named(setting: Mapping[str, Any]) -> str:
     return ", ".join(f"{key} = {value}" for key, value in setting.items())
 
 
-def _line(one: Plan) -> str:
-    """Return what a plan comes to, in one line."""
-    rung = one.choice.taken
+def _print_lines(console: Any, plans: Sequence[tuple[Mapping[str, Any], Plan]]) -> None:
+    """Print what plans come to, in one line where that is the same."""
+    from exactcreep.commands.answer import grouped
+
+    told = [_told(one) for _, one in plans]
+    keys = list(plans[0][0]) if plans else []
+    for texts, members in grouped([setting for setting, _ in plans], told):
+        named = ", ".join(f"{key} = {text}" for key, text in zip(keys, texts, strict=True))
+        each = [plans[number][1] for number in members]
+        many = f" ({len(members)} members)" if len(members) > 1 else ""
+        line = f"{named}{many}: {told[members[0]]}, "
+        line += duration(sum(one.costs[one.choice.taken.name] for one in each))
+        first = each[0]
+        if not first.accuracy_reached and first.solver == first.choice.taken.name:
+            seeds = _number(first.seeds(first.choice.taken))
+            line += f"; {seeds} seeds {duration(sum(o.seconds(o.choice.taken) for o in each))}"
+        console.print(line, soft_wrap=True)
+
+
+def _told(one: Plan) -> str:
+    """Return what is the same for all members of a group."""
     reached = "accurate enough" if one.accuracy_reached else "not accurate enough"
-    told = f"{one.solver}, {reached}: error {_part(rung.error)}, {duration(one.costs[rung.name])}"
-    if one.accuracy_reached or one.solver != rung.name:
-        return told
-    return f"{told}; {_number(one.seeds(rung))} seeds {duration(one.seconds(rung))}"
+    return f"{one.solver}, {reached}: error {_part(one.choice.taken.error)}"
 
 
 def _print(console: Any, plan: Plan) -> None:

@@ -332,16 +332,15 @@ def test_a_plan_whose_time_is_over_keeps_the_members_before(monkeypatch):
     assert told == [(0, 3, "members"), (1, 3, "members"), (2, 3, "members")]
 
 
-def test_the_command_plans_many_members_in_a_line_each(capsys):
+def test_the_command_plans_many_members_in_a_line_for_what_is_equal(capsys):
     vary = "vary.drive.amplitude=[0.01,0.02,0.03,0.04,0.05,0.06,0.07,0.08,0.09]"
     words = ["plan", "two-sliders-cycles", "--set", "chain.sigma_mu=0", "--set", vary]
     assert status(words) == 0
-    heading, *lines = capsys.readouterr().out.splitlines()
+    heading, line = capsys.readouterr().out.splitlines()
     assert "two-sliders-cycles" in heading
-    assert [line.partition(":")[0] for line in lines] == [
-        f"drive.amplitude = 0.0{k}" for k in range(1, 10)
-    ]
-    assert all(": law, accurate enough: error none, " in line for line in lines)
+    assert line.startswith(
+        "drive.amplitude = 0.01 … 0.09 (9 members): law, accurate enough: error none, "
+    )
     assert status([*words, "--max-seconds", "0"]) == 3
     assert "0 of 9 members are planned" in capsys.readouterr().err
 
