@@ -41,12 +41,15 @@ def test_the_tables_of_a_run_add_up_to_it(run: Creep) -> None:
 
 
 def test_events_find_their_rearrangement_by_its_index(run: Creep) -> None:
-    events = run.to_pandas("events").groupby("rearrangement")
     avalanches = run.to_pandas("rearrangements")
-    assert (events["theta"].first() == avalanches["theta"]).all()
-    assert (events["half_cycle"].first() == avalanches["half_cycle"]).all()
-    last = events["time"].last()
-    assert last.to_numpy() == pytest.approx(avalanches["duration"].to_numpy(), rel=1e-15)
+    both = run.to_pandas("events").merge(
+        avalanches, left_on="rearrangement", right_index=True, suffixes=("", "_all")
+    )
+    assert len(both) == len(run.to_pandas("events"))
+    assert (both["theta"] == both["theta_all"]).all()
+    assert (both["half_cycle"] == both["half_cycle_all"]).all()
+    last = both.groupby("rearrangement")["time"].last().to_numpy()
+    assert last == pytest.approx(avalanches["duration"].to_numpy(), rel=1e-15)
 
 
 def test_every_column_of_a_frame_has_its_unit_and_meaning(run: Creep) -> None:

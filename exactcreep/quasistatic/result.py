@@ -407,10 +407,10 @@ class Creep(Shown):
         ----------
         table : {"half_cycles", "events", "rearrangements", "slip_table"}
             The index counts what a row is: half-cycles from 1, events, rearrangements and slips
-            from 0, so that ``events.join(rearrangements, on="rearrangement", rsuffix="_all")``
-            brings each event beside its rearrangement. What has a number for each slider is one
-            column for each, ``x_1``, ``x_2``, ... ``attrs["units"]`` and ``attrs["meanings"]`` tell
-            of every column.
+            from 0, so that ``events.merge(rearrangements, left_on="rearrangement",
+            right_index=True, suffixes=("", "_all"))`` sets each event beside its rearrangement.
+            What has a number for each slider is one column for each, ``x_1``, ``x_2``, ...
+            ``attrs["units"]`` and ``attrs["meanings"]`` tell of every column.
 
         Raises
         ------
