@@ -16,6 +16,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import (
     InputError,
+    Number,
     exact_number,
     nearest_float,
     plain_data,
@@ -417,17 +418,17 @@ class Descent(Shown):
 
 def physical(
     *,
-    length: Any,
-    youngs_modulus: Any,
-    density: Any,
-    section: Any,
-    kappa: Any,
+    length: Number,
+    youngs_modulus: Number,
+    density: Number,
+    section: Number,
+    kappa: Number,
     contacts: int,
-    mu_d: Any,
-    mu_s: Any,
-    tan_alpha: Any,
-    sigma_mu: Any = 0,
-    gravity: Any = STANDARD_GRAVITY,
+    mu_d: Number,
+    mu_s: Number,
+    tan_alpha: Number,
+    sigma_mu: Number = 0,
+    gravity: Number = STANDARD_GRAVITY,
 ) -> Solid:
     """Return a solid on a slope with its dimensionless chain (``physical(...).chain``).
 

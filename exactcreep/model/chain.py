@@ -8,7 +8,13 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import (
+    InputError,
+    Number,
+    exact_number,
+    nearest_float,
+    whole_number,
+)
 from exactcreep.model.shown import Shown, drawn
 
 
@@ -52,7 +58,14 @@ class Chain(Shown):
     tan_alpha: Fraction
 
     def __init__(
-        self, n: Any, l0: Any, mu_d: Any, mu_s: Any, sigma_mu: Any = 0, *, tan_alpha: Any
+        self,
+        n: Number,
+        l0: Number,
+        mu_d: Number,
+        mu_s: Number,
+        sigma_mu: Number = 0,
+        *,
+        tan_alpha: Number,
     ) -> None:
         def keep(name: str, value: Any) -> None:
             object.__setattr__(self, name, value)

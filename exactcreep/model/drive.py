@@ -12,7 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model import disorder
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import (
+    InputError,
+    Number,
+    exact_number,
+    nearest_float,
+    whole_number,
+)
 from exactcreep.model.shown import Shown, drawn
 
 MOST_TARGETS = 10**12
@@ -86,7 +92,7 @@ class Cycles(Drive):
     cyclic: ClassVar[bool] = True
     per: ClassVar[str] = "half-cycle"
 
-    def __init__(self, amplitude: Any, cycles: Any) -> None:
+    def __init__(self, amplitude: Number, cycles: Number) -> None:
         value = exact_number(amplitude, "amplitude")
         if value < 0:
             raise InputError("amplitude", amplitude, "must not be negative")
@@ -135,7 +141,7 @@ class GaussianSteps(Drive):
     kind: ClassVar[str] = "gaussian"
     random: ClassVar[bool] = True
 
-    def __init__(self, sigma_theta: Any, steps: Any) -> None:
+    def __init__(self, sigma_theta: Number, steps: Number) -> None:
         value = exact_number(sigma_theta, "sigma_theta")
         if value < 0:
             raise InputError("sigma_theta", sigma_theta, "must not be negative")

@@ -31,7 +31,7 @@ from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.contacts import Contacts
-from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
@@ -147,7 +147,7 @@ def audit(
     *,
     seed: int | None = None,
     most_findings: int = 20,
-    max_seconds: Any = None,
+    max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> Audit:
     """Return what is wrong with a finished run, judged from its events.

@@ -18,7 +18,7 @@ from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Drive, Path
-from exactcreep.model.numbers import InputError, nearest_float, plain_data, whole_number
+from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.verdict import Evidence
 from exactcreep.motion.arithmetic import FLOAT64
@@ -193,7 +193,7 @@ def compare(
     *,
     seed: int | None = None,
     start: State | None = None,
-    dt: Any = "0.01",
+    dt: Number = "0.01",
     locate: bool = False,
     digits: int = 30,
     events: int = 1000,

@@ -135,7 +135,7 @@ def _words(kind: str, sliders: tuple[int, ...], signs: tuple[int, ...]) -> str:
 @shows_progress
 def fate(
     chain: Chain,
-    amplitude: Any,
+    amplitude: Number,
     *,
     start: State | None = None,
     cycles: int = 10_000,

@@ -13,7 +13,7 @@ from exactcreep.laws import prediction
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import nearest_float, plain_data
+from exactcreep.model.numbers import Number, nearest_float, plain_data
 from exactcreep.model.shown import Shown, drawn
 from exactcreep.model.state import State
 from exactcreep.motion.condition import PROMISE
@@ -177,7 +177,7 @@ def plan(
     chain: Chain,
     drive: Drive,
     *,
-    accuracy: Any = DEFAULT_ACCURACY,
+    accuracy: Number = DEFAULT_ACCURACY,
     question: str = "velocity",
     seed: int = 0,
     start: State | None = None,
@@ -224,7 +224,7 @@ def plan(
 def plan_scene(
     scene: Scene,
     *,
-    accuracy: Any = None,
+    accuracy: Number | None = None,
     question: str | None = None,
     max_seconds: Any = None,
     progress: Hearer = None,

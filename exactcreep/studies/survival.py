@@ -327,10 +327,10 @@ def start_of(chain: Chain, size: Any, seed: int, number: int) -> tuple[State, in
 @shows_progress
 def survival(
     chain: Chain,
-    amplitude: Any,
+    amplitude: Number,
     *,
     starts: int = 100,
-    size: Any = SIZE,
+    size: Number = SIZE,
     cycles: int = 10_000,
     seed: int = 0,
     dormant: int = 500,
