@@ -254,9 +254,9 @@ class Descent(Shown):
     time_unit : float
         Seconds of one unit of the clock of its temperatures.
     rates : mapping of (int, Fraction) to float
-        Millimetres per year in the sliding limit by the number of contacts (the solid's own, and
-        `MANY_CONTACTS` or four times as many) and by the factor on all friction (`FRICTION`); inf
-        where friction does not hold the solid.
+        Millimetres per year in the sliding limit, of the whole drive from the relaxed chain on, by
+        the number of contacts (the solid's own, and `MANY_CONTACTS` or four times as many) and by
+        the factor on all friction (`FRICTION`); inf where friction does not hold the solid.
     """
 
     solid: Solid
