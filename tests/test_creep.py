@@ -94,7 +94,7 @@ def record_of(path: Path, hours: list[float]) -> TemperatureRecord:
     """Return a record of two-day cycles of 10 degrees, sampled at these hours."""
     rows = [f"{hour},{10 * math.sin(2 * math.pi * hour / 48):.12f}" for hour in hours]
     path.write_text("\n".join(["time,temperature", *rows]), encoding="utf-8")
-    return TemperatureRecord(path, "0.001", 0)
+    return TemperatureRecord(path, "0.001", 0, gaps="interpolate")
 
 
 def test_the_velocity_of_a_record_is_per_unit_of_time_however_it_is_sampled(

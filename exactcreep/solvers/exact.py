@@ -506,10 +506,9 @@ class Exact(Solver):
         whole = simulation.work.whole
         logs: list[NDArray[np.float64]] = []
         outcome, told = Outcome.AT_REST, ""
-        over = limits.at < math.inf and limits.passed()  # before the first event
-        if over:
-            outcome, told = Outcome.LIMIT, limits.reason(Stop.DEADLINE)
-        for reason in () if over else simulation.single(direction, limits.events_left):
+        late = limits.at < math.inf and limits.passed()  # then there is one event all the same
+        at_once = 1 if late else _MOST_WORK
+        for reason in simulation.single(direction, limits.events_left, at_once):
             logs.append(simulation._drain())
             if reason == layout.RUNAWAY:
                 outcome, told = Outcome.RUNAWAY, NEVER_STOPS
@@ -530,7 +529,7 @@ class Exact(Solver):
             chain=chain,
             given=state,
             load=simulation.load(),
-            log=logs[0] if len(logs) == 1 else np.concatenate(logs or [simulation._drain()]),
+            log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             outcome=outcome,
             decided=Evidence.of(undecided, Evidence.COMPUTED),
             state=simulation.state(),
