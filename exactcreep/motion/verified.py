@@ -29,6 +29,8 @@ MOST_STEPS = 64
 """Of one search: what has no event within 32 tau_dyn is left to others."""
 MOST_LOOKS = 60
 """Of one watch in one step."""
+HURRY = 8.0
+"""Bound of how fast forces and velocities change, for each unit of pace and of (1 + time)."""
 WARY = 1e-9
 """Relative; far more than the rounding of the few operations that follow a bound."""
 
@@ -297,7 +299,7 @@ def pass_through(
         for m in (slider - 1, slider + 1):
             if 0 <= m < n:
                 rate += velocities[m]
-    hurry = 8 * pace * (1 + time)
+    hurry = HURRY * pace * (1 + time)
     vague = 2 * (unsure + late * hurry) + 2.0**-50 * abs(rate)
     if not abs(rate) > 2 * vague:
         return math.nan

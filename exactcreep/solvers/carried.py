@@ -27,7 +27,7 @@ from exactcreep.motion.placing import placed
 from exactcreep.motion.roots import FirstEvent, lone_event
 from exactcreep.motion.solution import Motion
 from exactcreep.motion.surroundings import Surroundings
-from exactcreep.motion.verified import first_event, pass_through, spans
+from exactcreep.motion.verified import HURRY, first_event, pass_through, spans
 from exactcreep.solvers.mechanics import Mechanics, event_of
 
 STRETCH = 16
@@ -228,9 +228,10 @@ class Carried(Mechanics):
 
     def first_event(self, flow: Flow, runs: list[Run]) -> FirstEvent | None:
         """Return the first event, of the middle; see `Mechanics.first_event`."""
-        if self.exact is None and not self._may_run_away(flow, runs):
+        # at the precision limit, where nothing is asked again, balls hold every state
+        if self.exact is None and not self.assume and not self._may_run_away(flow, runs):
             found = self._proved(flow, runs)
-            if found is not None:
+            if found is not None and (self.set is None or self._is_steep(flow, runs, found)):
                 return found
         if self.set is not None:
             self._give_up(flow)
@@ -273,6 +274,28 @@ class Carried(Mechanics):
             return self._placed(flow, runs, acting)
         except Undecided:  # the middle is not known well enough
             return None
+
+    def _is_steep(self, flow: Flow, runs: list[Run], found: FirstEvent) -> bool:
+        """Return whether the event's slope is far from zero in all states, as `_set_follows` needs.
+
+        It is not where an event nearly grazes: the float64 bracket of its time is too wide there.
+        """
+        (slider, side), pace = self.foreseen
+        ways, speeds = np.zeros((2, self.chain.n + 2))
+        shifts = found.shifts or [(run.first, *run.motion.moved(found.time)) for run in runs]
+        for first, displacements, velocities in shifts:
+            for k, (x, v) in enumerate(zip(displacements, velocities, strict=True), first + 1):
+                ways[k], speeds[k] = float(x), float(v)
+        slope = speeds[slider] + speeds[slider + 2]
+        if side == 0:
+            bend = ways[slider] + ways[slider + 2] - self.springs[slider] * ways[slider + 1]
+            friction = int(flow.signs[slider]) * float(self.friction)
+            slope = float(flow.forces[slider]) + bend - friction
+        middle, radius = self.bracket
+        time = float(found.time)
+        late = radius + abs(time - middle) + 2.0**-50 * time
+        vague = late * HURRY * pace * (1 + time) + len(speeds) * self.far * (3 + time)
+        return bool(abs(slope) > 8 * vague)
 
     def _in_floats(self, flow: Flow, low: int, high: int) -> tuple[Any, Any, Any, float]:
         """Return velocities, accelerations, forces, and by how much any of them may be off."""

@@ -235,7 +235,7 @@ def test_repeated_targets_change_no_bit() -> None:
     often = [theta for theta in once for _ in range(7)]
     one, other = (creep(chain, ThetaPath(theta), seed=4) for theta in (once, often))
     assert np.array_equal(one.state.displacements, other.state.displacements)
-    assert one.events == other.events > 20
+    assert one.event_count == other.event_count > 20
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
-from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.solvers import carried, certified
 from exactcreep.solvers.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.records import LOGS, joined
@@ -210,7 +210,9 @@ def test_a_restart_hands_out_no_row_twice():
     assert simulation.restarts > 0
     assert rows == event_rows(expected)
     for name, values in joined(parts).items():
-        assert floats(values) == pytest.approx(floats(expected.recorded[name]), rel=1e-9, abs=1e-9)
+        for value, truth in zip(values.flat, expected.recorded[name].flat, strict=True):
+            one, other = enclosure(value), enclosure(truth)
+            assert abs(one.middle - other.middle) <= one.radius + other.radius
     assert simulation.tally.events == len(rows)
 
 
@@ -365,3 +367,13 @@ def test_ten_thousand_consecutive_events_are_certified(n):
     assert simulation.tally.events >= 10_000
     assert simulation.evidence is Evidence.PROVED
     assert simulation.report()["bits_lost_per_event"] < 0.05
+
+
+def test_events_that_nearly_graze_are_left_to_balls_and_no_precision_is_asked_for_ever():
+    """Float64 finds their times too vaguely to say how fast they are approached."""
+    chain = Chain(2, 1000, "1/2", "3/5", tan_alpha="0.500000000001")
+    drive = ThetaPath(["0.0003"])
+    run = creep(chain, drive, solver="certified", record=("events",), max_events=200)
+    assert run.event_count == 200
+    assert run.report["restarts"] < 5
+    assert run.evidence is Evidence.PROVED
