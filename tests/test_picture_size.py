@@ -52,3 +52,6 @@ def test_the_size_of_no_picture_is_refused(command: Command) -> None:
     told = command(*RUN, "--size", "5x5")
     assert told.code == 2
     assert "--plot" in told.sentence
+    told = command("animate", "two-sliders-cycles", "--out", "page.html", "--dpi", "50")
+    assert told.code == 2
+    assert "page" in told.sentence

@@ -120,9 +120,11 @@ def of_pictures(command: Callable[..., None]) -> Callable[..., None]:
         from exactcreep.model.numbers import InputError, whole_number
         from exactcreep.studies.figures import printed
 
+        name = "dpi" if size is None else "size"
         if given.get("plot", ...) is None:
-            name = "dpi" if size is None else "size"
             raise InputError(name, size or dpi, "is that of a picture, and needs --plot")
+        if str(given.get("out")).lower().endswith(".html"):
+            raise InputError(name, size or dpi, "is that of a picture: a page fits its window")
         dots = None if dpi is None else whole_number(dpi, "dpi", least=10, most=2400)
         with printed(None if size is None else _inches(size), dots):
             command(**given)
