@@ -22,6 +22,8 @@ PROMISES: dict[str, str] = {
     "On a machine with nothing but Python": "test_readme.py::the_readme_has_exactly_three_set_up_commands_of_one_line_each",
     "Install what the tests need": "test_readme.py::the_readme_has_exactly_three_set_up_commands_of_one_line_each",
     "Build the book": "test_book.py::a_search_finds_the_page_of_a_word",
+    "Open the notebooks": "test_release.py::an_extra_that_the_readme_or_the_book_names_exists",
+    "a page to play with": "studies/test_explorer.py::the_server_answers_questions_and_refuses_others",
     "a chain followed": "test_creep.py::a_run_goes_on_from_its_checkpoint_bit_for_bit",
     "one avalanche": "studies/test_show.py::sliders_are_drawn_as_moving_exactly_while_they_move",
     "the amplitude above": "studies/test_fate_proof.py::the_lasting_edge_of_three_sliders_is_that_of_the_horizon",
