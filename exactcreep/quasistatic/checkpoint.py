@@ -138,7 +138,8 @@ def from_bytes(data: bytes | memoryview, name: str = "checkpoint") -> dict[str, 
         raise InputError(
             "checkpoint",
             name,
-            f"is of version {int(line[1])}; this program reads version {VERSION}",
+            f"is of version {int(line[1])}; this program reads version {VERSION}: let the version"
+            " that wrote it go on, or begin again",
         )
     start = line.end() + _HEADER
     length = int.from_bytes(data[line.end() : line.end() + 8], "little")

@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
-FORMAT = "exactcreep result 2"
+FORMAT = "exactcreep result 3"
 
 
 class _StateRow(NamedTuple):
@@ -787,10 +787,13 @@ def read_members(path: str | os.PathLike[str]) -> list[tuple[xr.Dataset, Creep]]
     groups = _files().read_groups(path, "result")
     about = groups[None].attrs
     try:
-        if about.get("format") != FORMAT:
-            raise InputError(
-                "result", os.fspath(path), "is not a result of exactcreep (of this version)"
-            )
+        written = str(about.get("format"))
+        if written != FORMAT:
+            told = "is not a result of exactcreep"
+            if written.startswith(FORMAT.rpartition(" ")[0]):
+                told = f"is an {written[:40]!r}; this program reads {FORMAT!r}"
+                told += ": read it with the version that wrote it, or run its experiment again"
+            raise InputError("result", os.fspath(path), told)
         if "members" in about:
             members = [groups[f"member_{k}"] for k in range(1, len(groups))]
             if len(members) != about["members"]:
