@@ -98,7 +98,7 @@ def test_a_cell_is_the_run_of_its_member(scene: Scene) -> None:
             math.isnan(error) and math.isnan(alone.velocity_error)
         )
         assert float(cell["x_G"]) == alone.x_G
-        assert int(cell["events"]) == alone.events
+        assert int(cell["events"]) == alone.event_count
         assert str(cell["outcome"].item()) == alone.outcome.value
 
 
