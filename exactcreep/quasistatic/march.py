@@ -555,7 +555,8 @@ class Course:
             self.values = np.concatenate([self.values, block[:room]])
             block = block[room:]
             if self.values.size > 2 * _REMEMBERED:
-                since = {period: self.repeats_since(period) for period in range(1, 65)}
+                steps, close = self._steps()
+                since = {k: self._repeats_since(k, steps, close) for k in range(1, 65)}
                 best = min(since, key=lambda period: (since[period], period))
                 self.noted = best, since[best]
                 self.values = self.values[_REMEMBERED:]
@@ -567,11 +568,18 @@ class Course:
         If that was before the cycles that are remembered and another period was noted then, the
         first of these.
         """
-        steps = np.diff(self.values)
+        return self._repeats_since(period, *self._steps())
+
+    def _steps(self) -> tuple[NDArray[np.float64], float]:
+        """Return the advances of the cycles that are remembered, and how nearly they repeat."""
+        return np.diff(self.values), _NEAR * max(1.0, float(np.abs(self.values).max()))
+
+    def _repeats_since(self, period: int, steps: NDArray[np.float64], close: float) -> int:
         if steps.size < period:
             return self.cycles
-        apart = np.abs(steps[period:] - steps[:-period])
-        different = np.flatnonzero(apart > _NEAR * max(1.0, float(np.abs(self.values).max())))
+        if steps.size > period and abs(steps[-1] - steps[-1 - period]) > close:  # most often
+            return self.dropped + steps.size - period
+        different = np.flatnonzero(np.abs(steps[period:] - steps[:-period]) > close)
         if different.size:
             return self.dropped + int(different[-1]) + 1
         noted, since = self.noted
@@ -579,8 +587,7 @@ class Course:
 
     def periods(self, least: int, most: int) -> Iterator[int]:
         """Yield the periods from `least` to `most` that x_G has kept twice at the end."""
-        steps = np.diff(self.values)
-        close = _NEAR * max(1.0, float(np.abs(self.values).max()))
+        steps, close = self._steps()
         for period in range(least, min(most, steps.size // 2) + 1):
             if abs(steps[-1] - steps[-1 - period]) > close:
                 continue  # as almost always
