@@ -8,29 +8,12 @@ trigonometry have no premise; they are changed themselves.
 
 from __future__ import annotations
 
-import importlib.util
 import inspect
-import sys
-from pathlib import Path
-from types import ModuleType
 
 import pytest
 
 from derivations.ledger import SUBJECTS
-
-
-def _beside(name: str) -> ModuleType:
-    path = Path(__file__).with_name(f"{name}.py")
-    spec = importlib.util.spec_from_file_location(f"derivations_{name}", path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-premises = _beside("premises")
+from tests.derivations import premises
 
 CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
     "scaling": (
