@@ -6,7 +6,8 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -38,6 +39,34 @@ def _bracketed(items: list[str], brackets: str, indent: str) -> str:
         return brackets
     lines = f",\n{indent}  ".join(items)
     return f"{brackets[0]}\n{indent}  {lines}\n{indent}{brackets[1]}"
+
+
+def deliver(
+    found: Any,
+    show: Callable[[Any], None],
+    *,
+    out: Path | None,
+    plot: Path | None,
+    draw: Callable[[Any, Path], None],
+    json: bool,
+) -> None:
+    """Save the dataset of a study, draw it, and print it: as one JSON object, or by `show`."""
+    import typer
+
+    from exactcreep.quasistatic.files import write_file
+    from exactcreep.quasistatic.netcdf import netcdf
+
+    if out is not None:
+        write_file(out, netcdf({None: found.dataset()}), "out")
+    if plot is not None:
+        draw(found, plot)
+    if json:
+        typer.echo(as_json(found.summary()))
+        return
+    show(found)
+    for path in (out, plot):
+        if path is not None:
+            typer.echo(f"written: {path}")
 
 
 def json_of_run(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -49,6 +50,7 @@ def fate(
 
     Exit status: 0 settled, 2 bad input, 3 not settled within the limits (what is known is shown).
     """
+    from exactcreep.commands.answer import deliver
     from exactcreep.model.numbers import whole_number
     from exactcreep.model.state import State
     from exactcreep.model.verdict import Outcome
@@ -70,20 +72,15 @@ def fate(
             max_seconds=max_seconds,
             progress=display.show,
         )
-    if plot is not None:
-        from exactcreep.studies.fates import draw_fate
-
-        draw_fate(found, plot)
-    if json:
-        from exactcreep.commands.answer import as_json
-
-        typer.echo(as_json(found.summary()))
-    else:
-        _print(found)
-        if plot is not None:
-            typer.echo(f"written: {plot}")
+    deliver(found, _print, out=None, plot=plot, draw=_draw, json=json)
     if found.outcome is Outcome.LIMIT:
         raise typer.Exit(LIMIT_STATUS)
+
+
+def _draw(found: Fate, plot: Path) -> None:
+    from exactcreep.studies.fates import draw_fate
+
+    draw_fate(found, plot)
 
 
 def _print(found: Fate) -> None:

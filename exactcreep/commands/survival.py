@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -57,9 +58,9 @@ def survival(
 
     Exit status: 0 done, 2 bad input, 3 a limit cut starts short (what is known is shown).
     """
+    from exactcreep.commands.answer import deliver
     from exactcreep.model.numbers import whole_number
-    from exactcreep.quasistatic.files import check_output, check_plot, write_file
-    from exactcreep.quasistatic.netcdf import netcdf
+    from exactcreep.quasistatic.files import check_output, check_plot
     from exactcreep.studies import survival as study
 
     if plot is not None:
@@ -79,23 +80,15 @@ def survival(
             max_seconds=max_seconds,
             progress=display.show,
         )
-    if out is not None:
-        write_file(out, netcdf({None: found.dataset()}), "out")
-    if plot is not None:
-        from exactcreep.studies.fates import draw_survival
-
-        draw_survival(found, plot)
-    if json:
-        from exactcreep.commands.answer import as_json
-
-        typer.echo(as_json(found.summary()))
-    else:
-        _print(found)
-        for path in (out, plot):
-            if path is not None:
-                typer.echo(f"written: {path}")
+    deliver(found, _print, out=out, plot=plot, draw=_draw, json=json)
     if found.reason:
         raise typer.Exit(LIMIT_STATUS)
+
+
+def _draw(found: Survival, plot: Path) -> None:
+    from exactcreep.studies.fates import draw_survival
+
+    draw_survival(found, plot)
 
 
 def _print(found: Survival) -> None:

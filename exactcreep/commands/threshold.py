@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -150,9 +151,9 @@ def threshold(
     Exit status: 0 found, 2 bad input or no edge, 3 a limit was reached, creep does not settle, or
     v(A) is no straight line (what is known is shown).
     """
+    from exactcreep.commands.answer import deliver
     from exactcreep.model.numbers import whole_number
-    from exactcreep.quasistatic.files import check_output, check_plot, write_file
-    from exactcreep.quasistatic.netcdf import netcdf
+    from exactcreep.quasistatic.files import check_output, check_plot
     from exactcreep.studies.horizon import GivenUp
     from exactcreep.studies.thresholds import threshold as study
 
@@ -182,23 +183,15 @@ def threshold(
     except GivenUp as limit:
         typer.echo(f"exactcreep: {limit}", err=True)
         raise typer.Exit(LIMIT_STATUS) from None
-    if out is not None:
-        write_file(out, netcdf({None: found.dataset()}), "out")
-    if plot is not None:
-        from exactcreep.studies.threshold_pictures import draw_threshold
-
-        draw_threshold(found, plot)
-    if json:
-        from exactcreep.commands.answer import as_json
-
-        typer.echo(as_json(found.summary()))
-    else:
-        _print(found)
-        for path in (out, plot):
-            if path is not None:
-                typer.echo(f"written: {path}")
+    deliver(found, _print, out=out, plot=plot, draw=_draw, json=json)
     if found.reason:
         raise typer.Exit(LIMIT_STATUS)
+
+
+def _draw(found: Any, plot: Path) -> None:
+    from exactcreep.studies.threshold_pictures import draw_threshold
+
+    draw_threshold(found, plot)
 
 
 def _print(found: Any) -> None:
