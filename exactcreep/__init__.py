@@ -36,21 +36,21 @@ if TYPE_CHECKING:
     from exactcreep.model.drive import GaussianSteps as GaussianSteps
     from exactcreep.model.drive import Path as Path
     from exactcreep.model.numbers import InputError as InputError
-    from exactcreep.model.record import RecordWarning as RecordWarning
-    from exactcreep.model.record import TemperatureRecord as TemperatureRecord
+    from exactcreep.model.outcome import Evidence as Evidence
+    from exactcreep.model.outcome import Outcome as Outcome
     from exactcreep.model.state import State as State
-    from exactcreep.model.verdict import Evidence as Evidence
-    from exactcreep.model.verdict import Outcome as Outcome
+    from exactcreep.model.temperature_record import RecordWarning as RecordWarning
+    from exactcreep.model.temperature_record import TemperatureRecord as TemperatureRecord
     from exactcreep.motion.solution import Motion as Motion
     from exactcreep.motion.solution import Solution as Solution
     from exactcreep.progress import Progress as Progress
+    from exactcreep.quasistatic.creep import AccuracyWarning as AccuracyWarning
+    from exactcreep.quasistatic.creep import Interrupted as Interrupted
+    from exactcreep.quasistatic.creep import PhysicsWarning as PhysicsWarning
+    from exactcreep.quasistatic.creep import creep as creep
+    from exactcreep.quasistatic.creep import resume as resume
     from exactcreep.quasistatic.decimals import Enclosure as Enclosure
     from exactcreep.quasistatic.experiment import Experiment as Experiment
-    from exactcreep.quasistatic.loop import AccuracyWarning as AccuracyWarning
-    from exactcreep.quasistatic.loop import Interrupted as Interrupted
-    from exactcreep.quasistatic.loop import PhysicsWarning as PhysicsWarning
-    from exactcreep.quasistatic.loop import creep as creep
-    from exactcreep.quasistatic.loop import resume as resume
     from exactcreep.quasistatic.result import Creep as Creep
     from exactcreep.scene import Scene as Scene
     from exactcreep.scene import load_scene as load_scene
@@ -60,30 +60,30 @@ if TYPE_CHECKING:
     from exactcreep.solvers.registry import iterate as iterate
     from exactcreep.solvers.registry import rearrange as rearrange
     from exactcreep.solvers.solver import Rearrangement as Rearrangement
-    from exactcreep.studies.auditing import Audit as Audit
-    from exactcreep.studies.auditing import audit as audit
-    from exactcreep.studies.comparison import Comparison as Comparison
-    from exactcreep.studies.comparison import compare as compare
-    from exactcreep.studies.edges import Threshold as Threshold
-    from exactcreep.studies.fate import Fate as Fate
-    from exactcreep.studies.fate import fate as fate
-    from exactcreep.studies.half_life import HalfLife as HalfLife
-    from exactcreep.studies.horizon import GivenUp as GivenUp
-    from exactcreep.studies.intercept import Intercept as Intercept
+    from exactcreep.studies.audit import Audit as Audit
+    from exactcreep.studies.audit import audit as audit
+    from exactcreep.studies.compare import Comparison as Comparison
+    from exactcreep.studies.compare import compare as compare
+    from exactcreep.studies.fates.fate import Fate as Fate
+    from exactcreep.studies.fates.fate import fate as fate
+    from exactcreep.studies.fates.survival import Survival as Survival
+    from exactcreep.studies.fates.survival import survival as survival
     from exactcreep.studies.partings import Partings as Partings
-    from exactcreep.studies.planning import Plan as Plan
-    from exactcreep.studies.planning import plan as plan
-    from exactcreep.studies.survival import Survival as Survival
-    from exactcreep.studies.survival import survival as survival
-    from exactcreep.studies.sweeps import sweep as sweep
-    from exactcreep.studies.thresholds import threshold as threshold
+    from exactcreep.studies.plan import Plan as Plan
+    from exactcreep.studies.plan import plan as plan
+    from exactcreep.studies.sweep import sweep as sweep
+    from exactcreep.studies.thresholds.criteria import threshold as threshold
+    from exactcreep.studies.thresholds.edges import Threshold as Threshold
+    from exactcreep.studies.thresholds.half_life import HalfLife as HalfLife
+    from exactcreep.studies.thresholds.horizon import GivenUp as GivenUp
+    from exactcreep.studies.thresholds.intercept import Intercept as Intercept
 
 # Where each public name lives; it is imported when it is first used, so that a command line
 # that only prints its help does not wait for a compiler. "module:" alone is the module itself.
 _HOMES = {
-    "Audit": "studies.auditing:Audit",
+    "Audit": "studies.audit:Audit",
     "Chain": "model.chain:Chain",
-    "Comparison": "studies.comparison:Comparison",
+    "Comparison": "studies.compare:Comparison",
     "Creep": "quasistatic.result:Creep",
     "Cycles": "model.drive:Cycles",
     "Descent": "solid:Descent",
@@ -91,47 +91,47 @@ _HOMES = {
     "Enclosure": "quasistatic.decimals:Enclosure",
     "Event": "model.contact:Event",
     "EventKind": "model.contact:EventKind",
-    "Evidence": "model.verdict:Evidence",
+    "Evidence": "model.outcome:Evidence",
     "Experiment": "quasistatic.experiment:Experiment",
-    "Fate": "studies.fate:Fate",
+    "Fate": "studies.fates.fate:Fate",
     "GaussianSteps": "model.drive:GaussianSteps",
-    "GivenUp": "studies.horizon:GivenUp",
-    "HalfLife": "studies.half_life:HalfLife",
+    "GivenUp": "studies.thresholds.horizon:GivenUp",
+    "HalfLife": "studies.thresholds.half_life:HalfLife",
     "InputError": "model.numbers:InputError",
-    "Intercept": "studies.intercept:Intercept",
-    "Interrupted": "quasistatic.loop:Interrupted",
+    "Intercept": "studies.thresholds.intercept:Intercept",
+    "Interrupted": "quasistatic.creep:Interrupted",
     "Motion": "motion.solution:Motion",
-    "Outcome": "model.verdict:Outcome",
+    "Outcome": "model.outcome:Outcome",
     "Partings": "studies.partings:Partings",
     "Path": "model.drive:Path",
-    "AccuracyWarning": "quasistatic.loop:AccuracyWarning",
-    "PhysicsWarning": "quasistatic.loop:PhysicsWarning",
-    "Plan": "studies.planning:Plan",
+    "AccuracyWarning": "quasistatic.creep:AccuracyWarning",
+    "PhysicsWarning": "quasistatic.creep:PhysicsWarning",
+    "Plan": "studies.plan:Plan",
     "Progress": "progress:Progress",
     "Rearrangement": "solvers.solver:Rearrangement",
-    "RecordWarning": "model.record:RecordWarning",
+    "RecordWarning": "model.temperature_record:RecordWarning",
     "Scene": "scene:Scene",
     "Solid": "solid:Solid",
     "Solution": "motion.solution:Solution",
     "State": "model.state:State",
-    "Survival": "studies.survival:Survival",
-    "TemperatureRecord": "model.record:TemperatureRecord",
-    "Threshold": "studies.edges:Threshold",
-    "audit": "studies.auditing:audit",
-    "compare": "studies.comparison:compare",
-    "creep": "quasistatic.loop:creep",
+    "Survival": "studies.fates.survival:Survival",
+    "TemperatureRecord": "model.temperature_record:TemperatureRecord",
+    "Threshold": "studies.thresholds.edges:Threshold",
+    "audit": "studies.audit:audit",
+    "compare": "studies.compare:compare",
+    "creep": "quasistatic.creep:creep",
     "disorder": "model.disorder:",
-    "fate": "studies.fate:fate",
+    "fate": "studies.fates.fate:fate",
     "iterate": "solvers.registry:iterate",
     "laws": "laws:",
     "load_scene": "scene:load_scene",
     "physical": "solid:physical",
-    "plan": "studies.planning:plan",
+    "plan": "studies.plan:plan",
     "rearrange": "solvers.registry:rearrange",
-    "resume": "quasistatic.loop:resume",
-    "survival": "studies.survival:survival",
-    "sweep": "studies.sweeps:sweep",
-    "threshold": "studies.thresholds:threshold",
+    "resume": "quasistatic.creep:resume",
+    "survival": "studies.fates.survival:survival",
+    "sweep": "studies.sweep:sweep",
+    "threshold": "studies.thresholds.criteria:threshold",
 }
 
 __all__ = ["__version__", *_HOMES]  # noqa: PLE0604 - the keys are strings

@@ -22,9 +22,9 @@ from exactcreep.model.numbers import (
     plain_data,
     whole_number,
 )
-from exactcreep.model.record import TemperatureRecord
-from exactcreep.model.shown import Shown, drawn
-from exactcreep.quasistatic.loop import creep
+from exactcreep.model.representation import Shown, drawn
+from exactcreep.model.temperature_record import TemperatureRecord
+from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.result import Creep
 
 STANDARD_GRAVITY = "9.80665"

@@ -14,7 +14,8 @@ import pytest
 from exactcreep import Creep, InputError, resume
 from exactcreep.cli import status
 from exactcreep.commands.answer import grouped
-from exactcreep.quasistatic import checkpoint, loop
+from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic import creep as loop
 from exactcreep.quasistatic.result import load_members
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun, environment, finished, wait_until
@@ -352,7 +353,7 @@ SWALLOWED = """
 import os, signal, sys
 from exactcreep import interrupts
 from exactcreep.cli import main
-from exactcreep.studies import sweeps
+from exactcreep.studies import sweep as sweeps
 
 class Finaliser:
     def __del__(self):

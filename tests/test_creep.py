@@ -24,10 +24,10 @@ from exactcreep import (
 from exactcreep import Path as ThetaPath
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint as checkpoints
-from exactcreep.quasistatic import loop
+from exactcreep.quasistatic import creep as loop
+from exactcreep.quasistatic.creep import CheckpointWarning, PhysicsWarning, resume
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.loop import CheckpointWarning, PhysicsWarning, resume
 from exactcreep.quasistatic.result import load_members, save_members
 
 TWO = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")

@@ -15,7 +15,7 @@ import pytest
 from exactcreep import Chain, Creep, Cycles, InputError, TemperatureRecord, creep, load_scene
 from exactcreep.quasistatic import netcdf as files
 from exactcreep.quasistatic.checkpoint import from_bytes
-from exactcreep.quasistatic.loop import resume
+from exactcreep.quasistatic.creep import resume
 from exactcreep.quasistatic.netcdf import netcdf
 
 THREE = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")

@@ -16,9 +16,9 @@ from exactcreep import creep, laws
 from exactcreep.laws import EDGES
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
+from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Outcome
-from exactcreep.studies.fate import fate
+from exactcreep.studies.fates.fate import fate
 
 F = Fraction
 SLOPE = F(7, 24)

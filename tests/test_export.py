@@ -14,8 +14,8 @@ import pytest
 
 from exactcreep import Chain, Creep, Cycles, InputError, creep
 from exactcreep.cli import status
-from exactcreep.quasistatic import frames
-from exactcreep.solvers.records import HALF_CYCLE_TABLE, LOGS
+from exactcreep.quasistatic import export as frames
+from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
 from tests.processes import finished
 
 CHAIN = Chain(4, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")

@@ -174,7 +174,7 @@ from exactcreep.cli import status
 from exactcreep.commands import reproduce
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic import checkpoint
-from exactcreep.studies import figures
+from exactcreep.figures import style as figures
 
 @contextmanager
 def full_disk(name):  # no file in it can be longer than 20 kB

@@ -16,13 +16,13 @@ from exactcreep.display import COMPILING, Display
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.progress import Hearer, Pace, Progress, reporter
+from exactcreep.quasistatic.creep import creep, run_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.loop import creep, run_members
 from exactcreep.scene import load_scene
-from exactcreep.studies.comparison import compare
+from exactcreep.studies.compare import compare
 from exactcreep.studies.envelope import envelope, extremes
-from exactcreep.studies.sweeps import sweep
-from exactcreep.studies.thresholds import threshold
+from exactcreep.studies.sweep import sweep
+from exactcreep.studies.thresholds.criteria import threshold
 
 CHAIN = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
 DRIVE = Cycles("0.01", 40)

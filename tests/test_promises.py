@@ -104,7 +104,7 @@ PROMISES: dict[str, str] = {
     "Workers need no shared disk": "studies/test_sweeps.py::a_killed_worker_of_a_cluster_loses_nothing",
     "A worker that dies": "studies/test_sweeps.py::a_killed_worker_of_a_cluster_loses_nothing",
     "From Python, `sweep(scene, executor=...)`": "studies/test_sweeps.py::processes_give_the_same_bits_as_threads",
-    "`exactcreep.studies.cluster.cluster(address)`": "studies/test_sweeps.py::a_killed_worker_of_a_cluster_loses_nothing",
+    "`exactcreep.studies.dask_cluster.cluster(address)`": "studies/test_sweeps.py::a_killed_worker_of_a_cluster_loses_nothing",
     "Data flows one way": "test_architecture.py::a_room_imports_only_from_rooms_above_it",
     "`derivations/` stands apart": "derivations/test_audit.py::derivations_import_nothing_from_the_package",
     "MIT.": "test_readme.py::licence_citation_and_ci_script_are_there",

@@ -8,7 +8,7 @@ import pytest
 
 from exactcreep import Chain, Cycles, GaussianSteps, Outcome, Path, creep
 from exactcreep.model.drive import Drive
-from exactcreep.quasistatic.loop import PhysicsWarning
+from exactcreep.quasistatic.creep import PhysicsWarning
 
 
 def scene(number: int) -> tuple[Chain, Drive]:

@@ -13,7 +13,7 @@ from exactcreep.cli import status
 from exactcreep.laws import LAWS, prediction
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
-from exactcreep.model.record import TemperatureRecord
+from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solid import physical, solid_of
 

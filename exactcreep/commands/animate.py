@@ -52,10 +52,10 @@ def animate(
 
         exactcreep animate thirty-sliders-cycles --out avalanche.html
     """
+    from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
     from exactcreep.model.numbers import InputError, whole_number
     from exactcreep.quasistatic.files import check_output, write_file
     from exactcreep.scene import load_scene
-    from exactcreep.studies.animation import draw_avalanche, find_avalanche, largest_avalanche
 
     given = parsed_settings(settings)
     for key, value in (("solver", solver), ("seed", seed)):
@@ -78,7 +78,7 @@ def animate(
     check_output(target, "out", force=force)
     avalanche = find_avalanche(chosen, number)
     if as_page:
-        from exactcreep.studies.explorer import saved
+        from exactcreep.figures.explorer import saved
 
         write_file(target, saved(avalanche).encode(), "out", force=force)
     else:

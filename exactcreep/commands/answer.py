@@ -193,7 +193,7 @@ def _print_one(console: Any, result: Creep, descent: Descent | None) -> None:
 
 
 def _accuracy(count: int) -> str:
-    from exactcreep.solvers.layout import PROMISED_EVENTS
+    from exactcreep.solvers.exact.layout import PROMISED_EVENTS
 
     return (
         f"{count} rearrangement{'s' * (count > 1)} of more than {PROMISED_EVENTS} events, for which"

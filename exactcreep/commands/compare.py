@@ -19,7 +19,7 @@ from exactcreep.commands.options import (
 from exactcreep.display import Display
 
 if TYPE_CHECKING:
-    from exactcreep.studies.comparison import Comparison, Standing
+    from exactcreep.studies.compare import Comparison, Standing
     from exactcreep.studies.partings import Partings
 
 
@@ -63,11 +63,11 @@ def compare(
         exactcreep compare six-sliders-cycles --seeds 16 --dts 0.1,0.03,0.01 --plot partings.png
     """
     from exactcreep.commands.answer import as_json
+    from exactcreep.figures.comparison import draw_comparison, draw_partings
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_plot
     from exactcreep.scene import load_scene
-    from exactcreep.studies.comparison import compare as measured
-    from exactcreep.studies.contests import draw_comparison, draw_partings
+    from exactcreep.studies.compare import compare as measured
     from exactcreep.studies.partings import Partings
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))

@@ -58,8 +58,8 @@ class _Visit(BaseHTTPRequestHandler):
 
     def reply(self) -> None:
         """Answer it."""
+        from exactcreep.figures import explorer
         from exactcreep.model.numbers import InputError
-        from exactcreep.studies import explorer
 
         if (self.headers["Host"] or "").rpartition(":")[0] not in (HOST, "localhost"):
             # a page of somebody else, whose name was made to lead here

@@ -32,8 +32,8 @@ def export(
         exactcreep export run.nc --table rearrangements --to avalanches.csv
     """
     from exactcreep.model.numbers import whole_number
+    from exactcreep.quasistatic.export import check_ending
     from exactcreep.quasistatic.files import check_output
-    from exactcreep.quasistatic.frames import check_ending
     from exactcreep.quasistatic.result import load_members
 
     check_ending(to)

@@ -21,7 +21,7 @@ from exactcreep.display import Display
 
 if TYPE_CHECKING:
     from exactcreep.model.chain import Chain
-    from exactcreep.studies.fate import Fate
+    from exactcreep.studies.fates.fate import Fate
 
 
 @of_chain
@@ -52,10 +52,10 @@ def fate(
     """
     from exactcreep.commands.answer import deliver
     from exactcreep.model.numbers import whole_number
+    from exactcreep.model.outcome import Outcome
     from exactcreep.model.state import State
-    from exactcreep.model.verdict import Outcome
     from exactcreep.quasistatic.files import check_plot
-    from exactcreep.studies import fate as study
+    from exactcreep.studies.fates import fate as study
 
     start = None
     if start_tension is not None:
@@ -78,7 +78,7 @@ def fate(
 
 
 def _draw(found: Fate, plot: Path) -> None:
-    from exactcreep.studies.fates import draw_fate
+    from exactcreep.figures.fates import draw_fate
 
     draw_fate(found, plot)
 

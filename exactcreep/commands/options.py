@@ -117,8 +117,8 @@ def of_pictures(command: Callable[..., None]) -> Callable[..., None]:
         if size is None and dpi is None:
             command(**given)
             return
+        from exactcreep.figures.style import printed
         from exactcreep.model.numbers import InputError, whole_number
-        from exactcreep.studies.figures import printed
 
         name = "dpi" if size is None else "size"
         if given.get("plot", ...) is None:

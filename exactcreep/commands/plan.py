@@ -21,7 +21,7 @@ from exactcreep.display import Display
 _MOST_IN_FULL = 8  # members; of more one line each is printed
 
 if TYPE_CHECKING:
-    from exactcreep.studies.planning import Plan
+    from exactcreep.studies.plan import Plan
 
 
 def plan(
@@ -62,7 +62,7 @@ def plan(
 
     from exactcreep.commands.answer import as_json, print_heading
     from exactcreep.scene import load_scene
-    from exactcreep.studies.planning import plan_scene
+    from exactcreep.studies.plan import plan_scene
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))
     with Display(quiet=json) as display:

@@ -16,10 +16,10 @@ from exactcreep.display import Display
 if TYPE_CHECKING:
     import xarray as xr
 
+    from exactcreep.figures.catalogue import Picture
+    from exactcreep.figures.tables import Table
     from exactcreep.progress import Progress
     from exactcreep.scene import Scene
-    from exactcreep.studies.catalogue import Picture
-    from exactcreep.studies.tables import Table
 
 ALL = "all"
 
@@ -48,8 +48,8 @@ def reproduce(
 
         exactcreep reproduce chain-plateaus --out pictures
     """
+    from exactcreep.figures.catalogue import PICTURES, picture_named
     from exactcreep.model.numbers import whole_number
-    from exactcreep.studies.catalogue import PICTURES, picture_named
 
     if not name:
         for picture in PICTURES.values():
@@ -90,10 +90,10 @@ def data_of(
     progress: Callable[[Progress], None] | None = None,
 ) -> dict[str, xr.Dataset]:
     """Return the sweeps of a picture by the names of their scenes."""
+    from exactcreep.figures.tables import with_control
     from exactcreep.progress import reporter
     from exactcreep.scene import load_scene
-    from exactcreep.studies.sweeps import sweep
-    from exactcreep.studies.tables import with_control
+    from exactcreep.studies.sweep import sweep
 
     data = {}
     for name, settings in picture.quick.items():
@@ -120,10 +120,10 @@ def write(picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table],
     """Write the picture twice, its data and its table."""
     import matplotlib as mpl
 
+    from exactcreep.figures.style import STYLE, save_picture
+    from exactcreep.figures.tables import to_csv
     from exactcreep.quasistatic.files import write_file
     from exactcreep.quasistatic.netcdf import netcdf
-    from exactcreep.studies.figures import STYLE, save_picture
-    from exactcreep.studies.tables import to_csv
 
     stem = out / picture.name
     with mpl.rc_context(STYLE):

@@ -42,7 +42,7 @@ def resume(
     """
     from exactcreep.commands.session import run_session
     from exactcreep.limits import Limits
-    from exactcreep.quasistatic.loop import Keeper, Saved
+    from exactcreep.quasistatic.creep import Keeper, Saved
     from exactcreep.scene import parsed_settings_text
 
     saved = Saved.read(checkpoint)

@@ -85,7 +85,7 @@ def run(
     from exactcreep.commands.answer import as_json
     from exactcreep.commands.session import run_session
     from exactcreep.limits import Limits
-    from exactcreep.quasistatic.loop import Keeper
+    from exactcreep.quasistatic.creep import Keeper
     from exactcreep.scene import load_scene
 
     given = parsed_settings(settings)

@@ -13,8 +13,8 @@ from exactcreep.display import Display
 
 if TYPE_CHECKING:
     from exactcreep.limits import Limits
+    from exactcreep.quasistatic.creep import Keeper
     from exactcreep.quasistatic.experiment import Experiment
-    from exactcreep.quasistatic.loop import Keeper
     from exactcreep.quasistatic.result import Creep
     from exactcreep.solid import Descent, Solid
 
@@ -50,15 +50,15 @@ def run_session(
     """
     from exactcreep.commands import answer
     from exactcreep.model.numbers import InputError
-    from exactcreep.model.verdict import Outcome
-    from exactcreep.quasistatic.files import Occupied, check_output, check_picture, free_name
-    from exactcreep.quasistatic.loop import (
+    from exactcreep.model.outcome import Outcome
+    from exactcreep.quasistatic.creep import (
         AccuracyWarning,
         CheckpointWarning,
         Interrupted,
         PhysicsWarning,
         run_members,
     )
+    from exactcreep.quasistatic.files import Occupied, check_output, check_picture, free_name
     from exactcreep.quasistatic.result import save_members
 
     named = {} if keeper is None else {Path(keeper.path).resolve(): "checkpoint"}
@@ -106,7 +106,7 @@ def run_session(
             else:
                 written.append(out)
         if plot is not None:
-            from exactcreep.studies.figures import draw_descent, draw_run
+            from exactcreep.figures.style import draw_descent, draw_run
 
             if descent is not None:
                 draw_descent(descent, plot, title=title)

@@ -37,11 +37,11 @@ def show(
     """
     import matplotlib as mpl
 
+    from exactcreep.figures.run_view import draw_portrait, portrait
+    from exactcreep.figures.style import STYLE, save_picture
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_output, check_picture
     from exactcreep.quasistatic.result import load_members
-    from exactcreep.studies.figures import STYLE, save_picture
-    from exactcreep.studies.portraits import draw_portrait, portrait
 
     members = load_members(run)
     target = out if out is not None else run.with_suffix(".png")

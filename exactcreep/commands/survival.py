@@ -22,7 +22,7 @@ from exactcreep.display import Display
 
 if TYPE_CHECKING:
     from exactcreep.model.chain import Chain
-    from exactcreep.studies.survival import Survival
+    from exactcreep.studies.fates.survival import Survival
 
 
 @of_chain
@@ -61,7 +61,7 @@ def survival(
     from exactcreep.commands.answer import deliver
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_output, check_plot
-    from exactcreep.studies import survival as study
+    from exactcreep.studies.fates import survival as study
 
     if plot is not None:
         check_plot(plot, force=force)
@@ -86,7 +86,7 @@ def survival(
 
 
 def _draw(found: Survival, plot: Path) -> None:
-    from exactcreep.studies.fates import draw_survival
+    from exactcreep.figures.fates import draw_survival
 
     draw_survival(found, plot)
 
@@ -95,7 +95,7 @@ def _print(found: Survival) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from exactcreep.studies.survival import CONFIDENCE
+    from exactcreep.studies.fates.survival import CONFIDENCE
 
     table = Table.grid(padding=(0, 2))
     rate = found.rate

@@ -65,7 +65,7 @@ def sweep(
     from exactcreep.model.numbers import InputError, whole_number
     from exactcreep.quasistatic.files import check_plot
     from exactcreep.scene import load_scene
-    from exactcreep.studies.sweeps import sweep as run_sweep
+    from exactcreep.studies.sweep import sweep as run_sweep
 
     given = parsed_settings(settings)
     if solver is not None:
@@ -101,7 +101,7 @@ def sweep(
             raise typer.Exit(INTERRUPTED_STATUS) from None
     _summarise(dataset, folder)
     if plot is not None:
-        from exactcreep.studies.grids import draw_sweep
+        from exactcreep.figures.sweep import draw_sweep
 
         draw_sweep(dataset, plot, title=wanted.title or wanted.name)
         typer.echo(f"written: {plot}")
@@ -111,7 +111,7 @@ def _cluster(scheduler: str) -> Any:
     from exactcreep.model.numbers import InputError
 
     try:
-        from exactcreep.studies.cluster import cluster
+        from exactcreep.studies.dask_cluster import cluster
     except ImportError:
         raise InputError(
             "scheduler", scheduler, "needs dask: pip install 'exactcreep[cluster]'"

@@ -23,7 +23,7 @@ from exactcreep.display import Display
 
 if TYPE_CHECKING:
     from exactcreep.model.chain import Chain
-    from exactcreep.studies.edges import Threshold
+    from exactcreep.studies.thresholds.edges import Threshold
 
 _EDGES, _STARTS = "Of horizon and lasting: ", "Of survival and intercept: "
 
@@ -154,8 +154,8 @@ def threshold(
     from exactcreep.commands.answer import deliver
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_output, check_plot
-    from exactcreep.studies.horizon import GivenUp
-    from exactcreep.studies.thresholds import threshold as study
+    from exactcreep.studies.thresholds.criteria import threshold as study
+    from exactcreep.studies.thresholds.horizon import GivenUp
 
     if plot is not None:
         check_plot(plot, force=force)
@@ -189,7 +189,7 @@ def threshold(
 
 
 def _draw(found: Any, plot: Path) -> None:
-    from exactcreep.studies.threshold_pictures import draw_threshold
+    from exactcreep.figures.thresholds import draw_threshold
 
     draw_threshold(found, plot)
 

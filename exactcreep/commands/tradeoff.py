@@ -50,9 +50,9 @@ def tradeoff(
     from rich.console import Console
 
     from exactcreep.commands.answer import as_json, print_heading
+    from exactcreep.figures.comparison import draw_tradeoff
     from exactcreep.quasistatic.files import check_plot
     from exactcreep.scene import load_scene
-    from exactcreep.studies.contests import draw_tradeoff
     from exactcreep.studies.tradeoff import tradeoff as measure
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))

@@ -15,7 +15,7 @@ from exactcreep.model.numbers import (
     nearest_float,
     whole_number,
 )
-from exactcreep.model.shown import Shown, drawn
+from exactcreep.model.representation import Shown, drawn
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -19,7 +19,7 @@ from exactcreep.model.numbers import (
     nearest_float,
     whole_number,
 )
-from exactcreep.model.shown import Shown, drawn
+from exactcreep.model.representation import Shown, drawn
 
 MOST_TARGETS = 10**12
 """More is a slip of the pen. Their numbers are exact in float64 so far."""

@@ -21,7 +21,7 @@ from exactcreep.model.numbers import (
     same,
     same_numbers,
 )
-from exactcreep.model.shown import Shown, drawn
+from exactcreep.model.representation import Shown, drawn
 
 _MOST_DRAWS = 2**62
 

@@ -15,12 +15,12 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
-from exactcreep.model.record import TemperatureRecord
 from exactcreep.model.state import State
+from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.quasistatic.decimals import enclosure
-from exactcreep.solvers.records import RECORDS
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Solver
+from exactcreep.solvers.tables import RECORDS
 
 DRIVES: dict[str, type[Drive]] = {
     kind.kind: kind for kind in (Cycles, GaussianSteps, Path, TemperatureRecord)

@@ -18,18 +18,18 @@ from numpy.typing import NDArray
 from exactcreep.limits import MEMORY, Limits, Stop
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.quasistatic.store import Store
-from exactcreep.quasistatic.watch import Watch
+from exactcreep.quasistatic.twin import Watch
 from exactcreep.solvers.auto import concluded
-from exactcreep.solvers.exact import Exact
-from exactcreep.solvers.records import record_arrays
+from exactcreep.solvers.exact.solver import Exact
 from exactcreep.solvers.solver import Simulation, Stretch, Tally, advance
 from exactcreep.solvers.statistics import rests_for_long, standard_error
+from exactcreep.solvers.tables import record_arrays
 
 _MOST_SAMPLES = 4096  # of x_G that are kept for the standard error, however long the run
 _LEAST_BYTES = 500  # of memory for a slider

@@ -28,13 +28,15 @@ from exactcreep.model.numbers import (
     ratio_text,
     whole_number,
 )
-from exactcreep.model.shown import Shown, drawn
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.representation import Shown, drawn
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, floats, quantity
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
 from exactcreep.quasistatic.files import write_file
-from exactcreep.solvers.records import (
+from exactcreep.solvers.solver import advance
+from exactcreep.solvers.statistics import FEWEST_STEPS
+from exactcreep.solvers.tables import (
     FORCE,
     LENGTH,
     NUMBER,
@@ -45,8 +47,6 @@ from exactcreep.solvers.records import (
     lists_columns,
     record_arrays,
 )
-from exactcreep.solvers.solver import advance
-from exactcreep.solvers.statistics import FEWEST_STEPS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -387,7 +387,7 @@ class Creep(Shown):
         ``"extent"``). Without axes they are drawn in a new figure of pyplot.
         """
         # by name, as pandas loads its backend: what draws stands on a floor below
-        return import_module("exactcreep.studies.plots").Plots(self)
+        return import_module("exactcreep.figures.run_plots").Plots(self)
 
     @property
     def tree(self) -> xr.DataTree:
@@ -743,7 +743,7 @@ def _files() -> Any:
 
 def _frames() -> Any:
     """Return the module that makes tables for other programs; it waits for pandas."""
-    return import_module("exactcreep.quasistatic.frames")
+    return import_module("exactcreep.quasistatic.export")
 
 
 def _dataset(*given: Any, **named: Any) -> xr.Dataset:

@@ -34,13 +34,12 @@ from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number
+from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence
-from exactcreep.motion.condition import PROMISE
-from exactcreep.solvers.certified import Certified
-from exactcreep.solvers.exact import Exact
+from exactcreep.motion.rounding_error import PROMISE
+from exactcreep.solvers.exact.solver import Exact
+from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.pilot import ROUNDINGS, Pilot, pilot_run, surveyed, trusted_course
-from exactcreep.solvers.records import LOGS
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import (
     ONE_REARRANGEMENT,
@@ -50,6 +49,7 @@ from exactcreep.solvers.solver import (
     Stretch,
     Tally,
 )
+from exactcreep.solvers.tables import LOGS
 
 LADDER = ("law", "sliding", "exact", "certified")
 """What there is to choose from, the cheapest first."""

@@ -13,9 +13,9 @@ from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed
 from exactcreep.model.numbers import nearest_float
+from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence
-from exactcreep.solvers.exact import Exact
+from exactcreep.solvers.exact.solver import Exact
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import Simulation, advance
 from exactcreep.solvers.statistics import rests_for_long, standard_error

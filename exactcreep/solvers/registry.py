@@ -14,12 +14,12 @@ from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
 from exactcreep.solvers.auto import Auto
-from exactcreep.solvers.certified import Certified
-from exactcreep.solvers.exact import Exact
-from exactcreep.solvers.reference import Mpmath, Reference
+from exactcreep.solvers.exact.solver import Exact
+from exactcreep.solvers.field.certified import Certified
+from exactcreep.solvers.field.reference import Mpmath, Reference
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import MOST_EVENTS, Rearrangement, Solver
-from exactcreep.solvers.verlet import Verlet
+from exactcreep.solvers.verlet.solver import Verlet
 
 SOLVERS: dict[str, type[Solver]] = {
     Exact.name: Exact,

@@ -1,249 +1,163 @@
-"""Rows of the tables of rearrangements and slips, as the loop of `kernel` makes them.
+"""The rows of a rearrangement, and of its slips, from its events in any arithmetic.
 
-Elastic energy is known without tensions. A ramp by d of ``l0 theta`` lowers every tension by d: the
-energy falls by d times the mean, before and after, of their sum. In a rearrangement it is a
-quadratic function of the displacements whose gradient is minus the elastic forces: it changes by
-minus the sum of displacements times the mean of these forces before and after. Friction takes
-``mu_d cos(alpha)`` times the path of every slip, gravity gives ``sin(alpha)`` times every
-displacement: that both add up to the change of elastic energy shows that each slip ended at rest.
+An event says who starts or stops; how far the sliders have come by then completes what the tables
+say. Every slip goes one way: friction takes ``mu_d cos(alpha)`` times its length, gravity gives
+``sin(alpha)`` times its displacement, and the springs have the difference.
 """
 
 from __future__ import annotations
 
-import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
-from exactcreep.solvers.layout import (
-    AT_LOAD,
-    AT_LOAD_LOW,
-    COEFFICIENT,
-    CONSTANT,
-    ELASTIC,
-    FORCE,
-    FORCE_LOW,
-    FRICTION,
-    LARGEST,
-    LEFT_FOR,
-    LOGGING,
-    LOGS_REARRANGEMENTS,
-    LOGS_SLIPS,
-    MEAN,
-    MOVERS,
-    NUMBER,
-    PAD,
-    PATH,
-    R_AFTER,
-    R_BEFORE,
-    R_BEGAN,
-    R_BEGAN_FIRST,
-    R_BEGAN_LAST,
-    R_DIRECTION,
-    R_DISPLACEMENT,
-    R_DISSIPATION,
-    R_DURATION,
-    R_EVENTS,
-    R_FIRST,
-    R_GRAVITY,
-    R_HALF_CYCLE,
-    R_LARGEST,
-    R_LAST,
-    R_LOAD,
-    R_SLIDERS,
-    R_SLIPS,
-    R_UNDECIDED,
-    REARRANGEMENTS,
-    REST,
-    S_COEFFICIENT,
-    S_DISPLACEMENT,
-    S_REARRANGEMENT,
-    S_SLIDER,
-    S_START,
-    S_STOP,
-    SINE,
-    SLIP_TOTAL,
-    SLIPS_BEFORE,
-    STARTED,
-    STARTED_FIRST,
-    STARTED_LAST,
-    STIFFNESS,
-    T_REARRANGEMENT,
-    T_TIME,
-    T_X,
-    TARGET,
-    TENSIONS,
-    THETA,
-    THETA_LOW,
-    TIME,
-    TOUCHED_FIRST,
-    TOUCHED_LAST,
-    UNDECIDED,
-    UNDECIDED_BEFORE,
-    WAY,
-    N,
-    X,
-    inlined,
-)
-from exactcreep.solvers.two_floats import plus
+from numpy.typing import NDArray
 
-_LEAST_FRESH = 64
-"""Rearrangements, at least, until the elastic energy is summed anew: its rounding grows no more."""
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event, EventKind
+from exactcreep.motion.arithmetic import Arithmetic
+from exactcreep.motion.replay import Replay, elastic_gain
+from exactcreep.solvers.tables import RearrangementRow, SlipRow
 
 
-@inlined
-def room(log):
-    """Return how many more rearrangements, or slips, can be written."""
-    left = log.rearrangements.shape[1] - log.used[0]
-    return min(left, log.slips.shape[1] - log.used[1])
+@dataclass
+class Avalanche:
+    """A rearrangement under way.
 
-
-@inlined
-def at_theta(cell, real, whole, sums):
-    """Take the elastic energy and the sum of the tensions to the present theta, at rest."""
-    n = whole[N]
-    if sums[LEFT_FOR] > 0.0:
-        sums[LEFT_FOR] -= 1.0
-        step = (real[THETA] - sums[AT_LOAD]) + (real[THETA_LOW] - sums[AT_LOAD_LOW])
-        tensions = sums[TENSIONS] - (n - 1) * step
-        sums[ELASTIC] -= 0.5 * step * (sums[TENSIONS] + tensions)
-        sums[TENSIONS] = tensions
-    else:
-        sums[LEFT_FOR] = max(_LEAST_FRESH, n)
-        energy = 0.0
-        tensions = 0.0
-        high, low = -real[THETA], -real[THETA_LOW]
-        for i in range(PAD, PAD + n - 1):
-            high, low = plus(high, low + cell[FORCE_LOW, i], cell[FORCE, i])
-            high, low = plus(high, low, -real[SINE])
-            tensions += high
-            energy += 0.5 * high * high
-        sums[ELASTIC] = energy
-        sums[TENSIONS] = tensions
-    sums[AT_LOAD] = real[THETA]
-    sums[AT_LOAD_LOW] = real[THETA_LOW]
-
-
-@inlined
-def begin(cell, real, whole, log, way):
-    """Begin a rearrangement after a ramp in direction `way`, 0 if there was none."""
-    sums = log.sums
-    at_theta(cell, real, whole, sums)
-    sums[WAY] = way
-    sums[STARTED] = 0.0
-    sums[STARTED_FIRST] = math.inf
-    sums[STARTED_LAST] = 0.0
-    sums[MOVERS] = 0.0
-    sums[PATH] = 0.0
-    sums[LARGEST] = 0.0
-
-
-@inlined
-def start(cell, real, whole, log, i):
-    """Begin a slip of the slider in column i."""
-    track, sums = log.track, log.sums
-    track[T_TIME, i] = real[TIME]
-    track[T_X, i] = cell[X, i]
-    if track[T_REARRANGEMENT, i] != whole[REARRANGEMENTS]:
-        track[T_REARRANGEMENT, i] = whole[REARRANGEMENTS]
-        sums[MOVERS] += 1.0
-    if whole[NUMBER] == 0:
-        slider = i + 1 - PAD
-        sums[STARTED] += 1.0
-        sums[STARTED_FIRST] = min(sums[STARTED_FIRST], slider)
-        sums[STARTED_LAST] = max(sums[STARTED_LAST], slider)
-
-
-@inlined
-def _slip(cell, real, whole, log, i, number, began, ended, displacement):
-    """Write a slip of rearrangement `number`, after which the slider has drawn anew."""
-    if whole[LOGGING] & LOGS_SLIPS != 0:
-        table, row = log.slips, log.used[1]
-        table[S_SLIDER, row] = i + 1 - PAD
-        table[S_REARRANGEMENT, row] = number
-        table[S_START, row] = began
-        table[S_STOP, row] = ended
-        table[S_DISPLACEMENT, row] = displacement
-        table[S_COEFFICIENT, row] = real[MEAN] if whole[CONSTANT] == 1 else cell[COEFFICIENT, i]
-        log.used[1] = row + 1
-
-
-@inlined
-def stop(cell, real, whole, log, i):
-    """End the slip of the slider in column i, which has drawn anew."""
-    track, sums = log.track, log.sums
-    displacement = cell[X, i] - track[T_X, i]
-    length = abs(displacement)
-    sums[PATH] += length
-    sums[LARGEST] = max(sums[LARGEST], length)
-    number = whole[REARRANGEMENTS] - 1
-    _slip(cell, real, whole, log, i, number, track[T_TIME, i], real[TIME], displacement)
-
-
-@inlined
-def _row(real, whole, log, slips, events, duration, first, last, moved, gained):
-    """Write the rearrangement under way, of the sliders in columns `first` .. `last`."""
-    sums = log.sums
-    before = sums[ELASTIC]
-    sums[ELASTIC] = before + gained
-    if whole[LOGGING] & LOGS_REARRANGEMENTS != 0:
-        table, row = log.rearrangements, log.used[0]
-        table[R_HALF_CYCLE, row] = whole[TARGET]
-        table[R_LOAD, row] = real[THETA] + real[THETA_LOW]
-        table[R_DIRECTION, row] = sums[WAY]
-        table[R_BEGAN, row] = sums[STARTED]
-        table[R_BEGAN_FIRST, row] = sums[STARTED_FIRST]
-        table[R_BEGAN_LAST, row] = sums[STARTED_LAST]
-        table[R_DURATION, row] = duration
-        table[R_EVENTS, row] = events
-        table[R_SLIPS, row] = slips
-        table[R_SLIDERS, row] = sums[MOVERS]
-        table[R_FIRST, row] = first + 1 - PAD
-        table[R_LAST, row] = last + 1 - PAD
-        table[R_DISPLACEMENT, row] = moved / whole[N]
-        table[R_LARGEST, row] = sums[LARGEST]
-        table[R_BEFORE, row] = before
-        table[R_AFTER, row] = sums[ELASTIC]
-        table[R_GRAVITY, row] = real[SINE] * moved
-        table[R_DISSIPATION, row] = real[FRICTION] * sums[PATH]
-        table[R_UNDECIDED, row] = whole[UNDECIDED] - sums[UNDECIDED_BEFORE]
-        log.used[0] = row + 1
-    sums[UNDECIDED_BEFORE] = whole[UNDECIDED]
-
-
-@inlined
-def end(cell, real, whole, log):
-    """End a rearrangement whose displacements have not become forces at rest yet."""
-    sums = log.sums
-    first, last = whole[TOUCHED_FIRST], whole[TOUCHED_LAST]
-    moved = 0.0
-    gained = 0.0
-    for i in range(first, last + 1):
-        x = cell[X, i]
-        around = cell[X, i - 1] + cell[X, i + 1]
-        elastic = cell[REST, i] - real[SINE]
-        gained -= x * (elastic + 0.5 * (around - cell[STIFFNESS, i] * x))
-        moved += x
-    sums[TENSIONS] += cell[X, PAD + whole[N] - 1] - cell[X, PAD]
-    slips = whole[SLIP_TOTAL] - sums[SLIPS_BEFORE]
-    sums[SLIPS_BEFORE] = whole[SLIP_TOTAL]
-    _row(real, whole, log, slips, whole[NUMBER], real[TIME], first, last, moved, gained)
-
-
-@inlined
-def end_slip(cell, real, whole, log, i, way, moved):
-    """Write a rearrangement that is one slip, by `moved`, of the end slider in column i.
-
-    It is not counted yet, and its slider has drawn anew.
+    Attributes
+    ----------
+    number, half_cycle, theta, direction
+        See `RearrangementRow`; `number` counts rearrangements from 0.
+    tensions : ndarray, shape (n - 1,)
+        At theta_c, before anything moves.
+    moved : ndarray, shape (n,)
+        Displacements since then of the sliders that have stopped.
+    undecided : int
+        Comparisons that were so up to the end of the rearrangement before.
     """
-    sums = log.sums
-    length = abs(moved)
-    sums[WAY] = way
-    sums[STARTED] = 1.0
-    sums[STARTED_FIRST] = sums[STARTED_LAST] = i + 1 - PAD
-    sums[MOVERS] = 1.0
-    sums[PATH] = sums[LARGEST] = length
-    sums[SLIPS_BEFORE] += 1.0
-    sums[TENSIONS] += moved if i > PAD else -moved
-    # from its threshold against friction, by twice the excess: what friction and gravity leave
-    gained = real[SINE] * moved - real[FRICTION] * length
-    duration = math.pi if length > 0.0 else 0.0
-    _slip(cell, real, whole, log, i, whole[REARRANGEMENTS], 0.0, duration, moved)
-    _row(real, whole, log, 1, 2, duration, i, i, moved, gained)
+
+    number: int
+    half_cycle: int
+    theta: Any
+    direction: int
+    tensions: NDArray[Any]
+    moved: NDArray[Any]
+    undecided: int = 0
+    began: list[int] = field(default_factory=list)
+    sliders: set[int] = field(default_factory=set)
+    under_way: dict[int, tuple[Any, Any]] = field(default_factory=dict)  # start and place
+    events: int = 0
+    slips: int = 0
+    time: Any = 0
+    path: Any = 0
+    largest: Any = 0
+
+    def take(
+        self,
+        event: Event,
+        moved: NDArray[Any],
+        coefficient: Callable[[int], Any],
+        arithmetic: Arithmetic,
+    ) -> list[SlipRow]:
+        """Take in the next event; return the slips that it ends.
+
+        Parameters
+        ----------
+        event : Event
+        moved : ndarray, shape (n,)
+            Displacements of its sliders since the start of the rearrangement.
+        coefficient : callable
+            Returns the static coefficient that a slider (from 0) has drawn at its stop.
+        arithmetic : Arithmetic
+        """
+        self.events += 1
+        self.time = event.time
+        if event.kind is EventKind.START:
+            self.began = self.began or list(event.sliders)
+            self.sliders.update(event.sliders)
+            for slider in event.sliders:
+                self.under_way[slider] = event.time, moved[slider - 1]
+            return []
+        ended = []
+        for slider in event.sliders:
+            begun, place = self.under_way.pop(slider)
+            way = moved[slider - 1] - place
+            self.slips += 1
+            self.moved[slider - 1] = moved[slider - 1]
+            self.path = self.path + abs(way)
+            self.largest = arithmetic.larger(abs(way), self.largest)
+            drawn = float(coefficient(slider - 1))
+            ended.append(SlipRow(slider, self.number, begun, event.time, way, drawn))
+        return ended
+
+    def row(self, chain: Chain, arithmetic: Arithmetic, undecided: int) -> RearrangementRow:
+        """Return the row of the rearrangement, which has come to rest."""
+        total = self.moved.sum()
+        before = arithmetic.dot(self.tensions, self.tensions) / 2
+        return RearrangementRow(
+            half_cycle=self.half_cycle,
+            theta=self.theta,
+            direction=self.direction,
+            began=len(self.began),
+            began_first=min(self.began),
+            began_last=max(self.began),
+            duration=self.time,
+            events=self.events,
+            slips=self.slips,
+            sliders=len(self.sliders),
+            first=min(self.sliders),
+            last=max(self.sliders),
+            displacement=total / chain.n,
+            largest_slip=self.largest,
+            elastic_before=before,
+            elastic_after=before + elastic_gain(arithmetic, self.tensions, self.moved),
+            gravity=arithmetic.times_cosine(chain, chain.tan_alpha) * total,
+            dissipation=arithmetic.times_cosine(chain, chain.mu_d) * self.path,
+            undecided=undecided - self.undecided,
+        )
+
+    def captured(self, plain: Callable[[Any], Any]) -> dict[str, Any]:
+        """Return this as plain data; `plain` makes them of the numbers of its arithmetic."""
+        kept = dict(vars(self))
+        for name in _NUMBERS:
+            kept[name] = plain(kept[name])
+        kept["sliders"] = sorted(self.sliders)
+        kept["under_way"] = [[n, *map(plain, slip)] for n, slip in self.under_way.items()]
+        return kept
+
+    @classmethod
+    def restored(cls, captured: Mapping[str, Any], number: Callable[[Any], Any]) -> Avalanche:
+        """Return what `captured` described."""
+        kept = dict(captured)
+        for name in _NUMBERS:
+            kept[name] = number(kept[name])
+        kept["sliders"] = set(kept["sliders"])
+        kept["under_way"] = {n: (number(a), number(b)) for n, a, b in kept["under_way"]}
+        return cls(**kept)
+
+
+_NUMBERS = ("theta", "tensions", "moved", "time", "path", "largest")
+
+
+def replayed_rows(
+    replay: Replay, number: int = 0, half_cycle: int = 1, direction: int = 0
+) -> tuple[RearrangementRow, list[SlipRow]]:
+    """Return the row of a rearrangement that comes to rest, and those of its slips, by replay.
+
+    Parameters
+    ----------
+    replay : Replay
+    number, half_cycle, direction : int
+        What the events do not tell; see `RearrangementRow`. Neither do they tell what was
+        undecided: the row says 0.
+    """
+    arithmetic = replay.arithmetic
+    theta, still = replay.initial.theta, arithmetic.zeros(replay.chain.n)
+    avalanche = Avalanche(number, half_cycle, theta, direction, replay.tensions, still)
+    slips: list[SlipRow] = []
+    for phase in replay:
+        phase.arrive()
+        for event in phase.events:
+            phase.happen(event)
+            slips += avalanche.take(event, replay.flow.moved, replay.coefficient, arithmetic)
+    return avalanche.row(replay.chain, arithmetic, 0), slips

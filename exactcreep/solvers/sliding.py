@@ -39,8 +39,8 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence
 from exactcreep.motion.cosine_field import CosineField, Quadratic
 from exactcreep.solvers.relaxation import relaxed
 from exactcreep.solvers.solver import (

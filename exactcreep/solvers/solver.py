@@ -19,13 +19,13 @@ from exactcreep.model.contact import Event, Itinerary
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, same_numbers
-from exactcreep.model.shown import Shown, drawn
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.representation import Shown, drawn
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import Replay
 from exactcreep.motion.solution import Solution
-from exactcreep.solvers.records import (
+from exactcreep.solvers.tables import (
     RECORDS,
     TABLES,
     joined,

@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.drive import Drive, Path
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.records import joined
 from exactcreep.solvers.registry import rearrange, solver_named
 from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, advance
+from exactcreep.solvers.tables import joined
 from exactcreep.studies.eventlog import (
     LoggedEvent,
     LoggedRearrangement,

@@ -24,10 +24,10 @@ from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.state import State
 from exactcreep.motion.replay import Energies
 from exactcreep.quasistatic.decimals import enclosure, floats
-from exactcreep.solvers.layout import compiled
+from exactcreep.solvers.exact.layout import compiled
+from exactcreep.solvers.exact.two_floats import plus, split
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Stretch, advance
-from exactcreep.solvers.two_floats import plus, split
 
 # the replay's numbers, each kept as two floats
 (

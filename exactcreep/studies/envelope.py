@@ -28,13 +28,13 @@ import numpy as np
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, Path
 from exactcreep.model.numbers import InputError, nearest_float, plain_data, whole_number
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.motion.condition import PROMISE
+from exactcreep.motion.rounding_error import PROMISE
 from exactcreep.progress import Progress, reporter
+from exactcreep.quasistatic.creep import PhysicsWarning, creep
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.loop import PhysicsWarning, creep
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.solver import Rearrangement

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model.contact import Event
 from exactcreep.model.numbers import InputError
-from exactcreep.solvers.records import logged_events
+from exactcreep.solvers.tables import logged_events
 
 
 class LoggedRearrangement(NamedTuple):

@@ -32,7 +32,7 @@ from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Path
 from exactcreep.model.state import State
-from exactcreep.quasistatic.loop import creep
+from exactcreep.quasistatic.creep import creep
 from exactcreep.solvers.registry import rearrange, solver_named
 from exactcreep.solvers.solver import Rearrangement, Simulation
 from tests.benchmarks.rivals import Failed, Heyoka, Task, with_scipy

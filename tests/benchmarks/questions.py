@@ -21,8 +21,8 @@ from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.solvers.auto import choose
 from exactcreep.solvers.registry import rearrange, solver_named
-from exactcreep.studies.fate import fate
-from exactcreep.studies.thresholds import threshold
+from exactcreep.studies.fates.fate import fate
+from exactcreep.studies.thresholds.criteria import threshold
 from tests.benchmarks.measurements import (
     Rearrangements,
     Velocity,

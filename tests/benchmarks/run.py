@@ -21,7 +21,7 @@ import matplotlib as mpl
 
 sys.path.insert(0, str(Path(__file__).parents[2]))  # run as a script, not as a module
 
-from exactcreep.studies.figures import INKS, STYLE, picture, save_picture
+from exactcreep.figures.style import INKS, STYLE, picture, save_picture
 from tests.benchmarks import measurements, questions
 from tests.benchmarks.measurements import (
     C_VERLET,

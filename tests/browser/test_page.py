@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from exactcreep.commands.explore import page_server
-from exactcreep.studies.explorer import CONTROLS
+from exactcreep.figures.explorer import CONTROLS
 from tests.conftest import Command
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
@@ -156,8 +156,8 @@ def test_the_page_shows_a_run_and_moves_its_rearrangements(page: Page, n: int) -
 
 def test_the_cubics_of_the_page_are_the_closed_form(page: Page) -> None:
     """Between its instants, too; and the forces follow from the displacements."""
-    from exactcreep.studies.animation import find_avalanche
-    from exactcreep.studies.explorer import experiment_of
+    from exactcreep.figures.animation import find_avalanche
+    from exactcreep.figures.explorer import experiment_of
 
     page.choose(0.5)
     number = page.script("return motion.number")

@@ -43,7 +43,7 @@ from exactcreep import Path as ThetaPath
 from exactcreep.cli import status
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene
-from exactcreep.studies.horizon import GivenUp
+from exactcreep.studies.thresholds.horizon import GivenUp
 from tests.conftest import Command
 from tests.processes import finished
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from exactcreep import Chain, Cycles, Evidence, InputError, State, creep
 from exactcreep.model.contacts import Contacts
 from exactcreep.motion.replay import Replay
-from exactcreep.quasistatic.loop import PhysicsWarning
-from exactcreep.solvers.exact import ExactSimulation
+from exactcreep.quasistatic.creep import PhysicsWarning
+from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.solver import Stretch
 from exactcreep.studies.energy import two_slider_ledger
 from exactcreep.studies.envelope import remainder_error

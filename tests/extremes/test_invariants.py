@@ -30,8 +30,8 @@ from exactcreep import (
     rearrange,
 )
 from exactcreep import Path as ThetaPath
+from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.loop import PhysicsWarning
 from exactcreep.studies.eventlog import numbered, rearrangements
 from tests.processes import finished
 

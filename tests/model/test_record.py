@@ -11,13 +11,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from exactcreep.model import record as record_module
+from exactcreep.model import temperature_record as record_module
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Path
 from exactcreep.model.numbers import InputError
-from exactcreep.model.record import RecordWarning, TemperatureRecord
 from exactcreep.model.state import State
-from exactcreep.quasistatic.loop import creep
+from exactcreep.model.temperature_record import RecordWarning, TemperatureRecord
+from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.result import Creep
 from exactcreep.scene import load_scene
 from exactcreep.solvers.sliding import Sliding

@@ -11,7 +11,7 @@ import pytest
 import exactcreep
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
-from exactcreep.model.shown import Shown, drawn, text
+from exactcreep.model.representation import Shown, drawn, text
 from exactcreep.model.state import State
 
 CHAIN = Chain(6, 1000, "0.5", 0.6, "1/100", tan_alpha="1/3")

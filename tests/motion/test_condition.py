@@ -15,8 +15,8 @@ import pytest
 
 from exactcreep import Chain, Evidence, InputError, Outcome, State, rearrange
 from exactcreep.motion.arithmetic import digits_of
-from exactcreep.motion.condition import PROMISE, carried, condition
 from exactcreep.motion.itinerary import Course
+from exactcreep.motion.rounding_error import PROMISE, carried, condition
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Rearrangement
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from exactcreep.motion.arithmetic import FLOAT64, Undecided, balls_of, digits_of
+from exactcreep.motion.first_event import Search, lone_event, root_time
 from exactcreep.motion.modes import Flow
-from exactcreep.motion.roots import Search, lone_event, root_time
 
 FRICTION = Fraction(1, 2)
 ARITHMETICS = [FLOAT64, digits_of(120), balls_of(120)]

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from exactcreep.motion.arithmetic import balls_of
+from exactcreep.motion.first_event import Search, root_time
 from exactcreep.motion.modes import Flow
 from exactcreep.motion.placing import placed
-from exactcreep.motion.roots import Search, root_time
 from exactcreep.motion.verified import first_event, pass_through
 
 FRICTION = 0.5

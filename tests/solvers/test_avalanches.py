@@ -18,16 +18,16 @@ from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.replay import Replay
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.quasistatic.decimals import as_claimed, floats
-from exactcreep.solvers import layout
-from exactcreep.solvers.avalanches import replayed_rows
-from exactcreep.solvers.records import (
+from exactcreep.solvers.exact import layout
+from exactcreep.solvers.registry import solver_named
+from exactcreep.solvers.rows import replayed_rows
+from exactcreep.solvers.tables import (
     LOGS,
     REARRANGEMENT_TABLE,
     SLIP_TABLE,
     RearrangementRow,
     SlipRow,
 )
-from exactcreep.solvers.registry import solver_named
 from exactcreep.studies.eventlog import rearrangements
 from tests.paper import paper_chain
 

@@ -17,10 +17,10 @@ from exactcreep.limits import Limits
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.quasistatic.decimals import enclosure
-from exactcreep.solvers import carried, certified
-from exactcreep.solvers.certified import Certified, CertifiedSimulation
-from exactcreep.solvers.records import LOGS, joined
-from exactcreep.solvers.reference import FieldSimulation
+from exactcreep.solvers.field import carried, certified
+from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
+from exactcreep.solvers.field.reference import FieldSimulation
+from exactcreep.solvers.tables import LOGS, joined
 from tests.paper import event_rows, paper_chain
 
 

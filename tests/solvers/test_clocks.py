@@ -11,8 +11,9 @@ import pytest
 from exactcreep import Chain, Cycles, State, rearrange
 from exactcreep.limits import Limits
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
-from exactcreep.solvers import clocks, layout
-from exactcreep.solvers.exact import ExactSimulation
+from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact import local_clocks as clocks
+from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.solver import Rearrangement
 from tests.paper import event_rows, paper_chain
 

@@ -8,8 +8,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from exactcreep.model import deviates, disorder
-from exactcreep.solvers.draws import BATCH, KEPT, fill, write_deviates
-from exactcreep.solvers.lanes import load
+from exactcreep.solvers.exact.draws import BATCH, KEPT, fill, write_deviates
+from exactcreep.solvers.exact.simd import load
 
 FIRST = 0.5 - 2.0**-54
 """The largest probability of a word, minus 1/2."""

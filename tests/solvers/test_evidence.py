@@ -7,7 +7,8 @@ import pytest
 
 from exactcreep import Chain, Cycles, Evidence, GaussianSteps, Outcome, State, creep, rearrange
 from exactcreep.quasistatic.result import known_of
-from exactcreep.solvers import exact, verlet
+from exactcreep.solvers.exact import solver as exact
+from exactcreep.solvers.verlet import solver as verlet
 
 STEEP = Chain(2, 1000, "1/2", "3/5", "1/100", tan_alpha="0.5001")
 """Its first rearrangement is an avalanche of so many events that float64 promises nothing."""

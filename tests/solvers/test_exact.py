@@ -29,8 +29,10 @@ from exactcreep import (
 )
 from exactcreep.limits import Limits, Stop
 from exactcreep.motion.replay import Replay
-from exactcreep.solvers import exact, kernel, layout
-from exactcreep.solvers.exact import ExactSimulation
+from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact import loop as kernel
+from exactcreep.solvers.exact import solver as exact
+from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.solver import advance
 from tests.paper import paper_chain
 

@@ -13,7 +13,7 @@ import pytest
 from numba import njit
 from numpy.typing import NDArray
 
-from exactcreep.solvers.lanes import (
+from exactcreep.solvers.exact.simd import (
     WIDTH,
     align_stack,
     below,

@@ -27,9 +27,9 @@ from exactcreep import (
 )
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.motion.arithmetic import FLOAT64, balls_of
-from exactcreep.motion.endless import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.motion.modes import Ends, Flow, RunMotion
-from exactcreep.solvers.mechanics import Mechanics
+from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
+from exactcreep.solvers.field.event_loop import Mechanics
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import advance
 

@@ -19,7 +19,7 @@ import pytest
 from exactcreep import Chain, Event, EventKind, Evidence, Outcome, State, iterate, rearrange
 from exactcreep.model.numbers import same, same_numbers
 from exactcreep.motion.arithmetic import FLOAT64, balls_of, digits_of
-from exactcreep.solvers import exact
+from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.solver import Rearrangement
 
 HARD = json.loads((Path(__file__).parents[1] / "data" / "hard_cases.json").read_text("utf-8"))

@@ -12,13 +12,15 @@ import pytest
 from exactcreep.model.chain import Chain
 from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Cycles
+from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Outcome
+from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.decimals import Enclosure, as_claimed, as_written, quantity
-from exactcreep.quasistatic.loop import creep
 from exactcreep.quasistatic.result import Creep
 from exactcreep.scene import load_scene
-from exactcreep.solvers.records import (
+from exactcreep.solvers.registry import SOLVERS, solver_named
+from exactcreep.solvers.solver import Stretch
+from exactcreep.solvers.tables import (
     COLUMNS,
     EVENT_TABLE,
     LOGS,
@@ -30,9 +32,7 @@ from exactcreep.solvers.records import (
     record_arrays,
     rows_of,
 )
-from exactcreep.solvers.registry import SOLVERS, solver_named
-from exactcreep.solvers.solver import Stretch
-from exactcreep.studies.sweeps import sweep
+from exactcreep.studies.sweep import sweep
 from tests.paper import paper_chain
 
 EVENTS_HAPPEN = sorted(set(SOLVERS) - {"sliding"})

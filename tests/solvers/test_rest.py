@@ -8,8 +8,8 @@ from itertools import pairwise
 import pytest
 
 from exactcreep import Chain, State
-from exactcreep.solvers import layout
-from exactcreep.solvers.rest import Rest, dilation, placed
+from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact.rest import Rest, dilation, placed
 
 THIRDS = [Fraction(k, 3) for k in (1, -2, 4, -5)]
 

@@ -18,8 +18,8 @@ from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.solvers import sliding
 from exactcreep.solvers.registry import SOLVERS, rearrange

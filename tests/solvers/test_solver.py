@@ -16,7 +16,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
-from exactcreep.solvers.reference import Reference
+from exactcreep.solvers.field.reference import Reference
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
 from tests.paper import paper_chain

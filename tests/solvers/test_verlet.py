@@ -12,10 +12,10 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contact import EventKind
 from exactcreep.model.drive import Cycles, Path
 from exactcreep.model.numbers import InputError
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.solvers.registry import iterate, rearrange
-from exactcreep.solvers.verlet import Verlet
+from exactcreep.solvers.verlet.solver import Verlet
 
 PAPER = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
 RECORD = ("x_G", "x", "tension", "slips", "events")

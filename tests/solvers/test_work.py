@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, State
-from exactcreep.solvers import kernel, layout
-from exactcreep.solvers.exact import ExactSimulation
+from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact import loop as kernel
+from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.solver import Tally
 
 

@@ -19,11 +19,11 @@ from exactcreep.model.contact import Event, EventKind
 from exactcreep.model.drive import Cycles, GaussianSteps
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
-from exactcreep.quasistatic.loop import creep
+from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.solver import Rearrangement
-from exactcreep.studies.auditing import Audit, audit
+from exactcreep.studies.audit import Audit, audit
 from tests.conftest import Command
 from tests.paper import paper_chain
 

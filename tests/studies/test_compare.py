@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from exactcreep import cli
+from exactcreep.figures.comparison import draw_comparison
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence, Outcome
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.studies.comparison import Comparison, compare
-from exactcreep.studies.contests import draw_comparison
+from exactcreep.studies.compare import Comparison, compare
 
 
 def six(cycles: int = 4) -> Experiment:

@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 
 from exactcreep.commands.explore import page_server
+from exactcreep.figures import explorer
+from exactcreep.figures.animation import find_avalanche
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.loop import creep
-from exactcreep.studies import explorer
-from exactcreep.studies.animation import find_avalanche
+from exactcreep.quasistatic.creep import creep
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun
 

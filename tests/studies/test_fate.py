@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, State, creep, fate
-from exactcreep.solvers import recurrence
-from exactcreep.studies.fate import Fate
+from exactcreep.solvers.exact import recurrence
+from exactcreep.studies.fates.fate import Fate
 from tests.conftest import Command
 
 

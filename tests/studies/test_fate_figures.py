@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from exactcreep import Evidence, fate
-from exactcreep.studies import fate_figures
-from exactcreep.studies.catalogue import PICTURES
+from exactcreep.figures.catalogue import PICTURES
+from exactcreep.figures.pictures import lasting as fate_figures
 
 
 def settings(name: str, **changed: object) -> dict[str, object]:

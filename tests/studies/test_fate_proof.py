@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, Outcome, creep, fate, threshold
-from exactcreep.studies import fate_proof
 from exactcreep.studies.eventlog import rearrangements
-from exactcreep.studies.fate import Fate
+from exactcreep.studies.fates import proof as fate_proof
+from exactcreep.studies.fates.fate import Fate
 from tests.oracle.rearrangement import integrate
 
 

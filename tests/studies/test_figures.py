@@ -18,15 +18,15 @@ from PIL import Image
 
 from exactcreep.cli import status
 from exactcreep.commands.reproduce import data_of, write
+from exactcreep.figures import drawing
+from exactcreep.figures.catalogue import PICTURES
+from exactcreep.figures.pictures.beyond import bursts
+from exactcreep.figures.style import STYLE
+from exactcreep.figures.tables import CONTROL, cells, deviation, with_control
 from exactcreep.laws import LAWS
 from exactcreep.model.numbers import exact_number
 from exactcreep.scene import load_scene
-from exactcreep.studies import drawing
-from exactcreep.studies.beyond import bursts
-from exactcreep.studies.catalogue import PICTURES
-from exactcreep.studies.figures import STYLE
-from exactcreep.studies.sweeps import sweep
-from exactcreep.studies.tables import CONTROL, cells, deviation, with_control
+from exactcreep.studies.sweep import sweep
 
 pytestmark = pytest.mark.xdist_group("figures")  # they share the data of `tiny`
 

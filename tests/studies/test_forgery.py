@@ -12,7 +12,7 @@ import xarray as xr
 
 from exactcreep import Creep, Cycles, Evidence, InputError, Outcome, creep
 from exactcreep.quasistatic.netcdf import netcdf
-from exactcreep.studies.auditing import audit_file, audit_written
+from exactcreep.studies.audit import audit_file, audit_written
 from tests.paper import paper_chain
 
 CANNOT_BE_KNOWN = {

@@ -12,11 +12,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from exactcreep.cli import status
+from exactcreep.figures import style as figures
+from exactcreep.figures import sweep as grids
 from exactcreep.laws import LAWS
 from exactcreep.model.numbers import InputError
 from exactcreep.scene import load_scene
-from exactcreep.studies import figures, grids
-from exactcreep.studies.sweeps import sweep
+from exactcreep.studies.sweep import sweep
 
 
 def swept(**vary: Any) -> xr.Dataset:

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, GaussianSteps, InputError, Partings, cli, compare, creep
+from exactcreep.figures.comparison import draw_partings
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.contest import Contestant, mean_velocity
-from exactcreep.studies.contests import draw_partings
 from exactcreep.studies.partings import Followed, Parting, interval_of_mean
 
 CHAIN = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")

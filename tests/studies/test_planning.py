@@ -18,16 +18,16 @@ from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
+from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.model.verdict import Evidence
-from exactcreep.quasistatic.loop import AccuracyWarning, creep
+from exactcreep.quasistatic.creep import AccuracyWarning, creep
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import KNOWN_BY, choose
-from exactcreep.solvers.exact import Exact
+from exactcreep.solvers.exact.solver import Exact
 from exactcreep.solvers.pilot import pilot_run
 from exactcreep.solvers.sliding import Sliding
-from exactcreep.studies.auditing import audit
-from exactcreep.studies.planning import plan, plan_scene
+from exactcreep.studies.audit import audit
+from exactcreep.studies.plan import plan, plan_scene
 
 HAIR = Fraction(1, 10**9)
 

@@ -10,15 +10,15 @@ import pytest
 from PIL import Image
 
 from exactcreep import Chain, Cycles, GaussianSteps, creep
-from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.studies.animation import (
+from exactcreep.figures.animation import (
     contacts_at,
     draw_avalanche,
     find_avalanche,
     largest_avalanche,
 )
-from exactcreep.studies.portraits import draw_portrait, portrait
+from exactcreep.figures.run_view import draw_portrait, portrait
+from exactcreep.model.numbers import InputError
+from exactcreep.quasistatic.experiment import Experiment
 from tests.conftest import Command
 
 CHAIN = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")

@@ -11,8 +11,8 @@ import xarray as xr
 from scipy import stats
 
 from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, State, creep, fate, survival
-from exactcreep.studies import survival as study
-from exactcreep.studies.survival import Life, Survival
+from exactcreep.studies.fates import survival as study
+from exactcreep.studies.fates.survival import Life, Survival
 from tests.conftest import Command
 
 SIX = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25")

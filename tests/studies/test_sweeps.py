@@ -34,8 +34,8 @@ from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene, load_scene
-from exactcreep.studies import sweeps
-from exactcreep.studies.sweeps import finished_cell, sweep
+from exactcreep.studies import sweep as sweeps
+from exactcreep.studies.sweep import finished_cell, sweep
 from tests.processes import begun, finished, wait_until
 
 TEXT = """
@@ -212,7 +212,7 @@ def test_a_full_disk_loses_no_finished_cell(
 _STOPPED = """
 import os, sys
 from exactcreep.cli import main
-from exactcreep.studies.sweeps import Store
+from exactcreep.studies.sweep import Store
 
 number = int(sys.argv.pop(1))
 saved = []
@@ -398,7 +398,7 @@ class Logged(Executor):
 
 def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
     pytest.importorskip("distributed")
-    from exactcreep.studies.cluster import cluster
+    from exactcreep.studies.dask_cluster import cluster
 
     address = tmp_path / "scheduler.json"
     log, diary = tmp_path / "dask.log", tmp_path / "diary"
@@ -456,7 +456,7 @@ def x_g_of(cell: Path) -> float:
 
 def test_a_scheduler_that_does_not_answer_is_one_clear_sentence() -> None:
     pytest.importorskip("distributed")
-    from exactcreep.studies.cluster import cluster
+    from exactcreep.studies.dask_cluster import cluster
 
     with (
         pytest.raises(InputError, match=r"scheduler = 'tcp://127.0.0.1:9': does not answer"),
@@ -469,7 +469,7 @@ def test_a_scheduler_that_does_not_answer_is_one_clear_sentence() -> None:
 def dask(folder: Path, workers: int) -> Iterator[tuple[Executor, Popen[str], list[Popen[str]]]]:
     """Yield the executor of a dask cluster on this machine, its scheduler and its workers."""
     pytest.importorskip("distributed")
-    from exactcreep.studies.cluster import cluster
+    from exactcreep.studies.dask_cluster import cluster
 
     address, log = folder / "scheduler.json", folder / "dask.log"
     here = ("--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(address))

@@ -7,7 +7,7 @@ import math
 
 import pandas as pd
 
-from exactcreep.studies.tables import Row, Table, to_csv
+from exactcreep.figures.tables import Row, Table, to_csv
 
 TABLES = [
     Table("plateau", "", "", "", (

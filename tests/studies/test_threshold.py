@@ -13,11 +13,11 @@ from exactcreep import cli
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
-from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.studies import edges
-from exactcreep.studies.edges import Edge, Threshold
-from exactcreep.studies.horizon import transient
-from exactcreep.studies.thresholds import threshold
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.studies.thresholds import edges
+from exactcreep.studies.thresholds.criteria import threshold
+from exactcreep.studies.thresholds.edges import Edge, Threshold
+from exactcreep.studies.thresholds.horizon import transient
 from tests.paper import captions
 
 FLOAT = {"solver": "exact", "digits": 9, "cycles": 20}

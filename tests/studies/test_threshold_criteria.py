@@ -23,11 +23,11 @@ from exactcreep import (
     threshold,
 )
 from exactcreep.limits import Limits
-from exactcreep.studies import thresholds
-from exactcreep.studies.edges import Threshold
-from exactcreep.studies.intercept import _line
-from exactcreep.studies.lasting import Lasting
-from exactcreep.studies.thresholds import CRITERIA
+from exactcreep.studies.thresholds import criteria as thresholds
+from exactcreep.studies.thresholds.criteria import CRITERIA
+from exactcreep.studies.thresholds.edges import Threshold
+from exactcreep.studies.thresholds.intercept import _line
+from exactcreep.studies.thresholds.lasting import Lasting
 from tests.conftest import Command
 
 GIVEN = {

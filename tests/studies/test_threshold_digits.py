@@ -8,10 +8,10 @@ from fractions import Fraction
 import pytest
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.verdict import Evidence, Outcome
-from exactcreep.studies import edges
-from exactcreep.studies.edges import Threshold
-from exactcreep.studies.thresholds import threshold
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.studies.thresholds import edges
+from exactcreep.studies.thresholds.criteria import threshold
+from exactcreep.studies.thresholds.edges import Threshold
 from tests.paper import captions
 
 

@@ -13,15 +13,15 @@ import pytest
 from scipy import stats
 
 from exactcreep.cli import status
+from exactcreep.figures.comparison import draw_tradeoff
 from exactcreep.laws import prediction
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.progress import Progress
+from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.loop import creep
 from exactcreep.studies.contest import Contestant, mean_velocity, rests_between
-from exactcreep.studies.contests import draw_tradeoff
 from exactcreep.studies.tradeoff import TRUTH, _Race, ladder, tradeoff
 
 pytestmark = pytest.mark.xdist_group("tradeoff")  # they share `measured`

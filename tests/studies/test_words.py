@@ -24,8 +24,8 @@ from exactcreep import (
     threshold,
 )
 from exactcreep.cli import status
-from exactcreep.studies.portraits import portrait
-from exactcreep.studies.survival import start_of
+from exactcreep.figures.run_view import portrait
+from exactcreep.studies.fates.survival import start_of
 
 
 def captions(n: int, sigma_mu: str = "0", tan_alpha: str = "0.25") -> Chain:

@@ -1,0 +1,326 @@
+"""Portraits of a run: its course, its slips in space and time, its forces at one moment."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from exactcreep.figures.style import INKS, picture
+from exactcreep.limits import Stop
+from exactcreep.model.chain import Chain
+from exactcreep.model.contacts import Contacts
+from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.state import State
+from exactcreep.motion.arithmetic import FLOAT64
+from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.result import Creep
+from exactcreep.solvers.sliding import Sliding
+from exactcreep.solvers.solver import Stretch, advance
+
+WINDOW = 200
+"""Half-cycles that a space-time diagram shows, unless asked for others."""
+_SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
+
+
+@dataclass(frozen=True, eq=False)
+class Portrait:
+    """A run seen around one half-cycle.
+
+    Attributes
+    ----------
+    result : Creep
+    half_cycle : int
+        The one whose end is looked at; 0 is the start.
+    first : int
+        The first half-cycle of the window.
+    theta, x_G : ndarray, shape (w + 1,)
+        At the ends of the half-cycles of the window; the first entry is what was before it.
+    slips : ndarray of int, shape (w, n)
+        Slips of each slider within each half-cycle of the window.
+    moved : ndarray, shape (w, n)
+        By how much each slider moved, unit ``g tau_dyn**2``.
+    state : State
+        At the end of `half_cycle`.
+    """
+
+    result: Creep
+    half_cycle: int
+    first: int
+    theta: NDArray[np.float64]
+    x_G: NDArray[np.float64]
+    slips: NDArray[np.int64]
+    moved: NDArray[np.float64]
+    state: State
+
+    @property
+    def chain(self) -> Chain:
+        """The chain."""
+        return self.result.chain
+
+    @property
+    def forces(self) -> NDArray[np.float64]:
+        """Non-frictional force on each slider at the end of `half_cycle`, unit m g."""
+        tensions = np.concatenate([[0.0], floats(self.state.tensions), [0.0]])
+        return np.diff(tensions) + self.chain.sin_alpha
+
+    @property
+    def limits(self) -> NDArray[np.float64]:
+        """Largest force that each resting slider withstands, mu_s,n cos(alpha), unit m g."""
+        chain = self.chain
+        if self.result.solver == Sliding.name:
+            return np.full(chain.n, chain.friction)
+        return Contacts(chain).thresholds(floats(self.state.coefficients), FLOAT64)
+
+    def bounds(self, coefficient: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return the least and largest tension that a friction coefficient allows each spring.
+
+        From ``|F_n| <= coefficient cos(alpha)`` for all sliders, added up from either end.
+        """
+        chain = self.chain
+        b, s = chain.times_cosine(coefficient), chain.sin_alpha
+        below = np.arange(1, chain.n)
+        above = chain.n - below
+        return -np.minimum(below * (b + s), above * (b - s)), np.minimum(
+            below * (b - s), above * (b + s)
+        )
+
+
+def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW) -> Portrait:
+    """Return a portrait of a run around a half-cycle; what was not recorded is computed again.
+
+    Parameters
+    ----------
+    result : Creep
+    half_cycle : int, optional
+        Whose end is looked at, 0 for the start; default the last.
+    window : int
+        Half-cycles that the space-time diagram shows, at most.
+
+    Raises
+    ------
+    InputError
+        If the run has no such half-cycle, or does not repeat what it recorded.
+
+    Notes
+    -----
+    Guarantee: the run is followed from its start with the same parameters and the same disorder,
+    hence through the same events, bit for bit.
+    """
+    total = result.half_cycles
+    if half_cycle is None:
+        half_cycle = total
+    half_cycle = whole_number(half_cycle, "half_cycle", least=0, most=total)
+    window = whole_number(window, "window", least=1)
+    last = min(max(half_cycle + window // 2, window), total)
+    first = max(last - window, 0) + 1
+    experiment = result.experiment
+    simulation = experiment.algorithm.simulation(
+        experiment.chain, experiment.initial, experiment.seed, ("x_G", "x", "slips")
+    )
+    state = experiment.initial
+    before = floats(state.displacements)
+    rows: dict[str, list[NDArray[Any]]] = {"x_G": [], "x": [], "slips": []}
+    done = 0
+
+    def take(stretch: Stretch) -> None:
+        nonlocal done, before
+        for k in range(stretch.completed):
+            done += 1
+            if done < first:
+                before = floats(stretch.recorded["x"][k])
+            else:
+                for name, kept in rows.items():
+                    kept.append(np.asarray(stretch.recorded[name][k]))
+            _check_repeats(result, done, stretch.recorded["x_G"][k])
+
+    for until in (half_cycle, last):
+        stretch = advance(simulation, experiment.drive, until, done=done, take=take)
+        if stretch.stop is not Stop.DONE:
+            raise InputError("half_cycle", half_cycle, f"is not reached: {stretch.reason}")
+        if until == half_cycle > 0:
+            state = simulation.state()
+    x = np.array([floats(np.asarray(row)) for row in [before, *rows["x"]]])
+    theta = _theta(result, first, last)
+    x_G = np.concatenate([[before.mean()], np.array(rows["x_G"], dtype=float)])
+    slips = np.array(rows["slips"], dtype=np.int64).reshape(-1, result.chain.n)
+    return Portrait(result, half_cycle, first, theta, x_G, slips, np.diff(x, axis=0), state)
+
+
+def _check_repeats(result: Creep, half_cycle: int, x_G: Any) -> None:
+    """Raise `InputError` if the run does not come to the x_G that it recorded."""
+    recorded = result.recorded.get("x_G")
+    if recorded is None or half_cycle > recorded.size:
+        return
+    again = float(floats(np.array([x_G]))[0])
+    if again != float(recorded[half_cycle - 1]):
+        raise InputError(
+            "x_G",
+            again,
+            f"was {float(recorded[half_cycle - 1])!r} at half-cycle {half_cycle} when the run was"
+            " saved: this program computes it differently",
+        )
+
+
+def _theta(result: Creep, first: int, last: int) -> NDArray[np.float64]:
+    count = last - first + 1
+    targets = result.drive.targets(first, count, result.seed) if count else np.empty(0)
+    if first > 1:
+        before = float(result.drive.targets(first - 1, 1, result.seed)[0])
+    else:
+        before = float(floats(np.array([result.experiment.initial.theta]))[0])
+    return np.concatenate([[before], targets])
+
+
+# --- drawing -------------------------------------------------------------------------------------
+
+
+def draw_portrait(seen: Portrait) -> Figure:
+    """Draw x_G(t) and theta(t), the slips in space and time, and the forces at one moment."""
+    figure = picture(7.4, 8.2)
+    grid = figure.add_gridspec(4, 2, height_ratios=(0.75, 1.25, 1.7, 1.7), width_ratios=(1, 1))
+    top = figure.add_subplot(grid[0, :])
+    middle = figure.add_subplot(grid[1, :], sharex=top)
+    space = figure.add_subplot(grid[2, :], sharex=top)
+    figure.suptitle(_title(seen), fontsize=9)
+    time = np.arange(seen.first - 1, seen.first - 1 + seen.theta.size)
+    top.step(time, seen.theta, where="pre", color="0.25", linewidth=0.8)
+    top.set_ylabel(r"$\theta$ at the end")
+    middle.step(time, seen.x_G, where="pre", color=INKS[6], linewidth=1.2)
+    middle.set_ylabel(r"$\Delta\tilde{x}_G$ ($g\,\tau_\mathrm{dyn}^2$)")
+    for axes in (top, middle, space):
+        axes.axvline(seen.half_cycle, color=INKS[0], linewidth=0.8, linestyle=(0, (3, 2)))
+    for axes in (top, middle):
+        axes.tick_params(labelbottom=False)
+    _draw_slips(figure, space, seen)
+    if seen.result.half_cycles > seen.slips.shape[0]:
+        _inset_course(middle, seen)
+    if seen.chain.n > 1:
+        _draw_tensions(figure.add_subplot(grid[3, 0]), seen)
+        _draw_forces(figure.add_subplot(grid[3, 1]), seen)
+    else:
+        _draw_forces(figure.add_subplot(grid[3, :]), seen)
+    return figure
+
+
+def _title(seen: Portrait) -> str:
+    chain, result = seen.chain, seen.result
+    return (
+        rf"$N={chain.n}$, $\tilde{{l}}_0={float(chain.l0):g}$,"
+        rf" $\mu_\mathrm{{d}}={float(chain.mu_d):g}$, $\mu_\mathrm{{s}}={float(chain.mu_s):g}$,"
+        rf" $\sigma_\mu={float(chain.sigma_mu):g}$, $\tan\alpha={float(chain.tan_alpha):g}$;"
+        f" solver {result.solver}, seed {result.seed}: {result.outcome.value}"
+    )
+
+
+def _inset_course(axes: Axes, seen: Portrait) -> None:
+    """Show the whole course of x_G, if it was recorded, with the window marked."""
+    recorded = seen.result.recorded.get("x_G")
+    if recorded is None or not recorded.size:
+        return
+    inset = axes.inset_axes((0.68, 0.16, 0.3, 0.4))
+    shown = np.unique(np.linspace(0, recorded.size - 1, 2000).astype(int))
+    inset.plot(shown + 1, floats(recorded)[shown], color=INKS[6], linewidth=0.8)
+    inset.axvspan(seen.first - 1, seen.first - 1 + seen.slips.shape[0], color=INKS[4], alpha=0.5)
+    inset.set_xlim(0, recorded.size)
+    inset.tick_params(labelsize=6)
+    inset.set_title("whole run", fontsize=6, pad=2)
+
+
+def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
+    """Draw how often each slider slips within each half-cycle."""
+    most = int(seen.slips.max(initial=0))
+    levels = _levels(most)
+    shades = _SHADES[: len(levels) - 1]
+    norm = BoundaryNorm(np.array(levels) - 0.5, len(shades))
+    window, n = seen.slips.shape
+    image = axes.pcolormesh(
+        np.arange(seen.first - 1, seen.first + window),
+        np.arange(n + 1) + 0.5,
+        seen.slips.T,
+        cmap=ListedColormap(list(shades)),
+        norm=norm,
+        rasterized=True,
+    )
+    axes.set_ylim(n + 0.5, 0.5)  # slider 1 is the upper one
+    axes.yaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.set_ylabel("slider (1 uppermost)")
+    axes.set_xlabel(r"time $t/\tau_\mathrm{th}$ (half-cycles)")
+    bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=16)
+    middles = [(a + b - 1) / 2 for a, b in itertools.pairwise(levels)]
+    bar.set_ticks(middles)
+    bar.set_ticklabels(
+        [str(a) if b - a == 1 else f"{a}-{b - 1}" for a, b in itertools.pairwise(levels)]
+    )
+    bar.ax.tick_params(labelsize=7, length=0)
+    bar.set_label("slips per half-cycle", fontsize=8)
+
+
+def _levels(most: int) -> list[int]:
+    """Return where the classes of a count from 0 to `most` begin, and where the last one ends."""
+    classes = len(_SHADES)
+    if most < classes:
+        return list(range(most + 2 if most else 2))
+    ratio = (most + 1) ** (1 / (classes - 1))
+    levels = [0, 1]
+    for k in range(1, classes):
+        levels.append(max(levels[-1] + 1, math.ceil(ratio**k)))
+    return levels
+
+
+def _draw_tensions(axes: Axes, seen: Portrait) -> None:
+    """Draw the tensions between the bounds that friction sets."""
+    chain = seen.chain
+    springs = np.arange(1, chain.n)
+    for coefficient, dashes, name in (
+        (chain.mu_d, "-", r"limit for $\mu_\mathrm{d}$"),
+        (chain.mu_s, (0, (4, 2)), r"limit for $\mu_\mathrm{s}$"),
+    ):
+        for number, bound in enumerate(seen.bounds(coefficient)):
+            axes.plot(
+                springs, bound, color="0.45", linewidth=0.9, linestyle=dashes,
+                label=name if number == 0 else None,
+            )  # fmt: skip
+    size = 3 if chain.n <= 60 else 1.5
+    axes.plot(springs, floats(seen.state.tensions), color=INKS[0], marker="o", markersize=size,
+              linewidth=0.9, label=r"$T_n$")  # fmt: skip
+    axes.set_xlabel("spring $n$")
+    axes.set_ylabel(r"tension ($m\,g$)")
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.set_title(_moment(seen), fontsize=8)
+    axes.margins(y=0.15)
+    axes.legend(loc="best", fontsize=7)
+
+
+def _draw_forces(axes: Axes, seen: Portrait) -> None:
+    """Draw the force on each slider between its static limits."""
+    chain = seen.chain
+    sliders = np.arange(1, chain.n + 1)
+    width = 0.8 if chain.n <= 60 else 1.0
+    axes.bar(sliders, 2 * seen.limits, width, bottom=-seen.limits, color="0.88",
+             label=r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$")  # fmt: skip
+    size = 3.5 if chain.n <= 60 else 1.5
+    axes.plot(sliders, seen.forces, linestyle="none", marker="o", markersize=size, color=INKS[1],
+              label=r"$F_n$")  # fmt: skip
+    for sign in (-1, 1):
+        axes.axhline(sign * chain.friction, color="0.45", linewidth=0.7, linestyle=(0, (1, 2)),
+                     label=r"$\pm\mu_\mathrm{d}\cos\alpha$" if sign == 1 else None)  # fmt: skip
+    axes.set_xlabel("slider $n$")
+    axes.set_ylabel(r"force ($m\,g$)")
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.set_title(_moment(seen), fontsize=8)
+    axes.set_ylim(-1.2 * float(seen.limits.max()), 1.75 * float(seen.limits.max()))
+    axes.legend(loc="upper right", fontsize=7, ncols=3, columnspacing=1.0, handlelength=1.5)
+
+
+def _moment(seen: Portrait) -> str:
+    theta = float(floats(np.array([seen.state.theta]))[0])
+    return rf"end of half-cycle {seen.half_cycle} ($\theta = {theta:.4g}$)"

@@ -1,0 +1,100 @@
+"""Pictures of thresholds: what was found over the amplitude, and the laws beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from exactcreep.figures.drawing import law_name
+from exactcreep.figures.style import DASHES, INKS, page
+from exactcreep.laws import edges
+from exactcreep.model.numbers import nearest_float
+from exactcreep.studies.thresholds.edges import Threshold, laws_beside
+from exactcreep.studies.thresholds.half_life import HalfLife
+from exactcreep.studies.thresholds.intercept import Intercept
+
+_LAWS = {
+    "law_seuil": law_name("seuil"),
+    "law_corrected": "(N m + D)/(2 l0)",
+    "law_two_sliders": "(mu_s c - s)/l0",
+}
+
+
+def draw_threshold(found: Threshold | HalfLife | Intercept, path: Path | str) -> None:
+    """Draw what a threshold was found from, over the amplitude, with the laws beside it.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written, or its ending is none of a picture.
+    """
+    chain = found.chain
+    title = f"N = {chain.n}, sigma_mu = {nearest_float(chain.sigma_mu):g}, {found.criterion}"
+    with page(path, 6.0, 4.0, f"{title} ({found.evidence.value})") as figure:
+        axes = figure.subplots()
+        if isinstance(found, Intercept):
+            _velocities(axes, found)
+        elif isinstance(found, HalfLife):
+            _shares(axes, found)
+        else:
+            _windows(axes, found)
+        ways = (DASHES[k % len(DASHES)] for k in range(1, 9))
+        for name, value in laws_beside(chain, 12).items():
+            if value is not None:
+                label = f"{_LAWS[name]}: {float(str(value)):.6g}"
+                axes.axvline(float(str(value)), color=INKS[1], linestyle=next(ways), label=label)
+        if "no_lasting_creep" in edges(chain):
+            bound = edges(chain)["no_lasting_creep"]
+            label = f"below this none creeps for ever: {bound:.6g}"
+            axes.axvline(bound, color=INKS[7], linestyle=next(ways), label=label)
+        axes.set_xlabel(r"amplitude $A_\theta$")
+        axes.margins(x=0.05)
+        axes.locator_params(axis="x", nbins=6)
+        figure.legend(loc="outside lower center", ncols=2)
+
+
+def _velocities(axes: Axes, found: Intercept) -> None:
+    axes.errorbar(
+        found.amplitudes, found.velocities, 1.96 * found.errors, fmt="o", color=INKS[0],
+        markersize=3, label="measured, 95 %",
+    )  # fmt: skip
+    if np.isfinite(found.intercept):
+        ends = np.array([found.intercept, found.amplitudes.max()])
+        label = f"line, zero at {found.intercept:.6g}"
+        axes.plot(ends, found.slope * (ends - found.intercept), color=INKS[2], label=label)
+    axes.axhline(0.0, color=INKS[6], linewidth=0.6)
+    axes.set_ylabel(r"velocity per half-cycle  ($g\,\tau_\mathrm{dyn}^2$)")
+
+
+def _shares(axes: Axes, found: HalfLife) -> None:
+    tried = sorted(found.shares)
+    shares = [found.shares[amplitude] for amplitude in tried]
+    middle = [share.share for share in shares]
+    off = [
+        [share.share - share.low for share in shares],
+        [share.high - share.share for share in shares],
+    ]
+    label = f"of {found.starts} starts, 95 %"
+    axes.errorbar(tried, middle, off, fmt="o", color=INKS[0], markersize=3, label=label)
+    axes.axhline(0.5, color=INKS[6], linewidth=0.6)
+    if found.low is not None and found.high is not None:
+        axes.axvspan(found.low, found.high, color=INKS[4], alpha=0.4, linewidth=0, label="half")
+    axes.set_ylim(-0.05, 1.05)
+    axes.set_ylabel(f"still creep after {found.cycles} cycles")
+
+
+def _windows(axes: Axes, found: Threshold) -> None:
+    what = f"advance in cycle {found.cycles}" if found.criterion == "horizon" else "creep"
+    ends = [(float(edge.middle), edge.begins) for edge in found.windows or ()]
+    starts = [end for end, begins in ends if begins]
+    for begin in starts:
+        later = (end for end, begins in ends if not begins and end > begin)
+        stop = min(later, default=1.05 * begin)
+        label = what if begin == starts[0] else ""
+        axes.axvspan(begin, stop, color=INKS[4], alpha=0.4, linewidth=0, label=label)
+    if found.lower is not None and found.upper is not None:
+        middle = (float(found.lower) + float(found.upper)) / 2
+        axes.axvline(middle, color=INKS[0], label=f"{what} begins: {middle:.9g}")
+    axes.set_yticks([])

@@ -1,0 +1,526 @@
+"""The quasi-static loop: take the chain from target to target, the same for every solver.
+
+Between two targets theta ramps; a solver's `Simulation.follow` knows how to do that for a block of
+targets. The loop chooses the blocks so that it can show progress, hear Ctrl-C, respect limits
+and write checkpoints several times a second, without slowing a chain that needs a microsecond per
+half-cycle. Where blocks begin and end changes no bit of the result.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from numba.core import event as compiler_event
+
+from exactcreep import __version__, interrupts
+from exactcreep.display import shows_progress
+from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
+from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.outcome import Outcome
+from exactcreep.model.state import State
+from exactcreep.progress import Hearer, Pace, Progress
+from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic.decimals import enclosure
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.files import check_output
+from exactcreep.quasistatic.march import March
+from exactcreep.quasistatic.result import Creep
+from exactcreep.solvers.auto import accuracy_told
+from exactcreep.solvers.solver import Stretch, advance, warm_up
+
+PHYSICS = {
+    "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",
+    "theta_beyond_one": "|theta| reached 1, where a spring of the model has no length left",
+    "crossings": "sliders would have crossed: x_(n+1) <= x_n at the end of a half-cycle",
+}
+"""What a `PhysicsWarning` says, by the names in `Creep.warnings`."""
+
+
+class PhysicsWarning(UserWarning):
+    """A run has left the model's physical range; the result counts how often."""
+
+
+class CheckpointWarning(UserWarning):
+    """The checkpoint of a run could not be written; the run goes on, and tries again."""
+
+
+class AccuracyWarning(UserWarning):
+    """A run of the solver auto is not known to be as accurate as was asked for."""
+
+
+class Interrupted(KeyboardInterrupt):
+    """Ctrl-C during a run; `results` holds what was computed, the last one partial."""
+
+    def __init__(self, results: Sequence[Creep]) -> None:
+        super().__init__("interrupted")
+        self.results = list(results)
+
+    @property
+    def partial(self) -> Creep:
+        """The result that was being computed."""
+        return self.results[-1]
+
+
+@shows_progress
+def creep(
+    chain: Chain,
+    drive: Any,
+    *,
+    seed: int = 0,
+    solver: str = "exact",
+    start: State | None = None,
+    record: Sequence[str] = ("x_G",),
+    burn_in: int | None = None,
+    twin: bool = False,
+    progress: Hearer = None,
+    max_events: int | None = None,
+    max_seconds: float | None = None,
+    max_bytes: int | None = None,
+    memory: int = MEMORY,
+    checkpoint: str | os.PathLike[str] | None = None,
+    every: float = 60.0,
+    force: bool = False,
+    **options: Any,
+) -> Creep:
+    """Drive a chain through its targets quasi-statically and return what it did.
+
+    Parameters
+    ----------
+    chain : Chain
+    drive : Cycles, GaussianSteps, Path or TemperatureRecord
+    seed : int
+        Of the disorder: static coefficients and random dilations.
+    solver : str
+        A name of `exactcreep.solvers.registry.SOLVERS`.
+    start : State, optional
+        Default: the relaxed chain. A start that is not at rest is first rearranged.
+    record : sequence of str
+        Among ``x_G``, ``x``, ``tension``, ``slips`` (at every target), and the tables
+        ``events``, ``rearrangements`` and ``slip_table`` (a row for each slider of an event, for
+        each rearrangement that came to rest, for each slip); `Creep.dataset` lists their columns.
+        With ``()`` the run needs no more memory than the chain does.
+    burn_in : int, optional
+        Targets left out of the mean velocity; made even for Cycles. Default: none of a Path or a
+        TemperatureRecord, a tenth, at least 2, of other drives.
+    twin : bool
+        Whether a twin of the chain (of the solver `exact`), whose start is a few roundings off, is
+        followed until it has parted, however long that takes: `trusted_half_cycles` says when. It
+        is followed for some thousand events anyway.
+    progress : bool or callable, optional
+        A callable is called with a `Progress` about ten times a second. Default: a bar on terminals
+        and in notebooks, once the run has taken a second; True: elsewhere too, in lines.
+    max_events, max_seconds, max_bytes : number, optional
+        Give up, with the partial result and the outcome `LIMIT`, after so many events, so much
+        wall time (heard within one event, by compiled solvers within about a tenth of a second),
+        or so much recorded data.
+    memory : int
+        Bytes of recorded data that are kept in memory, by default 2**30 (1 GiB). What lies beyond
+        goes to files without names in the directory for temporary files (TMPDIR), from which
+        `recorded`, `dataset` and `save` read: the disk limits what is recorded.
+    checkpoint : path, optional
+        A file from which `resume` goes on, bit for bit; written at the start, at the end, and now
+        and then between.
+    every : number
+        Seconds between two writings of it.
+    force : bool
+        Whether an existing checkpoint file may be overwritten.
+    **options
+        The solver's own options.
+
+    Returns
+    -------
+    Creep
+        Its `outcome` is
+
+        - ``RUNAWAY``: it was proved that no slider ever stops again, or that the chain never comes
+          to rest; `reason` says which;
+        - ``LIMIT``: a limit was reached, here or in the solver; `reason` says which (without
+          `max_events`, a million events within one half-cycle where tan_alpha >= mu_d is one);
+        - ``AT_REST``: for Cycles, no event in the last whole cycle, so that there will never be
+          one again; for other drives, no event after the burn-in;
+        - ``CREEPING``: the chain advances: every slider has moved, all of them the same way. If the
+          tensions at the end are those at the end of one of the cycles before (without disorder
+          they go on like this; 1000 cycles are looked back to, by `verlet` and `sliding` 64),
+          between these two; otherwise over all half-cycles after the burn-in, by two standard
+          errors at least;
+        - ``CYCLING``: sliders slip, but the chain does not advance in this sense. The evidence is
+          `UNDECIDED` where the drift is below two standard errors (`reason` holds its bound), or,
+          without disorder, where the tensions have not returned either.
+
+        They speak of the last part of the run; `since` is the cycle in which it begins. Tensions
+        that return, for two periods, to within 2**-40 of the friction, but neither exactly nor
+        within their enclosures, leave the evidence `UNDECIDED`.
+
+        A displacement counts as none if rounding alone can make it: 2**-50 n (mu_s + |tan_alpha|)
+        cos(alpha) for every slip.
+
+        `velocity_error` comes from averages over blocks (`statistics.standard_error`): the largest
+        estimate of 8, 16 and 32 blocks, at least 64 cycles or targets. It is nan where it still
+        grows with the blocks: the run is too short beside the time over which the advance is
+        correlated. Correlations that no block of the run shows remain unseen.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or an option is not the solver's.
+    Interrupted
+        A KeyboardInterrupt that holds the partial result.
+
+    Notes
+    -----
+    Guarantee: the result does not depend on what is recorded, shown or saved, nor on when.
+    """
+    experiment = Experiment.of(
+        chain,
+        drive,
+        seed=seed,
+        solver=solver,
+        start=start,
+        record=record,
+        burn_in=burn_in,
+        twin=twin,
+        options=options,
+    )
+    limits = Limits.of(max_events, max_seconds, max_bytes, memory)
+    keeper = None if checkpoint is None else Keeper.of(checkpoint, every, force=force)
+    return run_members([experiment], progress=progress, limits=limits, keeper=keeper)[0]
+
+
+@shows_progress
+def resume(
+    path: str | os.PathLike[str],
+    *,
+    progress: Hearer = None,
+    max_events: int | None = None,
+    max_seconds: float | None = None,
+    max_bytes: int | None = None,
+    memory: int = MEMORY,
+    every: float = 60.0,
+) -> Creep:
+    """Go on from a checkpoint of `creep` and return the result, as if never interrupted.
+
+    The file goes on being kept up to date; limits count anew, except `max_events`.
+
+    Parameters
+    ----------
+    path : path
+        What `creep` or ``exactcreep run --checkpoint`` kept.
+    progress, max_events, max_seconds, max_bytes, memory, every
+        As for `creep`.
+
+    Raises
+    ------
+    InputError
+        If the file is no checkpoint, a damaged or truncated one, of another version, or of several
+        runs.
+    """
+    saved = Saved.read(path)
+    if len(saved.experiments) != 1:
+        allowed = f"holds {len(saved.experiments)} runs; the command exactcreep resume goes on"
+        raise InputError("checkpoint", os.fspath(path), allowed)
+    return run_members(
+        saved.experiments,
+        progress=progress,
+        limits=Limits.of(max_events, max_seconds, max_bytes, memory),
+        keeper=Keeper.of(path, every, force=True, note=saved.note),
+        captured=saved.captured,
+    )[0]
+
+
+@dataclass(frozen=True)
+class Saved:
+    """What a checkpoint file holds: experiments, how far each has come, and a caller's note."""
+
+    experiments: list[Experiment]
+    captured: list[Mapping[str, Any] | None]
+    note: Mapping[str, Any]
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str]) -> Saved:
+        """Return what the checkpoint file `path` holds, or raise `InputError`."""
+        content = checkpoint.read(path)
+        try:
+            members, note = content["members"], content["note"]
+            experiments = [Experiment.from_description(member["experiment"]) for member in members]
+            return cls(experiments, [member["captured"] for member in members], note)
+        except (KeyError, TypeError) as error:
+            allowed = f"is not a checkpoint of a run: {error}"
+            raise InputError("checkpoint", os.fspath(path), allowed) from None
+
+
+class Keeper:
+    """Writes the checkpoint file of a run when it is due."""
+
+    def __init__(self, path: str, every: float, note: Mapping[str, Any], *, force: bool) -> None:
+        self.path = path
+        self.every = every
+        self.note = note
+        self.stale = ""
+        """Why the file does not hold how far the run has come; "" if it does."""
+        self._force = force
+        self._last = -math.inf
+
+    @classmethod
+    def of(
+        cls,
+        path: str | os.PathLike[str],
+        every: Any,
+        *,
+        force: bool = False,
+        note: Mapping[str, Any] | None = None,
+    ) -> Keeper:
+        """Return a keeper of the file `path`, or raise `InputError` if it cannot be one."""
+        seconds = exact_number(every, "every")
+        if seconds < 0:
+            raise InputError("every", every, "must not be negative")
+        check_output(path, "checkpoint", force=force)
+        return cls(os.fspath(path), nearest_float(seconds), note or {}, force=force)
+
+    def due(self) -> bool:
+        """Return whether the file is older than it should be."""
+        return time.monotonic() - self._last >= self.every
+
+    def keep(self, members: Sequence[tuple[Experiment, Mapping[str, Any] | None]]) -> None:
+        """Write the file; if that fails now, but did not at first, warn, and be due again.
+
+        Raises
+        ------
+        InputError
+            If it could never be written.
+        """
+        content = {
+            "version": __version__,
+            "note": dict(self.note),
+            "members": [
+                {"experiment": experiment.description(), "captured": captured}
+                for experiment, captured in members
+            ],
+        }
+        started = math.isfinite(self._last)
+        self._last = time.monotonic()
+        try:
+            checkpoint.write(self.path, content, force=self._force or started)
+        except TypeError as error:
+            raise InputError("checkpoint", self.path, f"cannot be written: {error}") from None
+        except InputError as error:
+            if not started:
+                raise
+            if not self.stale:
+                warnings.warn(f"{error}; the run goes on", CheckpointWarning, stacklevel=4)
+            self.stale = str(error)
+        else:
+            self.stale = ""
+
+
+def run_members(
+    experiments: Sequence[Experiment],
+    *,
+    progress: Hearer = None,
+    limits: Limits = NO_LIMITS,
+    keeper: Keeper | None = None,
+    captured: Sequence[Mapping[str, Any] | None] | None = None,
+    finished: Callable[[int, Creep], None] | None = None,
+) -> list[Creep]:
+    """Run experiments one after the other and return their results.
+
+    Parameters
+    ----------
+    experiments : sequence of Experiment
+    progress : callable, optional
+        Called with a `Progress` about ten times a second; nobody is told otherwise.
+    limits : Limits, optional
+        `max_seconds` is for all together, the others for each.
+    keeper : Keeper, optional
+        Of the checkpoint.
+    captured : sequence, optional
+        How far each has come, from `Saved`.
+    finished : callable, optional
+        Called with the index and the result of each experiment.
+
+    Raises
+    ------
+    Interrupted
+        After Ctrl-C, with the results so far.
+    """
+    kept: list[Mapping[str, Any] | None] = list(captured or [None] * len(experiments))
+    results: list[Creep] = []
+
+    def save(march: March, index: int, *, if_due: bool) -> None:
+        if keeper is None or (if_due and not keeper.due()):
+            return
+        kept[index] = march.capture()
+        keeper.keep(list(zip(experiments, kept, strict=True)))
+
+    with interrupts.deferred() as interrupted:
+        limits = replace(limits, interrupted=interrupted)
+        for index, experiment in enumerate(experiments):
+            begin = time.perf_counter()
+            march = March(experiment, kept[index], limits.memory)
+            show = _Teller(progress, march, index + 1, len(experiments))
+            if not march.ended:
+                save(march, index, if_due=True)
+                compiling = _warm_up(experiment, limits, partial(show, "compiling"))
+                limits = limits.later(compiling)
+                hear = partial(show, "running"), partial(save, march, index, if_due=True)
+                _advance(march, limits, begin + compiling, hear)
+                save(march, index, if_due=False)
+            result = march.result()
+            _warn(result)
+            results.append(result)
+            if interrupted():
+                raise Interrupted(results)
+            if finished is not None:
+                finished(index, result)
+    return results
+
+
+class _Teller:
+    """Tells how far a march has come."""
+
+    def __init__(self, progress: Hearer, march: March, member: int, members: int) -> None:
+        self.progress, self.march = progress, march
+        self.member, self.members = member, members
+        self.pace, self.done = Pace(), march.done
+
+    def __call__(self, phase: str) -> None:
+        if not callable(self.progress):
+            return
+        march = self.march
+        theta, work = self._far()
+        told = Progress(
+            phase,
+            march.done,
+            march.total,
+            march.simulation.tally.events,
+            march.seconds,
+            self.member,
+            self.members,
+            work=work,
+            theta=theta,
+            pace=self.pace.at(march.seconds, work) if phase == "running" else None,
+        )
+        self.progress(told)
+
+    def _far(self) -> tuple[float, float]:
+        """Return theta, and which part of the work is done."""
+        march = self.march
+        drive, seed = march.experiment.drive, march.experiment.seed
+        theta = before = march.experiment.theta
+        if march.done:
+            theta = before = float(drive.targets(march.done, 1, seed)[0])
+        part = 0.0
+        if march.done == self.done and not march.ended:
+            # on a long way to the next target
+            theta = nearest_float(enclosure(march.simulation.state().theta).middle)
+            way = float(drive.targets(march.done + 1, 1, seed)[0]) - before
+            part = min(max((theta - before) / way, 0.0), 1.0) if way else 0.0
+        self.done = march.done
+        return theta, (march.done + part) / march.total
+
+
+def _warn(result: Creep) -> None:
+    for name, count in result.warnings.items():
+        warnings.warn(f"{PHYSICS[name]} ({count} times)", PhysicsWarning, stacklevel=4)
+    if result.report.get("accuracy_reached") is False:
+        warnings.warn(accuracy_told(result.report), AccuracyWarning, stacklevel=4)
+
+
+def _advance(
+    march: March, limits: Limits, begin: float, hear: Sequence[Callable[[], None]]
+) -> None:
+    """Go on until the drive ends, the solver gives up, or a limit is reached.
+
+    About ten times a second those that `hear` of it are called.
+    """
+    march.outcome, march.reason = None, ""
+    simulation, before = march.simulation, march.seconds
+    reached_with = simulation.tally.events  # when the last target was reached
+
+    def take(stretch: Stretch) -> str:
+        nonlocal reached_with
+        march.take(stretch)
+        march.seconds = before + time.perf_counter() - begin
+        for tell in hear:
+            tell()
+        events = simulation.tally.events
+        if stretch.completed:
+            reached_with = events
+        if limits.bytes is not None and march.store.bytes > limits.bytes:
+            return limits.full
+        if march.unwritten:
+            return march.unwritten
+        if limits.events is not None:
+            return ""
+        return _endless(march.experiment.chain, events - reached_with)
+
+    while not march.ended and march.outcome is None:
+        left = limits.after(simulation.tally.events)
+        drive, until = march.experiment.drive, march.done + march.room
+        stretch = advance(simulation, drive, until, left, done=march.done, take=take)
+        if (march.unwritten or stretch.stop is not Stop.DONE) and not march.ended:
+            march.outcome, march.reason = Outcome.LIMIT, march.unwritten or stretch.reason
+
+
+def _endless(chain: Chain, events: int) -> str:
+    """Return why a chain is given up after so many events on the way to one target; "" if not.
+
+    At tan_alpha >= mu_d no energy need be lost: sliders may stop and start again for ever, without
+    rest and without a proof of a runaway.
+    """
+    most = 10**6 + 1000 * chain.n
+    if not chain.may_run_away or events < most:
+        return ""
+    return (
+        f"tan_alpha >= mu_d, and after {events} events in one half-cycle the chain is neither at"
+        " rest nor proved to run away; max_events lets it go on"
+    )
+
+
+_WARM: set[tuple[Any, ...]] = set()
+
+
+def _warm_up(experiment: Experiment, limits: Limits, compiling: Callable[[], None]) -> float:
+    """Have the solver's code compiled, or loaded, and return how many seconds that took.
+
+    All that may be needed if the time is limited: compiling later would use it up.
+    """
+    solver = experiment.algorithm
+    lengths = solver.compiles(experiment.chain.n)
+    if limits.at == math.inf:
+        lengths = lengths[:1]
+    key = (experiment.solver, lengths, experiment.record)
+    if key in _WARM:
+        return 0.0
+    begin = time.perf_counter()
+    listener = _CompilerListener(compiling)
+    compiler_event.register("numba:compile", listener)
+    try:
+        warm_up(solver, lengths, experiment.record)
+    finally:
+        compiler_event.unregister("numba:compile", listener)
+    _WARM.add(key)
+    return time.perf_counter() - begin
+
+
+class _CompilerListener(compiler_event.Listener):  # type: ignore[misc]
+    """Says once that the compiler is at work; code found in its cache does not come here."""
+
+    def __init__(self, say: Callable[[], None]) -> None:
+        self.say: Callable[[], None] | None = say
+
+    def on_start(self, event: Any) -> None:
+        if self.say is not None:
+            self.say()
+            self.say = None
+
+    def on_end(self, event: Any) -> None:
+        pass
+

@@ -1,0 +1,1 @@
+"""The solver called "exact": float64, compiled, from event to event."""

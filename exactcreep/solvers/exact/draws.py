@@ -1,0 +1,103 @@
+"""Static coefficients in batches for the compiled solver: the same bits as `model.disorder`."""
+
+from __future__ import annotations
+
+from exactcreep.model.deviates import (
+    CELL,
+    CENTRAL,
+    CENTRAL_SQUARE,
+    CENTRE,
+    DENOMINATOR,
+    LN2_HIGH,
+    LN2_LOW,
+    NEAR_CENTRE,
+    NEAR_DENOMINATOR,
+    NEAR_NUMERATOR,
+    NEAR_TAIL,
+    NUMERATOR,
+    ODD,
+    ROOT_HALF,
+    normal_tail,
+    philox,
+)
+from exactcreep.model.disorder import STREAM_COEFFICIENT
+from exactcreep.solvers.exact.layout import compiled, inlined
+from exactcreep.solvers.exact.simd import (
+    WIDTH,
+    below,
+    choose,
+    exponent,
+    lane_of,
+    lowest_bit,
+    magnitude,
+    mantissa,
+    not_above,
+    spread,
+    square_root,
+    store,
+    upper_bits,
+)
+
+BATCH = WIDTH
+"""Deviates made at a time."""
+KEPT = 2 * BATCH
+"""Deviates kept of every slider: draw k in column k % KEPT."""
+
+
+@inlined
+def _fraction(numerator, denominator, r):
+    top = spread(numerator[0])
+    low = spread(denominator[0])
+    for k in range(1, 8):
+        top = top * r + spread(numerator[k])
+        low = low * r + spread(denominator[k])
+    return top, low
+
+
+@inlined
+def _logarithm(x):
+    one = spread(1.0)
+    two = spread(2.0)
+    m = mantissa(x)
+    e = exponent(x)
+    small = below(m, spread(ROOT_HALF))
+    m = choose(small, two * m, m)
+    e = choose(small, e - one, e)
+    z = (m - one) / (m + one)
+    w = z * z
+    series = spread(0.0)
+    for k in range(ODD.size):
+        series = series * w + spread(ODD[k])
+    return e * spread(LN2_HIGH) + (e * spread(LN2_LOW) + two * z * w * series + two * z)
+
+
+@inlined
+def write_deviates(q, deviate, row, column):
+    """Write the normal deviates of the eight probabilities 1/2 + q to deviate[row, column ..].
+
+    No operation is fused and none reordered, so that every lane has the bits of
+    `disorder.normal_deviate`. Far tails, three draws in 10**11, are left to it.
+    """
+    zero = spread(0.0)
+    top, low = _fraction(NUMERATOR, DENOMINATOR, spread(CENTRAL_SQUARE) - q * q)
+    central = q * top / low
+    tails = not_above(magnitude(q), spread(CENTRAL)) ^ 255
+    r = square_root(zero - _logarithm(spread(0.5) - magnitude(q)))
+    far = tails & ~not_above(r, spread(NEAR_TAIL))
+    top, low = _fraction(NEAR_NUMERATOR, NEAR_DENOMINATOR, r - spread(NEAR_CENTRE))
+    tail = top / low
+    tail = choose(below(q, zero), zero - tail, tail)
+    store(deviate, row, column, choose(tails, tail, central))
+    while far != 0:
+        j = lowest_bit(far)
+        far &= far - 1
+        deviate[row, column + j] = normal_tail(lane_of(q, j))
+
+
+@compiled
+def fill(deviate, row, seed, slider, batch):
+    """Write draws 8 batch .. 8 batch + 7 of a slider to their columns of deviate[row]."""
+    a, b, c, d = philox(seed, STREAM_COEFFICIENT, slider, 2 * batch)
+    e, f, g, h = philox(seed, STREAM_COEFFICIENT, slider, 2 * batch + 1)
+    q = upper_bits(a, b, c, d, e, f, g, h) * spread(CELL) + spread(CENTRE)
+    write_deviates(q, deviate, row, BATCH * batch % KEPT)

@@ -1,0 +1,306 @@
+"""A state at rest as the compiled loop of `kernel` keeps it, and back again.
+
+Numbers that float64 does not hold travel as two floats whose sum they are.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.state import State
+from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact.draws import KEPT
+from exactcreep.solvers.exact.layout import (
+    COEFFICIENT,
+    CONSTANT,
+    COSINE,
+    DRAWS,
+    EXCESS,
+    FORCE,
+    FORCE_LOW,
+    MEAN,
+    MEAN_EXCESS,
+    MU_D,
+    MU_D_LOW,
+    NEVER,
+    PAD,
+    REST,
+    SINE,
+    STIFFNESS,
+    THETA,
+    THETA_LOW,
+    TRAVEL,
+    TRAVEL_LOW,
+    Log,
+    N,
+    X,
+    compiled,
+)
+from exactcreep.solvers.exact.loop import prepare
+from exactcreep.solvers.exact.two_floats import split, split_ratio, two_sum
+
+TENSION, TENSION_LOW, PLACE, PLACE_LOW, HELD, HELD_LOW = range(6)
+"""Rows of `Rest.numbers`; the tensions leave the last column free."""
+_ROWS = 4099
+"""Of the tables, at least, between two calls of the loop; not a multiple of a cache's ways."""
+_ALONE = 2
+"""Chains up to this length begin without `series`: most of their slips are of one slider."""
+
+
+class Work(NamedTuple):
+    """The arrays of the compiled loop; their rows and cells are named in `layout`."""
+
+    cell: NDArray[np.float64]
+    tally: NDArray[np.int64]
+    deviate: NDArray[np.float64]
+    clock: NDArray[np.float64] | None
+    series: NDArray[np.float64] | None
+    real: NDArray[np.float64]
+    whole: NDArray[np.int64]
+    log: Log
+
+
+class Rest(NamedTuple):
+    """What a simulation began with.
+
+    Attributes
+    ----------
+    state : State
+    numbers : ndarray, shape (6, n)
+        Tensions, displacements and coefficients, each as two floats.
+    load : tuple of float
+        ``l0 theta``, as two floats.
+    """
+
+    state: State
+    numbers: NDArray[np.float64]
+    load: tuple[float, float]
+
+    @classmethod
+    def of(cls, chain: Chain, state: State) -> Rest:
+        """Return a state as two floats for each number."""
+        numbers = np.zeros((6, chain.n))
+        for row, values in (
+            (TENSION, state.tensions), (PLACE, state.displacements), (HELD, state.coefficients)
+        ):  # fmt: skip
+            if values.dtype == np.float64:
+                numbers[row, : values.size] = values
+                continue
+            for i, value in enumerate(values.tolist()):
+                numbers[row : row + 2, i] = split(rational(value))
+        theta = state.theta if type(state.theta) is float else rational(state.theta)
+        numerator, denominator = theta.as_integer_ratio()
+        l0 = chain.l0
+        load = split_ratio(l0.numerator * numerator, l0.denominator * denominator)
+        return cls(state, numbers, load)
+
+    def read(
+        self, work: Work
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+        """Return the present tensions, displacements, coefficients and draws, new arrays."""
+        n = self.numbers.shape[1]
+        found = np.empty(n - 1), np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
+        _read(
+            work.cell, work.tally, work.real, work.whole, self.numbers, *self.load,
+            self.state.draws, *found,
+        )  # fmt: skip
+        return found
+
+    def ramped(self, load: tuple[float, float]) -> NDArray[np.float64]:
+        """Return the tensions after theta has gone to another ``l0 theta``, shape (n - 1,)."""
+        tension, low = self.numbers[TENSION, :-1], self.numbers[TENSION_LOW, :-1]
+        change, error = two_sum.py_func(self.load[0], -load[0])
+        total, rounded = two_sum.py_func(tension, change)
+        out: NDArray[np.float64] = total + (rounded + ((error + (self.load[1] - load[1])) + low))
+        return out
+
+
+def rational(value: Any) -> Fraction:
+    """Return a state's number (float, Fraction, mpmath or ball midpoint) as a rational."""
+    try:
+        return exact_number(value, "state")
+    except InputError:
+        return Fraction(float(value))
+
+
+def dilation(chain: Chain, load: tuple[float, float]) -> float:
+    """Return the float64 nearest to theta, from ``l0 theta``."""
+    (high, below), (low, under) = (part.as_integer_ratio() for part in load)
+    l0 = chain.l0
+    return (high * under + low * below) * l0.denominator / (below * under * l0.numerator)
+
+
+@lru_cache(maxsize=64)
+def _constants(chain: Chain) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Return what `Work.real` and `Work.whole` of a chain have in common."""
+    real = np.zeros(layout.REALS)
+    whole = np.zeros(layout.WHOLES, dtype=np.int64)
+    real[layout.FRICTION] = chain.friction
+    real[layout.MU_D], real[layout.MU_D_LOW] = split(chain.mu_d)
+    real[layout.COSINE] = chain.cos_alpha
+    real[layout.MEAN] = nearest_float(chain.mu_s)
+    real[layout.WIDTH] = nearest_float(chain.sigma_mu)
+    real[layout.MEAN_EXCESS] = chain.excess
+    real[layout.SINE] = chain.sin_alpha
+    whole[layout.N] = chain.n
+    whole[layout.STAGE] = layout.UNSTABLE
+    whole[layout.CONSTANT] = chain.sigma_mu == 0
+    whole[layout.TARGET] = 1
+    if chain.may_run_away:
+        whole[layout.DOWNHILL] = 1 if chain.tan_alpha >= 0 else -1
+    return real, whole
+
+
+def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Work | None = None) -> Work:
+    """Return the arrays of a simulation that begins at rest; `logging` is a sum of LOGS_...
+
+    They are those of `used`, if that is given: of a chain as long that logged as much.
+    """
+    work = _room(chain.n, logging) if used is None else used
+    work.real[:], work.whole[:] = _constants(chain)
+    work.real[THETA], work.real[THETA_LOW] = rest.load
+    work.whole[layout.LOGGING] = logging
+    work.whole[layout.SEED] = seed if seed < 2**63 else seed - 2**64
+    _place(
+        work.cell, work.tally, work.deviate, work.real, work.whole, rest.numbers, rest.state.draws
+    )
+    work.real[layout.TOTAL] = rest.numbers[PLACE].sum()
+    return work
+
+
+def _room(n: int, logging: int) -> Work:
+    m = layout.columns(n)
+    cell, deviate = _aligned((layout.CELLS, m), (m, KEPT))
+    return Work(
+        cell=cell,
+        tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
+        deviate=deviate,
+        clock=_clock(n) if n > layout.LONGEST_SHORT else None,
+        series=_series(n) if n > _ALONE else None,
+        real=np.empty(layout.REALS),
+        whole=np.empty(layout.WHOLES, dtype=np.int64),
+        log=_log(n, m, logging),
+    )
+
+
+def _log(n: int, m: int, logging: int) -> Log:
+    events = 4 * n + 256 if logging & layout.LOGS_EVENTS else 0
+    tables = logging > layout.LOGS_EVENTS
+    rows = 2 * n + _ROWS if tables else 0
+    return Log(
+        events=np.empty((events, layout.LOG_COLUMNS)),
+        rearrangements=np.empty((layout.R_ROWS, rows)),
+        slips=np.empty((layout.S_ROWS, rows)),
+        used=np.zeros(2, dtype=np.int64),
+        track=np.zeros((layout.TRACKS, m if tables else 0)),
+        sums=np.zeros(layout.SUMS),
+    )
+
+
+def roomier(work: Work) -> Work:
+    """Return the same arrays with `series`, which have no memory."""
+    return work._replace(series=_series(int(work.whole[N])))
+
+
+def _clock(n: int) -> NDArray[np.float64]:
+    clock = _aligned((layout.CLOCKS * (layout.columns(n) // 8) + layout.keys(n), 8))[0]
+    layout.forget(clock, n)
+    return clock
+
+
+def _series(n: int) -> NDArray[np.float64]:
+    return _aligned((layout.SERIES * (layout.columns(n) // 8) + layout.LADDER, 8))[0]
+
+
+def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
+    """Return tables that begin at a multiple of 64 bytes; their sizes are multiples of 8."""
+    room = np.zeros(sum(rows * columns for rows, columns in shapes) + 8)
+    begin = -room.ctypes.data % 64 // 8
+    tables = []
+    for rows, columns in shapes:
+        tables.append(room[begin : begin + rows * columns].reshape(rows, columns))
+        begin += rows * columns
+    return tables
+
+
+@compiled
+def _place(cell, count, deviate, real, whole, numbers, draws):
+    """Fill in forces, displacements and contacts, and prepare the draws."""
+    n = whole[N]
+    cell[:] = 0.0
+    count[:] = 0
+    before, before_low = 0.0, 0.0
+    for k in range(n):
+        i = k + PAD
+        after = numbers[TENSION, k] if k < n - 1 else 0.0
+        after_low = numbers[TENSION_LOW, k] if k < n - 1 else 0.0
+        force, low = two_sum(after, -before)
+        low += after_low - before_low
+        force, error = two_sum(force, real[SINE])
+        low += error
+        if n > 1 and (k == 0 or k == n - 1):  # the ends without theta
+            way = 1.0 if k == 0 else -1.0
+            force, error = two_sum(force, way * real[THETA])
+            low += error + way * real[THETA_LOW]
+        cell[FORCE, i] = force
+        cell[REST, i] = force
+        cell[FORCE_LOW, i] = low
+        cell[TRAVEL, i] = numbers[PLACE, k]
+        cell[TRAVEL_LOW, i] = numbers[PLACE_LOW, k]
+        before, before_low = after, after_low
+    for i in range(cell.shape[1]):
+        cell[STIFFNESS, i] = 2.0
+        cell[EXCESS, i] = NEVER
+    for k in range(n):
+        i = k + PAD
+        held = numbers[HELD, k]
+        above = ((held - real[MU_D]) - real[MU_D_LOW]) + numbers[HELD_LOW, k]
+        cell[EXCESS, i] = max(above, 0.0) * real[COSINE]
+        if whole[CONSTANT] == 1 and held == real[MEAN]:
+            cell[EXCESS, i] = real[MEAN_EXCESS]
+        cell[COEFFICIENT, i] = held
+        count[DRAWS, i] = draws[k]
+    cell[STIFFNESS, PAD] = 1.0 if n > 1 else 0.0
+    cell[STIFFNESS, PAD + n - 1] = cell[STIFFNESS, PAD]
+    prepare(cell, count, deviate, whole)
+
+
+@compiled
+def _read(
+    cell, count, real, whole, numbers, load, load_low, drawn,
+    tensions, displacements, coefficients, draws,
+):  # fmt: skip
+    """Write the present state to the last four; without disorder the loop renews no coefficient."""
+    for k in range(draws.size):
+        i = k + PAD
+        displacements[k] = cell[TRAVEL, i] + (cell[TRAVEL_LOW, i] + cell[X, i])
+        draws[k] = count[DRAWS, i]
+        renewed = whole[CONSTANT] == 1 and draws[k] > drawn[k]
+        coefficients[k] = real[MEAN] if renewed else cell[COEFFICIENT, i]
+    # each is what displacements and theta have made of it
+    for k in range(tensions.size):
+        i = k + PAD
+        total, error = numbers[TENSION, k], numbers[TENSION_LOW, k]
+        for step in range(6):
+            if step == 0:
+                value, low = cell[TRAVEL, i + 1], cell[TRAVEL_LOW, i + 1] + cell[X, i + 1]
+            elif step == 1:
+                value, low = -cell[TRAVEL, i], -(cell[TRAVEL_LOW, i] + cell[X, i])
+            elif step == 2:
+                value, low = -numbers[PLACE, k + 1], -numbers[PLACE_LOW, k + 1]
+            elif step == 3:
+                value, low = numbers[PLACE, k], numbers[PLACE_LOW, k]
+            elif step == 4:
+                value, low = -real[THETA], -real[THETA_LOW]
+            else:
+                value, low = load, load_low
+            total, rounded = two_sum(total, value)
+            error += rounded + low
+        tensions[k] = total + error

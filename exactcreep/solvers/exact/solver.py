@@ -1,0 +1,608 @@
+"""The solver called "exact": float64, compiled, from event to event; see `kernel` for its loop."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.limits import NO_LIMITS, Limits, Stop
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event
+from exactcreep.model.contacts import Contacts
+from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
+from exactcreep.motion.arithmetic import FLOAT64
+from exactcreep.motion.rounding_error import Condition, condition
+from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
+from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact import local_clocks as clocks
+from exactcreep.solvers.exact import loop as kernel
+from exactcreep.solvers.exact.layout import PAD
+from exactcreep.solvers.exact.rest import (
+    PLACE,
+    PLACE_LOW,
+    TENSION,
+    TENSION_LOW,
+    Rest,
+    Work,
+    dilation,
+    placed,
+    rational,
+    roomier,
+)
+from exactcreep.solvers.exact.two_floats import split
+from exactcreep.solvers.field.certified import Certified
+from exactcreep.solvers.solver import (
+    ONE_REARRANGEMENT,
+    Rearrangement,
+    Simulation,
+    Solver,
+    Stretch,
+    Tally,
+    compiled,
+    refuse_no_slips,
+    refuse_records,
+)
+from exactcreep.solvers.tables import (
+    EVENT_TABLE,
+    REARRANGEMENT_TABLE,
+    SLIP_TABLE,
+    EventRow,
+    events_of,
+    joined,
+    record_arrays,
+)
+
+_MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
+_NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the run
+_GOES_ON = (layout.BUDGET, layout.LOG_FULL)
+_USED: dict[int, list[Work]] = {}
+"""By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
+_CAPTURED = ("cell", "tally", "real", "whole")
+_LOGGED = ("track", "sums")  # of the tables' rows under way
+_LOGS = {
+    "events": layout.LOGS_EVENTS,
+    "rearrangements": layout.LOGS_REARRANGEMENTS,
+    "slip_table": layout.LOGS_SLIPS,
+}
+_ENDLESS = (
+    f"an avalanche has neither ended nor been proved to run away after {layout.LONGEST_AVALANCHE}"
+    " events; at tan_alpha = mu_d it may go round for ever"
+)
+
+
+
+class ExactSimulation(Simulation):
+    """A chain on its way along a drive, event by event; see `Exact`."""
+
+    def __init__(
+        self,
+        chain: Chain,
+        state: State,
+        seed: int,
+        record: tuple[str, ...] = ("x_G",),
+        used: Work | None = None,
+    ) -> None:
+        refuse_no_slips(chain)
+        refuse_records(record)
+        self.chain = chain
+        self.record = record
+        self.start = Rest.of(chain, state)
+        self._pace = 2**14  # work of one call of the compiled loop
+        self.work = placed(chain, self.start, seed, _logging(record), used)
+
+    @property
+    def _inner(self) -> slice:
+        return slice(PAD, PAD + self.chain.n)
+
+    @property
+    def _present(self) -> Work:
+        """The arrays with all sliders at the present time."""
+        work = self.work
+        if work.clock is None or not work.whole[layout.LOCAL]:
+            return work
+        cell = work.cell.copy()
+        clocks.present(work.cell, work.clock, work.real, cell)
+        return work._replace(cell=cell)
+
+    def _cell(self, row: int) -> NDArray[np.float64]:
+        """Return one row of `kernel`'s cells for the sliders of the chain, shape (n,)."""
+        return self._present.cell[row, self._inner]
+
+    @property
+    def tally(self) -> Tally:  # type: ignore[override]
+        """Counts since the start."""
+        whole = self.work.whole
+        return Tally(
+            rearrangements=int(whole[layout.REARRANGEMENTS]),
+            events=int(whole[layout.EVENTS]),
+            slips=int(whole[layout.SLIP_TOTAL]),
+            draws_below_mu_d=int(whole[layout.BELOW]),
+            undecided=int(whole[layout.UNDECIDED]),
+            long_rearrangements=int(whole[layout.LONG]),
+        )
+
+    def targets(
+        self, drive: Drive, first: int, count: int, seed: int = 0
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return ``l0 theta`` of the targets as two arrays of floats."""
+        if isinstance(drive, Cycles):
+            high, low = split(self.chain.l0 * drive.amplitude)
+            way = np.where(np.arange(first, first + count) % 2 == 1, 1.0, -1.0)
+            return way * high, way * low
+        theta = drive.targets(first, count, seed)
+        l0, l0_low = split(self.chain.l0)
+        product = l0 * theta
+        # Dekker's product: the rounding error of l0 * theta from halves of 26 bits
+        a = l0 * 134217729.0
+        a_high = a - (a - l0)
+        b = theta * 134217729.0
+        b_high = b - (b - theta)
+        a_low = l0 - a_high
+        b_low = theta - b_high
+        error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+        return product, error + l0_low * theta
+
+    def follow(
+        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
+    ) -> Stretch:
+        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
+        seed = int(self.work.whole[layout.SEED : layout.SEED + 1].view(np.uint64)[0])
+        high, low = self.targets(drive, first, count, seed)
+        self.work.whole[layout.TARGET] = first
+        travel = np.empty(count)
+        each = {"x": self._displacements, "tension": self._tensions, "slips": self._slips}
+        rows: dict[str, list[Any]] = {name: [] for name in each if name in self.record}
+        logs: list[dict[str, NDArray[Any]]] = []
+        begun = events = int(self.work.whole[layout.EVENTS])
+        done, reason = 0, layout.DONE
+        stop: Stop | None = None
+        while stop is None:
+            upto = done + 1 if rows else count
+            left = begun + limits.events_left - events
+            reason, reached = self._advance(
+                high[done:upto], low[done:upto], travel[done:upto], left
+            )
+            done += reached
+            if self.work.whole[layout.LOGGED]:
+                logs.append(_columns(self.chain, self._drain()))
+            if self.work.log.used.any():
+                logs.append(self._drain_tables())
+            if rows and reached:
+                for name, values in rows.items():
+                    values.append(each[name]())
+                self.work.tally[layout.SLIPS] = 0
+            events = int(self.work.whole[layout.EVENTS])
+            if reason in (layout.RUNAWAY, layout.ENDLESS):
+                break
+            stop = Stop.DONE if done == count else limits.stop(events - begun)
+        recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
+        recorded |= record_arrays(rows, self.chain.n)
+        tables = [record_arrays({name: ()}, 1) for name in self.record if name in _LOGS]
+        recorded |= joined([*tables, *logs])
+        if stop is not None:
+            return Stretch(done, recorded, stop, limits.reason(stop))
+        return Stretch(done, recorded, *self.ending(reason))
+
+    def ending(self, reason: int) -> tuple[Stop, str]:
+        """Return why the compiled loop goes no further, if not for its limits, and a sentence."""
+        if reason == layout.RUNAWAY:
+            return Stop.RUNAWAY, NEVER_STOPS
+        if self.never_rests():
+            return Stop.RUNAWAY, NEVER_RESTS
+        return Stop.LIMIT, _ENDLESS
+
+    def _advance(
+        self,
+        high: NDArray[np.float64],
+        low: NDArray[np.float64],
+        travel: NDArray[np.float64],
+        most: int,
+        single: bool = False,
+    ) -> tuple[int, int]:
+        """Run the compiled loop for a moment; see `kernel.follow`.
+
+        `layout.BUDGET` comes back after `most` events, or what takes some hundredths of a second.
+        """
+        reason, reached = self.paced(
+            lambda work, pace: kernel.follow(*work, high, low, travel, most, pace, single)
+        )
+        return reason, reached
+
+    def paced(self, run: Callable[[Work, int], Any]) -> Any:
+        """Return what `run` does with as much work as takes some hundredths of a second."""
+        if self.work.series is None and self.work.whole[layout.STAGE] == layout.CLUSTER:
+            self.make_room()
+        begin = time.perf_counter()
+        result = run(self.work, self._pace)
+        seconds = time.perf_counter() - begin
+        if seconds > 0.1:
+            self._pace = max(self._pace // 2, 1)
+        elif seconds < 0.01 and self._pace < _MOST_WORK:
+            self._pace *= 2
+        return result
+
+    def single(self, direction: int, most: int, at_once: int = _MOST_WORK) -> Iterator[int]:
+        """Rearrange as the chain stands, else where theta makes it; yield why the loop came back.
+
+        That is soon after `most` events or, each time, `at_once`; to ask for more lets it go on.
+        `layout.ONE_DONE`, or `layout.DONE` without a rearrangement, says that it has ended.
+        """
+        high, low = self.load()
+        if direction != 0 and self.chain.n > 1:
+            high, low = np.inf * direction, 0.0
+        target = np.array([high]), np.array([low]), np.empty(1)
+        reason = layout.BUDGET
+        while reason in _GOES_ON:
+            left = min(most - int(self.work.whole[layout.EVENTS]), at_once)
+            reason, _ = self._advance(*target, left, True)
+            yield reason
+
+    def make_room(self) -> None:
+        """Be ready for several sliders that move together."""
+        if self.work.series is None:
+            self.work = roomier(self.work)
+
+    def never_rests(self) -> bool:
+        """Return whether it is proved that the chain in motion never comes to rest."""
+        chain, signs = self.chain, self._cell(layout.SIDE)
+        velocities = self._cell(layout.SPEED) * signs
+        tensions = self._tensions()
+        largest = Contacts(chain).acting(self._cell(layout.COEFFICIENT).max())
+        # every event adds a few roundings of the largest force
+        size = chain.friction + float(abs(tensions).max(initial=0.0) + abs(velocities).max())
+        slack = 16 * 2.0**-53 * int(self.work.whole[layout.NUMBER]) * size
+        return never_rests(FLOAT64, chain, tensions, velocities, signs, largest, slack)
+
+    def _drain(self) -> NDArray[np.float64]:
+        """Return the rows of the event log, and empty it."""
+        count = int(self.work.whole[layout.LOGGED])
+        self.work.whole[layout.LOGGED] = 0
+        return self.work.log.events[:count].copy()
+
+    def _drain_tables(self) -> dict[str, NDArray[Any]]:
+        """Return the rows of the tables of rearrangements and slips, and empty these."""
+        log = self.work.log
+        found: dict[str, NDArray[Any]] = {}
+        if log.used[0]:
+            rows = log.rearrangements[:, : log.used[0]]
+            values = dict(zip(REARRANGEMENT_TABLE.fields, rows, strict=True))
+            values["theta"] = rows[layout.R_LOAD] / nearest_float(self.chain.l0)
+            found |= REARRANGEMENT_TABLE.arrays(values)
+        if log.used[1]:
+            rows = log.slips[:, : log.used[1]]
+            found |= SLIP_TABLE.arrays(dict(zip(SLIP_TABLE.fields, rows, strict=True)))
+        log.used[:] = 0
+        return found
+
+    def _slips(self) -> NDArray[np.int64]:
+        return self.work.tally[layout.SLIPS, self._inner].copy()
+
+    def _displacements(self) -> NDArray[np.float64]:
+        return self.start.read(self._present)[1]
+
+    def _tensions(self) -> NDArray[np.float64]:
+        return self.start.read(self._present)[0]
+
+    def load(self) -> tuple[float, float]:
+        """Return ``l0 theta`` at present, as two floats."""
+        real = self.work.real
+        return float(real[layout.THETA]), float(real[layout.THETA_LOW])
+
+    def state(self) -> State:
+        """Return the present state."""
+        theta = dilation(self.chain, self.load())
+        return State.owning(*self.start.read(self._present), theta)
+
+    def capture(self) -> dict[str, Any]:
+        """Return everything needed to go on bit for bit."""
+        captured: dict[str, Any] = {
+            name: getattr(self.work, name).copy() for name in _CAPTURED
+        }
+        # in the middle of a long avalanche sliders stand where they were at different times
+        if self.work.clock is not None and self.work.whole[layout.LOCAL]:
+            captured["clock"] = self.work.clock.copy()
+        if self.work.whole[layout.LOGGING] > layout.LOGS_EVENTS:
+            captured |= {name: getattr(self.work.log, name).copy() for name in _LOGGED}
+        numbers = self.start.numbers.copy()
+        captured |= {
+            "start_tension": numbers[TENSION, :-1],
+            "start_tension_low": numbers[TENSION_LOW, :-1],
+            "start_displacement": numbers[PLACE],
+            "start_displacement_low": numbers[PLACE_LOW],
+            "start_theta": np.array(split(rational(self.start.state.theta))),
+        }
+        return captured
+
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        """Take over what `capture` returned."""
+        for name in _CAPTURED:
+            getattr(self.work, name)[...] = captured[name]
+        self.work.whole[layout.LOGGING] = _logging(self.record)
+        if self.work.whole[layout.LOGGING] > layout.LOGS_EVENTS:
+            for name in _LOGGED:
+                getattr(self.work.log, name)[...] = captured[name]
+        if self.work.clock is not None:
+            layout.forget(self.work.clock, self.chain.n)
+            self.work.clock[...] = captured.get("clock", self.work.clock)
+        kernel.prepare(self.work.cell, self.work.tally, self.work.deviate, self.work.whole)
+
+        def whole(name: str) -> NDArray[Any]:
+            pairs = zip(captured[name].tolist(), captured[name + "_low"].tolist(), strict=True)
+            values = [Fraction(high) + Fraction(low) for high, low in pairs]
+            if not np.any(captured[name + "_low"]):
+                return np.array(captured[name], dtype=np.float64)
+            exact = np.empty(len(values), dtype=object)
+            exact[:] = values
+            return exact
+
+        high, low = (Fraction(float(part)) for part in captured["start_theta"])
+        begun = replace(
+            self.start.state,
+            tensions=whole("start_tension"),
+            displacements=whole("start_displacement"),
+            theta=high + low,
+        )
+        self.start = Rest.of(self.chain, begun)
+
+    def logged(self) -> ExactSimulation:
+        """Return a simulation that goes on from here bit for bit, and records events."""
+        twin = ExactSimulation(self.chain, self.start.state, 0, ("events",))
+        twin.restore(self.capture())
+        return twin
+
+    def twin(self) -> ExactSimulation | None:
+        """Return a simulation whose tensions at the start are `_NUDGE` off, to either side.
+
+        What mirrors itself goes on doing so.
+        """
+        n, begun = self.chain.n, self.start.state
+        if n == 1:
+            return None
+        largest = nearest_float(self.chain.mu_s + abs(self.chain.tan_alpha))
+        off = [_NUDGE * largest * (-1) ** min(i, n - 2 - i) for i in range(n - 1)]
+        tensions: NDArray[Any] = np.empty(n - 1, dtype=object)
+        given = begun.tensions.tolist()
+        tensions[:] = [rational(t) + Fraction(d) for t, d in zip(given, off, strict=True)]
+        seed = int(self.work.whole[layout.SEED : layout.SEED + 1].view(np.uint64)[0])
+        return ExactSimulation(self.chain, replace(begun, tensions=tensions), seed, ())
+
+    @property
+    def evidence(self) -> Evidence:
+        """Undecided if a comparison is, or once an avalanche is too long for the promise."""
+        whole = self.work.whole
+        moving = whole[layout.STAGE] != layout.AT_REST
+        if whole[layout.LONG] or (moving and whole[layout.NUMBER] > layout.PROMISED_EVENTS):
+            return Evidence.UNDECIDED
+        return super().evidence
+
+    def report(self) -> dict[str, Any]:
+        """Return the work done: cluster steps, margins tested, polynomial evaluations."""
+        return _work_done(self.work.whole.tolist())
+
+
+def _work_done(counts: Sequence[int]) -> dict[str, Any]:
+    return {
+        "cluster_steps": counts[layout.STEPS],
+        "windows_certified": counts[layout.TESTS],
+        "root_evaluations": counts[layout.ROOTS],
+    }
+
+
+@dataclass(frozen=True, eq=False, repr=False, init=False)
+class Estimated(Rearrangement):
+    """A rearrangement by `Exact`: events, initial state and error are made when asked for.
+
+    Attributes
+    ----------
+    given : State
+        From which theta was ramped.
+    load : tuple of float
+        ``l0 theta_c``, as two floats.
+    log : ndarray, shape (rows, LOG_COLUMNS)
+        A row for each slider of each event; its columns are named in `layout`.
+    """
+
+    given: State
+    load: tuple[float, float]
+    log: NDArray[np.float64]
+
+    @cached_property  # type: ignore[misc] # a field that is made when asked for
+    def events(self) -> tuple[Event, ...]:
+        """The events, in order of time."""
+        return tuple(_events(self.log))
+
+    @cached_property  # type: ignore[misc] # a field that is made when asked for
+    def initial(self) -> State:
+        """The state at theta_c."""
+        given = self.given
+        return State.owning(
+            Rest.of(self.chain, given).ramped(self.load),
+            given.displacements,
+            given.coefficients,
+            given.draws,
+            dilation(self.chain, self.load) if len(self.log) else given.theta,
+            given.past,
+        )
+
+    @cached_property
+    def condition(self) -> Condition:
+        """What rounding does to the rearrangement, as far as it can be estimated."""
+        return condition(self.chain, self.initial, self.events, seed=self.seed)
+
+    @property
+    def evidence(self) -> Evidence:
+        """Undecided if a comparison is, or if rounding may have grown beyond the promise."""
+        return self.decided if self.condition.holds else Evidence.UNDECIDED
+
+    @property
+    def error(self) -> float:
+        """The estimate of the largest error; see `Rearrangement`."""
+        return self.condition.error
+
+    @property
+    def doubt(self) -> str:
+        """Why `error` breaks the promise of 1e-12, if it does."""
+        return self.condition.sentence()
+
+
+@dataclass(frozen=True)
+class Exact(Solver):
+    """The event-driven solver in float64, compiled.
+
+    Parameters
+    ----------
+    escalate : bool
+        Whether `rearrange` does a rearrangement again with `certified` if float64 leaves it
+        undecided. Not for runs.
+
+    Guarantee: every event is located to a few ulp of its time, and none is missed: an event is
+    accepted only after all sliders were certified to have none before (see `cluster`). Each
+    event adds rounding of a few 1e-16 of the largest force, which the events that follow amplify.
+    The promise is 1e-12 in the tensions after one rearrangement: `rearrange` estimates the error
+    (see `condition`), and where the estimate is larger the evidence is `UNDECIDED`. Comparisons
+    within the rounding bound of their own evaluation are settled by the model's rules and counted
+    as undecided.
+    """
+
+    escalate: bool = False
+    name: ClassVar[str] = "exact"
+    summary: ClassVar[str] = "event by event in closed form, float64, compiled"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.escalate, bool):
+            raise InputError("escalate", self.escalate, "must be true or false")
+
+    def compiles(self, n: int) -> tuple[int, ...]:
+        """Return lengths of chains with which all is compiled that one of `n` sliders may need."""
+        if n > layout.LONGEST_SHORT:
+            return (layout.LONGEST_SHORT + 1,)
+        return (3,) if n > 2 else (2, 3)
+
+    def rearrange(
+        self,
+        chain: Chain,
+        state: State,
+        direction: int,
+        seed: int,
+        limits: Limits = ONE_REARRANGEMENT,
+    ) -> Rearrangement:
+        """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
+        if limits.at < math.inf:
+            limits = limits.later(compiled(self, chain.n))
+        try:
+            used = _USED[chain.n].pop()
+        except (KeyError, IndexError):
+            used = None
+        simulation = ExactSimulation(chain, state, seed, ("events",), used)
+        whole = simulation.work.whole
+        logs: list[NDArray[np.float64]] = []
+        outcome, told = Outcome.AT_REST, ""
+        late = limits.at < math.inf and limits.passed()  # then there is one event all the same
+        at_once = 1 if late else _MOST_WORK
+        for reason in simulation.single(direction, limits.events_left, at_once):
+            logs.append(simulation._drain())
+            if reason == layout.RUNAWAY:
+                outcome, told = Outcome.RUNAWAY, NEVER_STOPS
+                break
+            stop = limits.stop(int(whole[layout.EVENTS])) if reason in _GOES_ON else None
+            if stop is None and reason != layout.ENDLESS:
+                continue
+            outcome, told = Outcome.LIMIT, limits.reason(stop) if stop else _ENDLESS
+            if simulation.never_rests():
+                outcome, told = Outcome.RUNAWAY, NEVER_RESTS
+            break
+        counts, real = whole.tolist(), simulation.work.real
+        undecided = counts[layout.UNDECIDED]
+        velocities = np.zeros(chain.n)
+        if outcome is not Outcome.AT_REST:
+            velocities = simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE)
+        result = Estimated(
+            chain=chain,
+            given=state,
+            load=simulation.load(),
+            log=logs[0] if len(logs) == 1 else np.concatenate(logs),
+            outcome=outcome,
+            decided=Evidence.of(undecided, Evidence.COMPUTED),
+            state=simulation.state(),
+            velocities=velocities,
+            undecided=undecided,
+            draws_below_mu_d=counts[layout.BELOW],
+            solver=self.name,
+            seed=seed,
+            report=_work_done(counts) | {"time": float(real[layout.TIME])},
+            reason=told,
+        )
+        if chain.n <= layout.LONGEST_SHORT:
+            _USED.setdefault(chain.n, []).append(simulation.work)
+        if not self.escalate or outcome is Outcome.LIMIT:
+            return result
+        if result.evidence is not Evidence.UNDECIDED:
+            return result
+        certified = Certified().rearrange(chain, state, direction, seed, limits)
+        why = result.doubt or f"{undecided} comparisons were undecided"
+        return replace(certified, report={**certified.report, "escalated": why})
+
+    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
+        """Yield the events of `rearrange` one by one, each as soon as it is known."""
+        self._refuse_to_escalate("events that were handed out cannot be taken back")
+        simulation = ExactSimulation(chain, state, seed, ("events",))
+        for _ in simulation.single(direction, NO_LIMITS.events_left, 1):
+            yield from _events(simulation._drain())
+
+    def simulation(
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
+    ) -> ExactSimulation:
+        """Return a simulation that starts from `state`."""
+        self._refuse_to_escalate('is for one rearrangement; for a run use solver="certified"')
+        return ExactSimulation(chain, state, seed, record)
+
+    def _refuse_to_escalate(self, why: str) -> None:
+        if self.escalate:
+            raise InputError("escalate", True, why)
+
+
+def _logging(record: tuple[str, ...]) -> int:
+    """Return what the compiled loop logs, see `layout.LOGGING`."""
+    return sum(flag for name, flag in _LOGS.items() if name in record)
+
+
+def _columns(chain: Chain, log: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
+    """Return rows of the event log as the columns of `EVENT_TABLE`."""
+    log = log.T
+    theta = (log[layout.LOG_THETA] + log[layout.LOG_THETA_LOW]) / nearest_float(chain.l0)
+    return EVENT_TABLE.arrays(
+        {
+            "half_cycle": log[layout.LOG_TARGET],
+            "rearrangement": log[layout.LOG_REARRANGEMENT],
+            "number": log[layout.LOG_NUMBER],
+            "theta": theta,
+            "time": log[layout.LOG_TIME],
+            "kind": log[layout.LOG_KIND],
+            "slider": log[layout.LOG_SLIDER],
+            "sign": log[layout.LOG_SIGN],
+        }
+    )
+
+
+def _events(log: NDArray[np.float64]) -> Iterator[Event]:
+    """Yield the events of rows of the event log, with their residuals."""
+    reals = log[:, : layout.LOG_TARGET].tolist()
+    wholes = log[:, layout.LOG_TARGET :].astype(np.int64).tolist()
+    rows = [
+        EventRow(target, rearrangement, number, load, moment, kind, slider, sign)
+        for (moment, _, load, _), (target, rearrangement, number, kind, slider, sign) in zip(
+            reals, wholes, strict=True
+        )
+    ]
+    return (event for _, event in events_of(rows, [residual for _, residual, _, _ in reals]))

@@ -1,0 +1,874 @@
+"""Several movers at once: their motion as Taylor series, and their first event, certified.
+
+Each slider of the window has a *margin* that must stay in its range until its event: a mover its
+velocity (on its side of 0), a resting neighbour its force (between its thresholds). A cluster moves
+by ``v'' = -K v``: two orders on, the derivatives of its velocities are ``-K`` times what they were,
+and those of a force at rest are the sums of its neighbours' velocities' one order before. So all
+margins grow derivative by derivative in one table, a column for each slider, in strips of eight.
+All frequencies are at most 2: within the `HORIZON` the terms beyond `ORDERS` are below 3e-17 of
+the largest; for an event that comes sooner fewer suffice.
+
+On ``[0, t]`` a margin is the cubic through its value and slope at both ends plus at most
+``M s**2 (t - s)**2 / 24``, where M bounds its fourth derivative. Written with Bernstein
+polynomials of degree four it stays in range if five numbers do. They are computed for eight
+sliders at a time; only a slider that fails is looked at alone.
+
+Source: Eqs. (dynamic_eq1)-(static_eqN); derivations/modes.py.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.solvers.exact.layout import (
+    AT_END,
+    BENT,
+    CROSSING,
+    DOUBTED,
+    DRIVE,
+    EVENT,
+    EXCESS,
+    FRESH,
+    FRICTION,
+    HOLDS,
+    HORIZON,
+    LADDER,
+    MOVED,
+    MOVES,
+    NEVER,
+    ORDERS,
+    REARRANGEMENTS,
+    REST,
+    RESTS,
+    ROOTS,
+    SERIES,
+    SIDE,
+    SLOPE_AT_END,
+    SPEED,
+    STEPS,
+    STIFFNESS,
+    TESTS,
+    ULP,
+    UNDECIDED,
+    X,
+    compiled,
+    inlined,
+)
+from exactcreep.solvers.exact.simd import WIDTH as EIGHT
+from exactcreep.solvers.exact.simd import (
+    below,
+    choose,
+    element,
+    everywhere,
+    from_left,
+    from_right,
+    fused,
+    fused_scalar,
+    larger,
+    largest,
+    least,
+    load,
+    lowest_bit,
+    magnitude,
+    not_above,
+    put,
+    smaller,
+    spread,
+    square_root,
+    store,
+    take,
+    turned_left,
+    turned_right,
+)
+
+
+def rows_of_eight(values: list[float]) -> NDArray[np.float64]:
+    """Return the values in rows of eight."""
+    rows = np.zeros((-(-len(values) // EIGHT), EIGHT))
+    rows.reshape(-1)[: len(values)] = values
+    return rows
+
+
+STEP_FACTORS = rows_of_eight([0.0] + [1.0 / (k * (k + 1.0)) for k in range(1, ORDERS + 2)])
+"""t**2 times entry k leads from the weight of derivative k - 1 in a Taylor series to k + 1."""
+_STRIDE = rows_of_eight(
+    [0.0] + [1.0 / (k * (k + 1.0) * (k + 2.0) * (k + 3.0)) for k in range(1, ORDERS + 1)]
+)
+"""The same for t**4, from k - 1 to k + 3."""
+
+_NEGLECTED = (2.0 * HORIZON) ** ORDERS / math.factorial(ORDERS)
+_REACH = np.array(
+    [0.0]
+    + [0.5 * (_NEGLECTED * math.factorial(p)) ** (1.0 / p) for p in range(1, ORDERS)]
+    + [HORIZON]
+)
+"""For how long the terms before order p suffice: the first neglected one is as small as ever."""
+_SHORTEST = 12
+_LONGER = 4
+"""A series has 12, 16, 20 or 24 terms: as many as the expected time of its event needs."""
+
+_LANEWISE = 10
+# Derivatives 10 and 11 bound all later ones, see `_evaluate`.
+_EVEN_TAIL = 1.1 / 720.0
+_ODD_TAIL = 1.4 / 5040.0
+
+_MISS = 0.25 * ULP
+"""A root is left to the next evaluation if it should be off by less, relatively."""
+# Bisection halves a piece of length 1 down to an ulp in 53 steps; nothing needs many times that.
+_MOST_PIECES = 500
+_POLISH = 4
+"""Newton steps, at most, after the estimate of a candidate has converged."""
+
+
+@inlined
+def _expand(cell, series, friction, first, strips):
+    """Fill value and first derivative of the window that begins in column `first` of `cell`.
+
+    Returns whether a slider has started without any force beyond friction.
+    """
+    zero = spread(0.0)
+    forceless = 0
+    for s in range(strips):
+        i = first + EIGHT * s
+        row = SERIES * s
+        side = load(cell, SIDE, i)
+        stiffness = load(cell, STIFFNESS, i)
+        moves = side * side
+        rests = spread(1.0) - moves
+        around = load(cell, X, i - 1) + load(cell, X, i + 1)
+        pull = load(cell, REST, i) + (around - stiffness * load(cell, X, i))
+        push = side * pull - spread(friction)
+        fresh = below(zero, load(cell, FRESH, i))
+        push = choose(fresh, load(cell, DRIVE, i), push)
+        forceless |= fresh & not_above(push, zero)
+        put(series, row + MOVES, moves)
+        put(series, row + RESTS, rests)
+        put(series, row + HOLDS, zero - moves * stiffness)
+        put(series, row, fused(rests, pull, side * load(cell, SPEED, i)))
+        put(series, row + 1, side * push)
+    return forceless != 0
+
+
+@inlined
+def _differentiate_one(series, begin, end):
+    """Do what `_differentiate` does for a window of one strip, whose outer lanes are at rest."""
+    moves = take(series, MOVES)
+    rests = take(series, RESTS)
+    holds = take(series, HOLDS)
+    y = moves * take(series, begin)
+    after = take(series, begin + 1)
+    for k in range(begin + 1, end):
+        around = turned_right(y) + turned_left(y)
+        put(series, k, fused(rests, around, after))
+        new = fused(moves, around, holds * y)
+        y = after
+        after = new
+    put(series, end, after)
+
+
+@inlined
+def _differentiate_two(series, begin, end):
+    """Do what `_differentiate` does for a window of two strips, whose outer lanes are at rest."""
+    moves = take(series, MOVES)
+    rests = take(series, RESTS)
+    holds = take(series, HOLDS)
+    moves_2 = take(series, SERIES + MOVES)
+    rests_2 = take(series, SERIES + RESTS)
+    holds_2 = take(series, SERIES + HOLDS)
+    y = moves * take(series, begin)
+    y_2 = moves_2 * take(series, SERIES + begin)
+    after = take(series, begin + 1)
+    after_2 = take(series, SERIES + begin + 1)
+    for k in range(begin + 1, end):
+        around = from_left(y_2, y) + from_right(y, y_2)
+        around_2 = from_left(y, y_2) + from_right(y_2, y)
+        put(series, k, fused(rests, around, after))
+        put(series, SERIES + k, fused(rests_2, around_2, after_2))
+        new = fused(moves, around, holds * y)
+        new_2 = fused(moves_2, around_2, holds_2 * y_2)
+        y = after
+        y_2 = after_2
+        after = new
+        after_2 = new_2
+    put(series, end, after)
+    put(series, SERIES + end, after_2)
+
+
+@inlined
+def _one_order(series, strips, k):
+    """Complete row k + 1 of all strips and begin row k + 2."""
+    before = spread(0.0)
+    y = take(series, MOVES) * take(series, k)
+    for s in range(strips):
+        row = SERIES * s
+        following = spread(0.0)
+        if s + 1 < strips:
+            following = take(series, row + SERIES + MOVES) * take(series, row + SERIES + k)
+        around = from_left(before, y) + from_right(y, following)
+        after = take(series, row + k + 1)
+        put(series, row + k + 1, fused(take(series, row + RESTS), around, after))
+        held = take(series, row + HOLDS) * y
+        put(series, row + k + 2, fused(take(series, row + MOVES), around, held))
+        before = y
+        y = following
+
+
+@inlined
+def _two_orders(series, strips, k):
+    """Complete rows k + 1 and k + 2 of all strips and begin row k + 3."""
+    before = spread(0.0)
+    before_2 = before
+    y = take(series, MOVES) * take(series, k)
+    y_2 = take(series, k + 1)
+    for s in range(strips):
+        row = SERIES * s
+        following = spread(0.0)
+        following_2 = following
+        if s + 1 < strips:
+            following = take(series, row + SERIES + MOVES) * take(series, row + SERIES + k)
+            following_2 = take(series, row + SERIES + k + 1)
+        around = from_left(before, y) + from_right(y, following)
+        around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
+        moves = take(series, row + MOVES)
+        rests = take(series, row + RESTS)
+        holds = take(series, row + HOLDS)
+        put(series, row + k + 1, fused(rests, around, y_2))
+        after = fused(moves, around, holds * y)
+        put(series, row + k + 2, fused(rests, around_2, after))
+        put(series, row + k + 3, fused(moves, around_2, holds * y_2))
+        before = y
+        before_2 = y_2
+        y = following
+        y_2 = following_2
+
+
+@inlined
+def _differentiate(series, strips, begin, end):
+    """Complete the derivatives begin + 1 .. end - 1 of all margins.
+
+    Row `begin` is complete: it holds the movers' derivative of the velocity and, one order behind,
+    the derivative of the force on the sliders at rest. The row after the last complete one
+    holds the movers' part alone.
+    """
+    if strips == 1:
+        _differentiate_one(series, begin, end)
+    elif strips == 2:
+        _differentiate_two(series, begin, end)
+    else:
+        if (end - begin) % 2 == 0:
+            _one_order(series, strips, begin)
+            begin += 1
+        for k in range(begin, end - 1, 2):
+            _two_orders(series, strips, k)
+
+
+@inlined
+def _largest_late(series, strips):
+    """Return the largest derivatives of the orders 10 and 11 in the window."""
+    even = magnitude(take(series, _LANEWISE))
+    odd = magnitude(take(series, _LANEWISE + 1))
+    for s in range(1, strips):
+        even = larger(even, magnitude(take(series, SERIES * s + _LANEWISE)))
+        odd = larger(odd, magnitude(take(series, SERIES * s + _LANEWISE + 1)))
+    return largest(even), largest(odd)
+
+
+@inlined
+def _watched(cell, i):
+    """Return the mask of the lanes that move or have a moving neighbour."""
+    moving = magnitude(load(cell, SIDE, i))
+    moving = moving + magnitude(load(cell, SIDE, i - 1)) + magnitude(load(cell, SIDE, i + 1))
+    return below(spread(0.0), moving)
+
+
+@inlined
+def _candidate(cell, series, friction, first, strips):
+    """Return the lane whose margin seems to end first and when, from three derivatives each.
+
+    A guess that only costs time if it is wrong. Lane -1: none within the `HORIZON`.
+    """
+    zero = spread(0.0)
+    half = spread(0.5)
+    best = HORIZON
+    lane = -1
+    for s in range(strips):
+        i = first + EIGHT * s
+        row = SERIES * s
+        side = load(cell, SIDE, i)
+        resting = not_above(magnitude(side), zero)
+        c1 = take(series, row + 1)
+        c2 = take(series, row + 2)
+        # which end of its range it is heading for
+        heading = choose(below(c1 + c2 * half, zero), spread(-1.0), spread(1.0))
+        way = choose(resting, heading, zero - side)
+        edge = choose(resting, load(cell, EXCESS, i) + spread(friction), zero)
+        p0 = larger(edge - way * take(series, row), zero)
+        p1 = zero - way * c1
+        p2 = zero - way * (c2 * half)
+        fresh = below(zero, load(cell, FRESH, i))
+        p0 = choose(fresh, p1, p0)
+        p1 = choose(fresh, p2, p1)
+        p2 = choose(fresh, zero - way * (take(series, row + 3) * spread(1.0 / 6.0)), p2)
+        square = p1 * p1 - spread(4.0) * p2 * p0
+        # most strips have no zero before what has been found, neither past it nor in between
+        then = fused(fused(p2, spread(best), p1), spread(best), p0)
+        rises = below(zero, fused(p2, spread(2.0 * best), p1))
+        if not_above(then, zero) | (rises & below(p1, zero) & not_above(zero, square)) == 0:
+            continue
+        low = square_root(larger(square, zero)) - p1
+        guess = (p0 + p0) / larger(low, spread(1e-300))
+        missed = below(square, zero) | not_above(low, zero)
+        guess = choose(missed, spread(2.0 * HORIZON), guess)
+        soonest = least(guess)
+        if soonest < best:
+            best = soonest
+            lane = EIGHT * s + lowest_bit(not_above(guess, spread(soonest)))
+    return lane, best
+
+
+@inlined
+def margin(series, row, lane, orders, t):
+    """Return value and slope at t of the series of one slider."""
+    u = t * t
+    v = u * u
+    # the orders 4 m + 0, 1, 2, 3 apart: four short chains of operations instead of a long one
+    p0 = p1 = p2 = p3 = 0.0
+    d0 = d1 = d2 = d3 = 0.0
+    for k in range(orders - 4, 3, -4):
+        c0 = element(series, row + k, lane)
+        c1 = element(series, row + k + 1, lane)
+        c2 = element(series, row + k + 2, lane)
+        c3 = element(series, row + k + 3, lane)
+        after = v * element(_STRIDE, 0, k + 3)
+        p2 = fused_scalar(p2, after, c2)
+        d3 = fused_scalar(d3, after, c3)
+        p3 = fused_scalar(p3, v * element(_STRIDE, 0, k + 4), c3)
+        after = v * element(_STRIDE, 0, k + 2)
+        p1 = fused_scalar(p1, after, c1)
+        d2 = fused_scalar(d2, after, c2)
+        after = v * element(_STRIDE, 0, k + 1)
+        p0 = fused_scalar(p0, after, c0)
+        d1 = fused_scalar(d1, after, c1)
+        d0 = fused_scalar(d0, v * element(_STRIDE, 0, k), c0)
+    c1 = element(series, row + 1, lane)
+    c2 = element(series, row + 2, lane)
+    c3 = element(series, row + 3, lane)
+    p0 = fused_scalar(p0, v * element(_STRIDE, 0, 1), element(series, row, lane))
+    p1 = fused_scalar(p1, v * element(_STRIDE, 0, 2), c1)
+    p2 = fused_scalar(p2, v * element(_STRIDE, 0, 3), c2)
+    p3 = fused_scalar(p3, v * element(_STRIDE, 0, 4), c3)
+    d1 = fused_scalar(d1, v * element(_STRIDE, 0, 1), c1)
+    d2 = fused_scalar(d2, v * element(_STRIDE, 0, 2), c2)
+    d3 = fused_scalar(d3, v * element(_STRIDE, 0, 3), c3)
+    second = 0.5 * u
+    third = u * (1.0 / 6.0)
+    value = fused_scalar(t, fused_scalar(third, p3, p1), fused_scalar(second, p2, p0))
+    slope = fused_scalar(t, fused_scalar(third, d0, d2), fused_scalar(second, d3, d1))
+    return value, slope
+
+
+@inlined
+def is_clear(at_0, slope_0, at_1, slope_1, bend, t, bound, begins, ends):
+    """Return whether a margin (as a distance from the end of its range) is positive on (0, t).
+
+    `begins`: it is known to leave zero upwards at 0; `ends`: it is known to vanish at t.
+    """
+    b1 = at_0 + t * slope_0 / 3.0
+    b2 = at_1 - t * slope_1 / 3.0
+    q1 = 0.25 * (at_0 + 3.0 * b1)
+    q2 = 0.5 * (b1 + b2) - bend * (t * t) * (t * t) / 144.0
+    q3 = 0.25 * (3.0 * b2 + at_1)
+    if ends:
+        # a dip within the bound just before t would be the same crossing
+        return q1 >= 0.0 and q2 >= 0.0 and q3 >= 0.0 and at_0 >= -bound
+    if begins:
+        if q1 < 0.0 or q2 < 0.0:
+            return False
+    elif at_0 <= bound or q1 <= bound or q2 <= bound:
+        return False
+    return q3 > bound and at_1 > bound
+
+
+@inlined
+def _at_both_ends(series, row, lane):
+    """Return value and slope of one margin at the beginning and the end of the step."""
+    return (
+        element(series, row, lane),
+        element(series, row + 1, lane),
+        element(series, row + AT_END, lane),
+        element(series, row + SLOPE_AT_END, lane),
+    )
+
+
+@inlined
+def rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t):
+    """Return a bound of the rounding error of one margin on [0, t]."""
+    scale = abs(at_0) + abs(at_1) + t * (abs(slope_0) + abs(slope_1))
+    if cell[SIDE, i] != 0.0:
+        return 16.0 * ULP * (scale + t * real[FRICTION])
+    return 16.0 * ULP * (scale + 2.0 * real[FRICTION] + cell[EXCESS, i])
+
+
+@inlined
+def _falls(slope, bound):
+    """Return whether a margin at the end of its range is sure to leave it there.
+
+    Its slope must take it through its rounding bound within 1/64 tau_dyn. If value and slope both
+    vanish it is a graze.
+    """
+    return -slope >= 64.0 * bound
+
+
+@compiled
+def _doubt(cell, whole, i):
+    """Count a slider as undecided, once in a rearrangement however many steps look at it."""
+    if cell[DOUBTED, i] != whole[REARRANGEMENTS]:
+        cell[DOUBTED, i] = whole[REARRANGEMENTS]
+        whole[UNDECIDED] += 1
+
+
+@compiled
+def _first_crossing(
+    cell, series, real, whole, i, row, lane, orders, upper, t
+):
+    """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
+
+    The series' rows at the end of the step hold the values at t. Newton steps and
+    bisection, with a certificate for every piece left behind. What is neither
+    clear nor crossed when it is as short as a rounding error is a graze: undecided, no crossing.
+    """
+    moving = cell[SIDE, i] != 0.0
+    side = -1.0 if upper else 1.0
+    threshold = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
+    at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
+    bend = series[row + BENT, lane]
+    bound = rounding(cell, real, i, at_a, slope_a, at_b, slope_b, t)
+    at_t = at_b
+    slope_t = slope_b
+    at_a = threshold + side * at_a
+    slope_a = side * slope_a
+    begins = cell[FRESH, i] != 0.0
+    if not begins and abs(at_a) <= bound:
+        # exactly at its threshold: it starts at once if it is pushed outwards
+        _doubt(cell, whole, i)
+        lead = slope_a
+        for k in range(2, 4):
+            if lead == 0.0 and not moving:
+                lead = side * series[row + k, lane]
+        if lead < 0.0:
+            return 0.0
+        begins = True
+    a = 0.0
+    b = t
+    far = t
+    crossed = False
+    for _ in range(_MOST_PIECES):
+        if b != t:
+            at_b, slope_b = margin(series, row, lane, orders, b)
+            whole[ROOTS] += 1
+        else:
+            at_b = at_t
+            slope_b = slope_t
+        at_b = threshold + side * at_b
+        slope_b = side * slope_b
+        if begins and at_a < 0.0:
+            at_a = 0.0
+        if at_b < -bound:
+            crossed = True
+            far = b
+            middle = 0.5 * (a + b)
+            if slope_b < 0.0:
+                b -= at_b / slope_b
+            if not (b > a and b < far):
+                b = middle
+        elif at_b <= bound and (
+            (crossed and slope_b < 0.0) or _falls(slope_b, bound)
+        ) and is_clear(at_a, slope_a, 0.0, slope_b, bend, b - a, bound, begins, True):  # fmt: skip
+            return min(max(b - at_b / slope_b, a), far) if _falls(slope_b, bound) else b
+        else:
+            clear = at_b > bound and is_clear(
+                at_a, slope_a, at_b, slope_b, bend, b - a, bound, begins, False
+            )
+            graze = not clear and is_clear(
+                at_a + 2.0 * bound, slope_a, at_b + 2.0 * bound, slope_b, bend, b - a,
+                0.0, True, False,
+            )  # fmt: skip
+            if graze:
+                # within rounding of its threshold all along: there it stays
+                _doubt(cell, whole, i)
+            if clear or graze:
+                if b >= far:
+                    return far if crossed else np.inf
+                a = b
+                at_a = max(at_b, 0.0)
+                slope_a = slope_b
+                begins = False
+                b = a - at_a / slope_a if slope_a < 0.0 else far
+                if not (b > a and b < far):
+                    b = 0.5 * (a + far) if crossed else far
+            else:
+                b = 0.5 * (a + b)
+        if b - a <= 4.0 * ULP * t:
+            if crossed and far - a <= 64.0 * ULP * t:
+                return far
+            b = 0.5 * (a + far)
+    _doubt(cell, whole, i)
+    return far if crossed else np.inf
+
+
+@inlined
+def refined(cell, series, real, whole, i, row, lane, orders, t):
+    """Return the root near t of one margin by Halley's method, inf if it strays."""
+    side = cell[SIDE, i]
+    threshold = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
+    at_0 = element(series, row, lane)
+    slope_0 = element(series, row + 1, lane)
+    curve_0 = element(series, row + 2, lane)
+    for _ in range(12):
+        value, slope = margin(series, row, lane, orders, t)
+        whole[ROOTS] += 1
+        # the polynomial of degree four through the values, slopes and the curvature at 0
+        turned = t * (slope - slope_0 - t * curve_0)
+        bowed = value - at_0 - t * (slope_0 + 0.5 * t * curve_0)
+        curve = curve_0 * (t * t) + 6.0 * (turned - 2.0 * bowed)  # times t**2
+        # the distance from the end of the range that it is heading for
+        inward = side
+        if side == 0.0:
+            inward = -1.0 if slope >= 0.0 else 1.0
+        value = fused_scalar(inward, value, threshold)
+        slope *= inward * t
+        curve *= inward
+        if slope >= 0.0:
+            return np.inf
+        # in units of t; all divisions are multiplied out
+        lever = slope * slope - 0.5 * value * curve
+        if lever <= 0.0:
+            return np.inf
+        step = value * slope / lever
+        t -= t * step
+        if not (t > 0.0 and t <= HORIZON):
+            return np.inf
+        # what it misses by is of the third order in the step
+        if abs(step * step * step) * (curve * curve + slope * slope) <= _MISS * (slope * slope):
+            return t
+    return np.inf
+
+
+@inlined
+def _evaluate(series, strips, orders, even_tail, odd_tail, t):
+    """Fill displacements, margins and slopes at t, and bounds of fourth derivatives until then.
+
+    `even_tail`, `odd_tail` are the largest derivatives of the orders 10 and 11 in the window. Two
+    more orders multiply a mover's by at most 4, the norm of K; a force at rest has at most
+    twice its neighbours' of the order before. The sum of all terms from there on is their
+    first ones times less than 1.1 and 1.4.
+    """
+    u = t * t
+    at = spread(t)
+    ladder = series.shape[0] - LADDER
+    for k in range(LADDER):
+        put(series, ladder + k, spread(u) * take(STEP_FACTORS, k))
+    zero = spread(0.0)
+    tail = spread(u * u * u * (even_tail * _EVEN_TAIL + t * odd_tail * _ODD_TAIL))
+    # movers' displacements and velocities of the strip before and of the one being finished
+    before = moved = zero
+    running_before = running = zero
+    for s in range(strips + 1):
+        following = zero
+        running_following = zero
+        if s < strips:
+            row = SERIES * s
+            even = odd = even_sum = odd_sum = zero
+            for k in range(orders - 2, -1, -2):
+                term = take(series, row + k + 1)
+                step = everywhere(series, ladder, k + 2)
+                odd = fused(odd, step, term)
+                odd_sum = fused(odd_sum, everywhere(series, ladder, k + 3), term)
+                term = take(series, row + k)
+                even = fused(even, everywhere(series, ladder, k + 1), term)
+                even_sum = fused(even_sum, step, term)
+            value = fused(at, odd, even)
+            moves = take(series, row + MOVES)
+            following = moves * (at * fused(at * spread(0.5), odd_sum, even_sum))
+            running_following = moves * value
+            put(series, row + AT_END, value)
+            put(series, row + MOVED, following)
+            bent = magnitude(take(series, row + 9))
+            bent = fused(bent, spread(t * (1.0 / 5.0)), magnitude(take(series, row + 8)))
+            bent = fused(bent, spread(t * (1.0 / 4.0)), magnitude(take(series, row + 7)))
+            bent = fused(bent, spread(t * (1.0 / 3.0)), magnitude(take(series, row + 6)))
+            bent = fused(bent, spread(t * (1.0 / 2.0)), magnitude(take(series, row + 5)))
+            bent = fused(bent, at, magnitude(take(series, row + 4)))
+            put(series, row + BENT, bent + tail)
+        if s > 0:
+            row = SERIES * (s - 1)
+            around = from_left(before, moved) + from_right(moved, following)
+            flow = from_left(running_before, running) + from_right(running, running_following)
+            moves = take(series, row + MOVES)
+            held = take(series, row + HOLDS) * moved
+            push = fused(moves, around + take(series, row + 1), held)
+            put(series, row + SLOPE_AT_END, fused(take(series, row + RESTS), flow, push))
+        before = moved
+        moved = following
+        running_before = running
+        running = running_following
+
+
+@inlined
+def _suspects(cell, series, friction, first, s, t):
+    """Return the masks of the lanes of one strip not proved to stay in range on (0, t].
+
+    The first mask is for the lower end of the range, the second for the upper.
+    """
+    zero = spread(0.0)
+    i = first + EIGHT * s
+    row = SERIES * s
+    side = load(cell, SIDE, i)
+    resting = not_above(magnitude(side), zero)
+    at = spread(t)
+    third = spread(t * (1.0 / 3.0))
+    g0 = take(series, row)
+    slope0 = take(series, row + 1)
+    g1 = take(series, row + AT_END)
+    slope1 = take(series, row + SLOPE_AT_END)
+    rest = take(series, row + BENT) * spread(t * t * t * t * (1.0 / 144.0))
+    b1 = fused(third, slope0, g0)
+    b2 = g1 - third * slope1
+    quarter = spread(0.25)
+    three = spread(3.0)
+    q1 = quarter * fused(three, b1, g0)
+    q2 = spread(0.5) * (b1 + b2)
+    q3 = quarter * fused(three, b2, g1)
+    low = smaller(smaller(q1, q2 - rest), smaller(q3, g1))
+    high = larger(larger(q1, q2 + rest), larger(q3, g1))
+    fresh = below(zero, load(cell, FRESH, i))
+    low = smaller(low, choose(fresh, low, g0))
+    high = larger(high, choose(fresh, high, g0))
+    threshold = load(cell, EXCESS, i) + spread(friction)
+    scale = magnitude(g0) + magnitude(g1) + at * (magnitude(slope0) + magnitude(slope1))
+    scale = scale + choose(resting, threshold + spread(friction), spread(t * friction))
+    bound = spread(16.0 * ULP) * scale
+    never = spread(NEVER)
+    floor = choose(resting, threshold, choose(below(side, zero), never, zero))
+    ceiling = choose(resting, threshold, choose(below(zero, side), never, zero))
+    watched = _watched(cell, i)
+    lower = not_above(low + floor, bound) & watched
+    upper = not_above(ceiling - high, bound) & watched
+    return lower, upper
+
+
+@compiled
+def _tangential(cell, count, series, first, last):
+    """Find the sliders that have started but do not get away, return how many.
+
+    Velocity and acceleration are zero: the first derivative that is not decides, and if it points
+    back, or there is none, the slip has length zero.
+    """
+    events = 0
+    for i in range(first, last + 1):
+        if cell[SIDE, i] == 0.0 or cell[FRESH, i] == 0.0 or cell[DRIVE, i] > 0.0:
+            continue
+        row = SERIES * ((i - first) // EIGHT)
+        lead = 0.0
+        for k in range(2, ORDERS):
+            if lead == 0.0:
+                lead = series[row + k, (i - first) % EIGHT]
+        if lead * cell[SIDE, i] <= 0.0:
+            count[EVENT, events] = i
+            events += 1
+    return events
+
+
+@inlined
+def _together(cell, count, series, real, whole, first, contenders, t):
+    """Keep the sliders whose event is at t, within its rounding bound; return how many.
+
+    All contenders are looked at again, once t is known: which slider was found first must not
+    matter.
+    """
+    missed = 0.0  # by how much the margins that give t its value miss the end of their range
+    for turn in range(2):
+        events = 0
+        for k in range(contenders):
+            i = count[EVENT, k]
+            row = SERIES * ((i - first) // EIGHT)
+            lane = (i - first) % EIGHT
+            at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, lane)
+            off = abs(at_1)
+            outward = -cell[SIDE, i] * slope_1
+            if cell[SIDE, i] == 0.0:
+                off = abs(off - (real[FRICTION] + cell[EXCESS, i]))
+                outward = slope_1 if at_1 > 0.0 else -slope_1
+            found = series[row + CROSSING, lane] == t
+            if turn == 0:
+                if found:
+                    missed = max(missed, off)
+                continue
+            bound = rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
+            near = off <= max(missed, bound)
+            known = not (found or _falls(-outward, bound))
+            for earlier in range(events):
+                known = known or count[EVENT, earlier] == i
+            if near and not known:
+                count[EVENT, events] = i
+                events += 1
+    whole[UNDECIDED] += max(events - 1, 0)
+    return events
+
+
+@inlined
+def _own_root(
+    cell, series, real, i, lane, strips, orders, even_tail, odd_tail, t
+):
+    """Polish the root of the candidate, and certify its own margin before it.
+
+    Returns
+    -------
+    t, residual : float
+    outward : float
+        +1 if the margin leaves its range upwards, -1 downwards.
+    holds : bool
+        Whether the margin is at the end of its range at t, within its rounding bound. If not, the
+        root lies beyond the horizon or the estimate went astray: there is no candidate.
+    proved : bool
+        Whether the margin stays in its range until t, and leaves it there.
+    """
+    row = SERIES * (lane // EIGHT)
+    j = lane % EIGHT
+    side = cell[SIDE, i]
+    limit = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
+    for turn in range(_POLISH + 1):
+        at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
+        bound = rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
+        outward = -side
+        if side == 0.0:
+            outward = 1.0 if slope_1 >= 0.0 else -1.0
+        off = at_1 - outward * limit
+        # the root must hold within its rounding bound, or a tie with it would go unseen
+        if abs(off) <= 0.5 * bound or slope_1 == 0.0 or turn == _POLISH:
+            break
+        t = min(max(t - off / slope_1, 0.0), _REACH[orders])
+        _evaluate(series, strips, orders, even_tail, odd_tail, t)
+    fresh = cell[FRESH, i] != 0.0
+    room = limit - outward * at_0
+    holds = abs(off) <= bound and _falls(-outward * slope_1, bound)
+    bend = series[row + BENT, j]
+    proved = (
+        holds
+        and (fresh or room > bound)
+        and is_clear(room, -outward * slope_0, 0.0, -outward * slope_1, bend, t, 0.0, fresh, True)
+    )
+    return t, abs(off), outward, holds, proved
+
+
+@inlined
+def step(cell, count, series, real, whole, first, last):
+    """Advance the movers of columns first + 1 .. last - 1 to their first event.
+
+    Returns
+    -------
+    t : float
+        The time advanced, at most `HORIZON`.
+    events : int
+        Number of sliders whose event it is, their columns in ``count[EVENT]``; 0 if there is none
+        within the horizon.
+    residual : float
+        How far the margins are from the end of their ranges.
+    """
+    friction = real[FRICTION]
+    strips = (last - first + EIGHT) // EIGHT
+    whole[STEPS] += 1
+    forceless = _expand(cell, series, friction, first, strips)
+    orders = ORDERS if forceless else _SHORTEST
+    _differentiate(series, strips, 0, orders)
+    if forceless:
+        events = _tangential(cell, count, series, first, last)
+        if events > 0:
+            return 0.0, events, 0.0
+    lane, t = _candidate(cell, series, friction, first, strips)
+    while True:
+        wanted = orders
+        while t > _REACH[wanted]:
+            wanted += _LONGER
+        if wanted > orders:
+            _differentiate(series, strips, orders - 1, wanted)
+            orders = wanted
+        if lane < 0:
+            break
+        row = SERIES * (lane // EIGHT)
+        t = refined(cell, series, real, whole, first + lane, row, lane % EIGHT, orders, t)
+        if t > HORIZON:
+            lane = -1
+            t = HORIZON
+        elif t <= _REACH[orders]:
+            break
+    even_tail, odd_tail = _largest_late(series, strips)
+    _evaluate(series, strips, orders, even_tail, odd_tail, t)
+    events = 0
+    residual = 0.0
+    proved = False
+    outward = 1.0
+    if lane >= 0:
+        t, residual, outward, holds, proved = _own_root(
+            cell, series, real, first + lane, lane, strips, orders, even_tail, odd_tail, t
+        )
+        if holds:
+            events = 1
+            count[EVENT, 0] = first + lane
+            series[SERIES * (lane // EIGHT) + CROSSING, lane % EIGHT] = t
+    evaluated = t  # all look for their crossing until here: their order must not matter
+    found = events > 0
+    rivals = 0
+    for s in range(strips):
+        whole[TESTS] += 1
+        lower, upper = _suspects(cell, series, friction, first, s, evaluated)
+        if proved and lane // EIGHT == s:
+            own = np.int64(1) << (lane % EIGHT)
+            if outward > 0.0:
+                upper &= ~own
+            else:
+                lower &= ~own
+        suspects = lower | upper
+        while suspects != 0:
+            bit = lowest_bit(suspects)
+            suspects &= suspects - 1
+            i = first + EIGHT * s + bit
+            row = SERIES * s
+            rivals += 1
+            for side in range(2):
+                if ((upper if side == 1 else lower) >> bit) & 1 == 0:
+                    continue
+                crossing = _first_crossing(
+                    cell, series, real, whole, i, row, bit, orders, side == 1, evaluated
+                )
+                if events == 0 or count[EVENT, events - 1] != i:
+                    count[EVENT, events] = i
+                    events += 1
+                    series[row + CROSSING, bit] = np.inf
+                if crossing <= t:
+                    series[row + CROSSING, bit] = crossing
+                    found = True
+                    t = crossing
+    if t != evaluated:
+        _evaluate(series, strips, orders, even_tail, odd_tail, t)
+    if rivals > 0:
+        events = _together(cell, count, series, real, whole, first, events, t) if found else 0
+        residual = 0.0
+        for k in range(events):
+            i = count[EVENT, k]
+            value = series[SERIES * ((i - first) // EIGHT) + AT_END, (i - first) % EIGHT]
+            if cell[SIDE, i] == 0.0:
+                value = abs(value) - (friction + cell[EXCESS, i])
+            residual = max(residual, abs(value))
+    for s in range(strips):
+        i = first + EIGHT * s
+        row = SERIES * s
+        side = load(cell, SIDE, i)
+        store(cell, X, i, load(cell, X, i) + take(series, row + MOVED))
+        store(cell, SPEED, i, larger(side * take(series, row + AT_END), spread(0.0)))
+        if t > 0.0:
+            store(cell, FRESH, i, spread(0.0))
+    return t, events, residual

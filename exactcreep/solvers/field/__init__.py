@@ -1,0 +1,1 @@
+"""One event loop over three arithmetics: float64, mpmath numbers and balls."""

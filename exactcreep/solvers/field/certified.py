@@ -1,0 +1,450 @@
+"""The readable event solver in balls: every comparison is decided, or taken again with more bits.
+
+A calculation that meets an undecided comparison, or ends with fewer digits than were asked for,
+starts again at twice the precision: from the last state that is known exactly in Q(c), or from
+the beginning. At the stated limit what is still undecided is settled by the model's rules
+and counted, and the result says so. Events of a half-cycle that was cut short before precision had
+to be raised are not handed out again: they are right, and their radii wider than without the cut.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
+from itertools import count
+from typing import Any, ClassVar
+
+from exactcreep.limits import NO_LIMITS, Limits, Stop
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event
+from exactcreep.model.drive import Drive
+from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
+from exactcreep.motion.solution import Solution
+from exactcreep.solvers.field.carried import Carried
+from exactcreep.solvers.field.event_loop import Mechanics
+from exactcreep.solvers.field.reference import (
+    FieldSimulation,
+    FieldSolver,
+    completed,
+    mechanics_report,
+)
+from exactcreep.solvers.solver import (
+    ONE_REARRANGEMENT,
+    Rearrangement,
+    Simulation,
+    Stretch,
+    Tally,
+    refuse_no_slips,
+)
+from exactcreep.solvers.tables import LOGS
+
+_BALLS = ("tensions", "displacements", "theta")  # the numbers of a state that are balls
+GUARD_BITS = 128
+"""Carried beyond the digits that were asked for, to begin with."""
+
+
+@dataclass(frozen=True)
+class Certified(FieldSolver):
+    """The readable solver in balls.
+
+    Parameters
+    ----------
+    digits : int
+        Correct significant digits asked for (of displacements; absolute below 1).
+    most_digits : int or None
+        The precision limit; None: 2000 digits, or four times `digits` if that is more.
+    """
+
+    digits: int = 30
+    most_digits: int | None = None
+    name: ClassVar[str] = "certified"
+    summary: ClassVar[str] = "readable event solver in balls: every comparison proved"
+
+    def __post_init__(self) -> None:
+        digits = whole_number(self.digits, "digits", least=1, most=100_000)
+        most = max(2000, 4 * digits)
+        if self.most_digits is not None:
+            most = whole_number(self.most_digits, "most_digits", least=1, most=1_000_000)
+        if most < digits:
+            raise InputError("most_digits", most, f"must be at least digits = {digits}")
+        object.__setattr__(self, "digits", digits)
+        object.__setattr__(self, "most_digits", most)
+
+    def arithmetic(self) -> Arithmetic:
+        """Return balls of the precision to begin with."""
+        return balls_of(math.ceil(self.digits * BITS_PER_DIGIT) + GUARD_BITS)
+
+    @property
+    def most_bits(self) -> int:
+        """The precision limit in bits."""
+        assert self.most_digits is not None
+        return math.ceil(self.most_digits * BITS_PER_DIGIT) + GUARD_BITS
+
+    def precisions(self, past: Past | None = None) -> Iterator[tuple[int, bool]]:
+        """Yield the precisions to try, and whether to settle there what is not decided."""
+        bits = self.arithmetic().bits
+        if past is not None:
+            bits = max(bits, past.bits)
+        while bits < self.most_bits:
+            yield bits, False
+            bits *= 2
+        yield self.most_bits, False
+        yield self.most_bits, True
+
+    def rearrange(
+        self,
+        chain: Chain,
+        state: State,
+        direction: int,
+        seed: int,
+        limits: Limits = ONE_REARRANGEMENT,
+    ) -> Rearrangement:
+        """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
+        refuse_no_slips(chain)
+        past = Past.of(state, chain, seed)
+        for bits, assume in self.precisions(past):
+            arithmetic = balls_of(bits)
+            with arithmetic.active():
+                try:
+                    mechanics = _begun(chain, seed, arithmetic, state, past, assume, limits)
+                    result = completed(mechanics, direction, self.name, limits)
+                    if not (assume or limits.passed()):
+                        require_digits(mechanics, self.digits)
+                except Undecided:
+                    continue
+                evidence = Evidence.of(mechanics.tally.undecided, Evidence.PROVED)
+                report = dict(result.report) | certificate(mechanics)
+                motion = Solution(mechanics.pieces, mechanics.start) if mechanics.start else None
+                if result.outcome is Outcome.AT_REST:
+                    later = Past.after(past, mechanics, state, direction, result.state)
+                    result = replace(result, state=replace(result.state, past=later))
+                return replace(result, decided=evidence, report=report, motion=motion)
+        raise AssertionError("the last precision decides everything")
+
+    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
+        """Yield the events of `rearrange` one by one, each as soon as it is certified.
+
+        Where precision has to be raised later on, the enclosures of `rearrange` are narrower
+        than those that were handed out before.
+        """
+        refuse_no_slips(chain)
+        known = 0
+        past = Past.of(state, chain, seed)
+        for bits, assume in self.precisions(past):
+            arithmetic = balls_of(bits)
+            try:
+                with arithmetic.active():
+                    mechanics = _begun(chain, seed, arithmetic, state, past, assume, NO_LIMITS)
+                    mechanics.ramp(direction, None)
+                    events = filter(None, mechanics.rearrangement())
+                for number in count():
+                    with arithmetic.active():
+                        event = next(events, None)
+                    if event is None:
+                        return
+                    if number >= known:
+                        known += 1
+                        yield event
+            except Undecided:
+                continue
+
+    def simulation(
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
+    ) -> Simulation:
+        """Return a simulation that starts from `state`; see `Solver.simulation`."""
+        refuse_no_slips(chain)
+        return CertifiedSimulation(chain, state, seed, record, self)
+
+
+@dataclass(frozen=True, eq=False)
+class Past:
+    """How a chain came to the state at the end of `rearrange`, so that balls need not be trusted.
+
+    The next call goes on with the set of states that this one ended with, or, where that is too
+    wide, from the beginning with more bits.
+
+    Attributes
+    ----------
+    chain : Chain
+    seed : int
+    here : State
+        What the rest leads to.
+    origin : State
+        From which the first call departed.
+    anchor : mapping or None
+        A later state that is known exactly in Q(c), as `Carried.captured` has it.
+    ways : tuple of int
+        Directions of the rearrangements since then.
+    bits : int
+        Precision of `captured`.
+    captured : mapping
+        `here`, as `Carried.captured` has it.
+    """
+
+    chain: Chain
+    seed: int
+    here: State
+    origin: State
+    anchor: Mapping[str, Any] | None
+    ways: tuple[int, ...]
+    bits: int
+    captured: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, state: State, chain: Chain, seed: int) -> Past | None:
+        """Return the past of a state, if it is one of this chain and leads to this state."""
+        past = state.past
+        known = isinstance(past, cls) and (past.chain, past.seed) == (chain, seed)
+        return past if known and past.here == state else None
+
+    @classmethod
+    def after(
+        cls, before: Past | None, mechanics: Carried, start: State, way: int, here: State
+    ) -> Past:
+        """Return the past of `here`, at which a rearrangement from `start` has ended."""
+        captured = mechanics.captured()
+        origin, anchor = start, None
+        ways: tuple[int, ...] = (way,)
+        if before is not None:
+            origin, anchor, ways = before.origin, before.anchor, (*before.ways, way)
+        if mechanics.exact is not None:
+            anchor, ways = captured, ()
+        bits, origin = mechanics.arithmetic.bits, replace(origin, past=None)
+        return cls(mechanics.chain, mechanics.seed, here, origin, anchor, ways, bits, captured)
+
+
+def _begun(
+    chain: Chain,
+    seed: int,
+    arithmetic: Arithmetic,
+    state: State,
+    past: Past | None,
+    assume: bool,
+    limits: Limits,
+) -> Carried:
+    """Return the chain at `state`, as well known as this precision allows."""
+    if past is None:
+        return Carried(chain, seed, arithmetic, state, assume=assume, keep=True)
+    mechanics = Carried(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
+    if arithmetic.bits <= past.bits or not _repeated(mechanics, past, limits):
+        mechanics = Carried(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
+        mechanics.take_over(past.captured)
+    # ties that were assumed on the way here are assumed of all that follows
+    mechanics.tally = Tally(undecided=mechanics.tally.undecided)
+    mechanics.start, mechanics.pieces, mechanics.evaluations = None, [], 0
+    return mechanics
+
+
+def _repeated(mechanics: Carried, past: Past, limits: Limits) -> bool:
+    """Let a chain go through its past once more; return whether there was time for it."""
+    if past.anchor is not None:
+        mechanics.take_over(past.anchor)
+        mechanics.renew()
+    for way in past.ways:
+        mechanics.ramp(way, None)
+        for event in mechanics.rearrangement():
+            if event is None and limits.passed():
+                return False
+    return True
+
+
+def require_digits(mechanics: Mechanics, digits: int) -> None:
+    """Raise `Undecided` if a displacement is known to fewer digits than that."""
+    allowed = mechanics.arithmetic.number(10) ** -digits
+    for x in mechanics.state().displacements.tolist():
+        if not x.rad() <= allowed * (1 + abs(x)):
+            raise Undecided(f"fewer than {digits} digits are left")
+
+
+def certificate(mechanics: Mechanics) -> dict[str, Any]:
+    """Return radius, digits and bits lost, and assumed ties of a calculation in balls."""
+    radii = [mechanics.arithmetic.radius(x) for x in mechanics.state().displacements.tolist()]
+    largest = max(radii)
+    lost = 0.0
+    wide = max(
+        mechanics.arithmetic.radius(x) / (1 + abs(float(x.mid())))
+        for x in mechanics.state().displacements.tolist()
+    )
+    if largest > 0:
+        widest = max(mechanics.state().displacements.tolist(), key=lambda x: x.rad())
+        mantissa, exponent = widest.rad().man_exp()
+        lost = mechanics.arithmetic.bits + float(exponent) + math.log2(int(mantissa))
+    return {
+        "ties_assumed": mechanics.tally.undecided,
+        "largest_radius": largest,
+        "digits_left": math.floor(-math.log10(wide)) if wide > 0 else None,
+        "bits_lost": max(lost, 0.0),
+        "bits_lost_per_event": max(lost, 0.0) / max(mechanics.tally.events, 1),
+        "exact_in_q_c": mechanics.exact is not None,
+    }
+
+
+class CertifiedSimulation(FieldSimulation):
+    """A simulation in balls, which goes back to its anchor when a comparison is undecided."""
+
+    kind = Carried
+    leap: ClassVar[int] = 2
+    """How many times the precision is taken where it does not suffice."""
+
+    def __init__(
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...], solver: Certified
+    ) -> None:
+        super().__init__(chain, state, seed, record, solver.arithmetic())
+        self.solver = solver
+        self.restarts = 0
+        self.origin = state
+        self.settles = False  # at the precision limit
+        # rows of the half-cycle under way in earlier calls, and how many are to come once more
+        self.handed_out = dict.fromkeys(LOGS, 0)
+        self.repeated = dict.fromkeys(LOGS, 0)
+        # on the way back to where a comparison was undecided: the next target, and what is known
+        # of the last one that was reached, which the present state has not come to
+        self.behind: int | None = None
+        self.known: tuple[State, Tally] | None = None
+        self._drop_anchor(-1)  # before the first target, whichever that is
+
+    def _drop_anchor(self, q: int) -> None:
+        """Take the present state, which is known exactly, as the one to go back to."""
+        with self.mechanics.arithmetic.active():
+            self.anchor = self.mechanics.captured()
+        self.anchor_target = (q, self.theta_target)
+
+    def _to_target(self, drive: Drive, q: int, rows: dict[str, list[Any]]) -> Stop | None:
+        if self.anchor_target[0] < 0:
+            self.anchor_target = (q - 1, self.anchor_target[1])
+        kept = {name: len(values) for name, values in rows.items()}
+        while True:
+            try:
+                stop = self._catch_up(drive, q)
+                if stop is None:
+                    stop = super()._to_target(drive, q, rows)
+                break
+            except Undecided:
+                for name, values in rows.items():
+                    del values[kept[name] :]
+                self._go_back()
+        for name in LOGS:
+            logged, begin = rows.get(name, []), kept.get(name, 0)
+            new = len(logged) - begin
+            again = min(new, self.repeated[name])  # handed out before, and not once more
+            del logged[begin : begin + again]
+            self.repeated[name] -= again
+            self.handed_out[name] += new - again
+        if stop is None:
+            self.handed_out = dict.fromkeys(LOGS, 0)
+            with self.mechanics.arithmetic.active():
+                self.known = self.mechanics.state(), replace(self.tally)
+            if self.mechanics.exact is not None:
+                self._drop_anchor(q)
+        return stop
+
+    def _arrive(self, target: Any, rows: dict[str, list[Any]]) -> None:
+        if not self.settles:
+            require_digits(self.mechanics, self.solver.digits)
+        super()._arrive(target, rows)
+
+    def _go_back(self) -> None:
+        """Start again from the anchor with more bits."""
+        self.restarts += 1
+        bits = self.mechanics.arithmetic.bits
+        self.settles = bits >= self.solver.most_bits
+        more = balls_of(min(self.leap * bits, self.solver.most_bits))
+        with more.active():
+            self.mechanics = self.kind(
+                self.chain, self.seed, more, self.origin, assume=self.settles
+            )
+            self.mechanics.take_over(self.anchor)
+            if self.mechanics.exact is not None:
+                self.mechanics.renew()
+        self.tally = self.mechanics.tally
+        reached, self.theta_target = self.anchor_target
+        self.behind = reached + 1
+        self.avalanche, self.undecided = None, self.tally.undecided
+        self.repeated = dict(self.handed_out)
+
+    def follow(
+        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
+    ) -> Stretch:
+        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
+        self.tally = self.mechanics.tally
+        stretch = super().follow(drive, first, count, limits)
+        if self.behind is not None:
+            self.tally = Tally() if self.known is None else self.known[1]
+        return stretch
+
+    def _catch_up(self, drive: Drive, q: int) -> Stop | None:
+        """Come again to the half-cycle towards q; return why that is not done, None if it is."""
+        while self.behind is not None and self.behind < q:
+            stop = super()._to_target(drive, self.behind, self._rows())
+            if stop is not None:
+                return stop
+            self.behind += 1
+        self.behind = None
+        return None
+
+    def state(self) -> State:
+        """Return the present state, or that at the last target if it has to be reached again."""
+        if self.behind is not None:
+            return self.origin if self.known is None else self.known[0]
+        return super().state()
+
+    @property
+    def evidence(self) -> Evidence:
+        """Proved, unless a tie had to be assumed at the precision limit."""
+        return Evidence.of(self.tally.undecided, Evidence.PROVED)
+
+    def capture(self) -> dict[str, Any]:
+        """Return everything needed to go on bit for bit."""
+        return super().capture() | {
+            "anchor": self.anchor,
+            "anchor_target": list(self.anchor_target),
+            "settles": self.settles,
+            "restarts": self.restarts,
+            "handed_out": dict(self.handed_out),
+            "repeated": dict(self.repeated),
+            "behind": self.behind,
+            "known": self._known_as_plain() if self.behind is not None else None,
+        }
+
+    def _known_as_plain(self) -> dict[str, Any] | None:
+        if self.known is None:
+            return None
+        state, tally = self.known
+        plain = self.mechanics.arithmetic.plain
+        fields = {name: plain(getattr(state, name)) for name in _BALLS}
+        fields |= {"coefficients": state.coefficients, "draws": state.draws}
+        return {"state": fields, "tally": asdict(tally)}
+
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        """Take over what `capture` returned."""
+        arithmetic = balls_of(int(captured["bits"]))
+        self.settles = bool(captured["settles"])
+        with arithmetic.active():
+            self.mechanics = self.kind(
+                self.chain, self.seed, arithmetic, self.origin, assume=self.settles
+            )
+        super().restore(captured)
+        self.anchor = dict(captured["anchor"])
+        q, target = captured["anchor_target"]
+        self.anchor_target = (q, target)
+        self.restarts = int(captured["restarts"])
+        self.handed_out = dict(captured["handed_out"])
+        self.repeated = dict(captured["repeated"])
+        self.behind = captured["behind"]
+        self.known = None
+        if captured["known"] is not None:
+            number = arithmetic.from_plain
+            fields = dict(captured["known"]["state"])
+            with arithmetic.active():
+                fields |= {name: number(fields[name]) for name in _BALLS}
+            self.known = State(**fields), Tally(**captured["known"]["tally"])
+
+    def report(self) -> dict[str, Any]:
+        """Return precision, enclosure radius, bits lost, ties assumed and work counts."""
+        with self.mechanics.arithmetic.active():
+            certified = certificate(self.mechanics)
+        return mechanics_report(self.mechanics) | certified | {"restarts": self.restarts}

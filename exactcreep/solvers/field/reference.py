@@ -1,0 +1,348 @@
+"""The readable event solver in float64 ("reference") and in mpmath numbers ("mpmath").
+
+What they do from event to event is `mechanics`; here it becomes a solver and a simulation.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any, ClassVar
+
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
+from exactcreep.model.chain import Chain
+from exactcreep.model.contact import Event
+from exactcreep.model.drive import Drive
+from exactcreep.model.numbers import InputError, exact_number, whole_number
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
+from exactcreep.motion.arithmetic import (
+    BITS_PER_DIGIT,
+    FLOAT64,
+    Arithmetic,
+    digits_of,
+)
+from exactcreep.motion.first_event import SearchLimit
+from exactcreep.solvers.field.event_loop import Mechanics
+from exactcreep.solvers.rows import Avalanche
+from exactcreep.solvers.solver import (
+    ONE_REARRANGEMENT,
+    Rearrangement,
+    Simulation,
+    Solver,
+    Stretch,
+    refuse_no_slips,
+    refuse_records,
+)
+from exactcreep.solvers.tables import record_arrays, rows_of
+
+
+class FieldSolver(Solver):
+    """A solver that is `Mechanics` in one arithmetic."""
+
+    def arithmetic(self) -> Arithmetic:
+        """Return the arithmetic to begin with."""
+        raise NotImplementedError
+
+    def rearrange(
+        self,
+        chain: Chain,
+        state: State,
+        direction: int,
+        seed: int,
+        limits: Limits = ONE_REARRANGEMENT,
+    ) -> Rearrangement:
+        """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
+        refuse_no_slips(chain)
+        arithmetic = self.arithmetic()
+        with arithmetic.active():
+            mechanics = Mechanics(chain, seed, arithmetic, state, residuals=True)
+            return completed(mechanics, direction, self.name, limits)
+
+    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
+        """Yield the events of `rearrange` one by one, each as soon as it is known."""
+        refuse_no_slips(chain)
+        arithmetic = self.arithmetic()
+        with arithmetic.active():
+            mechanics = Mechanics(chain, seed, arithmetic, state, residuals=True)
+            mechanics.ramp(direction, None)
+            events = filter(None, mechanics.rearrangement())
+        while True:
+            with arithmetic.active():
+                event = next(events, None)
+            if event is None:
+                return
+            yield event
+
+    def simulation(
+        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
+    ) -> Simulation:
+        """Return a simulation that starts from `state`; see `Solver.simulation`."""
+        refuse_no_slips(chain)
+        return FieldSimulation(chain, state, seed, record, self.arithmetic())
+
+
+def completed(
+    mechanics: Mechanics, direction: int, solver: str, limits: Limits
+) -> Rearrangement:
+    """Return the rearrangement that follows a ramp of `mechanics` in `direction`."""
+    mechanics.limits = limits
+    initial = mechanics.state()
+    if mechanics.ramp(direction, None):
+        initial = mechanics.state()
+    events: list[Event] = []
+    outcome, reason = Outcome.AT_REST, ""
+    try:
+        for event in mechanics.rearrangement():
+            if event is not None:
+                events.append(event)
+            elif mechanics.flow is None or mechanics.runaway:
+                continue
+            elif (stop := limits.stop(len(events))) is not None:
+                outcome, reason = Outcome.LIMIT, limits.reason(stop)
+                break
+    except (SearchLimit, OutOfTime) as limit:
+        outcome, reason = Outcome.LIMIT, str(limit)
+    if outcome is Outcome.LIMIT:
+        mechanics.look_for_an_end()
+    if mechanics.runaway:
+        outcome, reason = Outcome.RUNAWAY, mechanics.proof
+    tally = mechanics.tally
+    return Rearrangement(
+        chain=mechanics.chain,
+        initial=initial,
+        events=tuple(events),
+        outcome=outcome,
+        decided=Evidence.of(tally.undecided, Evidence.COMPUTED),
+        state=mechanics.state(),
+        velocities=mechanics.velocities(),
+        undecided=tally.undecided,
+        draws_below_mu_d=tally.draws_below_mu_d,
+        solver=solver,
+        seed=mechanics.seed,
+        arithmetic=mechanics.arithmetic,
+        report=mechanics_report(mechanics),
+        reason=reason,
+    )
+
+
+def mechanics_report(mechanics: Mechanics) -> dict[str, Any]:
+    """Return precision and work counts."""
+    report: dict[str, Any] = {
+        "precision_bits": mechanics.arithmetic.bits,
+        "root_evaluations": mechanics.evaluations,
+    }
+    if mechanics.runaway:
+        report["runaway_time"] = mechanics.time
+    return report
+
+
+class FieldSimulation(Simulation):
+    """A simulation by `Mechanics`."""
+
+    kind: ClassVar[type[Mechanics]] = Mechanics
+
+    def __init__(
+        self,
+        chain: Chain,
+        state: State,
+        seed: int,
+        record: tuple[str, ...],
+        arithmetic: Arithmetic,
+    ) -> None:
+        refuse_records(record)
+        self.chain = chain
+        self.seed = seed
+        self.record = record
+        with arithmetic.active():
+            self.mechanics = self.kind(chain, seed, arithmetic, state)
+        self.tally = self.mechanics.tally
+        self.avalanche: Avalanche | None = None
+        self.undecided = 0  # up to the end of the last rearrangement
+        self.theta_target: Fraction | None = None
+        try:
+            self.theta_target = exact_number(state.theta, "theta")
+        except InputError:
+            self.theta_target = None
+
+    def follow(
+        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
+    ) -> Stretch:
+        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
+        self.limits = limits
+        self.begun = self.tally.events
+        rows = self._rows()
+        done, reason = 0, ""
+        stop: Stop | None = None
+        while stop is None:
+            try:
+                stop = self._to_target(drive, first + done, rows)
+            except SearchLimit as limit:
+                stop, reason = Stop.LIMIT, str(limit)
+            if stop is None:
+                done += 1
+                stop = Stop.DONE if done == count else self._early()
+        if stop is Stop.RUNAWAY:
+            reason = self.mechanics.proof
+        recorded = record_arrays(rows, self.chain.n)
+        return Stretch(done, recorded, stop, reason or limits.reason(stop))
+
+    def _early(self) -> Stop | None:
+        """Return why `follow` has to come back; None: it need not."""
+        return self.limits.stop(self.tally.events - self.begun)
+
+    def _rows(self) -> dict[str, list[Any]]:
+        """Return an empty list for everything that is recorded; see `record_arrays`."""
+        return {name: [] for name in ("x_G", *self.record)}
+
+    def _to_target(self, drive: Drive, q: int, rows: dict[str, list[Any]]) -> Stop | None:
+        """Take the chain to target q, and return why it was not reached; None: it was."""
+        mechanics = self.mechanics
+        mechanics.limits = self.limits
+        with mechanics.arithmetic.active():
+            target = drive.exact_target(q, self.seed)
+            while True:
+                try:
+                    for event in mechanics.rearrangement():
+                        if event is not None:
+                            self._log(event, q, rows)
+                        if mechanics.flow is None:
+                            self._log_rest(rows)
+                        if event is None and (stop := self._early()) is not None:
+                            return stop
+                except OutOfTime:
+                    return Stop.DEADLINE
+                if mechanics.runaway:
+                    return Stop.RUNAWAY
+                if not mechanics.ramp(self._way(target), target):
+                    break
+            self._arrive(target, rows)
+        return None
+
+    def _way(self, target: Fraction) -> int:
+        """Return the direction of the ramp; once under way it does not change."""
+        mechanics = self.mechanics
+        if self.theta_target is not None:
+            ahead = target - self.theta_target
+            mechanics.way = int(ahead > 0) - int(ahead < 0)
+            self.theta_target = None
+        elif mechanics.way == 0:
+            ahead_of = mechanics.arithmetic.number(target) - mechanics.known_theta()
+            mechanics.way = mechanics.arithmetic.sign(ahead_of)
+        return mechanics.way
+
+    def _arrive(self, target: Fraction, rows: dict[str, list[Any]]) -> None:
+        mechanics = self.mechanics
+        mechanics.way = 0
+        self.theta_target = target
+        state = mechanics.state()
+        rows["x_G"].append(sum(state.displacements.tolist()) / self.chain.n)
+        if "x" in rows:
+            rows["x"].append(state.displacements.copy())
+        if "tension" in rows:
+            rows["tension"].append(state.tensions.copy())
+        if "slips" in rows:
+            rows["slips"].append(mechanics.slips.copy())
+        mechanics.slips[:] = 0
+
+    def _log(self, event: Event, q: int, rows: dict[str, list[Any]]) -> None:
+        if rows.keys().isdisjoint(("events", "rearrangements", "slip_table")):
+            return
+        mechanics = self.mechanics
+        number, theta = mechanics.tally.rearrangements - 1, mechanics.known_theta()
+        if "events" in rows:
+            rows["events"] += rows_of(event, q, number, mechanics.event_number - 1, theta)
+        if "rearrangements" not in rows and "slip_table" not in rows:
+            return
+        if mechanics.event_number == 1:
+            way = mechanics.way if mechanics.crossed else 0
+            still = mechanics.arithmetic.zeros(self.chain.n)
+            tensions = mechanics.state().tensions
+            self.avalanche = Avalanche(
+                number, q, theta, way, tensions, still, self.undecided
+            )
+        assert self.avalanche is not None
+        slips = self.avalanche.take(
+            event,
+            mechanics.known_moves(),
+            mechanics.coefficients.__getitem__,
+            mechanics.arithmetic,
+        )
+        rows.get("slip_table", []).extend(slips)
+
+    def _log_rest(self, rows: dict[str, list[Any]]) -> None:
+        mechanics, avalanche = self.mechanics, self.avalanche
+        if avalanche is not None and "rearrangements" in rows:
+            undecided = mechanics.tally.undecided
+            rows["rearrangements"].append(
+                avalanche.row(self.chain, mechanics.arithmetic, undecided)
+            )
+        self.avalanche, self.undecided = None, mechanics.tally.undecided
+
+    def state(self) -> State:
+        """Return the present state."""
+        with self.mechanics.arithmetic.active():
+            return self.mechanics.state()
+
+    def capture(self) -> dict[str, Any]:
+        """Return everything needed to go on bit for bit."""
+        with self.mechanics.arithmetic.active():
+            return {
+                "bits": self.mechanics.arithmetic.bits,
+                "theta_target": self.theta_target,
+                "mechanics": self.mechanics.captured(),
+                "avalanche": self.avalanche
+                and self.avalanche.captured(self.mechanics.arithmetic.plain),
+                "undecided": self.undecided,
+            }
+
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        """Take over what `capture` returned."""
+        self.theta_target = captured["theta_target"]
+        known, number = captured["avalanche"], self.mechanics.arithmetic.from_plain
+        with self.mechanics.arithmetic.active():
+            self.mechanics.take_over(captured["mechanics"])
+            self.avalanche = known and Avalanche.restored(known, number)
+        self.undecided = int(captured["undecided"])
+        self.tally = self.mechanics.tally
+
+    def report(self) -> dict[str, Any]:
+        """Return precision and work counts."""
+        return mechanics_report(self.mechanics)
+
+
+@dataclass(frozen=True)
+class Reference(FieldSolver):
+    """The readable solver in float64."""
+
+    name: ClassVar[str] = "reference"
+    summary: ClassVar[str] = "readable event solver, float64, with rounding bounds"
+
+    def arithmetic(self) -> Arithmetic:
+        """Return float64."""
+        return FLOAT64
+
+
+@dataclass(frozen=True)
+class Mpmath(FieldSolver):
+    """The readable solver in mpmath numbers of `digits` significant digits.
+
+    Parameters
+    ----------
+    digits : int
+        At least 1; 15 more are carried along.
+    """
+
+    digits: int = 30
+    name: ClassVar[str] = "mpmath"
+    summary: ClassVar[str] = "readable event solver, mpmath at any number of digits"
+
+    def __post_init__(self) -> None:
+        digits = whole_number(self.digits, "digits", least=1, most=100_000)
+        object.__setattr__(self, "digits", digits)
+
+    def arithmetic(self) -> Arithmetic:
+        """Return mpmath with 15 digits more than asked for."""
+        return digits_of(math.ceil((self.digits + 15) * BITS_PER_DIGIT))

@@ -1,0 +1,727 @@
+"""Velocity Verlet on a chain: the compiled steps, stops and starts behind the solver `verlet`.
+
+Only moving sliders and their neighbours are touched, in contiguous windows; a slider that moves
+alone is carried in registers. Between two events, with ``y`` the advance per step (half a step
+out of phase), ``b = dt**2 a`` and ``F`` the non-frictional force, a step is::
+
+    y += b;  x += y;  F = pull + (x_left + x_right) - 2 x;  b = dt**2 (F - mu_d c S)
+
+with the velocity at the end of the step, ``(y + b/2) / dt``, tested against zero. This is the
+leapfrog form of velocity Verlet: the same points with fewer operations.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.compiling import njit
+from exactcreep.model.deviates import normal_deviate, philox
+from exactcreep.model.disorder import STREAM_COEFFICIENT
+from exactcreep.solvers.tables import EVENT_TABLE
+
+MOST_STEPS = 10**9
+"""Steps of one rearrangement after which it is given up."""
+
+_EPS = 2.0**-52
+_SMALLEST = 5e-324  # v < _SMALLEST is v <= 0
+_GAP = 20  # movers at most so far apart share a window: cheaper than a window of their own
+_BISECTED = 2.0**-53  # of a step
+_LOOK = 1 << 8  # steps between two looks at a whole chain in motion that may run away
+_SURVEY = 1 << 14  # steps between two looks at whether the motion is finite
+_PAUSE = 1 << 24  # steps, each counted once for every moving slider, between two looks at a clock
+
+# Nothing here allocates. Without `_nrt=False` every array that is handed over would be counted,
+# atomically, which costs more than the events themselves.
+_compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
+
+# What `advance` and `follow` return
+REST, EVENTS, ROWS, RUNAWAY, STEPS, INFINITE, PAUSED = range(7)
+UNTESTED, AT_REST, MOVING = 0, 1, 2
+_START, _STOP = np.int8(0), np.int8(1)
+
+
+class Laws(NamedTuple):
+    """The constants of one simulation."""
+
+    n: int
+    l0: float
+    origin: float  # l0 theta at the start
+    weight: float  # sin(alpha)
+    friction: float  # mu_d cos(alpha)
+    cosine: float
+    mu_d: float
+    mu_s: float
+    held: float  # mu_s cos(alpha)
+    sigma: float
+    seed: np.uint64
+    random: bool
+    runs_away: bool
+    dt: float
+    locate: bool
+
+
+SLIDER = np.dtype(
+    [
+        ("base", np.float64),  # T_n + shift of the spring below; the first and the last: shift
+        ("displacement", np.float64),  # at the last rest
+        ("coefficient", np.float64),
+        ("threshold", np.float64),  # max(coefficient, mu_d) cos(alpha)
+        ("draws", np.int64),
+        ("slips", np.int64),  # in this half-cycle
+    ]
+)
+NOW = np.dtype(
+    [
+        ("shift", np.float64),  # l0 (theta - theta at the start)
+        ("theta", np.float64),
+        ("origin", np.float64),  # the time of step 0
+        ("step", np.int64),
+        ("steps_here", np.int64),  # in this rearrangement
+        ("steps", np.int64),
+        ("phase", np.int64),
+        ("movers", np.int64),
+        ("low", np.int64),  # the sliders that have moved in this rearrangement
+        ("high", np.int64),
+        ("rearrangements", np.int64),
+        ("events", np.int64),
+        ("slips", np.int64),
+        ("below", np.int64),
+        ("undecided", np.int64),
+        ("number", np.int64),  # of the event in its rearrangement
+        ("target", np.int64),
+        ("way", np.int64),  # of the ramp to this rearrangement, 0 if there was none
+    ]
+)
+ROW = np.dtype(
+    [
+        *EVENT_TABLE.dtype,
+        ("residual", np.float64),
+        ("moved", np.float64),  # displacement since the last rest
+        ("undecided", np.int64),  # count up to now
+        ("way", np.int64),
+    ]
+)
+
+
+class Work(NamedTuple):
+    """Everything that changes. Sliders stand at 1 .. n, with a ghost at either end."""
+
+    sliders: NDArray[Any]  # of SLIDER
+    lanes: NDArray[np.float64]  # shape (13, n + 2): the motion, see below
+    movers: NDArray[np.int64]  # ascending
+    now: NDArray[Any]  # one NOW
+    windows: NDArray[np.int64]  # first and last slider of every window
+    hit: NDArray[np.int8]  # 1: the slider stops or starts; 2: it has just stopped
+    rows: NDArray[Any]  # of ROW: one for every slider of an event, if events are kept
+    written: NDArray[np.int64]  # how many rows
+    spent: NDArray[np.int64]  # steps since the last look at a clock, see `_PAUSE`
+
+
+X, Y, B, PULL, MASS, DRAG, SIGN, FLOOR, CEILING, SPRINGS = range(10)
+# displacement since the last rest; y and b of the module's docstring; F at x = 0 (set when the
+# slider or a neighbour starts); dt**2 (0 at rest); dt**2 mu_d c S; S (0 at rest); S v below the
+# floor is a stop; |F| above the ceiling is a start; number of springs
+OLD_X, OLD_W, OLD_B = 10, 11, 12  # at the beginning of the step in which an event is located
+
+
+@_compiled
+def _draw(laws, now, slider, i):
+    """Draw the next static coefficient of slider i."""
+    k = slider.draws
+    slider.draws = k + 1
+    now.slips += 1
+    slider.slips += 1
+    if laws.random:
+        words = philox(laws.seed, STREAM_COEFFICIENT, i, k // 4)
+        mu = laws.mu_s + laws.sigma * normal_deviate(words[k % 4])
+        slider.coefficient = mu
+        if mu < laws.mu_d:
+            now.below += 1
+            slider.threshold = laws.friction
+        else:
+            slider.threshold = mu * laws.cosine
+    else:
+        slider.coefficient = laws.mu_s
+        slider.threshold = laws.held
+
+
+@_compiled
+def _pull(laws, sliders, i):
+    """Return F_i as it was when the chain was last at rest."""
+    return (sliders[i].base - sliders[i - 1].base) + laws.weight
+
+
+@_compiled
+def _at(lanes, i):
+    """Return F_i of a moving slider or a neighbour of one."""
+    inner = (lanes[X, i - 1] + lanes[X, i + 1]) - lanes[SPRINGS, i] * lanes[X, i]
+    return lanes[PULL, i] + inner
+
+
+@_compiled
+def _rounding(work, laws, i):
+    """Return a bound for the rounding errors of F_i and of its threshold."""
+    sliders, lanes = work.sliders, work.lanes
+    size = abs(sliders[i].base) + abs(sliders[i - 1].base) + abs(laws.weight)
+    size += abs(lanes[X, i - 1]) + abs(lanes[X, i + 1]) + 2.0 * abs(lanes[X, i])
+    return 4.0 * _EPS * (size + sliders[i].threshold)
+
+
+@_compiled
+def _start(laws, work, i, sign):
+    """Set slider i in motion from velocity zero."""
+    now = work.now[0]
+    lanes = work.lanes
+    square = laws.dt * laws.dt
+    for k in range(max(i - 1, 1), min(i + 1, laws.n) + 1):
+        lanes[PULL, k] = _pull(laws, work.sliders, k)
+    lanes[SIGN, i] = sign
+    lanes[MASS, i] = square
+    lanes[DRAG, i] = square * laws.friction * sign
+    lanes[FLOOR, i] = _SMALLEST
+    lanes[CEILING, i] = np.inf
+    lanes[B, i] = square * _at(lanes, i) - lanes[DRAG, i]
+    lanes[Y, i] = -0.5 * lanes[B, i]
+    k = now.movers
+    while k > 0 and work.movers[k - 1] > i:
+        work.movers[k] = work.movers[k - 1]
+        k -= 1
+    work.movers[k] = i
+    now.movers += 1
+    now.low = min(now.low, i)
+    now.high = max(now.high, i)
+
+
+@_compiled
+def _stop(laws, work, i):
+    """Bring slider i to rest and draw its next static coefficient; `_discharge` must follow."""
+    lanes = work.lanes
+    _draw(laws, work.now[0], work.sliders[i], i)
+    for row in (Y, B, MASS, DRAG, SIGN, FLOOR):
+        lanes[row, i] = 0.0
+    lanes[CEILING, i] = work.sliders[i].threshold
+
+
+@_compiled
+def _discharge(work):
+    """Strike the sliders that rest off the list of movers."""
+    now = work.now[0]
+    kept = 0
+    for k in range(now.movers):
+        i = work.movers[k]
+        if work.lanes[SIGN, i] != 0.0:
+            work.movers[kept] = i
+            kept += 1
+    now.movers = kept
+
+
+@_compiled
+def _write(work, time, kind, i, sign, residual):
+    """Keep one slider of an event, if events are kept."""
+    if work.rows.size == 0:
+        return
+    now = work.now[0]
+    row = work.rows[work.written[0]]
+    row.half_cycle = now.target
+    row.rearrangement = now.rearrangements - 1
+    row.number = now.number
+    row.theta = now.theta
+    row.time = time
+    row.kind = kind
+    row.slider = i
+    row.sign = np.int8(sign)
+    row.residual = residual
+    row.moved = work.lanes[X, i]
+    row.undecided = now.undecided
+    row.way = now.way
+    work.written[0] += 1
+
+
+@_compiled
+def _close_event(now):
+    now.events += 1
+    now.number += 1
+
+
+@_compiled
+def _begin(laws, now, way):
+    """Begin a rearrangement."""
+    now.rearrangements += 1
+    now.number = 0
+    now.way = way
+    now.origin = 0.0
+    now.step = 0
+    now.steps_here = 0
+    now.phase = MOVING
+    now.low = laws.n + 1
+    now.high = 0
+
+
+@_compiled
+def release(laws, work):
+    """Start every slider that exceeds its threshold as the chain stands; return how many."""
+    now = work.now[0]
+    started = 0
+    for i in range(1, laws.n + 1):
+        force = _pull(laws, work.sliders, i)
+        excess = abs(force) - work.sliders[i].threshold
+        if abs(excess) <= _rounding(work, laws, i):
+            now.undecided += 1
+        if excess > 0.0:
+            if started == 0:
+                _begin(laws, now, 0)
+            started += 1
+            sign = math.copysign(1.0, force)
+            _start(laws, work, i, sign)
+            _write(work, 0.0, _START, i, sign, 0.0)
+    if started > 0:
+        _close_event(now)
+    return started
+
+
+@_compiled
+def ramp(laws, work, way, room):
+    """Ramp theta until an end slider starts, by less than `room` = l0 |d theta|; return whether.
+
+    theta enters the forces on sliders 1 and n only, so theta_c is explicit.
+    """
+    n = laws.n
+    if n == 1:
+        return False
+    now = work.now[0]
+    sliders = work.sliders
+    gaps = (np.inf, np.inf)
+    slack = 0.0
+    for i in (1, n):
+        sign = way if i == n else -way  # of the start that the ramp brings about
+        gap = max(sliders[i].threshold - sign * _pull(laws, sliders, i), 0.0)
+        gaps = (gaps[1], gap)
+        slack += _rounding(work, laws, i)
+    ramp = min(gaps[0], gaps[1])
+    if abs(ramp - room) <= slack:
+        now.undecided += 1
+    if not ramp < room:
+        return False
+    tie = abs(gaps[0] - gaps[1]) <= slack
+    if tie:
+        now.undecided += 1
+    now.shift += way * ramp
+    now.theta = (laws.origin + now.shift) / laws.l0
+    sliders[0].base = now.shift
+    sliders[n].base = now.shift
+    _begin(laws, now, int(way))
+    for i in (1, n):
+        if tie or ramp == (gaps[1] if i == n else gaps[0]):
+            sign = way if i == n else -way
+            _start(laws, work, i, sign)
+            residual = abs(abs(_pull(laws, sliders, i)) - sliders[i].threshold)
+            _write(work, 0.0, _START, i, sign, residual)
+    _close_event(now)
+    # where mu_s acts as mu_d the slip has no length: it stops where it starts, and draws anew
+    stopped = 0
+    for i in (1, n):
+        sign = work.lanes[SIGN, i]
+        if sign != 0.0 and sliders[i].threshold <= laws.friction:
+            _write(work, 0.0, _STOP, i, sign, 0.0)
+            _stop(laws, work, i)
+            stopped += 1
+    if stopped > 0:
+        _close_event(now)
+        _discharge(work)
+    return True
+
+
+@_compiled
+def _lay_out(laws, work):
+    """Lay windows around the movers, a neighbour at either side; return how many."""
+    movers = work.now[0].movers
+    windows = 0
+    k = 0
+    while k < movers:
+        low = work.movers[k]
+        high = low
+        while k + 1 < movers and work.movers[k + 1] - high <= _GAP:
+            k += 1
+            high = work.movers[k]
+        k += 1
+        work.windows[2 * windows] = max(low - 1, 1)
+        work.windows[2 * windows + 1] = min(high + 1, laws.n)
+        windows += 1
+    return windows
+
+
+@_compiled
+def _alone(laws, work, most):
+    """Step a slider that moves alone until it stops or starts a neighbour.
+
+    Returns the number of steps, at most `most`, and whether there is an event.
+    """
+    lanes = work.lanes
+    i = work.movers[0]
+    sign = lanes[SIGN, i]
+    rate = lanes[SPRINGS, i] * laws.dt * laws.dt
+    # the room of the neighbours: their forces grow as the slider advances
+    left = np.inf
+    right = np.inf
+    if i > 1:
+        left = lanes[CEILING, i - 1] - sign * _at(lanes, i - 1)
+    if i < laws.n:
+        right = lanes[CEILING, i + 1] - sign * _at(lanes, i + 1)
+    room = min(left, right)
+    y = sign * lanes[Y, i]
+    b = sign * lanes[B, i]
+    x = 0.0
+    steps = 0
+    while steps < most:
+        y += b
+        x += y
+        b -= rate * y
+        steps += 1
+        if x > room or y + 0.5 * b <= 0.0:
+            break
+    lanes[X, i] += sign * x
+    lanes[Y, i] = sign * y
+    lanes[B, i] = sign * b
+    stops = y + 0.5 * b <= 0.0
+    work.hit[i - 1] = x > left
+    work.hit[i] = stops
+    work.hit[i + 1] = x > right
+    return steps, stops or x > room
+
+
+@_compiled
+def _together(work, windows, most):
+    """Step all windows until a slider stops or starts; returns as `_alone`.
+
+    One sweep over a window does a step: every slider advances just before the force on its left
+    neighbour is needed.
+    """
+    lanes = work.lanes
+    steps = 0
+    found = False
+    while steps < most and not found:
+        steps += 1
+        for k in range(windows):
+            low, high = work.windows[2 * k], work.windows[2 * k + 1]
+            x, y, b = lanes[X, low:], lanes[Y, low:], lanes[B, low:]
+            pull, mass, drag = lanes[PULL, low:], lanes[MASS, low:], lanes[DRAG, low:]
+            springs, sign = lanes[SPRINGS, low:], lanes[SIGN, low:]
+            floor, ceiling = lanes[FLOOR, low:], lanes[CEILING, low:]
+            beyond = lanes[X, low - 1]
+            while True:
+                left = beyond
+                advance = y[0] + b[0]
+                here = x[0] + advance
+                x[0] = here
+                for i in range(high - low + 1):
+                    # the last one ahead is a resting slider, or the ghost: it does not advance
+                    ahead = y[i + 1] + b[i + 1]
+                    right = x[i + 1] + ahead
+                    x[i + 1] = right
+                    force = pull[i] + ((left + right) - springs[i] * here)
+                    push = mass[i] * force - drag[i]
+                    b[i] = push
+                    y[i] = advance
+                    late = sign[i] * (advance + 0.5 * push) < floor[i]
+                    found |= late | (abs(force) > ceiling[i])
+                    left = here
+                    here = right
+                    advance = ahead
+                if windows > 1 or found or steps >= most:
+                    break
+                steps += 1  # the only window goes on without being laid out again
+    if found:
+        for k in range(windows):
+            for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+                late = lanes[SIGN, i] * (lanes[Y, i] + 0.5 * lanes[B, i]) < lanes[FLOOR, i]
+                work.hit[i] = late | (abs(_at(lanes, i)) > lanes[CEILING, i])
+    return steps, found
+
+
+@_compiled
+def _within(work, windows, part):
+    """Take the windows to the fraction `part` of a step; return whether a slider is hit.
+
+    Within the step the motion is the velocity Verlet step of a shorter length.
+    """
+    lanes = work.lanes
+    half = 0.5 * part
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            advance = part * (lanes[OLD_W, i] + half * lanes[OLD_B, i])
+            lanes[X, i] = lanes[OLD_X, i] + advance
+    found = False
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            force = _at(lanes, i)
+            b = lanes[MASS, i] * force - lanes[DRAG, i]
+            w = lanes[OLD_W, i] + half * (lanes[OLD_B, i] + b)
+            lanes[B, i] = b
+            lanes[Y, i] = w - 0.5 * b
+            hit = (lanes[SIGN, i] * w < lanes[FLOOR, i]) | (abs(force) > lanes[CEILING, i])
+            work.hit[i] = hit
+            found |= hit
+    return found
+
+
+@_compiled
+def _locate(work, windows):
+    """Go back to the first event inside the last step.
+
+    Returns the fraction of the step, and whether there is an event.
+    """
+    lanes = work.lanes
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            lanes[X, i] -= lanes[Y, i]
+            lanes[OLD_X, i] = lanes[X, i]
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            lanes[OLD_B, i] = lanes[MASS, i] * _at(lanes, i) - lanes[DRAG, i]
+            lanes[OLD_W, i] = lanes[Y, i] - 0.5 * lanes[OLD_B, i]
+    low = 0.0
+    high = 1.0
+    if not _within(work, windows, high):
+        return high, False  # only a rounding error hit this step: the next one will be hit
+    while high - low > _BISECTED:
+        middle = 0.5 * (low + high)
+        if _within(work, windows, middle):
+            high = middle
+        else:
+            low = middle
+    return high, _within(work, windows, high)
+
+
+@_compiled
+def _ties(laws, work, windows):
+    """Let what cannot be told apart from an event at this instant take part in it."""
+    now = work.now[0]
+    lanes = work.lanes
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            if work.hit[i] != 0:
+                continue
+            sign = lanes[SIGN, i]
+            if sign != 0.0:
+                if laws.locate:
+                    w = lanes[Y, i] + 0.5 * lanes[B, i]
+                    size = abs(lanes[OLD_W, i]) + abs(lanes[OLD_B, i])
+                    if sign * w <= 4.0 * _EPS * size:
+                        now.undecided += 1
+                        work.hit[i] = 1
+                continue
+            force = _at(lanes, i)
+            if lanes[CEILING, i] - abs(force) <= _rounding(work, laws, i):
+                # together with the event if the force is on the rise; else at threshold: it stays
+                now.undecided += 1
+                pace = lanes[Y, i - 1] + 0.5 * lanes[B, i - 1]
+                pace += lanes[Y, i + 1] + 0.5 * lanes[B, i + 1]
+                if pace * force > 0.0:
+                    work.hit[i] = 1
+
+
+@_compiled
+def _resolve(laws, work, windows):
+    """Stop, draw and start what the event asks for, in this order."""
+    now = work.now[0]
+    lanes = work.lanes
+    time = now.origin + now.step * laws.dt
+    _ties(laws, work, windows)
+    stopped = 0
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            if work.hit[i] == 1 and lanes[SIGN, i] != 0.0:
+                speed = abs(lanes[Y, i] + 0.5 * lanes[B, i]) / laws.dt
+                _write(work, time, _STOP, i, lanes[SIGN, i], speed)
+                _stop(laws, work, i)
+                work.hit[i] = 2
+                stopped += 1
+    if stopped > 0:
+        _close_event(now)
+        _discharge(work)
+    started = 0
+    for k in range(windows):
+        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
+            if lanes[SIGN, i] != 0.0:
+                continue
+            force = _at(lanes, i)
+            excess = abs(force) - lanes[CEILING, i]
+            if work.hit[i] == 2 and abs(excess) <= _rounding(work, laws, i):
+                now.undecided += 1
+            if work.hit[i] == 1 or excess > 0.0:
+                started += 1
+                sign = math.copysign(1.0, force)
+                _start(laws, work, i, sign)
+                # one that has just stopped may exceed its threshold
+                _write(work, time, _START, i, sign, 0.0 if work.hit[i] == 2 else abs(excess))
+    if started > 0:
+        _close_event(now)
+
+
+@_compiled
+def _finite(work):
+    total = 0.0
+    for k in range(work.now[0].movers):
+        i = work.movers[k]
+        total += abs(work.lanes[X, i]) + abs(work.lanes[Y, i]) + abs(work.lanes[B, i])
+    return total < np.inf
+
+
+@_compiled
+def _never_stops(laws, work):
+    """Return whether the whole chain provably slides for ever (the runaway certificate).
+
+    All sliders move down; with the mean velocity V and the conserved energy J of the internal
+    motion, V > sqrt((1 - 1/N) 2 J) leaves every velocity positive for ever.
+    """
+    n = laws.n
+    if not laws.runs_away or work.now[0].movers < n:
+        return False
+    sliders, lanes = work.sliders, work.lanes
+    sign = lanes[SIGN, 1]
+    if sign * laws.weight < 0.0:
+        return False
+    mean = 0.0
+    for i in range(1, n + 1):
+        if lanes[SIGN, i] != sign:
+            return False
+        mean += lanes[Y, i] + 0.5 * lanes[B, i]
+    mean /= n * laws.dt
+    twice = 0.0
+    for i in range(1, n + 1):
+        twice += ((lanes[Y, i] + 0.5 * lanes[B, i]) / laws.dt - mean) ** 2
+    for i in range(1, n):
+        tension = sliders[i].base - work.now[0].shift + (lanes[X, i + 1] - lanes[X, i])
+        twice += tension**2
+    return sign * mean > math.sqrt((1.0 - 1.0 / n) * twice)
+
+
+@_compiled
+def _come_to_rest(laws, work):
+    """End the rearrangement."""
+    now = work.now[0]
+    lanes = work.lanes
+    now.phase = AT_REST
+    for i in range(now.low, now.high + 1):
+        work.sliders[i].displacement += lanes[X, i]
+    for i in range(max(now.low - 1, 1), min(now.high + 1, laws.n)):
+        work.sliders[i].base += lanes[X, i + 1] - lanes[X, i]
+    for i in range(now.low, now.high + 1):
+        lanes[X, i] = 0.0
+
+
+@_compiled
+def advance(laws, work, last_event):
+    """Move the chain until it rests, or `last_event` events have happened, or it never will rest.
+
+    Returns only where going on later changes no bit.
+    """
+    now = work.now[0]
+    while now.movers > 0:
+        if not _finite(work):
+            return INFINITE
+        if _never_stops(laws, work):
+            return RUNAWAY
+        if now.steps_here >= MOST_STEPS:
+            return STEPS
+        if now.events >= last_event:
+            return EVENTS
+        if work.spent[0] >= _PAUSE:
+            return PAUSED
+        if work.rows.size > 0 and work.written[0] + 2 * laws.n + 2 > work.rows.size:
+            return ROWS
+        windows = _lay_out(laws, work)
+        most = _LOOK if laws.runs_away and now.movers == laws.n else _SURVEY
+        most = min(most, _PAUSE // (4 * now.movers) + 1)
+        movers = now.movers
+        if movers == 1:
+            steps, found = _alone(laws, work, most)
+        else:
+            steps, found = _together(work, windows, most)
+        work.spent[0] += steps * movers
+        now.steps += steps
+        now.steps_here += steps
+        now.step += steps
+        if found and laws.locate:
+            part, found = _locate(work, windows)
+            now.origin += (now.step - 1 + part) * laws.dt
+            now.step = 0
+        if found:
+            _resolve(laws, work, windows)
+    _come_to_rest(laws, work)
+    return REST
+
+
+@_compiled
+def follow(laws, work, targets, first, budget, x_G, x, tension, slips, wanted):
+    """Take the chain to the targets; return why it returns and how many were reached."""
+    n = laws.n
+    now = work.now[0]
+    sliders = work.sliders
+    last_event = now.events + budget
+    done = 0
+    while done < targets.size:
+        now.target = first + done
+        if work.rows.size > 0 and work.written[0] + 2 * n + 2 > work.rows.size:
+            return ROWS, done
+        if now.phase == UNTESTED:
+            now.phase = AT_REST
+            release(laws, work)
+        if now.phase == MOVING:
+            code = advance(laws, work, last_event)
+            if code != REST:
+                return code, done
+        if now.events >= last_event:
+            return EVENTS, done
+        goal = laws.l0 * targets[done] - laws.origin
+        climb = goal - now.shift
+        if climb != 0.0 and ramp(laws, work, math.copysign(1.0, climb), abs(climb)):
+            continue
+        now.shift = goal
+        now.theta = targets[done]
+        sliders[0].base = goal
+        sliders[n].base = goal
+        total = sliders[(n + 1) // 2].displacement if n % 2 == 1 else 0.0
+        for i in range(1, n // 2 + 1):  # in pairs: exactly 0 for a mirror-symmetric chain
+            total += sliders[i].displacement + sliders[n + 1 - i].displacement
+        x_G[done] = total / n
+        if wanted[0]:
+            for i in range(1, n + 1):
+                x[done, i - 1] = sliders[i].displacement
+        if wanted[1]:
+            for i in range(1, n):
+                tension[done, i - 1] = sliders[i].base - goal
+        if wanted[2]:
+            for i in range(1, n + 1):
+                slips[done, i - 1] = sliders[i].slips
+                sliders[i].slips = 0
+        done += 1
+    return REST, done
+
+
+@_compiled
+def trace(laws, sign, pull, low, b, xs, ws):
+    """Repeat the steps of the sliders low .. low + size - 1, from the first rows of `xs`, `ws`.
+
+    The entries before and after are their neighbours, which do not move; `b` holds zeros.
+    """
+    size = pull.size
+    steps = len(xs) - 1
+    for step in range(steps + 1):
+        for j in range(1, size + 1):
+            i = low + j - 1
+            left = xs[step, j - 1] if i > 1 else xs[step, j]
+            right = xs[step, j + 1] if i < laws.n else xs[step, j]
+            before = b[j]
+            if sign[j] != 0.0:
+                force = pull[j - 1] + ((left + right) - 2.0 * xs[step, j])
+                b[j] = laws.dt * laws.dt * (force - laws.friction * sign[j])
+            if step > 0:
+                ws[step, j] = ws[step - 1, j] + 0.5 * (before + b[j])
+        if step < steps:
+            for j in range(size + 2):
+                xs[step + 1, j] = xs[step, j] + (ws[step, j] + 0.5 * b[j])

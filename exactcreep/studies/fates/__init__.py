@@ -1,0 +1,1 @@
+"""What a chain does for ever: computed, proved, and over many starts."""

@@ -1,0 +1,454 @@
+"""Plans: what a scene needs and does not need, what each solver would cost, and which to take."""
+
+from __future__ import annotations
+
+import math
+import time
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from exactcreep.laws import prediction
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Drive
+from exactcreep.model.numbers import Number, nearest_float, plain_data
+from exactcreep.model.representation import Shown, drawn
+from exactcreep.model.state import State
+from exactcreep.motion.rounding_error import PROMISE
+from exactcreep.progress import Hearer, reporter
+from exactcreep.quasistatic.creep import PhysicsWarning, creep
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.result import Creep, course_of
+from exactcreep.quasistatic.twin import MOST_EVENTS
+from exactcreep.scene import Scene
+from exactcreep.solvers.auto import (
+    LADDER,
+    Candidate,
+    Choice,
+    choose,
+    runner,
+    valid_accuracy,
+)
+from exactcreep.solvers.solver import Solver, advance, warm_up
+
+DEFAULT_ACCURACY = "0.01"
+_TIMED_SECONDS = 0.2  # of a pilot run: long beside a call, short beside a reader's patience
+_TIMED_TOGETHER = 10.0  # of all members of a scene
+
+
+@dataclass(frozen=True)
+class Need:
+    """One thing that a scene needs or does not need.
+
+    Attributes
+    ----------
+    name : str
+        ``disorder``, ``random dilations``, ``inertia``, ``trajectories`` or ``digits``.
+    needed : bool
+    reason : str
+    """
+
+    name: str
+    needed: bool
+    reason: str
+
+
+@dataclass(frozen=True, repr=False)
+class Plan(Shown):
+    """How to come by the answer to a question about a scene with the least effort.
+
+    Attributes
+    ----------
+    experiment : Experiment
+    accuracy : float
+        Largest relative error, at 95 %, that is allowed.
+    question : str
+        ``velocity`` or ``course``.
+    choice : Choice
+        The rung of the ladder, all candidates with their errors, the reason, the pilot run.
+    explicit : str or None
+        The solver that the scene names itself, which a plan never overrides.
+    needs : tuple of Need
+    costs : mapping of str to float
+        Predicted seconds of the scene's own run for each of `LADDER`; nan where it does not apply.
+    course : str
+        One sentence: how far the course of the run by `exact` can be followed; "" where that is not
+        known.
+    trusted_half_cycles : int or None
+        As in `Creep`.
+    """
+
+    experiment: Experiment
+    accuracy: float
+    question: str
+    choice: Choice
+    explicit: str | None
+    needs: tuple[Need, ...]
+    costs: Mapping[str, float]
+    course: str = ""
+    trusted_half_cycles: int | None = None
+
+    @property
+    def solver(self) -> str:
+        """The solver that will run: the explicit one if there is one, else the choice."""
+        if self.explicit is not None and self.explicit != "auto":
+            return self.explicit
+        return self.choice.name
+
+    def _facts(self) -> dict[str, Any]:
+        return {
+            "solver": self.solver,
+            "question": self.question,
+            "accuracy": self.accuracy,
+            "accuracy_reached": self.accuracy_reached,
+            "reason": self.choice.reason,
+        } | {f"seconds_of_{name}": float(f"{s:.3g}") for name, s in self.costs.items() if s == s}
+
+    def _picture(self) -> str:
+        return drawn(list(self.costs.values()), dots=True)
+
+    @property
+    def accuracy_reached(self) -> bool:
+        """Whether the solver that will run is expected to reach the accuracy along this drive."""
+        return any(
+            rung.error <= self.accuracy
+            for rung in self.choice.candidates
+            if rung.name == self.solver
+        )
+
+    def seeds(self, rung: Candidate) -> float:
+        """Return how many seeds reach the accuracy; inf if no number does, nan if unknown.
+
+        So many times longer a run, of cycles or Gaussian steps, does the same.
+        """
+        times = rung.repeats(self.accuracy)
+        return float(math.ceil(times)) if math.isfinite(times) else times
+
+    def seconds(self, rung: Candidate) -> float:
+        """Return what a rung costs that reaches the accuracy; nan if it does not, or is unknown."""
+        seconds = self.costs[rung.name] * self.seeds(rung)
+        return seconds if math.isfinite(seconds) else math.nan
+
+    def summary(self) -> dict[str, Any]:
+        """Return the plan as plain data for JSON; a number that is not known is None."""
+        pilot = None
+        if self.choice.pilot is not None:
+            pilot = vars(self.choice.pilot)
+        half_cycles = self.experiment.drive.half_cycles
+        return plain_data(
+            {
+                "solver": self.solver,
+                "explicit": self.explicit,
+                "choice": self.choice.name,
+                "reason": self.choice.reason,
+                "question": self.question,
+                "accuracy": self.accuracy,
+                "accuracy_reached": self.accuracy_reached,
+                "half_cycles": half_cycles,
+                "law": list(self.choice.law),
+                "needs": {
+                    need.name: {"needed": need.needed, "reason": need.reason} for need in self.needs
+                },
+                "candidates": [
+                    {
+                        "solver": rung.name,
+                        "applies": rung.applies,
+                        "bias": rung.bias,
+                        "statistical_error": rung.statistical,
+                        "known_by": rung.known_by,
+                        "reason": rung.reason,
+                        "seconds": self.costs[rung.name],
+                        "seeds_needed": self.seeds(rung),
+                        "half_cycles_needed": self.seeds(rung) * half_cycles,
+                        "seconds_needed": self.seconds(rung),
+                    }
+                    for rung in self.choice.candidates
+                ],
+                "pilot": pilot,
+                "trusted_half_cycles": self.trusted_half_cycles,
+                "course": self.course or None,
+            }
+        )
+
+
+def plan(
+    chain: Chain,
+    drive: Drive,
+    *,
+    accuracy: Number = DEFAULT_ACCURACY,
+    question: str = "velocity",
+    seed: int = 0,
+    start: State | None = None,
+    record: tuple[str, ...] = (),
+) -> Plan:
+    """Return the cheapest way to the mean velocity, or the course, of a chain, accurate enough.
+
+    Parameters
+    ----------
+    chain : Chain
+    drive : Drive
+    accuracy : number
+        Largest relative error, at 95 %, between 0 and 1.
+    question : {"velocity", "course"}
+        Of what: of the long-time mean velocity over disorder and starts, or of x_G and the
+        tensions at every target.
+    seed : int
+    start : State, optional
+        Default: the relaxed chain.
+    record : tuple of str
+        What is to be recorded besides the velocity.
+
+    Returns
+    -------
+    Plan
+        Its `choice` of a solver with the reason, what the run needs (`needs`), the predicted
+        `costs` of every solver in seconds, whether this run reaches the accuracy, and how many
+        seeds, or how many times as many cycles, do.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, or a course cannot be followed.
+
+    Notes
+    -----
+    Guarantee: the choice depends on the arguments alone; the predicted times are measured on this
+    machine and do not influence it.
+    """
+    experiment = Experiment.of(chain, drive, seed=seed, start=start, record=record)
+    return _planned(experiment, accuracy, question, experiment.record, explicit=None)
+
+
+def plan_scene(
+    scene: Scene,
+    *,
+    accuracy: Number | None = None,
+    question: str | None = None,
+    max_seconds: Any = None,
+    progress: Hearer = None,
+) -> list[tuple[Mapping[str, Any], Plan]]:
+    """Return, for every member of a scene, what it sets and its plan.
+
+    A scene that does not name a `record` asks for the velocity alone.
+
+    Parameters
+    ----------
+    scene : Scene
+    accuracy : number, optional
+        Default: that of the scene, if its solver is ``auto``, else 0.01.
+    question : {"velocity", "course"}, optional
+        Default: that of the scene, if its solver is ``auto``, else ``velocity``.
+    max_seconds : number, optional
+        After so much time the members planned so far are returned.
+    progress : callable, optional
+        Called with a `Progress` before every member.
+
+    Raises
+    ------
+    InputError
+        If a value of the scene is out of range.
+    """
+    plans: list[tuple[Mapping[str, Any], Plan]] = []
+    members = scene.members()
+    limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
+    timed = min(_TIMED_SECONDS, _TIMED_TOGETHER / len(members))
+    for member in members:
+        say("planning", len(plans), len(members), "members")
+        named = member.settings.get("run.solver", scene.tables["run"].get("solver"))
+        own = member.experiment.options if named == "auto" else {}
+        wanted = own.get("accuracy", DEFAULT_ACCURACY) if accuracy is None else accuracy
+        asks = own.get("question", "velocity") if question is None else question
+        asked = "record" in scene.tables["run"] or "run.record" in member.settings
+        record = member.experiment.record if asked else ()
+        try:
+            one = _planned(member.experiment, wanted, asks, record, named, limits, timed)
+        except OutOfTime:
+            break
+        plans.append((member.settings, one))
+    return plans
+
+
+def _planned(
+    experiment: Experiment,
+    accuracy: Any,
+    question: str,
+    record: tuple[str, ...],
+    explicit: str | None,
+    limits: Limits = NO_LIMITS,
+    timed: float = _TIMED_SECONDS,
+) -> Plan:
+    """Return the plan of one experiment; raise `OutOfTime` if the limits do not allow it."""
+    wanted = float(valid_accuracy(accuracy))
+    choice = choose(
+        experiment.chain,
+        experiment.drive,
+        accuracy=accuracy,
+        question=question,
+        start=experiment.start,
+        seed=experiment.seed,
+        record=record,
+        limits=limits,
+    )
+    begun = _begun(experiment, choice, limits)
+    limits.require()
+    return Plan(
+        experiment=experiment,
+        accuracy=wanted,
+        question=question,
+        choice=choice,
+        explicit=explicit,
+        needs=_needs(experiment, choice, wanted, record),
+        costs=_costs(experiment, choice, wanted, timed),
+        course=course_of(begun),
+        trusted_half_cycles=begun[0].trusted_half_cycles if begun else None,
+    )
+
+
+def _begun(experiment: Experiment, choice: Choice, limits: Limits) -> list[Creep]:
+    """Return the beginning of an exact run with its twin, if that solver applies."""
+    if not any(rung.name == "exact" and rung.applies for rung in choice.candidates):
+        return []
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
+        begun = creep(
+            experiment.chain,
+            experiment.drive,
+            seed=experiment.seed,
+            start=experiment.start,
+            record=(),
+            twin=True,
+            max_events=MOST_EVENTS,
+            progress=False,
+            max_seconds=limits.seconds_left,
+        )
+    return [begun]
+
+
+def _needs(
+    experiment: Experiment, choice: Choice, accuracy: float, record: tuple[str, ...]
+) -> tuple[Need, ...]:
+    chain, drive = experiment.chain, experiment.drive
+    inertia = choice.name in ("exact", "certified")
+    if chain.sigma_mu == 0:
+        disorder = Need("disorder", False, "sigma_mu = 0: no coefficient is drawn")
+    elif inertia:
+        width = f"sigma_mu = {nearest_float(chain.sigma_mu):.3g}"
+        disorder = Need("disorder", True, f"{width}: a coefficient is drawn at every stop")
+    else:
+        disorder = Need("disorder", False, "within the accuracy it does not change the velocity")
+    if inertia:
+        slips = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
+        why_inertia = slips
+    elif chain.mu_s == chain.mu_d and chain.sigma_mu == 0:
+        why_inertia = "mu_s = mu_d: sliders slide with theta, and never accelerate"
+    else:
+        why_inertia = "within the accuracy it does not change the velocity"
+    digits = accuracy < PROMISE
+    return (
+        disorder,
+        Need(
+            "random dilations",
+            drive.random,
+            "theta is drawn at every target" if drive.random else "theta is given",
+        ),
+        Need("inertia", inertia, why_inertia),
+        Need(
+            "trajectories",
+            bool(record),
+            "recorded: " + ", ".join(record) if record else "only the velocity is asked for",
+        ),
+        Need(
+            "digits",
+            digits,
+            "asked for more than float64 holds" if digits else "float64 holds the accuracy",
+        ),
+    )
+
+
+def _costs(
+    experiment: Experiment, choice: Choice, accuracy: float, seconds: float
+) -> dict[str, float]:
+    costs = dict.fromkeys(LADDER, math.nan)
+    total = experiment.drive.half_cycles
+    events = math.nan  # per half-cycle, from the exact run
+    for rung in choice.candidates:
+        if not rung.applies:
+            continue
+        if rung.name == "law":
+            begin = time.perf_counter()
+            prediction(experiment.chain, experiment.drive, experiment.start)
+            costs["law"] = time.perf_counter() - begin
+            continue
+        algorithm = runner(rung.name, accuracy)
+        if rung.name == "certified":
+            if not math.isnan(events):
+                each = seconds_per_event(experiment, algorithm, seconds=seconds)
+                costs["certified"] = each * events * total
+            continue
+        pace = measured_pace(experiment, algorithm, seconds=seconds)
+        costs[rung.name] = pace.seconds_per_half_cycle * total
+        if rung.name == "exact":
+            events = pace.events_per_half_cycle
+    return costs
+
+
+def seconds_per_event(
+    experiment: Experiment, algorithm: Solver, *, seconds: float = _TIMED_SECONDS
+) -> float:
+    """Return the time that a slow solver takes for an event; 0 if nothing ever happens.
+
+    Measured over the first three half-cycles, or as much of them as the time allows.
+    """
+    drive = experiment.drive
+    until = min(3, drive.half_cycles)
+    simulation = algorithm.simulation(experiment.chain, experiment.initial, experiment.seed, ())
+    begin = time.perf_counter()
+    done = advance(simulation, drive, until, Limits(at=begin + seconds)).completed
+    if simulation.tally.events == 0:  # the first takes longer than that, if there is one
+        advance(simulation, drive, until, Limits(1), done=done)
+    events = simulation.tally.events
+    return (time.perf_counter() - begin) / events if events else 0.0
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How fast a solver takes a chain along its drive on this machine; nan where not known.
+
+    Attributes
+    ----------
+    seconds_per_half_cycle, seconds_per_event, events_per_half_cycle : float
+    """
+
+    seconds_per_half_cycle: float
+    seconds_per_event: float
+    events_per_half_cycle: float
+
+
+def measured_pace(
+    experiment: Experiment, algorithm: Solver, *, seconds: float = _TIMED_SECONDS
+) -> Pace:
+    """Return the pace of a compiled solver on the beginning of an experiment.
+
+    Compilation is not counted.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    algorithm : Solver
+    seconds : float
+        How long to measure, at most about twice that.
+    """
+    chain, drive = experiment.chain, experiment.drive
+    warm_up(algorithm, algorithm.compiles(chain.n))
+    simulation = algorithm.simulation(chain, experiment.initial, experiment.seed, ())
+    begin = time.perf_counter()
+    done = advance(simulation, drive, drive.half_cycles, Limits(at=begin + seconds)).completed
+    spent = time.perf_counter() - begin
+    events = simulation.tally.events
+    return Pace(
+        spent / done if done else math.nan,
+        spent / events if events else math.nan,
+        events / done if done else math.nan,
+    )

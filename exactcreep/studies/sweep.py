@@ -1,0 +1,599 @@
+"""Sweeps: every member of a scene as one cell of a labelled grid, on threads or many machines.
+
+A cell is a pure function of its experiment, so that it does not matter where or in which order
+cells are computed. Each one that finishes is saved at once as a small file of its own, named by
+the digest of its experiment: a sweep that is stopped, in whatever way, goes on from there and
+gives the same bits, and a grid that grows keeps what it had.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+import time
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    CancelledError,
+    Executor,
+    Future,
+    ThreadPoolExecutor,
+    wait,
+)
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from exactcreep import __version__
+from exactcreep.display import shows_progress
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.progress import Hearer, Progress
+from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic.creep import PhysicsWarning, run_members
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.files import output_directory, remove_parts, write_file
+from exactcreep.quasistatic.netcdf import netcdf
+from exactcreep.scene import Scene, load_scene
+from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LENGTH, LOGS
+
+FORMAT = "exactcreep sweep 1"
+_CELL_FORMAT = "exactcreep cell 1"
+_NUMBERS = {
+    "velocity": (f"{LENGTH} per {{per}}", "mean displacement of x_G per {per}"),
+    "velocity_error": (f"{LENGTH} per {{per}}", "standard error of velocity"),
+    "x_G": (LENGTH, "displacement of the centre of mass at the end"),
+}
+_COUNTS = {
+    "half_cycles": "targets reached",
+    "rearrangements": "rearrangements",
+    "events": "start and stop events",
+    "slips": "slips",
+    "draws_below_mu_d": "static coefficients drawn below mu_d, which act as mu_d",
+    "undecided": "comparisons inside their rounding bound",
+}
+_WORDS = {
+    "outcome": "what the chain does, or why the computation stopped",
+    "evidence": "how well that is known",
+    "reason": "for a limit or a runaway: one sentence",
+    "velocity_reason": "why velocity or velocity_error is nan",
+}
+_MISSING = -1  # of a count
+_FEWEST_AHEAD = 64  # cells handed to an executor beyond those that have finished
+_MOST_FAILURES = 10  # of cells, as long as none has succeeded
+_GLANCE = 0.25  # seconds between two reports of progress
+
+
+class _Stopped(Exception):
+    """The sweep was interrupted while this cell was being computed."""
+
+
+class Signals:
+    """What a sweep and the cells that it computes in its own threads tell each other.
+
+    Attributes
+    ----------
+    stop : bool
+        The sweep was interrupted.
+    compiling : bool
+        The kernel is being compiled, once.
+    """
+
+    def __init__(self) -> None:
+        self.stop = False
+        self.compiling = False
+
+
+@shows_progress
+def sweep(
+    scene: Scene | str | os.PathLike[str],
+    *,
+    executor: Executor | None = None,
+    workers: int | None = None,
+    out: str | os.PathLike[str] | None = None,
+    resume: bool = False,
+    progress: Hearer = None,
+) -> xr.Dataset:
+    """Run every member of a scene and return the results as one labelled grid.
+
+    Parameters
+    ----------
+    scene : Scene, or the name of a built-in one, or a path
+        What its `[vary]` lists spans the grid; ``run.seed`` may be among it.
+    executor : concurrent.futures.Executor, optional
+        Where the cells are computed: threads, processes, or a cluster (see
+        `exactcreep.studies.dask_cluster`). It is not shut down.
+    workers : int, optional
+        Without an executor: so many threads; default one for each processor.
+    out : path, optional
+        A directory, made if need be. Every cell is saved in it when it has finished, and the grid
+        as ``sweep.nc`` at the end or after Ctrl-C. Default: nothing is saved.
+    resume : bool
+        Take the cells that `out` holds instead of computing them again.
+    progress : bool or callable, optional
+        A callable is called with a `Progress` about four times a second; else as for `creep`.
+
+    Returns
+    -------
+    Dataset
+        One dimension for each varied key, named by its last part (``chain.n`` is ``n``): velocity,
+        velocity_error, x_G, the counts, outcome and evidence of every cell. If the scene records
+        x_G, x, tension or slips, they follow as ``recorded_x_G`` and so on along ``half_cycle``
+        (with ``recorded_theta``, unless the drive is cyclic), filled up with nan (or -1) where a
+        cell has fewer.
+
+    Raises
+    ------
+    InputError
+        If a member is out of range, `out` holds cells and `resume` is not given, a cell that was
+        saved is damaged, a worker has another version, the executor is lost, or cells failed. With
+        `out` the others are computed first, and `resume` computes what is missing.
+    KeyboardInterrupt
+        After Ctrl-C; what has finished is saved.
+
+    Notes
+    -----
+    Guarantee: a cell depends on its experiment alone, not on what else is computed, when, in which
+    order, thread or process: the dataset of a sweep that was stopped and resumed is the same bit
+    for bit. (Machines of different kinds agree as far as their mathematics libraries do.)
+    """
+    scene = scene if isinstance(scene, Scene) else load_scene(scene)
+    settings = scene.settings()
+    experiments = [_experiment(scene, setting) for setting in settings]
+    store = None if out is None else Store(out, resume=resume)
+    names = [_digest(experiment) for experiment in experiments]
+    values: list[dict[str, Any] | None] = [None] * len(experiments)
+    if store is not None:
+        values = [store.load(name) for name in names]
+    todo = [index for index, value in enumerate(values) if value is None]
+    board = _Board(experiments, todo, progress)
+
+    def take(index: int, value: dict[str, Any]) -> None:
+        if store is not None:
+            store.save(names[index], value)
+        values[index] = value
+        board.add(index, value)
+
+    try:
+        with pool_of(executor, workers) as (pool, signals, ahead), _quiet():
+            board.signals = signals
+            patient = store is not None
+            _compute(pool, signals, ahead, experiments, settings, todo, take, board, patient)
+    except (KeyboardInterrupt, CellsFailed):
+        if store is not None:  # it may know of a cell that was being noted at that moment
+            found = zip(names, values, strict=True)
+            values = [store.load(name) if value is None else value for name, value in found]
+            store.finish(_assembled(scene, experiments, values))
+        raise
+    dataset = _assembled(scene, experiments, values)
+    if store is not None:
+        store.finish(dataset)
+    _warn(values)
+    return dataset
+
+
+class CellsFailed(InputError):
+    """Cells that came to nothing; all others have been computed and saved."""
+
+
+def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dict[str, Any]:
+    """Return what a sweep keeps of one experiment, as plain data.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    signals : Signals, optional
+        Of a sweep in the same process.
+    """
+
+    def glance(progress: Progress) -> None:
+        if signals is not None:
+            signals.compiling = progress.phase == "compiling"
+            if signals.stop:
+                raise _Stopped
+
+    result = run_members([experiment], progress=glance)[0]
+    value: dict[str, Any] = {"version": __version__, "seconds": result.seconds}
+    value |= {name: float(getattr(result, name)) for name in _NUMBERS}
+    value |= {name: result.counts[name] for name in _COUNTS}
+    value |= {
+        "outcome": result.outcome.value,
+        "evidence": result.evidence.value,
+        "reason": result.reason,
+        "velocity_reason": result.velocity_reason,
+    }
+    if result.velocity_text is not None:
+        value["velocity_decimal"] = result.velocity_text
+    value["warnings"] = dict(result.warnings)
+    value["recorded"] = {name: result.recorded[name] for name in experiment.record}
+    if experiment.record and not experiment.drive.cyclic:
+        value["recorded"]["theta"] = experiment.drive.targets(
+            1, result.half_cycles, experiment.seed
+        )
+    return value
+
+
+class Store:
+    """The directory in which the cells of a sweep are saved, one file each.
+
+    Raises
+    ------
+    InputError
+        If `out` cannot be such a directory, or holds cells and `resume` is not given.
+    """
+
+    def __init__(self, out: str | os.PathLike[str], *, resume: bool) -> None:
+        self.folder = output_directory(out, "out")
+        name = os.fspath(out)
+        self.cells = self.folder / "cells"
+        if not resume and self.cells.is_dir() and any(self.cells.glob("*.cell")):
+            raise InputError(
+                "out", name, "holds the cells of an earlier sweep; resume it, or name another"
+            )
+        output_directory(self.cells, "out")
+        for folder in (self.folder, self.cells):
+            remove_parts(folder)
+        if not os.access(self.cells, os.W_OK):
+            raise InputError("out", name, "must be a directory that can be written")
+
+    def _path(self, name: str) -> Path:
+        return self.cells / f"{name}.cell"
+
+    def load(self, name: str) -> dict[str, Any] | None:
+        """Return the cell saved under `name`, None if there is none."""
+        path = self._path(name)
+        if not path.exists():
+            return None
+        try:
+            content = checkpoint.read(path)
+            if content.get("format") != _CELL_FORMAT or content.get("name") != name:
+                raise InputError("cell", os.fspath(path), "is not this cell")
+            value: dict[str, Any] = content["value"]
+        except (InputError, KeyError) as error:
+            reason = error.allowed if isinstance(error, InputError) else "it holds no value"
+            raise InputError(
+                "cell", os.fspath(path), f"{reason}; delete the file to compute it again"
+            ) from None
+        return value
+
+    def save(self, name: str, value: Mapping[str, Any]) -> None:
+        """Write a cell, in one piece or not at all."""
+        content = {"format": _CELL_FORMAT, "name": name, "value": dict(value)}
+        write_file(self._path(name), checkpoint.to_bytes(content), "out")
+
+    def finish(self, dataset: xr.Dataset) -> None:
+        """Write the grid as ``sweep.nc``, in one piece or not at all."""
+        write_file(self.folder / "sweep.nc", netcdf({None: dataset}), "out")
+
+
+class _Board:
+    """Counts what has been done, and says so."""
+
+    def __init__(
+        self,
+        experiments: list[Experiment],
+        todo: list[int],
+        progress: Hearer,
+    ) -> None:
+        self.progress = progress
+        self.signals: Signals | None = None
+        self.total = len(experiments)
+        self.found = self.total - len(todo)
+        self.cells = self.found
+        self.events = 0
+        self.begin = time.perf_counter()
+        self.last = -math.inf
+        # a slider of a half-cycle costs about the same everywhere
+        self.weights = {i: experiments[i].drive.half_cycles * experiments[i].chain.n for i in todo}
+        self.weight = sum(self.weights.values())
+        self.done = 0
+
+    def add(self, index: int, value: Mapping[str, Any]) -> None:
+        self.cells += 1
+        self.events += value["events"]
+        self.done += self.weights[index]
+
+    def show(self, *, now: bool = False) -> None:
+        moment = time.perf_counter()
+        if not callable(self.progress) or not (now or moment - self.last >= _GLANCE):
+            return
+        self.last = moment
+        compiling = self.signals is not None and self.signals.compiling
+        self.progress(
+            Progress(
+                "compiling" if compiling else "running",
+                self.cells,
+                self.total,
+                self.events,
+                moment - self.begin,
+                counted="cells",
+                found=self.found,
+                work=self.done / self.weight if self.weight else 1.0,
+            )
+        )
+
+
+@contextmanager
+def pool_of(
+    executor: Executor | None, workers: int | None
+) -> Iterator[tuple[Executor, Signals | None, int]]:
+    """Yield an executor, the signals of its cells, and how many of them it may hold."""
+    if executor is not None:
+        if workers is not None:
+            raise InputError("workers", workers, "belongs to the executor that is given")
+        known = getattr(executor, "_max_workers", None)
+        ahead = 4 * known if isinstance(known, int) else 4 * _FEWEST_AHEAD
+        yield executor, None, max(ahead, _FEWEST_AHEAD)
+        return
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    if workers is not None:
+        count = whole_number(workers, "workers", least=1, most=10_000)
+    signals = Signals()
+    with ThreadPoolExecutor(count, thread_name_prefix="cell") as threads:
+        try:
+            yield threads, signals, 4 * (count or 1)
+        except BaseException:
+            signals.stop = True
+            raise
+
+
+def _compute(
+    pool: Executor,
+    signals: Signals | None,
+    ahead: int,
+    experiments: list[Experiment],
+    settings: list[dict[str, Any]],
+    todo: list[int],
+    take: Callable[[int, dict[str, Any]], None],
+    board: _Board,
+    patient: bool,
+) -> None:
+    """Have the cells `todo` computed and take each one as it finishes.
+
+    A cell that fails ends the sweep: at once, or at its end if it is `patient`.
+    """
+    failed: list[InputError] = []
+    waiting: dict[Future[dict[str, Any]], int] = {}
+    remaining = iter(todo)
+
+    def collect(timeout: float | None) -> None:
+        done, _ = wait(waiting, timeout, return_when=FIRST_COMPLETED)
+        for future in done:
+            index = waiting.pop(future)
+            try:
+                value = _value(pool, future, settings[index])
+            except CellsFailed as error:
+                failed.append(error)
+                if not patient or (board.cells == 0 and len(failed) >= _MOST_FAILURES):
+                    raise
+            else:
+                take(index, value)
+
+    board.show(now=True)
+    try:
+        while True:
+            for index in remaining:
+                cell: tuple[Any, ...] = (experiments[index],)
+                if signals is not None:
+                    cell = (experiments[index], signals)
+                try:
+                    waiting[pool.submit(finished_cell, *cell)] = index
+                except (RuntimeError, OSError) as error:  # it has been shut down, or cut off
+                    raise _lost(pool, error) from None
+                if len(waiting) >= ahead:
+                    break
+            if not waiting:
+                break
+            collect(_GLANCE)
+            board.show()
+    except BaseException:
+        if signals is not None:
+            signals.stop = True
+        for future in waiting:
+            future.cancel()
+        # what finished in the meantime is not thrown away
+        for future, index in waiting.items():
+            if future.done() and not future.cancelled() and future.exception() is None:
+                take(index, future.result())
+        raise
+    board.show(now=True)
+    if failed:
+        first = failed[0]
+        count = f"{len(failed)} of {board.total} cells failed, and all others are computed"
+        raise CellsFailed(first.field, first.value, f"{first.allowed}; {count}")
+
+
+def _value(
+    pool: Executor, future: Future[dict[str, Any]], setting: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return what a cell came to; an error in it names the cell."""
+    where = ", ".join(f"{key} = {text}" for key, text in setting.items())
+    try:
+        value = future.result()
+    except InputError as error:
+        allowed = f"{error.allowed} (in the cell {where})" if where else error.allowed
+        raise CellsFailed(error.field, error.value, allowed) from None
+    except (CancelledError, BrokenExecutor) as error:
+        raise _lost(pool, error) from None
+    except _Stopped:
+        raise
+    except Exception as error:  # of a worker: it died of this cell, or has no memory for it
+        raise CellsFailed("cell", where, f"failed: {_reason(error)}") from error
+    if value["version"] != __version__:
+        raise InputError(
+            "worker", value["version"], f"must run the same version as this program, {__version__}"
+        )
+    return value
+
+
+def _lost(pool: Executor, error: BaseException) -> InputError:
+    """Return the sentence for an executor that computes no more."""
+    allowed = f"was lost ({_reason(error)}); what has finished is saved if there is an output"
+    return InputError("executor", type(pool).__name__, f"{allowed}, and resume computes the rest")
+
+
+def _reason(error: BaseException) -> str:
+    return f"{type(error).__name__}: {error}".partition("\n")[0][:200].rstrip(": ")
+
+
+def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:
+    """Return one member; nothing is recorded that the scene does not ask for by name."""
+    record = setting.get("run.record", scene.tables["run"].get("record", []))
+    experiment = scene.experiment({**setting, "run.record": record})
+    for name in experiment.record:
+        if name in LOGS:
+            raise InputError(
+                "run.record", name, "are too many for a sweep; record them in a single run"
+            )
+    return experiment
+
+
+def _digest(experiment: Experiment) -> str:
+    """Return the name under which the cell of an experiment is saved."""
+    description = {"version": __version__, "experiment": experiment.description()}
+    return hashlib.sha256(checkpoint.to_bytes(description)).hexdigest()[:32]
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep the warnings of single cells back; the sweep counts them."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)
+        yield
+
+
+def _warn(values: list[dict[str, Any] | None]) -> None:
+    kinds: dict[str, int] = {}
+    for value in values:
+        for name in value["warnings"] if value is not None else ():
+            kinds[name] = kinds.get(name, 0) + 1
+    if kinds:
+        counts = ", ".join(f"{name} in {count}" for name, count in kinds.items())
+        warnings.warn(
+            f"of {len(values)} cells: {counts} left the model's physical range",
+            PhysicsWarning,
+            stacklevel=3,
+        )
+
+
+# --- the grid ------------------------------------------------------------------------------------
+
+
+def dimensions(vary: Mapping[str, list[Any]]) -> dict[str, str]:
+    """Return the name of the dimension of each varied key: its last part, if no other has it."""
+    short = [key.rpartition(".")[2] for key in vary]
+    return {
+        key: name if short.count(name) == 1 and name not in _taken() else key.replace(".", "_")
+        for key, name in zip(vary, short, strict=True)
+    }
+
+
+def _taken() -> set[str]:
+    return {*_NUMBERS, *_COUNTS, *_WORDS, "half_cycle", "slider", "spring", "warnings"}
+
+
+def _coordinate(values: list[Any]) -> NDArray[Any]:
+    """Return the values of a varied key as numbers, or as text where one is none."""
+    numbers: list[Fraction] = []
+    for value in values:
+        try:
+            numbers.append(exact_number(value, "value"))
+        except InputError:
+            return np.array([value if isinstance(value, str) else _text(value) for value in values])
+    if all(number.denominator == 1 and abs(number) < 2**63 for number in numbers):
+        return np.array([int(number) for number in numbers], dtype=np.int64)
+    return np.array([nearest_float(number) for number in numbers])
+
+
+def _text(value: Any) -> str:
+    return json.dumps(value, default=str)
+
+
+def _assembled(
+    scene: Scene, experiments: list[Experiment], values: list[dict[str, Any] | None]
+) -> xr.Dataset:
+    """Return the cells as one dataset; cells not computed are marked by ``finished``."""
+    names = dimensions(scene.vary)
+    shape = tuple(len(options) for options in scene.vary.values())
+    dims = tuple(names.values())
+    coordinates = {names[key]: (names[key], _coordinate(v)) for key, v in scene.vary.items()}
+    variables: dict[str, Any] = {}
+
+    def column(name: str, missing: Any, kind: Any) -> NDArray[Any]:
+        cells = [missing if value is None else value.get(name, missing) for value in values]
+        return np.array(cells, dtype=kind).reshape(shape)
+
+    per = " or ".join(dict.fromkeys(experiment.drive.per for experiment in experiments))
+    for name, (units, meaning) in _NUMBERS.items():
+        about = {"units": units.format(per=per), "long_name": meaning.format(per=per)}
+        variables[name] = (dims, column(name, math.nan, np.float64), about)
+    for name, meaning in _COUNTS.items():
+        about = {"units": "1", "long_name": meaning}
+        variables[name] = (dims, column(name, _MISSING, np.int64), about)
+    for name, meaning in _WORDS.items():
+        variables[name] = (dims, column(name, "", str), {"long_name": meaning})
+    if any(value is not None and "velocity_decimal" in value for value in values):
+        variables["velocity_decimal"] = (dims, column("velocity_decimal", "", str))
+    finished = np.array([value is not None for value in values]).reshape(shape)
+    variables["finished"] = (dims, finished, {"long_name": "the cell has been computed"})
+    variables |= _recorded(dims, shape, values)
+    attributes = {
+        "format": FORMAT,
+        "version": __version__,
+        "scene": scene.name,
+        "tables": _text({name: dict(table) for name, table in scene.tables.items()}),
+        "vary": _text(dict(scene.vary)),
+    }
+    attributes |= _shared(experiments)
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def _shared(experiments: list[Experiment]) -> dict[str, Any]:
+    """Return the parameters that all experiments have in common, rationals as strings."""
+    common: dict[str, Any] = {}
+    described = [
+        {**experiment.chain.parameters(), "drive": experiment.drive.kind}
+        | {k: v for k, v in experiment.drive.parameters().items() if k != "kind"}
+        | {"solver": experiment.solver, "seed": experiment.seed}
+        for experiment in experiments
+    ]
+    for name, value in described[0].items():
+        if isinstance(value, (list, tuple)) or value is None:
+            continue
+        if all(other.get(name) == value for other in described):
+            common[name] = str(value) if isinstance(value, Fraction) else value
+    if "seed" in common:
+        common["seed"] = np.uint64(common["seed"])
+    return common
+
+
+def _recorded(
+    dims: tuple[str, ...], shape: tuple[int, ...], values: list[dict[str, Any] | None]
+) -> dict[str, Any]:
+    """Return what was recorded, cells stacked, filled up to the longest and widest."""
+    variables: dict[str, Any] = {}
+    for name, quantity in HALF_CYCLE_TABLE.columns.items():
+        found = [None if value is None else value["recorded"].get(name) for value in values]
+        arrays = [array for array in found if array is not None]
+        if not arrays:
+            continue
+        size = tuple(np.max([array.shape for array in arrays], axis=0).tolist())
+        whole = arrays[0].dtype.kind == "i"
+        stacked = np.full((len(values), *size), _MISSING if whole else math.nan, arrays[0].dtype)
+        for cell, array in zip(stacked, found, strict=True):
+            if array is not None:
+                cell[tuple(slice(length) for length in array.shape)] = array
+        variables[f"recorded_{name}"] = (
+            (*dims, HALF_CYCLE_TABLE.dimension, *quantity.across),
+            stacked.reshape(*shape, *size),
+            quantity.attributes,
+        )
+    return variables

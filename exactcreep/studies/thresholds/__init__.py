@@ -1,0 +1,1 @@
+"""The amplitude above which a chain creeps, by four meanings of the word."""

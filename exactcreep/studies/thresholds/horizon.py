@@ -1,0 +1,198 @@
+"""What a chain does in the last of so many cycles, at one amplitude.
+
+A run of `cycles` full cycles from the start: does x_G advance by more than 1e-6 in the last of
+them? That is exact and can be made again, but no more than it says: the chain may lock a little
+later, and for ever; see `lasting`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any, ClassVar, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles
+from exactcreep.model.numbers import nearest_float
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
+from exactcreep.quasistatic.decimals import Enclosure, enclosure
+from exactcreep.solvers.registry import solver_named
+from exactcreep.solvers.solver import Simulation, Stretch, advance
+from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
+from exactcreep.studies.fates.proof import Recurrence, lone
+
+MOST_EVENTS = 10**6
+"""Events for each slider (at least 20) after which a run is given up: no edge is so far up."""
+ADVANCE = Fraction(1, 10**6)
+"""By which x_G has to move in the last cycle."""
+
+
+class GivenUp(RuntimeError):
+    """A run on which the search depends came to a limit of its solver."""
+
+
+class Trial(NamedTuple):
+    """What the chain does at one amplitude."""
+
+    creeps: bool
+    evidence: Evidence
+    log: list[LoggedRearrangement]
+    tensions: tuple[NDArray[Any], NDArray[Any]]
+    outcome: Outcome | None = None  # of a fate
+    fate: Recurrence | None = None
+
+    @property
+    def change(self) -> float:
+        """The largest change of a tension in the last cycle."""
+        before, after = self.tensions
+        pairs = zip(before, after, strict=True)
+        changes = (abs(enclosure(y).middle - enclosure(x).middle) for x, y in pairs)
+        return nearest_float(max(changes, default=Fraction(0)))
+
+
+@dataclass(frozen=True)
+class Question:
+    """Does x_G advance in the last cycle at this amplitude?"""
+
+    chain: Chain
+    cycles: int
+    start: State
+    limits: Limits = NO_LIMITS
+    criterion: ClassVar[str] = "horizon"
+
+    @property
+    def half_cycles(self) -> int:
+        return 2 * self.cycles
+
+    def unsettled(self, amplitude: Fraction) -> bool:
+        """Return whether no number of cycles that is followed shows what the chain does."""
+        return False
+
+    def float_fails(self, low: Fraction, high: Fraction) -> bool:
+        """Return whether float64 is no witness at one of two amplitudes, or between them."""
+        return False
+
+    def creeps(self, amplitude: Fraction) -> bool:
+        """Return the float64 solver's answer."""
+        simulation = solver_named("exact", {}).simulation(self.chain, self.start, 0, ())
+        stretch = self._followed(simulation, amplitude)
+        if stretch.stop is Stop.RUNAWAY:
+            return True
+        return self._advance(stretch.recorded["x_G"].tolist()).middle > ADVANCE
+
+    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Trial:
+        """Return a solver's answer, and what happened."""
+        algorithm = solver_named(solver, options)
+        record = ("x_G", "tension", "events")
+        simulation = algorithm.simulation(self.chain, self.start, 0, record)
+        stretch = self._followed(simulation, amplitude)
+        recorded = dict(stretch.recorded)
+        if solver != "exact":  # a time leads to the root of a condition: no more is asked of it
+            times = [enclosure(time).middle for time in recorded["event_time"].tolist()]
+            recorded["event_time"] = np.array([*times, None], dtype=object)[:-1]
+        tensions = list(recorded["tension"][-3:])
+        if len(tensions) < 3:
+            tensions = [self.start.tensions, *tensions[-2:]]
+        evidence = simulation.evidence
+        creeps = stretch.stop is Stop.RUNAWAY
+        if not creeps:
+            known = self._advance(recorded["x_G"].tolist())
+            creeps = known.middle > ADVANCE
+            if abs(known.middle - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
+                evidence = Evidence.UNDECIDED
+        return Trial(creeps, evidence, rearrangements(recorded), (tensions[0], tensions[-1]))
+
+    def _followed(self, simulation: Simulation, amplitude: Fraction) -> Stretch:
+        """Take a simulation through all cycles, or to a runaway.
+
+        Raises
+        ------
+        GivenUp
+            If the solver gives up, or there are too many events.
+        OutOfTime
+            If the time is over.
+        """
+        most = MOST_EVENTS * max(self.chain.n, 20)
+        limits = replace(self.limits, events=most)
+        drive = Cycles(amplitude, self.cycles)
+        stretch = advance(simulation, drive, self.half_cycles, limits)
+        if stretch.stop is Stop.DEADLINE:
+            raise OutOfTime(stretch.reason)
+        if stretch.stop is Stop.BUDGET:
+            raise GivenUp(
+                f"a run at A = {nearest_float(amplitude):.17g} takes more than {most:.0e}"
+                " events: look for the edge at smaller amplitudes"
+            )
+        if stretch.stop is Stop.LIMIT:
+            raise GivenUp(f"a run at A = {nearest_float(amplitude):.17g}: {stretch.reason}")
+        return stretch
+
+    def _advance(self, values: list[Any]) -> Enclosure:
+        way = -1 if self.chain.tan_alpha < 0 else 1
+        end = enclosure(values[-1])
+        if len(values) < 3:
+            return Enclosure(way * end.middle, end.radius)
+        begin = enclosure(values[-3])
+        return Enclosure(way * (end.middle - begin.middle), end.radius + begin.radius)
+
+
+def last_outcome(trial: Trial, half_cycles: int) -> tuple[Outcome | None, Evidence]:
+    """Return what the chain does in the last cycle of a run, and how well that is known."""
+    last = [one for one in trial.log if one.half_cycle > half_cycles - 2]
+    if not last:
+        return Outcome.AT_REST, trial.evidence
+    moves: Counter[int] = Counter()
+    for one in last:
+        if not lone(tuple(event.signature for event in one.events)):
+            break
+        moves.update(dict(zip(one.events[0].sliders, one.events[0].signs, strict=True)))
+    else:
+        # a lone slip from its threshold moves a slider by 2 D: the moves cancel, or do not
+        if not any(moves.values()):
+            return Outcome.CYCLING, trial.evidence
+        return None, trial.evidence
+    before, after = trial.tensions
+    pairs = [(enclosure(x), enclosure(y)) for x, y in zip(before, after, strict=True)]
+    room = Fraction(len(trial.log), 2**50)
+    if any(abs(x.middle - y.middle) > x.radius + y.radius + room for x, y in pairs):
+        return None, trial.evidence
+    return Outcome.CYCLING, weaker(trial.evidence, Evidence.COMPUTED)
+
+
+def transient(changes: list[tuple[int, float]]) -> dict[str, Any]:
+    """Return how a transient goes on that has come to no end.
+
+    Parameters
+    ----------
+    changes : list of (int, float)
+        The largest change of a tension in one cycle, after so many cycles.
+
+    Returns
+    -------
+    dict
+        ``cycles`` followed, and the ``change`` in the last of them; if it falls like a power of
+        the number of cycles (the last three agree on one to a tenth), its ``power``: with one below
+        -1 the changes still to come have a finite sum, and the chain approaches a cycle that it
+        never quite reaches.
+    """
+    cycles, change = changes[-1]
+    out: dict[str, Any] = {"cycles": cycles, "change": change}
+    if len(changes) > 2 and min(change for _, change in changes[-3:]) > 0:
+        logs = [(math.log(k), math.log(x)) for k, x in changes[-3:]]
+        powers = [(y - x) / (b - a) for (a, x), (b, y) in pairwise(logs)]
+        if powers[-1] < 0 and abs(powers[0] - powers[1]) <= abs(powers[1]) / 10:
+            out["power"] = round(powers[-1], 3)
+    return out
+
+
+def weaker(a: Evidence, b: Evidence) -> Evidence:
+    order = list(Evidence)
+    return order[max(order.index(a), order.index(b))]

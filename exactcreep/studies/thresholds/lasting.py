@@ -1,0 +1,130 @@
+"""What a chain does for ever, at one amplitude: float64 first, and certified where that errs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any, ClassVar
+
+import numpy as np
+
+from exactcreep.limits import OutOfTime, Stop
+from exactcreep.model.drive import Cycles
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.exact.recurrence import Course
+from exactcreep.studies.eventlog import LoggedRearrangement
+from exactcreep.studies.fates.fate import Fate, ended, followed
+from exactcreep.studies.fates.proof import recurrence
+from exactcreep.studies.thresholds.horizon import Question, Trial
+
+MOST_CYCLES = 10_000
+"""Of a float64 course whose fate is asked for."""
+CERTIFIED_CYCLES = 1_000
+"""Of a certified one."""
+_SHORT = 5  # sliders: the transients of longer chains are too long to certify one after the other
+_TWIN = Fraction(1, 10**13)  # how far apart the starts are on whose fates float64 has to agree
+_IDLE = (Outcome.AT_REST, Outcome.CYCLING)
+
+
+@dataclass(frozen=True)
+class Lasting(Question):
+    """Does the chain creep for ever at this amplitude?
+
+    Twins that start almost alike tell where float64 is no witness: there the fate is the certified
+    one (`certified`), or, where that is not known either, the answer is listed as `sensitive`.
+    """
+
+    criterion: ClassVar[str] = "lasting"
+    solver: str = "certified"
+    certified: dict[Fraction, bool] = field(default_factory=dict)
+    sensitive: dict[Fraction, bool] = field(default_factory=dict)
+
+    def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
+        """Return the fate in float64, and where x_G has come to apart from a steady advance."""
+        drive = Cycles(amplitude, self.cycles)
+        experiment = Experiment.of(self.chain, drive, solver="exact", start=start, record=())
+        course = Course(self.chain, drive, start)
+        stop, reason = followed(course, self.limits)
+        if stop is Stop.DEADLINE:
+            raise OutOfTime(reason)
+        found = ended(experiment, course, stop, reason)
+        steady = found.cycles * (found.advance or 0.0) / (found.period or 1)
+        return found, float(course.simulation.state().displacements.mean()) - steady
+
+    def float_fails(self, low: Fraction, high: Fraction) -> bool:
+        """Return whether float64 is no witness at one of two amplitudes, or between them."""
+        for amplitude in (low, high, (low + high) / 2):
+            self.creeps(amplitude)
+            if amplitude in self.certified or amplitude in self.sensitive:
+                return True
+        return False
+
+    def unsettled(self, amplitude: Fraction) -> bool:
+        """Return whether float64 creeps there without ever coming to a period."""
+        return self.float_fate(amplitude).outcome is Outcome.LIMIT
+
+    def float_fate(self, amplitude: Fraction) -> Fate:
+        """Return the fate that float64 finds."""
+        return self._course(amplitude, self.start)[0]
+
+    def creeps(self, amplitude: Fraction) -> bool:
+        """Return whether the chain creeps: what has not settled has not locked."""
+        for known in (self.certified, self.sensitive):
+            if amplitude in known:
+                return known[amplitude]
+        found, place = self._course(amplitude, self.start)
+        creeps = found.outcome not in _IDLE
+        if found.outcome in (Outcome.AT_REST, Outcome.RUNAWAY) or self.solver == "exact":
+            return creeps
+        for seed in (1, 2):
+            other = State.perturbed(self.chain, _TWIN, start_seed=seed)
+            tensions = self.start.tensions + other.tensions
+            twin, there = self._course(amplitude, replace(self.start, tensions=tensions))
+            same = (twin.outcome, twin.period) == (found.outcome, found.period)
+            if not same or (found.period == 1 and abs(there - place) > 1e-6):
+                break
+        else:
+            return creeps
+        if found.outcome is not Outcome.LIMIT and self.chain.n <= _SHORT:
+            trial = self.tried(amplitude, self.solver, {})
+            if trial.evidence is Evidence.PROVED:
+                self.certified[amplitude] = trial.creeps
+                return trial.creeps
+        self.sensitive[amplitude] = creeps
+        return creeps
+
+    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Trial:
+        """Return the fate that a solver finds, and what happened until it was known."""
+        if solver == "exact":
+            found = self.float_fate(amplitude)
+            most = min(max(found.cycles, 1), CERTIFIED_CYCLES)
+            past = Question(self.chain, most, self.start, self.limits)
+            trial = past.tried(amplitude, solver, options)
+            return trial._replace(creeps=found.outcome not in _IDLE, outcome=found.outcome)
+        drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
+        proved = recurrence(self.chain, drive, self.start, self.limits)
+        if proved.outcome is Outcome.LIMIT:
+            self.limits.require()
+        creeps = proved.outcome not in _IDLE
+        tensions = np.array([]), np.array([])
+        log = list(proved.log)
+        return Trial(creeps, proved.evidence, log, tensions, proved.outcome, proved)
+
+
+def side_by_side(one: Trial, other: Trial) -> list[list[LoggedRearrangement]]:
+    """Return what happened in both, that which settled earlier gone on with its last period."""
+    logs = []
+    for trial, beside in ((one, other), (other, one)):
+        log = list(trial.log)
+        fate, longer = trial.fate, beside.fate
+        if fate is not None and longer is not None and fate.period is not None:
+            end, step = 2 * fate.cycles, 2 * fate.period
+            last = [again for again in log if again.half_cycle > end - step]
+            while last and end < 2 * longer.cycles:
+                last = [again._replace(half_cycle=again.half_cycle + step) for again in last]
+                log += last
+                end += step
+        logs.append(log)
+    return logs
