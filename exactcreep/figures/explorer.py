@@ -244,7 +244,7 @@ def saved(found: Avalanche) -> str:
 
 def page(**shown: Any) -> str:
     """Return the page, as one HTML text that shows what it is given."""
-    text = resources.files("exactcreep.studies").joinpath("explorer.html").read_text("utf-8")
+    text = resources.files("exactcreep.figures").joinpath("explorer.html").read_text("utf-8")
     data = {"controls": [control._asdict() for control in CONTROLS], **shown}
     # no text inside may end the element that holds it
     return text.replace("{{data}}", as_text(data).replace("<", "\\u003c"))

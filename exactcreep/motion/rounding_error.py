@@ -142,7 +142,7 @@ def carried(
     Parameters
     ----------
     chain, initial, events, seed
-        As in `condition`.
+        As in `rounding_error`.
     errors : ndarray, shape (n, m), m at most PROBES
         Errors of the displacements before the first event, in the units of the model. The sliders
         of the first event start nevertheless when they do.

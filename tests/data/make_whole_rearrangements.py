@@ -22,7 +22,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import static_coefficient
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
-from exactcreep.solvers.verlet import Verlet
+from exactcreep.solvers.verlet.solver import Verlet
 from tests.oracle.rearrangement import Trajectory, Undecided, integrate
 
 FILE = Path(__file__).with_name("whole_rearrangements.npz")

@@ -62,7 +62,7 @@ _NAMES = {
 
 def lasting_edges() -> dict[int, dict[str, Any]]:
     """Return the proved lasting thresholds of short chains that are shipped, by N."""
-    table = files("exactcreep.studies").joinpath("lasting_thresholds.json")
+    table = files("exactcreep.figures.pictures").joinpath("lasting_thresholds.json")
     return {int(n): edge for n, edge in json.loads(table.read_text(encoding="utf-8")).items()}
 
 

@@ -2,8 +2,8 @@
 
 The loop works on arrays that Python owns: `cell` and `count` (one column for each slider),
 `deviate` (one row for each slider: the batch that holds its next draw), `clock` (one column for
-each slider of a chain that is long enough for `clocks`, else None), `series` (`SERIES` rows of
-eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
+each slider of a chain that is long enough for `local_clocks`, else None), `series` (`SERIES` rows
+of eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
 together: most of the code to be compiled is for them), `real`, `whole` and `log`, which holds what
 is recorded.
 """

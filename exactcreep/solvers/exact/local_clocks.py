@@ -1,6 +1,6 @@
 """Many movers far apart: each part of a long cluster keeps the series of its own last change.
 
-An event changes one slider. That alters the margin (see `cluster`) of another, d sliders away, by
+An event changes one slider. That alters the margin (see `taylor`) of another, d sliders away, by
 at most ``J t**(2 d) / (2 d)!`` after a time t, where J is the jump of its acceleration: every two
 orders a change reaches one slider further. So a long window is expanded as a whole only once in
 an *epoch* of `EPOCH` tau_dyn. At an event the sliders up to seven away are expanded anew from
@@ -214,7 +214,7 @@ def _inside(cell, clock, friction, strip, bent, tau):
 
 @inlined
 def _keep(cell, clock, friction, strip, now, bent, lanes):
-    """Give eight columns the keys of their new series; `lanes` masks those that have one."""
+    """Give eight columns the keys of their new series; `simd` masks those that have one."""
     never = spread(NEVER)
     column = 8 * strip
     row = CLOCKS * strip

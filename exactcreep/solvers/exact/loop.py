@@ -1,7 +1,7 @@
 """The compiled event loop of the exact solver: from target to target, float64, event by event.
 
 **Decompose** the movers into a lone mover or a cluster; find the **first event** (a lone
-mover's by energy, a cluster's from its series, see `cluster`); **advance** to it; **resolve** it by
+mover's by energy, a cluster's from its series, see `taylor`); **advance** to it; **resolve** it by
 the contact law; repeat until rest. Around it: ramp to theta_c, rearrange, repeat until the target.
 
 Forces at rest and displacements are sums of two floats, so that nothing is lost however far the

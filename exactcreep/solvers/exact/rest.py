@@ -1,4 +1,4 @@
-"""A state at rest as the compiled loop of `kernel` keeps it, and back again.
+"""A state at rest as the compiled loop of `loop` keeps it, and back again.
 
 Numbers that float64 does not hold travel as two floats whose sum they are.
 """

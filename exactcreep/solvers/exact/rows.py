@@ -1,4 +1,4 @@
-"""Rows of the tables of rearrangements and slips, as the loop of `kernel` makes them.
+"""Rows of the tables of rearrangements and slips, as the loop of `loop` makes them.
 
 Elastic energy is known without tensions. A ramp by d of ``l0 theta`` lowers every tension by d: the
 energy falls by d times the mean, before and after, of their sum. In a rearrangement it is a

@@ -1,4 +1,4 @@
-"""The solver called "exact": float64, compiled, from event to event; see `kernel` for its loop."""
+"""The solver called "exact": float64, compiled, from event to event; see `loop` for its loop."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class ExactSimulation(Simulation):
         return work._replace(cell=cell)
 
     def _cell(self, row: int) -> NDArray[np.float64]:
-        """Return one row of `kernel`'s cells for the sliders of the chain, shape (n,)."""
+        """Return one row of `loop`'s cells for the sliders of the chain, shape (n,)."""
         return self._present.cell[row, self._inner]
 
     @property
@@ -467,12 +467,12 @@ class Exact(Solver):
         undecided. Not for runs.
 
     Guarantee: every event is located to a few ulp of its time, and none is missed: an event is
-    accepted only after all sliders were certified to have none before (see `cluster`). Each
+    accepted only after all sliders were certified to have none before (see `taylor`). Each
     event adds rounding of a few 1e-16 of the largest force, which the events that follow amplify.
     The promise is 1e-12 in the tensions after one rearrangement: `rearrange` estimates the error
-    (see `condition`), and where the estimate is larger the evidence is `UNDECIDED`. Comparisons
-    within the rounding bound of their own evaluation are settled by the model's rules and counted
-    as undecided.
+    (see `rounding_error`), and where the estimate is larger the evidence is `UNDECIDED`.
+    Comparisons within the rounding bound of their own evaluation are settled by the model's rules
+    and counted as undecided.
     """
 
     escalate: bool = False

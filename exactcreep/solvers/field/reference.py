@@ -1,6 +1,6 @@
 """The readable event solver in float64 ("reference") and in mpmath numbers ("mpmath").
 
-What they do from event to event is `mechanics`; here it becomes a solver and a simulation.
+What they do from event to event is `event_loop`; here it becomes a solver and a simulation.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class FieldSolver(Solver):
 def completed(
     mechanics: Mechanics, direction: int, solver: str, limits: Limits
 ) -> Rearrangement:
-    """Return the rearrangement that follows a ramp of `mechanics` in `direction`."""
+    """Return the rearrangement that follows a ramp of `event_loop` in `direction`."""
     mechanics.limits = limits
     initial = mechanics.state()
     if mechanics.ramp(direction, None):

@@ -4,7 +4,7 @@ Velocity Verlet on the moving sliders; at the end of every step the velocities a
 stops and the resting neighbours for starts. It shares the model of the chain with the exact
 solver, and nothing else. An event is seen at the end of the step in which it happens, an error of
 first order in `dt`; with ``locate=True`` it is found inside the step by bisection, which restores
-the second order. See `stepping` for the steps themselves.
+the second order. See `steps` for the steps themselves.
 """
 
 from __future__ import annotations
