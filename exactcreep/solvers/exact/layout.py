@@ -172,15 +172,21 @@ REALS = 16
 ) = range(30)
 WHOLES = 30
 
-class Log(NamedTuple):
-    """What the loop records."""
+class Tables(NamedTuple):
+    """Where the loop writes the tables of rearrangements and slips."""
 
-    events: NDArray[np.float64]  # a row for each slider of an event
     rearrangements: NDArray[np.float64]  # a column for each
     slips: NDArray[np.float64]  # a column for each
     used: NDArray[np.int64]  # columns of these two in use
     track: NDArray[np.float64]  # a column for each slider: the slip under way
     sums: NDArray[np.float64]  # the rearrangement under way
+
+
+class Log(NamedTuple):
+    """What the loop records; without tables it is compiled without what writes them."""
+
+    events: NDArray[np.float64]  # a row for each slider of an event
+    tables: Tables | None
 
 
 LOGS_EVENTS, LOGS_REARRANGEMENTS, LOGS_SLIPS = 1, 2, 4
@@ -200,7 +206,7 @@ LOGS_EVENTS, LOGS_REARRANGEMENTS, LOGS_SLIPS = 1, 2, 4
 ) = range(10)
 LOG_COLUMNS = 10
 
-# rows of `Log.rearrangements`; see `records.RearrangementRow`
+# rows of `Tables.rearrangements`; see `records.RearrangementRow`
 (
     R_HALF_CYCLE,
     R_LOAD,  # l0 theta
@@ -224,15 +230,15 @@ LOG_COLUMNS = 10
 ) = range(19)
 R_ROWS = 19
 
-# rows of `Log.slips`; see `records.SlipRow`
+# rows of `Tables.slips`; see `records.SlipRow`
 S_SLIDER, S_REARRANGEMENT, S_START, S_STOP, S_DISPLACEMENT, S_COEFFICIENT = range(6)
 S_ROWS = 6
 
-# rows of `Log.track`
+# rows of `Tables.track`
 T_TIME, T_X, T_REARRANGEMENT = range(3)  # of its last start
 TRACKS = 3
 
-# cells of `Log.sums`
+# cells of `Tables.sums`
 (
     LEFT_FOR,  # rearrangements until the elastic energy is summed anew
     ELASTIC,  # energy at the last start or rest

@@ -231,8 +231,7 @@ def _start(cell, real, whole, log, i, sign, drive, residual):
     else:
         whole[FIRST] = min(whole[FIRST], i)
         whole[LAST] = max(whole[LAST], i)
-    if whole[LOGGING] > LOGS_EVENTS:
-        rows.start(cell, real, whole, log, i)
+    rows.start(cell, real, whole, log.tables, i)
     _log(real, whole, log, START, i, sign, residual)
 
 
@@ -246,8 +245,7 @@ def _stop(cell, count, deviate, real, whole, log, i, residual):
     whole[SLIP_TOTAL] += 1
     count[SLIPS, i] += 1
     _draw(cell, count, deviate, real, whole, i)
-    if whole[LOGGING] > LOGS_EVENTS:
-        rows.stop(cell, real, whole, log, i)
+    rows.stop(cell, real, whole, log.tables, i)
 
 
 @inlined
@@ -257,15 +255,13 @@ def _begin(cell, real, whole, log, way):
     whole[TOUCHED_FIRST] = cell.shape[1]
     whole[TOUCHED_LAST] = 0
     real[TIME] = 0.0
-    if whole[LOGGING] > LOGS_EVENTS:
-        rows.begin(cell, real, whole, log, way)
+    rows.begin(cell, real, whole, log.tables, way)
 
 
 @inlined
 def _settle(cell, real, whole, log):
     """Turn the displacements of the rearrangement into forces at rest."""
-    if whole[LOGGING] > LOGS_EVENTS:
-        rows.end(cell, real, whole, log)
+    rows.end(cell, real, whole, log.tables)
     first = whole[TOUCHED_FIRST]
     last = whole[TOUCHED_LAST]
     for i in range(max(first - 1, PAD), min(last + 2, PAD + whole[N])):
@@ -516,9 +512,9 @@ def _end_slips(cell, count, deviate, real, whole, log, target, target_low, stop_
     last = PAD + whole[N] - 1
     friction = real[FRICTION]
     pair = whole[N] == 2
-    recorded = whole[LOGGING] != 0
+    tables = log.tables
     while whole[EVENTS] < stop_at:
-        if not recorded:
+        if tables is None:
             _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_at)
             if whole[EVENTS] >= stop_at:
                 return
@@ -541,8 +537,7 @@ def _end_slips(cell, count, deviate, real, whole, log, target, target_low, stop_
             return
         real[THETA] = theta
         real[THETA_LOW] = theta_low
-        if recorded:
-            rows.at_theta(cell, real, whole, log.sums)
+        rows.at_theta(cell, real, whole, tables)
         moved = side * length
         high, low = plus(cell[FORCE, i], cell[FORCE_LOW, i], -moved)
         cell[FORCE, i] = high
@@ -556,8 +551,7 @@ def _end_slips(cell, count, deviate, real, whole, log, target, target_low, stop_
         cell[TRAVEL_LOW, i] = low
         real[TOTAL], real[TOTAL_LOW] = plus(real[TOTAL], real[TOTAL_LOW], moved)
         _draw(cell, count, deviate, real, whole, i)
-        if recorded:
-            rows.end_slip(cell, real, whole, log, i, side if end else -side, moved)
+        rows.end_slip(cell, real, whole, tables, i, side if end else -side, moved)
         count[SLIPS, i] += 1
         whole[SLIP_TOTAL] += 1
         whole[REARRANGEMENTS] += 1
@@ -869,17 +863,14 @@ def follow(
             return BUDGET, reached
         if whole[LOGGING] & LOGS_EVENTS != 0 and whole[LOGGED] > room:
             return LOG_FULL, reached
-        slips_at_most = (stop_at - whole[EVENTS] + 1) // 2
-        if whole[LOGGING] > LOGS_EVENTS:
-            slips_at_most = min(slips_at_most, rows.room(log) - whole[N])
-            if slips_at_most <= 0:
-                return LOG_FULL, reached
+        slips_at_most = rows.room(log.tables) - whole[N]
+        if slips_at_most <= 0:
+            return LOG_FULL, reached
         if stage == AT_REST:
             if whole[LOGGING] & LOGS_EVENTS == 0 and whole[N] > 1 and not single:
-                upto = whole[EVENTS] + 2 * slips_at_most
                 _end_slips(
                     cell, count, deviate, real, whole, log, theta[reached], theta_low[reached],
-                    min(stop_at, upto),
+                    min(stop_at, whole[EVENTS] + 2 * slips_at_most),
                 )  # fmt: skip
             if not _ramp(cell, real, whole, log, theta[reached], theta_low[reached]):
                 travel[reached] = real[TOTAL] + real[TOTAL_LOW]

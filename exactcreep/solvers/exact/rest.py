@@ -40,6 +40,7 @@ from exactcreep.solvers.exact.layout import (
     TRAVEL_LOW,
     Log,
     N,
+    Tables,
     X,
     compiled,
 )
@@ -192,15 +193,16 @@ def _room(n: int, logging: int) -> Work:
 
 def _log(n: int, m: int, logging: int) -> Log:
     events = 4 * n + 256 if logging & layout.LOGS_EVENTS else 0
-    tables = logging > layout.LOGS_EVENTS
-    rows = 2 * n + _ROWS if tables else 0
-    return Log(
-        events=np.empty((events, layout.LOG_COLUMNS)),
+    rows = 2 * n + _ROWS
+    tables = Tables(
         rearrangements=np.empty((layout.R_ROWS, rows)),
         slips=np.empty((layout.S_ROWS, rows)),
         used=np.zeros(2, dtype=np.int64),
-        track=np.zeros((layout.TRACKS, m if tables else 0)),
+        track=np.zeros((layout.TRACKS, m)),
         sums=np.zeros(layout.SUMS),
+    )
+    return Log(
+        np.empty((events, layout.LOG_COLUMNS)), tables if logging > layout.LOGS_EVENTS else None
     )
 
 

@@ -84,20 +84,26 @@ from exactcreep.solvers.exact.layout import (
 )
 from exactcreep.solvers.exact.two_floats import plus
 
+_BOUNDLESS = 2**60
 _LEAST_FRESH = 64
 """Rearrangements, at least, until the elastic energy is summed anew: its rounding grows no more."""
 
 
 @inlined
-def room(log):
+def room(tables):
     """Return how many more rearrangements, or slips, can be written."""
-    left = log.rearrangements.shape[1] - log.used[0]
-    return min(left, log.slips.shape[1] - log.used[1])
+    if tables is None:  # here and below: known when this is compiled
+        return _BOUNDLESS
+    left = tables.rearrangements.shape[1] - tables.used[0]
+    return min(left, tables.slips.shape[1] - tables.used[1])
 
 
 @inlined
-def at_theta(cell, real, whole, sums):
+def at_theta(cell, real, whole, tables):
     """Take the elastic energy and the sum of the tensions to the present theta, at rest."""
+    if tables is None:
+        return
+    sums = tables.sums
     n = whole[N]
     if sums[LEFT_FOR] > 0.0:
         sums[LEFT_FOR] -= 1.0
@@ -122,10 +128,12 @@ def at_theta(cell, real, whole, sums):
 
 
 @inlined
-def begin(cell, real, whole, log, way):
+def begin(cell, real, whole, tables, way):
     """Begin a rearrangement after a ramp in direction `way`, 0 if there was none."""
-    sums = log.sums
-    at_theta(cell, real, whole, sums)
+    if tables is None:
+        return
+    sums = tables.sums
+    at_theta(cell, real, whole, tables)
     sums[WAY] = way
     sums[STARTED] = 0.0
     sums[STARTED_FIRST] = math.inf
@@ -136,9 +144,11 @@ def begin(cell, real, whole, log, way):
 
 
 @inlined
-def start(cell, real, whole, log, i):
+def start(cell, real, whole, tables, i):
     """Begin a slip of the slider in column i."""
-    track, sums = log.track, log.sums
+    if tables is None:
+        return
+    track, sums = tables.track, tables.sums
     track[T_TIME, i] = real[TIME]
     track[T_X, i] = cell[X, i]
     if track[T_REARRANGEMENT, i] != whole[REARRANGEMENTS]:
@@ -152,39 +162,41 @@ def start(cell, real, whole, log, i):
 
 
 @inlined
-def _slip(cell, real, whole, log, i, number, began, ended, displacement):
+def _slip(cell, real, whole, tables, i, number, began, ended, displacement):
     """Write a slip of rearrangement `number`, after which the slider has drawn anew."""
     if whole[LOGGING] & LOGS_SLIPS != 0:
-        table, row = log.slips, log.used[1]
+        table, row = tables.slips, tables.used[1]
         table[S_SLIDER, row] = i + 1 - PAD
         table[S_REARRANGEMENT, row] = number
         table[S_START, row] = began
         table[S_STOP, row] = ended
         table[S_DISPLACEMENT, row] = displacement
         table[S_COEFFICIENT, row] = real[MEAN] if whole[CONSTANT] == 1 else cell[COEFFICIENT, i]
-        log.used[1] = row + 1
+        tables.used[1] = row + 1
 
 
 @inlined
-def stop(cell, real, whole, log, i):
+def stop(cell, real, whole, tables, i):
     """End the slip of the slider in column i, which has drawn anew."""
-    track, sums = log.track, log.sums
+    if tables is None:
+        return
+    track, sums = tables.track, tables.sums
     displacement = cell[X, i] - track[T_X, i]
     length = abs(displacement)
     sums[PATH] += length
     sums[LARGEST] = max(sums[LARGEST], length)
     number = whole[REARRANGEMENTS] - 1
-    _slip(cell, real, whole, log, i, number, track[T_TIME, i], real[TIME], displacement)
+    _slip(cell, real, whole, tables, i, number, track[T_TIME, i], real[TIME], displacement)
 
 
 @inlined
-def _row(real, whole, log, slips, events, duration, first, last, moved, gained):
+def _row(real, whole, tables, slips, events, duration, first, last, moved, gained):
     """Write the rearrangement under way, of the sliders in columns `first` .. `last`."""
-    sums = log.sums
+    sums = tables.sums
     before = sums[ELASTIC]
     sums[ELASTIC] = before + gained
     if whole[LOGGING] & LOGS_REARRANGEMENTS != 0:
-        table, row = log.rearrangements, log.used[0]
+        table, row = tables.rearrangements, tables.used[0]
         table[R_HALF_CYCLE, row] = whole[TARGET]
         table[R_LOAD, row] = real[THETA] + real[THETA_LOW]
         table[R_DIRECTION, row] = sums[WAY]
@@ -204,14 +216,16 @@ def _row(real, whole, log, slips, events, duration, first, last, moved, gained):
         table[R_GRAVITY, row] = real[SINE] * moved
         table[R_DISSIPATION, row] = real[FRICTION] * sums[PATH]
         table[R_UNDECIDED, row] = whole[UNDECIDED] - sums[UNDECIDED_BEFORE]
-        log.used[0] = row + 1
+        tables.used[0] = row + 1
     sums[UNDECIDED_BEFORE] = whole[UNDECIDED]
 
 
 @inlined
-def end(cell, real, whole, log):
+def end(cell, real, whole, tables):
     """End a rearrangement whose displacements have not become forces at rest yet."""
-    sums = log.sums
+    if tables is None:
+        return
+    sums = tables.sums
     first, last = whole[TOUCHED_FIRST], whole[TOUCHED_LAST]
     moved = 0.0
     gained = 0.0
@@ -224,16 +238,18 @@ def end(cell, real, whole, log):
     sums[TENSIONS] += cell[X, PAD + whole[N] - 1] - cell[X, PAD]
     slips = whole[SLIP_TOTAL] - sums[SLIPS_BEFORE]
     sums[SLIPS_BEFORE] = whole[SLIP_TOTAL]
-    _row(real, whole, log, slips, whole[NUMBER], real[TIME], first, last, moved, gained)
+    _row(real, whole, tables, slips, whole[NUMBER], real[TIME], first, last, moved, gained)
 
 
 @inlined
-def end_slip(cell, real, whole, log, i, way, moved):
+def end_slip(cell, real, whole, tables, i, way, moved):
     """Write a rearrangement that is one slip, by `moved`, of the end slider in column i.
 
     It is not counted yet, and its slider has drawn anew.
     """
-    sums = log.sums
+    if tables is None:
+        return
+    sums = tables.sums
     length = abs(moved)
     sums[WAY] = way
     sums[STARTED] = 1.0
@@ -245,5 +261,5 @@ def end_slip(cell, real, whole, log, i, way, moved):
     # from its threshold against friction, by twice the excess: what friction and gravity leave
     gained = real[SINE] * moved - real[FRICTION] * length
     duration = math.pi if length > 0.0 else 0.0
-    _slip(cell, real, whole, log, i, whole[REARRANGEMENTS], 0.0, duration, moved)
-    _row(real, whole, log, 1, 2, duration, i, i, moved, gained)
+    _slip(cell, real, whole, tables, i, whole[REARRANGEMENTS], 0.0, duration, moved)
+    _row(real, whole, tables, 1, 2, duration, i, i, moved, gained)

@@ -176,8 +176,7 @@ class ExactSimulation(Simulation):
             done += reached
             if self.work.whole[layout.LOGGED]:
                 logs.append(_columns(self.chain, self._drain()))
-            if self.work.log.used.any():
-                logs.append(self._drain_tables())
+            logs.append(self._drain_tables())
             if rows and reached:
                 for name, values in rows.items():
                     values.append(each[name]())
@@ -272,17 +271,19 @@ class ExactSimulation(Simulation):
 
     def _drain_tables(self) -> dict[str, NDArray[Any]]:
         """Return the rows of the tables of rearrangements and slips, and empty these."""
-        log = self.work.log
+        tables = self.work.log.tables
         found: dict[str, NDArray[Any]] = {}
-        if log.used[0]:
-            rows = log.rearrangements[:, : log.used[0]]
+        if tables is None:
+            return found
+        if tables.used[0]:
+            rows = tables.rearrangements[:, : tables.used[0]]
             values = dict(zip(REARRANGEMENT_TABLE.fields, rows, strict=True))
             values["theta"] = rows[layout.R_LOAD] / nearest_float(self.chain.l0)
             found |= REARRANGEMENT_TABLE.arrays(values)
-        if log.used[1]:
-            rows = log.slips[:, : log.used[1]]
+        if tables.used[1]:
+            rows = tables.slips[:, : tables.used[1]]
             found |= SLIP_TABLE.arrays(dict(zip(SLIP_TABLE.fields, rows, strict=True)))
-        log.used[:] = 0
+        tables.used[:] = 0
         return found
 
     def _slips(self) -> NDArray[np.int64]:
@@ -312,8 +313,8 @@ class ExactSimulation(Simulation):
         # in the middle of a long avalanche sliders stand where they were at different times
         if self.work.clock is not None and self.work.whole[layout.LOCAL]:
             captured["clock"] = self.work.clock.copy()
-        if self.work.whole[layout.LOGGING] > layout.LOGS_EVENTS:
-            captured |= {name: getattr(self.work.log, name).copy() for name in _LOGGED}
+        if (tables := self.work.log.tables) is not None:
+            captured |= {name: getattr(tables, name).copy() for name in _LOGGED}
         numbers = self.start.numbers.copy()
         captured |= {
             "start_tension": numbers[TENSION, :-1],
@@ -329,9 +330,9 @@ class ExactSimulation(Simulation):
         for name in _CAPTURED:
             getattr(self.work, name)[...] = captured[name]
         self.work.whole[layout.LOGGING] = _logging(self.record)
-        if self.work.whole[layout.LOGGING] > layout.LOGS_EVENTS:
+        if (tables := self.work.log.tables) is not None:
             for name in _LOGGED:
-                getattr(self.work.log, name)[...] = captured[name]
+                getattr(tables, name)[...] = captured[name]
         if self.work.clock is not None:
             layout.forget(self.work.clock, self.chain.n)
             self.work.clock[...] = captured.get("clock", self.work.clock)
