@@ -29,15 +29,19 @@ time.time = lambda: true() + moments.uniform(-1e8, 1e8)
 from exactcreep.cli import main
 main()
 """
+BUSY = "import time\nend = time.monotonic() + 6\nwhile time.monotonic() < end: pass"
 STATUS = {
     "kill": {0, -signal.SIGKILL},
     "term": {0, 143, -signal.SIGTERM},  # the last while it is imported
     "full disk": {0, 2, 4},
     "read-only": {2},
     "clock": {0},
+    "load": {0, 3},
     "memory": {0, 1, 2, 3, 4, -signal.SIGABRT},
 }
 """The exit statuses that a program may leave with under each fault."""
+UNHARMED = ("kill", "term", "clock", "load")
+"""The faults that no result is lost by; the others are mounted, or take memory away."""
 
 
 def bits(result: Creep) -> dict[str, object]:
@@ -135,6 +139,17 @@ class Case:
             files = ("--out", "run.nc", "--checkpoint", "run.ckpt", "--every", "0.05")
             self.ended(self.begun(*jumping, *self.words, *files))
             self.struck += 1
+        elif self.fault == "load":
+            busy = [self.begun(sys.executable, "-c", BUSY) for _ in range(8)]
+            files = ("--out", "run.nc", "--checkpoint", "run.ckpt", "--every", "0.05")
+            limit = ("--max-seconds", str(self.moments.choice([0.1, 1, 1000])))
+            status = self.ended(self.begun(*PROGRAM, *self.words, *files, *limit))
+            self.struck += status == 3
+            if status == 3:  # too slow: what is left of it is computed now
+                resumed = ("resume", "run.ckpt", "--out", "run.nc", "--force")
+                self.ended(self.begun(*PROGRAM, *resumed))
+            for process in busy:
+                process.communicate()
         else:
             where, size = "small", self.moments.randrange(8, 200)
             before, after = f"mount -t tmpfs -o size={size}k none small", "exit $?"
@@ -158,7 +173,7 @@ class Case:
             pairs = zip(load_members(found), load_members(self.folder / "whole.nc"), strict=True)
             if any(bits(one) != bits(other) for one, other in pairs):
                 self.note("other bits than an undisturbed run")
-        elif self.fault in ("kill", "term", "clock") and not self.wrong:
+        elif self.fault in UNHARMED and not self.wrong:
             self.note("the result is lost")
         known = {"run.nc", "whole.nc", "run.ckpt", "small"}
         left = {path.name for path in self.folder.iterdir() if path.name not in known}
@@ -170,7 +185,7 @@ def soak(seconds: float, seed: int = 0, faults: tuple[str, ...] = tuple(STATUS))
     """Return what did not hold in so many seconds of cases; print their counts."""
     if os.geteuid() != 0 or shutil.which("unshare") is None:
         # the others mount, which only root may
-        faults = tuple(one for one in faults if one in ("kill", "term", "clock"))
+        faults = tuple(one for one in faults if one in UNHARMED)
     end, tried, struck = time.monotonic() + seconds, Counter[str](), Counter[str]()
     wrong: list[str] = []
     while time.monotonic() < end:
