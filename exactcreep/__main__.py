@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import os
-import sys
+import signal
+from typing import Any
 
 
 def main() -> None:
     """Run the command line of this process."""
-    try:
-        from exactcreep.cli import main as command_line
-    except KeyboardInterrupt:  # before there is anything that hears it
-        sys.stderr.write("exactcreep: interrupted\n")
-        sys.stderr.flush()
-        os._exit(130)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, _leave)  # until there is something that could be saved
+    from exactcreep.cli import main as command_line
+
     command_line()
+
+
+def _leave(number: int, frame: Any) -> None:
+    os.write(2, b"exactcreep: interrupted\n")
+    os._exit(128 + number)
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ def listen() -> None:
     Ctrl-C stays ignored where it is, as in the background of a shell.
     """
     signal.signal(signal.SIGTERM, _hear)
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+    if signal.getsignal(signal.SIGINT) is not signal.SIG_IGN:
         signal.signal(signal.SIGINT, _hear)
 
 

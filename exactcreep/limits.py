@@ -52,8 +52,8 @@ class Limits:
         Memory of what is recorded and kept; None: any amount.
     at : float
         When it has to end, on the clock of `time.perf_counter`; inf: never.
-    why : str
-        What a result says that ends for `at`.
+    seconds : float
+        How long it may take in all.
     pause : float
         When a simulation hands over what it has, on the same clock; it goes on by an event, or by
         what takes some hundredths of a second, all the same.
@@ -68,7 +68,7 @@ class Limits:
     events: int | None = None
     bytes: int | None = None
     at: float = math.inf
-    why: str = ""
+    seconds: float = math.inf
     pause: float = math.inf
     interrupted: Callable[[], bool] | None = None
     used: int = 0
@@ -93,16 +93,19 @@ class Limits:
         def whole(value: Any, name: str) -> int | None:
             return None if value is None else whole_number(value, name, least=0)
 
-        at, why = math.inf, ""
+        seconds = math.inf
         if max_seconds is not None:
-            seconds = exact_number(max_seconds, "max_seconds")
-            if seconds < 0:
+            wanted = exact_number(max_seconds, "max_seconds")
+            if wanted < 0:
                 raise InputError("max_seconds", max_seconds, "must not be negative")
-            wait = nearest_float(seconds)
-            at, why = time.perf_counter() + wait, f"max_seconds = {wait:g} was reached"
+            seconds = nearest_float(wanted)
         kept = whole_number(memory, "memory", least=0)
         events, size = whole(max_events, "max_events"), whole(max_bytes, "max_bytes")
-        return cls(events, size, at, why, memory=kept)
+        return cls(events, size, seconds=seconds, memory=kept).begun()
+
+    def begun(self) -> Limits:
+        """Return these limits with the time beginning now."""
+        return replace(self, at=time.perf_counter() + self.seconds)
 
     def after(self, events: int) -> Limits:
         """Return what is left of these limits after so many events."""
@@ -142,7 +145,7 @@ class Limits:
             return f"max_events = {self.events} was reached"
         if stop is Stop.DEADLINE:
             pressed = self.interrupted is not None and self.interrupted()
-            return "interrupted" if pressed else self.why
+            return "interrupted" if pressed else f"max_seconds = {self.seconds:g} was reached"
         return ""
 
     @property

@@ -383,19 +383,21 @@ def test_a_ctrl_c_that_a_finaliser_swallows_is_heard_all_the_same(tmp_path: Path
 
 
 @pytest.mark.usefixtures("hears_ctrl_c")
-def test_ctrl_c_while_the_program_is_imported_ends_in_a_sentence() -> None:
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_while_the_program_is_imported_ends_in_a_sentence(number: int) -> None:
     script = """
 import os, signal, sys
 class Press:
     def find_spec(self, name, path=None, target=None):
         if name == "typer":
-            os.kill(os.getpid(), signal.SIGINT)
+            os.kill(os.getpid(), int(sys.argv[1]))
 sys.meta_path.insert(0, Press())
 from exactcreep.__main__ import main
 main()
 """
-    done = finished(sys.executable, "-c", script)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "exactcreep: interrupted\n")
+    done = finished(sys.executable, "-c", script, str(int(number)))
+    sentence = "exactcreep: interrupted\n"
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", sentence)
 
 
 def test_help_waits_for_no_compiler() -> None:

@@ -22,6 +22,7 @@ from exactcreep import (
     creep,
 )
 from exactcreep import Path as ThetaPath
+from exactcreep.limits import Limits
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint as checkpoints
 from exactcreep.quasistatic import creep as loop
@@ -29,6 +30,7 @@ from exactcreep.quasistatic.creep import CheckpointWarning, PhysicsWarning, resu
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import load_members, save_members
+from tests.conftest import Command
 
 TWO = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 TWO_SURE = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
@@ -298,11 +300,29 @@ def test_a_limit_is_an_outcome_with_the_partial_result(limit: dict, told: str) -
         assert np.array_equal(whole.recorded["x_G"][: reached.size], reached)
 
 
-def test_what_the_compiler_takes_does_not_count_as_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    # the private name stands for a compilation, which happens once on a machine
-    monkeypatch.setattr(loop, "_warm_up", lambda *_: 1e6)
-    result = creep(TWO, Cycles("0.01", 10), max_seconds=0)
-    assert (result.outcome, result.half_cycles) == (Outcome.CREEPING, 20)
+def test_the_time_begins_when_the_first_run_is_ready(monkeypatch: pytest.MonkeyPatch) -> None:
+    moment, compilations = [0.0], [0.0, 1e6]
+
+    def passes(*_: object) -> float:
+        moment[0] += 1e6
+        return compilations.pop(0)
+
+    # the private name stands for all that happens before the first half-cycle
+    monkeypatch.setattr(loop, "_warm_up", passes)
+    monkeypatch.setattr(loop.time, "perf_counter", lambda: moment[0])
+    members = [Experiment.of(TWO, Cycles("0.01", 10), seed=seed) for seed in (1, 2)]
+    results = loop.run_members(members, limits=Limits.of(max_seconds=1))
+    assert [result.half_cycles for result in results] == [20, 20]
+
+
+def test_members_for_which_no_time_is_left_are_not_begun(command: Command, tmp_path: Path) -> None:
+    words = ("run", "two-sliders-cycles", "--set", "vary.run.seed=[1, 2]", "--out", "a.nc")
+    done = command(*words, "--checkpoint", "a.ckpt", "--max-seconds", "0")
+    assert done.code == 3
+    assert "1 members: 1 limit; 1 not run" in done.out
+    assert len(load_members(tmp_path / "a.nc")) == 1
+    done = command("resume", "a.ckpt", "--json", "--max-events", "100")
+    assert [member["events"] for member in done.json["members"]] == [100, 100]
 
 
 def test_a_runaway_has_no_mean_velocity() -> None:

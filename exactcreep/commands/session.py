@@ -89,7 +89,8 @@ def run_session(
         except Interrupted as interrupted:
             results = interrupted.results
             status = INTERRUPTED_STATUS
-    if status == 0 and any(result.outcome is Outcome.LIMIT for result in results):
+    over = len(results) < len(experiments) or any(one.outcome is Outcome.LIMIT for one in results)
+    if status == 0 and over:
         status = LIMIT_STATUS
     descent = None if status == INTERRUPTED_STATUS else _descent(results, solids)
     written: list[Path] = []

@@ -337,7 +337,8 @@ def run_members(
     progress : callable, optional
         Called with a `Progress` about ten times a second; nobody is told otherwise.
     limits : Limits, optional
-        `max_seconds` is for all together, the others for each.
+        The seconds are for all together, from when the first one is ready to begin, and members not
+        yet begun when they are over have no result; the others are for each.
     keeper : Keeper, optional
         Of the checkpoint.
     captured : sequence, optional
@@ -360,15 +361,17 @@ def run_members(
         keeper.keep(list(zip(experiments, kept, strict=True)))
 
     with interrupts.deferred() as interrupted:
-        limits = replace(limits, interrupted=interrupted)
+        limits = replace(limits.begun(), interrupted=interrupted)
         for index, experiment in enumerate(experiments):
+            if index and kept[index] is None and limits.passed():
+                break
             begin = time.perf_counter()
             march = March(experiment, kept[index], limits.memory)
             show = _Teller(progress, march, index + 1, len(experiments))
             if not march.ended:
                 save(march, index, if_due=True)
                 compiling = _warm_up(experiment, limits, partial(show, "compiling"))
-                limits = limits.later(compiling)
+                limits = limits.later(compiling if index else time.perf_counter() - begin)
                 hear = partial(show, "running"), partial(save, march, index, if_due=True)
                 _advance(march, limits, begin + compiling, hear)
                 save(march, index, if_due=False)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from exactcreep.display import shows_progress
-from exactcreep.limits import Limits
+from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import (
@@ -402,7 +402,7 @@ def survival(
     over = any(life.over for life in lives)
     return Survival(
         chain, drive.amplitude, spread, count, drive.cycles, key, wait_for, tuple(lives),
-        limits.why if over else "",
+        limits.reason(Stop.DEADLINE) if over else "",
     )  # fmt: skip
 
 
