@@ -21,7 +21,11 @@ from exactcreep.model.contacts import Contacts
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.modes import Flow, Run, tensions_at
-from exactcreep.motion.replay import Replay
+from exactcreep.motion.replay import Phase, Replay
+
+
+_BEND = 32
+"""log2 of how strongly conditions may bend, half their second derivative over the slope."""
 
 
 class StrayRoot(ArithmeticError):
@@ -40,6 +44,9 @@ class Course:
         Keys the static coefficients.
     refine : bool
         Whether event times are refined, or taken as they are.
+    spans : list, optional
+        How long the phases lasted when this itinerary was followed before, for a similar start:
+        Newton's method begins there. Afterwards it holds how long they last now.
 
     Attributes
     ----------
@@ -57,11 +64,14 @@ class Course:
         *,
         seed: int = 0,
         refine: bool = True,
+        spans: list[Any] | None = None,
     ) -> None:
         self.chain = chain
         self.arithmetic = arithmetic
         self.contacts = Contacts(chain, seed)
         self.refine = refine
+        self.spans = [] if spans is None else spans
+        self.phases = 0  # that have lasted
         self.weight = arithmetic.times_cosine(chain, chain.tan_alpha)
         self.state = start
         self.load = arithmetic.number(chain.l0) * arithmetic.number(start.theta)
@@ -115,12 +125,23 @@ class Course:
             self.ramp(self.starting_load(first.sliders[0] - 1, first.signs[0]))
         self.begins = False
         self.replay = self._replay(events)
+        flow = self.replay.flow
         for phase in self.replay:
             if phase.lasts and self.refine:
-                phase.span = self.time(
-                    self.replay.flow, phase.runs, phase.events[0], float(phase.span)
-                )
-        return self.replay.flow
+                phase.span = self._span(flow, phase)
+            phase.arrive()
+            for numbers in (flow.forces, flow.velocities, flow.moved):  # a course is one of points
+                numbers[:] = [self.arithmetic.midpoint(x) for x in numbers.tolist()]
+        return flow
+
+    def _span(self, flow: Flow, phase: Phase) -> Any:
+        """Return how long the phase lasts that begins now."""
+        if self.phases == len(self.spans):
+            self.spans.append(float(phase.span))
+        span = self.time(flow, phase.runs, phase.events[0], self.spans[self.phases])
+        self.spans[self.phases] = span
+        self.phases += 1
+        return span
 
     def rearrange(self, events: Sequence[Event]) -> None:
         """Go through a whole rearrangement."""
@@ -128,7 +149,7 @@ class Course:
         self.state = self.replay.state()
         self.replay = self._replay(())
 
-    def time(self, flow: Flow, runs: Sequence[Run], event: Event, guess: float) -> Any:
+    def time(self, flow: Flow, runs: Sequence[Run], event: Event, guess: Any) -> Any:
         """Return the time from now on at which the condition of `event` holds."""
         slider, sign = event.sliders[0] - 1, event.signs[0]
         stop = event.kind is EventKind.STOP
@@ -164,26 +185,36 @@ class Course:
 
         return self.margin(flow, runs, slider, sign, self._root(condition, guess))[0]
 
-    def _root(self, condition: Any, guess: float) -> Any:
+    def _root(self, condition: Any, guess: Any) -> Any:
         """Return the root of `condition` (value and slope) near `guess`, by Newton's method."""
-        bits = self.arithmetic.bits
+        bits, midpoint = self.arithmetic.bits, self.arithmetic.midpoint
         t = expected = self.arithmetic.number(guess)
         last = math.inf
         for _ in range(12 + 2 * bits.bit_length()):
             value, slope = condition(t)
             if slope == 0:
                 raise StrayRoot("the condition of an event is level at its time")
-            step = value / slope
-            t = t - step
-            size = float(abs(step)) if abs(step) > 1e-300 else 0.0
-            if abs(step) <= abs(t) * self.arithmetic.roundoff * 2**8:
-                return t
-            if size >= last and size < 2.0 ** (-bits / 2):  # rounding is all that is left
+            step = midpoint(value / slope)
+            t = midpoint(t - step)
+            size = _log2(step)
+            # the error after a step is the step's square, but for the bend of the condition
+            if size < -bits / 2 - _BEND or (size >= last and size < -bits / 2):
                 return t
             if abs(t - expected) > 0.5:
                 break
             last = size
         raise StrayRoot("no event near the time at which it is known to happen")
+
+
+def _log2(x: Any) -> float:
+    """Return log2 of the size of a number, roughly."""
+    if x == 0:
+        return -math.inf
+    size = abs(x)
+    shift = 0
+    while not size > 1e-300:
+        size, shift = size * 2**1000, shift - 1000
+    return math.log2(float(size)) + shift
 
 
 def slider_motion(runs: Sequence[Run], slider: int, t: Any) -> tuple[Any, Any, Any]:

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from fractions import Fraction
-from functools import lru_cache
+from functools import partial
 from typing import Any
 
 from exactcreep.model.contact import EventKind
-from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, balls_of
 from exactcreep.motion.itinerary import Course, StrayRoot
 from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.studies.eventlog import LoggedEvent, LoggedRearrangement, first_difference
@@ -22,8 +22,26 @@ from exactcreep.studies.thresholds.horizon import ADVANCE, Question
 
 _STRAY = 10**5  # widths of a float64 bracket that rounding may have put it off
 
-Condition = Callable[[Fraction, int], Any]
-"""A function of the amplitude and of the working precision in bits, zero at the edge."""
+class Condition:
+    """A function of the amplitude, zero at the edge: of what a run is like along an itinerary.
+
+    Parameters
+    ----------
+    question : Question
+    of : callable
+        Returns the number from a `_Rerun`.
+    """
+
+    def __init__(self, question: Question, of: Callable[[_Rerun], Any]) -> None:
+        self.question = question
+        self.of = of
+        self.spans: list[Any] = []  # of the phases, at the amplitude before
+
+    def __call__(self, amplitude: Fraction, bits: int) -> Fraction:
+        """Return the number at `amplitude`, computed with so many bits."""
+        balls = balls_of(bits)
+        with balls.active():
+            return enclosure(self.of(_Rerun(self.question, amplitude, balls, self.spans))).middle
 
 
 def conditions(
@@ -34,12 +52,8 @@ def conditions(
 ) -> Iterator[Condition]:
     """Yield the conditions that may decide between two runs, the likeliest first."""
     differs = first_difference(one, other)
-
-    def advance(amplitude: Fraction, bits: int) -> Any:
-        return _Rerun(question, amplitude, bits).advance(log)
-
     if differs is None:
-        yield advance
+        yield Condition(question, lambda rerun: rerun.advance(log))
         return
     _, a, b = differs
     begin = a or b
@@ -49,37 +63,15 @@ def conditions(
     same = later is not None and later.rearrangement == earlier.rearrangement
     if earlier.number == 0 and later is not None and same and later.number == 0:
         same = later.half_cycle == earlier.half_cycle
+    rival = later if same else None
     if earlier.number == 0:
-
-        def ramp(amplitude: Fraction, bits: int) -> Any:
-            rerun = _Rerun(question, amplitude, bits)
-            course = rerun.at_rest(log, earlier.rearrangement)
-            first = _starting(course, earlier)
-            if later is not None and same:
-                return first - _starting(course, later)
-            return first - rerun.target(earlier.half_cycle)
-
-        yield ramp
+        yield Condition(question, lambda rerun: rerun.ramp(log, earlier, rival))
         return
-    for event in (earlier, later):
+    for event, partner in ((earlier, later), (later, earlier)):
         if event is not None and event.event.kind is EventKind.START:
-            partner = later if event is earlier else earlier
-
-            def margin(
-                amplitude: Fraction,
-                bits: int,
-                event: LoggedEvent = event,
-                partner: LoggedEvent | None = partner,
-            ) -> Any:
-                return _Rerun(question, amplitude, bits).margin(log, event, partner)
-
-            yield margin
-    if later is not None and same:
-
-        def tie(amplitude: Fraction, bits: int) -> Any:
-            return _Rerun(question, amplitude, bits).tie(log, earlier, later)
-
-        yield tie
+            yield Condition(question, partial(_Rerun.margin, log=log, event=event, partner=partner))
+    if rival is not None:
+        yield Condition(question, lambda rerun: rerun.tie(log, earlier, rival))
 
 
 def _before(a: LoggedEvent, b: LoggedEvent) -> bool:
@@ -94,14 +86,16 @@ def _starting(course: Course, place: LoggedEvent) -> Any:
 
 
 class _Rerun:
-    """The run at one amplitude along a known itinerary, at a given precision."""
+    """The run at one amplitude along a known itinerary, at the precision of an arithmetic."""
 
-    def __init__(self, question: Question, amplitude: Fraction, bits: int) -> None:
+    def __init__(
+        self, question: Question, amplitude: Fraction, arithmetic: Arithmetic, spans: list[Any]
+    ) -> None:
         self.chain = question.chain
         self.limits = question.limits
         self.amplitude = amplitude
         self.half_cycles = question.half_cycles
-        self.course = Course(question.chain, question.start, digits_of(bits))
+        self.course = Course(question.chain, question.start, arithmetic, spans=spans)
 
     def target(self, half_cycle: int) -> Any:
         """Return ``l0 theta`` of a target."""
@@ -110,28 +104,30 @@ class _Rerun:
 
     def at_rest(self, log: list[LoggedRearrangement], count: int) -> Course:
         """Return the course after the first `count` rearrangements."""
-        half_cycle = 1
-        for one in log[:count]:
-            self.limits.require()
-            self._reach(half_cycle, one.half_cycle)
-            half_cycle = one.half_cycle
-            self.course.rearrange(one.events)
+        self._follow(1, log[:count])
         return self.course
 
-    def _reach(self, present: int, wanted: int) -> None:
-        for half_cycle in range(present, wanted):
-            self.course.ramp(self.target(half_cycle))
+    def _follow(self, half_cycle: int, log: list[LoggedRearrangement]) -> None:
+        for one in log:
+            self.limits.require()
+            for passed in range(half_cycle, one.half_cycle):
+                self.course.ramp(self.target(passed))
+            half_cycle = one.half_cycle
+            self.course.rearrange(one.events)
+
+    def ramp(
+        self, log: list[LoggedRearrangement], event: LoggedEvent, rival: LoggedEvent | None
+    ) -> Any:
+        """Return how far a start of a rearrangement is from `rival`, or from the ramp's end."""
+        course = self.at_rest(log, event.rearrangement)
+        first = _starting(course, event)
+        return first - (self.target(event.half_cycle) if rival is None else _starting(course, rival))
 
     def advance(self, log: list[LoggedRearrangement]) -> Any:
         """Return by how much the advance of the last cycle exceeds the limit."""
         first = sum(one.half_cycle <= self.half_cycles - 2 for one in log)
         begin = self.at_rest(log, first).travel.copy()
-        half_cycle = log[first - 1].half_cycle if first else 1
-        for one in log[first:]:
-            self.limits.require()
-            self._reach(half_cycle, one.half_cycle)
-            half_cycle = one.half_cycle
-            self.course.rearrange(one.events)
+        self._follow(log[first - 1].half_cycle if first else 1, log[first:])
         way = -1 if self.chain.tan_alpha < 0 else 1
         moved = (self.course.travel - begin).sum() * way / self.chain.n
         return moved - self.course.arithmetic.number(ADVANCE)
@@ -177,38 +173,42 @@ def secant(
     wanted = digits * BITS_PER_DIGIT
     final = math.ceil(wanted) + loss
     width = high - low
-    previous, present = low, high
-    bits = 0
-    condition = lru_cache(maxsize=4)(condition)  # a run in many digits takes seconds
     try:
+        known = log2(high / width)
+        if known >= wanted:
+            return high
+        bits = bits_before = min(final, math.ceil(3 * known) + loss)
+        previous, before, present = low, condition(low, bits), high
         for _ in range(32):
-            known = log2(abs(present) / abs(present - previous))
-            if known >= wanted:
-                return present
-            # the next step about doubles what is known; both points are taken at this precision,
-            # so that their difference is not rounding
-            bits = max(bits, min(final, math.ceil(3 * known) + loss))
-            before, now = condition(previous, bits), condition(present, bits)
-            if now in (0, before) and bits < final:
-                bits = final
+            now = condition(present, bits)
+            if now in (0, before):
+                if bits == bits_before == final:
+                    return present if now == 0 else None
+                bits = bits_before = final
+                before = condition(previous, bits)
                 continue
-            if now == 0:
-                return present
-            if now == before:
-                return None
-            following = present - enclosure(now / (now - before)).middle * (present - previous)
+            following = _rounded(present - now / (now - before) * (present - previous), final)
             if not low - _STRAY * width <= following <= high + _STRAY * width:
                 return None
             if following == present:
-                return present if bits == final else None
-            if low < following < high:  # then the error is of the order of the last two steps'
-                steps = abs(following - present), abs(following - previous)
-                if sum(log2(abs(following) / step) for step in steps) >= wanted + 16:
-                    return following
-            previous, present = present, following
+                return present
+            # the error of a point is the step from there; that of the slope is as large as the
+            # bend makes it, or rounding
+            bend, known = (log2(abs(following / (following - x))) for x in (previous, present))
+            known += min(bend, bits_before - loss - bend)
+            if known >= wanted + 16 and low < following < high:
+                return following
+            bits_before, bits = bits, max(bits, min(final, math.ceil(2 * known) + loss))
+            previous, present, before = present, following, now
     except (StrayRoot, ArithmeticError, KeyError, StopIteration):
         pass
     return None
+
+
+def _rounded(value: Fraction, bits: int) -> Fraction:
+    """Return a number near `value` of about so many bits."""
+    unit = Fraction(2) ** (value.numerator.bit_length() - value.denominator.bit_length() - bits)
+    return round(value / unit) * unit
 
 
 def log2(value: Fraction) -> float:
