@@ -23,7 +23,6 @@ from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.modes import Flow, Run, tensions_at
 from exactcreep.motion.replay import Phase, Replay
 
-
 _BEND = 32
 """log2 of how strongly conditions may bend, half their second derivative over the slope."""
 

@@ -11,6 +11,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.studies.thresholds import edges
 from exactcreep.studies.thresholds.criteria import threshold
+from exactcreep.studies.thresholds.deciding import secant
 from exactcreep.studies.thresholds.edges import Threshold
 from tests.paper import captions
 
@@ -36,6 +37,28 @@ def test_two_sliders_to_a_thousand_digits_by_the_search_alone(
     assert found.outcome_evidence is Evidence.PROVED
     assert found.stable_digits == 1000
     assert found.report["deciding_runs"] <= 4  # the root is found, not bisected for
+
+
+def test_a_thousand_digits_of_three_sliders_cost_two_deciding_runs_and_one_for_stability() -> None:
+    found = threshold(captions(3), cycles=20, digits=1000, bracket=("0.00045", "0.00046"))
+    assert found.evidence is Evidence.PROVED
+    assert found.report["deciding_runs"] <= 3
+
+
+@pytest.mark.parametrize("bend", [0, 1])
+def test_few_evaluations_of_a_condition_are_taken_at_full_precision(bend: int) -> None:
+    asked: list[int] = []
+
+    def condition(x: Fraction, bits: int) -> Fraction:
+        asked.append(bits)
+        value = (x - Fraction(1, 3)) * (1 + bend * x)
+        return Fraction(round(value * 2**bits), 2**bits)
+
+    root = secant(condition, Fraction("0.333"), Fraction("0.334"), 1000, 16)
+    assert root is not None
+    assert abs(root - Fraction(1, 3)) < Fraction(1, 10**1000)
+    assert asked.count(max(asked)) <= 3
+    assert sum(asked) <= 6 * max(asked)
 
 
 def test_the_two_slider_law_is_the_threshold() -> None:

@@ -22,6 +22,7 @@ from exactcreep.studies.thresholds.horizon import ADVANCE, Question
 
 _STRAY = 10**5  # widths of a float64 bracket that rounding may have put it off
 
+
 class Condition:
     """A function of the amplitude, zero at the edge: of what a run is like along an itinerary.
 
@@ -120,8 +121,8 @@ class _Rerun:
     ) -> Any:
         """Return how far a start of a rearrangement is from `rival`, or from the ramp's end."""
         course = self.at_rest(log, event.rearrangement)
-        first = _starting(course, event)
-        return first - (self.target(event.half_cycle) if rival is None else _starting(course, rival))
+        end = self.target(event.half_cycle) if rival is None else _starting(course, rival)
+        return _starting(course, event) - end
 
     def advance(self, log: list[LoggedRearrangement]) -> Any:
         """Return by how much the advance of the last cycle exceeds the limit."""
@@ -164,7 +165,11 @@ class _Rerun:
 
 
 def secant(
-    condition: Condition, low: Fraction, high: Fraction, digits: int, loss: int
+    condition: Callable[[Fraction, int], Fraction],
+    low: Fraction,
+    high: Fraction,
+    digits: int,
+    loss: int,
 ) -> Fraction | None:
     """Return the root of `condition` near the bracket to `digits` digits, None if there is none.
 
