@@ -69,7 +69,7 @@ def _exactcreep(
     Start with [bold]exactcreep scenes[/bold], then [bold]exactcreep run two-sliders-cycles[/bold].
 
     Not in the model: sliders, springs or contacts that differ, ageing, a temperature that varies
-    along the chain, |theta| >= 1, sliders that cross. The README says where to begin to extend it.
+    along the chain, |theta| >= 1, sliders that cross. The book says where to begin to extend it.
 
     Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is
     older than the result, 130 Ctrl-C, 143 SIGTERM.

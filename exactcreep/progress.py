@@ -40,6 +40,14 @@ class Progress:
         Of a run: where theta is.
     pace : float or None
         Of a run: the part of the work per second of late, in this session.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> seen, chain = [], Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> run = creep(chain, Cycles("0.001", 5), progress=seen.append)
+    >>> seen[-1].half_cycles, seen[-1].total, seen[-1].events
+    (10, 10, 152)
     """
 
     phase: str

@@ -89,6 +89,14 @@ class Scene:
         Dotted keys and the values that the members take, all combinations of them.
     folder : Path
         Where files named by the scene are looked for.
+
+    Examples
+    --------
+    >>> from exactcreep import load_scene
+    >>> scene = load_scene("two-sliders-cycles")
+    >>> varied = scene.with_settings({"vary.chain.tan_alpha": ["0.1", "0.2"]})
+    >>> [member.experiment.chain.tan_alpha for member in varied.members()]
+    [Fraction(1, 10), Fraction(1, 5)]
     """
 
     name: str
@@ -260,6 +268,11 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     ------
     InputError
         If there is neither, the file cannot be read, it is no TOML, or a name in it is unknown.
+
+    Examples
+    --------
+    >>> load_scene("two-sliders-cycles").experiment().chain.n
+    2
     """
     name = file_name(scene, "scene")
     builtin = builtin_scenes()

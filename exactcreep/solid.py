@@ -63,6 +63,14 @@ class Solid:
     Source: the estimate before Eq. (vitessecontinue), ``k = N Y S/L``. The paper also calls the
     distance between the outer contacts L, ``(N - 1) l0``; the two differ by one part in N, and only
     ``L = N l0`` makes Eq. (vitessecontinue) independent of N.
+
+    Examples
+    --------
+    >>> from exactcreep import physical
+    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+    ...                 kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+    >>> f"{roof.tau_dyn:.2g} s, {roof.critical_temperature_change:.2g} K"
+    '0.00025 s, 0.052 K'
     """
 
     length: Fraction
@@ -257,6 +265,15 @@ class Descent(Shown):
         Millimetres per year in the sliding limit, of the whole drive from the relaxed chain on, by
         the number of contacts (the solid's own, and `MANY_CONTACTS` or four times as many) and by
         the factor on all friction (`FRICTION`); inf where friction does not hold the solid.
+
+    Examples
+    --------
+    >>> from exactcreep import Cycles, physical
+    >>> roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003",
+    ...                 kappa="29e-6", contacts=10, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")
+    >>> descent = roof.creep(Cycles(roof.dilation(10), cycles=5), time_unit=43200)
+    >>> f"{descent.total:.2f} mm in {descent.days:g} days"
+    '5.76 mm in 5 days'
     """
 
     solid: Solid

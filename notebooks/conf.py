@@ -1,5 +1,6 @@
 """How the book is made of this folder; `pages.py` writes what the code itself knows."""
 
+import re
 import sys
 from pathlib import Path
 
@@ -32,6 +33,8 @@ nb_execution_timeout = 600
 nb_execution_raise_on_error = True
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist"]
 myst_heading_anchors = 3
+nb_render_markdown_format = "myst"  # formulas in what a notebook puts out
+smartquotes = False  # --flags stay flags
 
 autodoc_typehints = "none"  # numpydoc says the types
 autodoc_member_order = "bysource"
@@ -47,6 +50,7 @@ html_static_path = ["_static"]
 html_css_files = ["book.css"]
 html_js_files = ["table.js"]
 html_show_sourcelink = False
+html_sidebars = {"contributing": [], "reference/ledger": []}
 html_math_renderer = "mathml"
 html_theme_options = {
     "show_toc_level": 2,
@@ -60,6 +64,7 @@ def _math(translator, node):
     """Write a formula as MathML, which browsers draw without a program from elsewhere."""
     block = node.tagname == "math_block"
     text = convert(pages.plain_latex(node.astext()), display="block" if block else "inline")
+    text = re.sub(r"<mi>(\w{2,})</mi>", r'<mspace width="0.17em"/><mi>\1</mi><mspace width="0.17em"/>', text)
     translator.body.append(f'<div class="formula">{text}</div>' if block else text)
     raise SkipNode
 

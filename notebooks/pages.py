@@ -170,6 +170,7 @@ def commands(_):
         obj=command, ctx=command.make_context("exactcreep", [], resilient_parsing=True),
         name="exactcreep",
     )  # fmt: skip
+    text = text.replace("[bold]", "`").replace("[/bold]", "`")
     return re.sub(r"^(#+) `exactcreep ?(.*)`$", _command_heading, text, flags=re.MULTILINE)
 
 
@@ -220,8 +221,7 @@ def ledger(_):
     """Return every statement of the paper with its verdict, in one table."""
     rows = [
         (
-            entry.label or entry.name,
-            entry.place,
+            f"{entry.label or entry.name} ({entry.place})",
             f"${entry.formula}$" if entry.formula else _formula(entry.printed),
             f"**{entry.verdict}**",
             _formula(entry.corrected),
@@ -230,7 +230,7 @@ def ledger(_):
         )
         for entry in entries()
     ]
-    head = ["statement", "place", "printed", "verdict", "correct form", "error", "by"]
+    head = ["statement", "printed", "verdict", "correct form", "error", "by"]
     return _table(head, rows, "searchable")
 
 

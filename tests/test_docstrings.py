@@ -25,7 +25,10 @@ LIKE = {"iterate": "rearrange"}
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
-def test_the_examples_of_a_module_print_what_they_say(path: Path) -> None:
+def test_the_examples_of_a_module_print_what_they_say(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     name = ".".join(path.relative_to(PACKAGE.parent).with_suffix("").parts)
     failed, tried = doctest.testmod(importlib.import_module(name))
     assert tried > 0
@@ -36,6 +39,11 @@ def test_the_examples_of_a_module_print_what_they_say(path: Path) -> None:
 def test_a_public_name_begins_with_a_sentence(name: str) -> None:
     text = inspect.getdoc(getattr(exactcreep, name)) or ""
     assert text.splitlines()[0].endswith((".", ":", ","))
+
+
+@pytest.mark.parametrize("name", [*PUBLIC, "disorder", "laws"])
+def test_a_public_name_shows_an_example(name: str) -> None:
+    assert ">>> " in (inspect.getdoc(getattr(exactcreep, name)) or "")
 
 
 @pytest.mark.parametrize("name", PUBLIC)

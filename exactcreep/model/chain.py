@@ -48,6 +48,12 @@ class Chain(Shown):
     Notes
     -----
     Source: Eqs. (dynamic_eq1)-(static_eqN) and (dist_mud).
+
+    Examples
+    --------
+    >>> chain = Chain(n=6, l0=1000, mu_d="0.5", mu_s="0.6", sigma_mu="0.01", tan_alpha="0.25")
+    >>> chain.mu_s, chain.sigma_mu, chain.may_run_away
+    (Fraction(3, 5), Fraction(1, 100), False)
     """
 
     n: int

@@ -19,7 +19,11 @@ from exactcreep.model.numbers import same
 
 
 class EventKind(Enum):
-    """What happens to the sliders of an event."""
+    """What happens to the sliders of an event.
+
+    >>> EventKind("start") is EventKind.START
+    True
+    """
 
     START = "start"
     STOP = "stop"
@@ -48,6 +52,14 @@ class Event:
         chain that was unstable as it stood) and, of compiled solvers, where a formula gives the
         time. A ball encloses it. What the event times leave of each condition if the motion is
         followed afresh is told by `exactcreep.motion.replay.Replay.residuals`.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, State, rearrange
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> start, stop = rearrange(chain, State.relaxed(chain), direction=+1).events
+    >>> stop.kind.value, stop.sliders, stop.signs, round(stop.time, 6)
+    ('stop', (2,), (1,), 3.141593)
     """
 
     time: Any

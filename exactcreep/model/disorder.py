@@ -4,8 +4,13 @@ The k-th static coefficient of slider n and the q-th random dilation are words o
 counter-based generator Philox 4x64-10 (Salmon et al. 2011; the same words as NumPy's
 ``Philox``), turned into a normal deviate by the inverse distribution function. Two solvers, two
 precisions or two machines therefore see the same disorder, in whatever order they ask. The float64
-returned *is* the value, exactly; only +, -, *, / and the square root enter, so that it does not
+returned is the value itself; only +, -, *, / and the square root enter, so that it does not
 depend on a mathematics library.
+
+>>> from exactcreep import Chain
+>>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
+>>> static_coefficients(chain, seed=1, n=2, first=0, count=3).round(4)
+array([0.6039, 0.5999, 0.6094])
 """
 
 from __future__ import annotations
@@ -22,6 +27,14 @@ from exactcreep.model.numbers import nearest_float, whole_number
 if TYPE_CHECKING:
     from exactcreep.model.chain import Chain
     from exactcreep.model.drive import GaussianSteps
+
+__all__ = [
+    "dilation",
+    "dilations",
+    "static_coefficient",
+    "static_coefficients",
+    "uniform_tensions",
+]
 
 STREAM_COEFFICIENT = 1
 STREAM_DILATION = 2

@@ -30,6 +30,11 @@ class Drive(Shown):
     """A sequence of targets theta_1, theta_2, ...; between them theta ramps monotonically.
 
     Targets are numbered from 1; theta = 0 before the first (or the theta of the given start).
+
+    >>> from exactcreep import Path
+    >>> drive = Path(["0.001", "-0.002"])
+    >>> isinstance(drive, Drive), drive.half_cycles, drive.exact_target(2)
+    (True, 2, Fraction(-1, 500))
     """
 
     kind: ClassVar[str]
@@ -84,6 +89,11 @@ class Cycles(Drive):
         A_theta, dimensionless, not negative; kept exactly.
     cycles : int
         At least 1.
+
+    Examples
+    --------
+    >>> Cycles(amplitude="0.01", cycles=2).targets(first=1, count=4)
+    array([ 0.01, -0.01,  0.01, -0.01])
     """
 
     amplitude: Fraction
@@ -134,6 +144,11 @@ class GaussianSteps(Drive):
     Notes
     -----
     Source: Eq. (dist_theta). theta_q is keyed by (seed, q); see `exactcreep.disorder.dilation`.
+
+    Examples
+    --------
+    >>> GaussianSteps(sigma_theta="0.01", steps=3).targets(1, 3, seed=5).round(4)
+    array([ 0.0057, -0.002 , -0.0074])
     """
 
     sigma_theta: Fraction
@@ -197,6 +212,11 @@ class Path(Listed):
     ----------
     theta : sequence of numbers
         At least one; each is kept exactly.
+
+    Examples
+    --------
+    >>> Path(["0.001", 0, "-1/300"]).theta
+    (Fraction(1, 1000), Fraction(0, 1), Fraction(-1, 300))
     """
 
     theta: tuple[Fraction, ...]

@@ -25,7 +25,15 @@ _WIDEST = 5_000  # largest decimal exponent
 
 
 class InputError(ValueError):
-    """Bad input: the message names the field, the value and what is allowed."""
+    """Bad input: the message names the field, the value and what is allowed.
+
+    >>> from exactcreep import Cycles
+    >>> try:
+    ...     Cycles(amplitude="0.01", cycles="many")
+    ... except InputError as error:
+    ...     print(error)
+    cycles = 'many': must be a whole number, at least 1 and at most 1000000000000
+    """
 
     def __init__(self, field: str, value: Any, allowed: str) -> None:
         super().__init__(f"{field} = {_shown(value)}: {allowed}")

@@ -6,7 +6,13 @@ from enum import Enum
 
 
 class Evidence(Enum):
-    """How well a result is known."""
+    """How well a result is known.
+
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> creep(chain, Cycles("0.001", 3), solver="certified").evidence is Evidence.PROVED
+    True
+    """
 
     PROVED = "proved"
     """Every comparison was decided in proved (ball or rational) arithmetic."""
@@ -30,7 +36,13 @@ class Evidence(Enum):
 
 
 class Outcome(Enum):
-    """What the chain does, or why the computation stopped; see `exactcreep.creep`."""
+    """What the chain does, or why the computation stopped; see `exactcreep.creep`.
+
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> creep(chain, Cycles("0.0001", 3)).outcome is Outcome.AT_REST
+    True
+    """
 
     CREEPING = "creeping"
     """The chain advances: every slider has moved, all of them the same way."""

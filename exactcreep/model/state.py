@@ -51,6 +51,15 @@ class State(Shown):
     -----
     Two states are equal if all their numbers are the same, whatever their type: 1/2 and 0.5 are;
     two balls are if midpoints and radii are; so are two nan.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain
+    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.75")
+    >>> State.prepared(chain, ["0.1", "-0.1"], theta="0.01").forces(chain).round(3)
+    array([0.7, 0.4, 0.7])
+    >>> State.perturbed(chain, "0.001", start_seed=1).tensions.round(6)
+    array([0.000273, 0.000239])
     """
 
     tensions: NDArray[Any]
@@ -141,7 +150,12 @@ class State(Shown):
 
     @classmethod
     def relaxed(cls, chain: Chain, seed: int = 0) -> State:
-        """Return the relaxed chain: theta = 0, no tension, first draw of every slider."""
+        """Return the relaxed chain: theta = 0, no tension, first draw of every slider.
+
+        >>> from exactcreep import Chain
+        >>> State.relaxed(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")).tensions
+        array([0., 0.])
+        """
         return cls.prepared(chain, seed=seed)
 
     @classmethod

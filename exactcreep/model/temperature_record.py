@@ -53,7 +53,15 @@ _MISSING = frozenset({"", "-", "--", "na", "n/a", "nan", "nat", "null", "none", 
 
 
 class RecordWarning(UserWarning):
-    """A temperature record that can be read, but probably does not mean what it says."""
+    """A temperature record that can be read, but probably does not mean what it says.
+
+    >>> import warnings
+    >>> from exactcreep import TemperatureRecord
+    >>> with warnings.catch_warnings(record=True, action="always") as told:
+    ...     kelvin = TemperatureRecord.of([283, 304, 285], kappa="29e-6", T0=283, times=[0, 1, 2])
+    >>> told[0].category.__name__
+    'RecordWarning'
+    """
 
 
 class _Row(NamedTuple):
@@ -133,6 +141,13 @@ class TemperatureRecord(Listed):
     is taken to be monotone. Rows in the middle of a monotone stretch change nothing. A velocity is
     a displacement per unit of `times` (per second for dates), gaps counted; the chain is taken
     from T0 to the first row at the time of that row.
+
+    Examples
+    --------
+    >>> days = ["2024-06-01T04:00", "2024-06-01T16:00", "2024-06-02T04:00"]
+    >>> record = TemperatureRecord.of([10, 31, 12.5], kappa="29e-6", T0=10, times=days)
+    >>> record.theta[1], record.temperatures
+    (Fraction(609, 1000000), array([10. , 31. , 12.5]))
     """
 
     file: str

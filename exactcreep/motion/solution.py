@@ -17,6 +17,14 @@ class Motion(NamedTuple):
     positions, velocities, forces : ndarray, shape (n,) or (n, m)
         Displacement since the start of the simulation (unit ``g tau_dyn**2``), velocity (unit
         ``g tau_dyn``) and non-frictional force F_n (unit ``m g``) of every slider.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, State, rearrange
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+    >>> slip.sol(slip.duration / 2).velocities.round(4)
+    array([0.   , 0.097])
     """
 
     positions: NDArray[Any]
@@ -44,6 +52,15 @@ class Solution:
         ``pieces[i]`` holds from event i to event i + 1.
     ts : ndarray, shape (len(pieces) + 1,)
         The times that separate them.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, State, rearrange
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> sol = rearrange(chain, State.relaxed(chain), direction=+1).sol
+    >>> sol([sol.t_min, sol.t_max]).positions.round(4)
+    array([[0.   , 0.   ],
+           [0.   , 0.194]])
     """
 
     def __init__(self, pieces: Sequence[Piece], at_rest: Motion) -> None:

@@ -45,7 +45,15 @@ PHYSICS = {
 
 
 class PhysicsWarning(UserWarning):
-    """A run has left the model's physical range; the result counts how often."""
+    """A run has left the model's physical range; the result counts how often.
+
+    >>> import warnings
+    >>> from exactcreep import Chain, Path, creep
+    >>> with warnings.catch_warnings(record=True, action="always") as told:
+    ...     run = creep(Chain(2, 10, "0.5", "0.6", tan_alpha="0.25"), Path([2]))
+    >>> told[0].category.__name__, dict(run.warnings)
+    ('PhysicsWarning', {'theta_beyond_one': 1})
+    """
 
 
 class CheckpointWarning(UserWarning):
@@ -53,11 +61,26 @@ class CheckpointWarning(UserWarning):
 
 
 class AccuracyWarning(UserWarning):
-    """A run of the solver auto is not known to be as accurate as was asked for."""
+    """A run of the solver auto is not known to be as accurate as was asked for.
+
+    >>> import warnings
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
+    >>> with warnings.catch_warnings(record=True, action="always") as told:
+    ...     run = creep(chain, Cycles("0.002", 20), solver="auto", accuracy=1e-3)
+    >>> told[0].category.__name__
+    'AccuracyWarning'
+    """
 
 
 class Interrupted(KeyboardInterrupt):
-    """Ctrl-C during a run; `results` holds what was computed, the last one partial."""
+    """Ctrl-C during a run; `results` holds what was computed, the last one partial.
+
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> run = creep(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50))
+    >>> Interrupted([run]).partial.half_cycles
+    100
+    """
 
     def __init__(self, results: Sequence[Creep]) -> None:
         super().__init__("interrupted")
@@ -177,6 +200,14 @@ def creep(
     Notes
     -----
     Guarantee: the result does not depend on what is recorded, shown or saved, nor on when.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> result = creep(chain, Cycles(amplitude="0.001", cycles=50), record=["x_G", "slips"])
+    >>> result.outcome.value, round(result.velocity, 6), result.dataset.slips.shape
+    ('creeping', 0.776114, (100, 2))
     """
     experiment = Experiment.of(
         chain,
@@ -221,6 +252,14 @@ def resume(
     InputError
         If the file is no checkpoint, a damaged or truncated one, of another version, or of several
         runs.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain, drive = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50)
+    >>> part = creep(chain, drive, checkpoint="run.ckpt", max_events=100)
+    >>> part.outcome.value, resume("run.ckpt").state == creep(chain, drive).state
+    ('limit', True)
     """
     saved = Saved.read(path)
     if len(saved.experiments) != 1:

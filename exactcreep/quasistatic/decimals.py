@@ -15,7 +15,13 @@ from exactcreep.model.numbers import nearest_float
 
 
 class Enclosure(NamedTuple):
-    """A number known to lie within `radius` of `middle`; both exact rationals."""
+    """A number known to lie within `radius` of `middle`; both exact rationals.
+
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> creep(chain, Cycles("0.001", 3), solver="certified").velocity_enclosure.text(20)
+    '0.77611400011626551526'
+    """
 
     middle: Fraction
     radius: Fraction

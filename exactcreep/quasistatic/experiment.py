@@ -55,6 +55,13 @@ class Experiment:
         record (see `burn_in_of`).
     twin : bool
         Whether a twin is followed all along; see `exactcreep.creep`.
+
+    Examples
+    --------
+    >>> from exactcreep import load_scene
+    >>> experiment = load_scene("two-sliders-cycles").experiment({"drive.cycles": 10})
+    >>> experiment.chain.n, experiment.drive.half_cycles, experiment.solver
+    (2, 20, 'exact')
     """
 
     chain: Chain

@@ -154,6 +154,16 @@ class Creep(Shown):
     saved : mapping of int to mapping
         How far the simulation was, by targets reached: from there `state_at` begins. A result
         from a file has none.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> result = creep(chain, Cycles("0.001", 50), record=["x_G", "rearrangements"])
+    >>> int(result.to_pandas("rearrangements").slips.sum()) == result.slip_count
+    True
+    >>> result.state_at(10).theta, round(result.x_G - float(result.dataset.x_G[-1]), 12)
+    (-0.001, 0.0)
     """
 
     experiment: Experiment
@@ -525,6 +535,14 @@ class Creep(Shown):
         ------
         InputError
             If the file exists and `force` is not given, or it cannot be written.
+
+        Examples
+        --------
+        >>> from exactcreep import Chain, Cycles, creep
+        >>> result = creep(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 5))
+        >>> result.save("run.nc")
+        >>> Creep.load("run.nc").state == result.state
+        True
         """
         save_members([self], path, force=force)
 

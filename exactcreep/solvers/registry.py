@@ -159,6 +159,11 @@ def iterate(
     The caller stops asking when there are enough; an avalanche may be endless. The events are
     equal to those of `rearrange`, bit for bit; those of ``certified`` unless it had to raise its
     precision on the way: then the ones before were handed out with wider enclosures.
+
+    >>> from exactcreep import Chain, State
+    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> next(iterate(chain, State.relaxed(chain), direction=+1)).sliders
+    (3,)
     """
     way, key = _valid(chain, state, direction, seed)
     return solver_named(solver, options).iterate(chain, state, way, key)

@@ -95,6 +95,14 @@ class Rearrangement(Shown):
     equal velocities, and have equal events, outcome, reason and counts: what follows from these
     (`sol`, `evidence`, `error`, `doubt`) and the work that it took (`report`) are not compared.
     Pickles keep what has been made, and the rest is made when it is asked for.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, State, rearrange
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> slip = rearrange(chain, State.relaxed(chain), direction=+1)
+    >>> slip.itinerary, slip.outcome.value, slip.evidence.value
+    ((('start', (2,), (1,)), ('stop', (2,), (1,))), 'at_rest', 'computed')
     """
 
     chain: Chain

@@ -110,6 +110,14 @@ class Audit:
         Decimal digits at which the motion was followed.
     reason : str
         Why the audit ended before the log did; "" if it did not.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, State, audit, rearrange
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> found = audit(rearrange(chain, State.relaxed(chain), direction=+1))
+    >>> found.passed, found.events, found.findings
+    (True, 2, ())
     """
 
     findings: tuple[Finding, ...]
@@ -188,6 +196,13 @@ def audit(
     warnings, outcome, velocity and standard error, and the evidence, as far as its solver and the
     ties that it counted allow. What cannot be made again: the ties themselves, the radii, the
     time that it took, the work in `report`, and which limit ended it.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, creep
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> audit(creep(chain, Cycles("0.001", 3), record=["events"])).passed
+    True
     """
     if isinstance(result, Rearrangement):
         return _of_rearrangement(result, seed, most_findings)

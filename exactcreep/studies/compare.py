@@ -143,6 +143,14 @@ class Comparison:
         Largest radius of its positions.
     contestants : tuple of Standing
         ``exact`` first.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, compare
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> found = compare(chain, Cycles("0.001", 5), dt="0.1", events=20)
+    >>> found.evidence.value, found.events, [one.differs for one in found.contestants]
+    ('proved', 20, [False, False])
     """
 
     experiment: Experiment
@@ -250,6 +258,14 @@ def compare(
     Guarantee: events agree in kind, sliders, directions and order, and the certified ones are
     those of the equations, as far as its evidence says ``PROVED``. Statistics come from runs of the
     whole drive, or of its first 200 000 events.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> exact, verlet = compare(chain, Cycles("0.001", 5), dt="0.1", events=20).contestants
+    >>> exact.differs, verlet.differs
+    (False, False)
     """
     experiment = _experiment(chain, drive, seed, start)
     most = whole_number(events, "events", least=1, most=MOST_EVENTS)

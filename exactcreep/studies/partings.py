@@ -207,6 +207,14 @@ class Partings:
         Over which velocities were measured: the fewest of any seed.
     contestants : tuple of Parting
         ``exact`` first, then Verlet by its time steps, without and with located events.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, compare
+    >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
+    >>> found = compare(chain, Cycles("0.001", 5), seeds=2, dts=["0.1"], events=20)
+    >>> found.seeds, [one.contestant.label for one in found.contestants]
+    ((0, 1), ['exact', 'verlet, dt = 0.1', 'verlet, dt = 0.1, located'])
     """
 
     experiment: Experiment

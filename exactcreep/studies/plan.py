@@ -78,6 +78,13 @@ class Plan(Shown):
         known.
     trusted_half_cycles : int or None
         As in `Creep`.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles, plan
+    >>> found = plan(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50))
+    >>> found.solver, sorted(found.costs)
+    ('law', ['certified', 'exact', 'law', 'sliding'])
     """
 
     experiment: Experiment
@@ -216,6 +223,13 @@ def plan(
     -----
     Guarantee: the choice depends on the arguments alone; the predicted times are measured on this
     machine and do not influence it.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, Cycles
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> plan(chain, Cycles("0.001", 50), accuracy=0.05).choice.name
+    'law'
     """
     experiment = Experiment.of(chain, drive, seed=seed, start=start, record=record)
     return _planned(experiment, accuracy, question, experiment.record, explicit=None)

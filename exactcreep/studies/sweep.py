@@ -144,6 +144,14 @@ def sweep(
     Guarantee: a cell depends on its experiment alone, not on what else is computed, when, in which
     order, thread or process: the dataset of a sweep that was stopped and resumed is the same bit
     for bit. (Machines of different kinds agree as far as their mathematics libraries do.)
+
+    Examples
+    --------
+    >>> from exactcreep import load_scene
+    >>> scene = load_scene("two-sliders-cycles").with_settings({"drive.cycles": 10})
+    >>> varied = {"vary.chain.tan_alpha": ["0.1", "0.2"], "vary.run.seed": [1, 2, 3]}
+    >>> dict(sweep(scene.with_settings(varied)).sizes)
+    {'tan_alpha': 2, 'seed': 3}
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
     settings = scene.settings()

@@ -74,6 +74,13 @@ class Fate:
         exactly.
     report : mapping
         What only this solver knows.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, fate
+    >>> found = fate(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001")
+    >>> found.outcome.value, found.evidence.value, found.period
+    ('creeping', 'proved', 1)
     """
 
     chain: Chain

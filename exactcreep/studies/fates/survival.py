@@ -112,6 +112,14 @@ class Survival:
     reason : str
         Which limit ended the computation; "" if it was completed. Starts that it cut short are
         censored where it did.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, survival
+    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> lived = survival(chain, "0.0004", starts=8, cycles=50)
+    >>> lived.lifetimes, lived.evidence.value
+    (array([2, 2, 2, 2, 2, 2, 2, 2]), 'computed')
     """
 
     chain: Chain
@@ -384,6 +392,13 @@ def survival(
 
     Guarantee: lives do not depend on the executor, nor on the number of threads. They are those of
     float64, evidence `COMPUTED`: not one by one those of the equations, but with their statistics.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain
+    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> survival(chain, "0.0005", starts=8, cycles=50).alive.share
+    1.0
     """
     drive = Cycles(amplitude, cycles)
     Experiment.of(chain, drive, record=())

@@ -141,6 +141,13 @@ class Threshold(Shown):
         Which limit ended the search, or that creep does not settle; "" if it was completed. What
         it had not come to is None, or missing from a list; `lower` and `upper` are as narrow as
         they had become.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, threshold
+    >>> found = threshold(Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12"), digits=12)
+    >>> float(found.upper) > float(found.lower), found.evidence.value, found.outcome_at_lower.value
+    (True, 'proved', 'at_rest')
     """
 
     chain: Chain

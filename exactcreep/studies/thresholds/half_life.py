@@ -52,6 +52,14 @@ class HalfLife:
         Which part still creeps at the horizon, at every amplitude tried.
     reason : str
         Which limit ended the search; "" if it was completed.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, threshold
+    >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> half = threshold(chain, criterion="survival", starts=20, cycles=50)
+    >>> half.low < half.amplitude < half.high
+    True
     """
 
     chain: Chain

@@ -36,7 +36,11 @@ ADVANCE = Fraction(1, 10**6)
 
 
 class GivenUp(RuntimeError):
-    """A run on which the search depends came to a limit of its solver."""
+    """A run on which the search depends came to a limit of its solver.
+
+    >>> issubclass(GivenUp, RuntimeError)
+    True
+    """
 
 
 class Trial(NamedTuple):

@@ -68,6 +68,14 @@ class Intercept:
         between two plateaus, where i is not unique.
     reason : str
         Why the evidence is undecided; "" if it is not.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, threshold
+    >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
+    >>> line = threshold(chain, criterion="intercept", cycles=200)
+    >>> round(line.intercept / line.law_seuil, 1), line.evidence.value
+    (1.3, 'undecided')
     """
 
     chain: Chain
