@@ -16,7 +16,7 @@ from exactcreep.display import COMPILING, Display
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.progress import Hearer, Pace, Progress, reporter
-from exactcreep.quasistatic.creep import creep, run_members
+from exactcreep.quasistatic.creep import _CompilerListener, creep, run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import load_scene
 from exactcreep.studies.compare import compare
@@ -172,6 +172,19 @@ def test_on_a_terminal_a_bar_names_what_is_done_and_goes_away(
     said = shown(monkeypatch, Terminal(), [progress], name=name)
     assert all(word in said for word in told)
     assert said.endswith("\x1b[2K")  # the line is erased at the end
+
+
+def test_saying_that_the_compiler_is_at_work_may_need_the_compiler_itself() -> None:
+    said: list[str] = []
+
+    def say() -> None:
+        said.append("compiling")
+        listener.on_start(None)  # theta of random dilations is compiled too
+
+    listener = _CompilerListener(say)
+    listener.on_start(None)
+    listener.on_start(None)
+    assert said == ["compiling"]
 
 
 def test_the_pace_is_that_of_the_last_part_of_the_session() -> None:

@@ -559,9 +559,9 @@ class _CompilerListener(compiler_event.Listener):  # type: ignore[misc]
         self.say: Callable[[], None] | None = say
 
     def on_start(self, event: Any) -> None:
-        if self.say is not None:
-            self.say()
-            self.say = None
+        say, self.say = self.say, None  # to say it may take compiled code itself
+        if say is not None:
+            say()
 
     def on_end(self, event: Any) -> None:
         pass
