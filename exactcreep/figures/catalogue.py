@@ -14,6 +14,7 @@ from exactcreep.figures.pictures import avalanches, beyond, chains, two_sliders
 from exactcreep.figures.pictures import lasting as fate_figures
 from exactcreep.figures.tables import Table
 from exactcreep.model.numbers import InputError
+from exactcreep.studies.avalanches import study
 
 Data = Mapping[str, xr.Dataset]
 """The sweeps of a picture by the names of their scenes."""
@@ -250,7 +251,7 @@ _ALL = (
         avalanches.draw,
         {"chain-avalanches": {"cycles": [300, 40, 10]}},
         {"sizes": [30, 100, 300], "ratios": [1.02, 2.0], "cycles": [2000, 320, 50]},
-        compute=avalanches.study,
+        compute=study,
     ),
 )
 

@@ -92,8 +92,7 @@ def draw_partings(found: Sequence[Partings], path: Path | str, *, title: str = "
                 shares = [Interval(*(100 * x for x in part.bias)) for part in family]
                 _draw_spans(biases, family, shares, about)
         for axes in (turns, errors, biases):
-            axes.set_xscale("log")
-            axes.set_xlabel(r"time step ($\tau_\mathrm{dyn}$)")
+            axes.set(xscale="log", xlabel=r"time step ($\tau_\mathrm{dyn}$)")
         turns.set_ylabel("wrong turns per event (95 %)")
         errors.set_ylabel(r"largest error before ($g\,\tau_\mathrm{dyn}^2$), quartiles")
         biases.set_ylabel("bias of the mean velocity (%), 95 %")

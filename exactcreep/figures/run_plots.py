@@ -7,15 +7,11 @@ from typing import Any
 import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
-from exactcreep.figures.pictures.avalanches import (
-    MEASURES,
-    avalanches_of,
-    distribution,
-    draw_distribution,
-)
+from exactcreep.figures.pictures.avalanches import draw_distribution
 from exactcreep.figures.style import draw_one
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.result import Creep
+from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 
 
 class Plots:

@@ -252,8 +252,7 @@ def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
     )
     axes.set_ylim(n + 0.5, 0.5)  # slider 1 is the upper one
     axes.yaxis.set_major_locator(MaxNLocator(8, integer=True))
-    axes.set_ylabel("slider (1 uppermost)")
-    axes.set_xlabel(r"time $t/\tau_\mathrm{th}$ (half-cycles)")
+    axes.set(ylabel="slider (1 uppermost)", xlabel=r"time $t/\tau_\mathrm{th}$ (half-cycles)")
     bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=16)
     middles = [(a + b - 1) / 2 for a, b in itertools.pairwise(levels)]
     bar.set_ticks(middles)
@@ -292,8 +291,7 @@ def _draw_tensions(axes: Axes, seen: Portrait) -> None:
     size = 3 if chain.n <= 60 else 1.5
     axes.plot(springs, floats(seen.state.tensions), color=INKS[0], marker="o", markersize=size,
               linewidth=0.9, label=r"$T_n$")  # fmt: skip
-    axes.set_xlabel("spring $n$")
-    axes.set_ylabel(r"tension ($m\,g$)")
+    axes.set(xlabel="spring $n$", ylabel=r"tension ($m\,g$)")
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
     axes.set_title(_moment(seen), fontsize=8)
     axes.margins(y=0.15)
@@ -313,8 +311,7 @@ def _draw_forces(axes: Axes, seen: Portrait) -> None:
     for sign in (-1, 1):
         axes.axhline(sign * chain.friction, color="0.45", linewidth=0.7, linestyle=(0, (1, 2)),
                      label=r"$\pm\mu_\mathrm{d}\cos\alpha$" if sign == 1 else None)  # fmt: skip
-    axes.set_xlabel("slider $n$")
-    axes.set_ylabel(r"force ($m\,g$)")
+    axes.set(xlabel="slider $n$", ylabel=r"force ($m\,g$)")
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
     axes.set_title(_moment(seen), fontsize=8)
     axes.set_ylim(-1.2 * float(seen.limits.max()), 1.75 * float(seen.limits.max()))

@@ -64,8 +64,7 @@ def draw_sweep(dataset: xr.Dataset, path: Path | str, *, title: str = "") -> Non
             _draw_family(axes, family, over, number, ", ".join(texts) or "computed")
         axes.plot([], [], **{**EXACT, "color": "0.3"},
                   label=r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$")  # fmt: skip
-        axes.set_xlabel(symbol_of(over))
-        axes.set_ylabel(VELOCITY)
+        axes.set(xlabel=symbol_of(over), ylabel=VELOCITY)
         if len(families) <= _MOST_FAMILIES:
             axes.legend(loc="best")
 
@@ -102,8 +101,7 @@ def _draw_map(figure: Figure, every: Sequence[Cell]) -> None:
     image = axes.pcolormesh(x, y, values, shading="nearest", cmap="cividis", rasterized=True)
     bar = figure.colorbar(image, ax=axes, pad=0.02)
     bar.set_label(VELOCITY)
-    axes.set_xlabel(symbol_of(across))
-    axes.set_ylabel(symbol_of(up))
+    axes.set(xlabel=symbol_of(across), ylabel=symbol_of(up))
     fine_x, fine_y = _between(x), _between(y)
     law = np.array([[_law_at(every[0], {across: a, up: b}) for a in fine_x] for b in fine_y])
     if np.isfinite(law).sum() < 2 or np.nanmin(law) == np.nanmax(law):

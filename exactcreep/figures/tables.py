@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from exactcreep.laws import LAWS, Form, law_values
+from exactcreep.laws import LAWS, law_values
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.studies.sweep import dimensions
 
@@ -233,58 +233,52 @@ def with_control(dataset: xr.Dataset, sliding: xr.Dataset) -> xr.Dataset:
     return dataset.assign({CONTROL: values})
 
 
-def table(
-    name: str,
-    title: str,
-    dataset: xr.Dataset,
-    law: str,
-    remark: Callable[[Cell, Row], str],
-    *,
-    exact: Form | None = None,
-    note: str = "",
-) -> Table:
-    """Return the table of a sweep: every point beside the law of the paper's equation `law`.
+class Series(NamedTuple):
+    """A table to be: every point of a sweep beside the law of the paper's equation `law`.
 
-    Parameters
+    Attributes
     ----------
-    name, title : str
-    dataset : Dataset
-        From `exactcreep.studies.sweep.sweep`.
-    law : str
-        A label of `LAWS`.
+    scene : str
+        The sweep, and the name of the table.
+    title, law : str
+        `law` is a label of `LAWS`.
     remark : callable
         Called for each point that departs from its law; returns one line that says why.
-    exact : Form, optional
-        The law to compare with in place of the exact (else corrected) form of `law`.
     note : str
         For the table.
     """
+
+    scene: str
+    title: str
+    law: str
+    remark: Callable[[Cell], str]
+    note: str = ""
+
+
+def tables_of(*series: Series) -> Callable[[Mapping[str, xr.Dataset]], list[Table]]:
+    """Return what makes the tables of these series out of the sweeps of a picture, by scene."""
+    return lambda data: [_table(one, data[one.scene]) for one in series]
+
+
+def _table(series: Series, dataset: xr.Dataset) -> Table:
     rows = []
     for cell in cells(dataset):
-        row = beside(cell, law, exact=exact)
-        rows.append(replace(row, remark=remark(cell, row)) if row.departs else row)
-    return table_of(name, title, rows, law, exact=exact, note=note)
+        row = beside(cell, series.law)
+        rows.append(replace(row, remark=series.remark(cell)) if row.departs else row)
+    return table_of(series.scene, series.title, rows, series.law, note=series.note)
 
 
-def beside(cell: Cell, law: str, *, exact: Form | None = None, remark: str = "") -> Row:
+def beside(cell: Cell, law: str, remark: str = "") -> Row:
     """Return the row of a point beside the law of the paper's equation `law`."""
     known = LAWS[law]
     printed = law_values(known.printed, cell.parameters)
-    better = law_values(exact or known.exact or known.corrected, cell.parameters)
+    better = law_values(known.exact or known.corrected, cell.parameters)
     return Row(cell.varied, cell.velocity, cell.error, printed, better, remark)
 
 
-def table_of(
-    name: str,
-    title: str,
-    rows: Iterable[Row],
-    law: str,
-    *,
-    exact: Form | None = None,
-    note: str = "",
-) -> Table:
+def table_of(name: str, title: str, rows: Iterable[Row], law: str, note: str = "") -> Table:
     """Return rows as a table headed by the law of the paper's equation `law`."""
     known = LAWS[law]
-    better = exact or known.exact or known.corrected
+    better = known.exact or known.corrected
     words = "" if better is None else better.text
     return Table(name, title, f"Eq. ({law}): {known.printed.text}", words, tuple(rows), note)

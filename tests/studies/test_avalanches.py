@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Creep, Cycles, InputError, creep
-from exactcreep.figures.pictures import avalanches
-from exactcreep.figures.pictures.avalanches import MEASURES, Avalanches
+from exactcreep.studies import avalanches
+from exactcreep.studies.avalanches import MEASURES, Avalanches
 
 CHAIN = Chain(8, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 

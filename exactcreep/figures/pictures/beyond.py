@@ -39,7 +39,7 @@ from exactcreep.figures.drawing import (
     points,
 )
 from exactcreep.figures.style import INKS, picture
-from exactcreep.figures.tables import Cell, Row, Table, beside, cells, table, table_of
+from exactcreep.figures.tables import Cell, Row, Series, Table, beside, cells, table_of, tables_of
 from exactcreep.laws import LAWS, gaussian_integral, law_values, pivots, staircase_two_sliders
 from exactcreep.model.numbers import exact_number
 
@@ -186,8 +186,7 @@ def draw_windows(data: Data, tables: list[Table]) -> Figure:
     inset.plot(x[near], dataset["velocity"].to_numpy()[near], linestyle="none", marker="o",
                markersize=2.2, color=INKS[6])  # fmt: skip
     inset.plot(sizes, exact, **PRINTED)
-    inset.set_xlim(1.22, 1.36)
-    inset.set_ylim(-0.03, 0.35)
+    inset.set(xlim=(1.22, 1.36), ylim=(-0.03, 0.35))
     inset.tick_params(labelsize=7)
     inset.set_title("shaded: the chain creeps", fontsize=7, pad=2)
     return figure
@@ -209,24 +208,28 @@ _MAP = "chain-map"
 _EVERY = 8  # rows of the table: every eighth slope and amplitude
 
 
-def map_tables(data: Data) -> list[Table]:
-    """Return every eighth velocity of the map, in both directions, beside the law."""
-    dataset = data[_MAP]
-    whole = table(_MAP, "Six sliders, cycles, over slope and amplitude (every eighth point)",
-                  dataset, "vitesse_seuil", _map_remark)  # fmt: skip
-    columns = dataset.sizes["amplitude"]
-    rows = tuple(
-        row for k, row in enumerate(whole.rows)
-        if (k // columns) % _EVERY == 0 and (k % columns) % _EVERY == 0
-    )  # fmt: skip
-    return [replace(whole, rows=rows, note=BELOW_THRESHOLD)]
-
-
-def _map_remark(cell: Cell, row: Row) -> str:
+def _map_remark(cell: Cell) -> str:
     relative = float(cell.parameters["amplitude"]) / critical_amplitude(cell.parameters)
     if 0.5 < relative < 1.5:
         return "near the threshold the excess mu_s - mu_d decides whether the whole chain moves"
     return pivot_remark(cell)
+
+
+_WHOLE_MAP = Series(
+    _MAP, "Six sliders, cycles, over slope and amplitude (every eighth point)", "vitesse_seuil",
+    _map_remark, BELOW_THRESHOLD,
+)  # fmt: skip
+
+
+def map_tables(data: Data) -> list[Table]:
+    """Return every eighth velocity of the map, in both directions, beside the law."""
+    (whole,) = tables_of(_WHOLE_MAP)(data)
+    columns = data[_MAP].sizes["amplitude"]
+    rows = tuple(
+        row for k, row in enumerate(whole.rows)
+        if (k // columns) % _EVERY == 0 and (k % columns) % _EVERY == 0
+    )  # fmt: skip
+    return [replace(whole, rows=rows)]
 
 
 def draw_map(data: Data, tables: list[Table]) -> Figure:
@@ -397,14 +400,7 @@ def _draw_tail(axes: Axes, values: Sequence[float], ink: str, marker: str, name:
 _CLOSED = "gaussian-closed-form"
 
 
-def closed_form_tables(data: Data) -> list[Table]:
-    """Return the velocities under random dilations beside two terms and closed form."""
-    note = "The printed law is the first two terms of the exact one, and negative for h > 0.846."
-    return [table(_CLOSED, "Two, three and six sliders, random dilations, over sigma_theta",
-                  data[_CLOSED], "vitesse_seuil_random", _closed_remark, note=note)]  # fmt: skip
-
-
-def _closed_remark(cell: Cell, row: Row) -> str:
+def _closed_remark(cell: Cell) -> str:
     if _reduced(cell) > 1:
         return (
             "h > 1: rare large dilations; the excess mu_s - mu_d is not small beside l0 sigma_theta"
@@ -423,6 +419,13 @@ def _unit(cell: Cell) -> float:
     p = cell.parameters
     i = pivots(int(p["n"]), p["tan_alpha"], p["mu_d"])[0]
     return (int(p["n"]) + 3 - 2 * i) * float(p["l0"] * p["sigma_theta"])
+
+
+closed_form_tables = tables_of(
+    Series(_CLOSED, "Two, three and six sliders, random dilations, over sigma_theta",
+           "vitesse_seuil_random", _closed_remark,
+           "The printed law is the first two terms of the exact one, and negative for h > 0.846.")
+)  # fmt: skip
 
 
 def draw_closed_form(data: Data, tables: list[Table]) -> Figure:
@@ -454,9 +457,7 @@ def draw_closed_form(data: Data, tables: list[Table]) -> Figure:
         r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle\,/\,[(N+3-2i)\,\tilde{l}_0\sigma_\theta]$"
     )
     left.legend(loc="upper right")
-    right.set_xlim(0, 3.2)
-    right.set_yscale("log")
-    right.set_ylim(1e-4, 1)
+    right.set(xlim=(0, 3.2), yscale="log", ylim=(1e-4, 1))
     return figure
 
 
@@ -465,17 +466,7 @@ def draw_closed_form(data: Data, tables: list[Table]) -> Figure:
 _PIVOTS = "chain-pivots"
 
 
-def pivot_tables(data: Data) -> list[Table]:
-    """Return the velocities of three sliders over the slope, without and with disorder."""
-    note = (
-        "Without disorder the relaxed chain keeps the lower pivot up to the upper edge, which is"
-        " Eq. (critical_angle) as printed."
-    )
-    return [table(_PIVOTS, "Three sliders, cycles, over tan(alpha)", data[_PIVOTS],
-                  "vitesse_seuil", _onset_remark, note=note)]  # fmt: skip
-
-
-def _onset_remark(cell: Cell, row: Row) -> str:
+def _onset_remark(cell: Cell) -> str:
     edge, distance = nearest_edge(cell)
     if cell.parameters["sigma_mu"] == 0 and distance <= 1:
         return (
@@ -483,6 +474,13 @@ def _onset_remark(cell: Cell, row: Row) -> str:
             " keeps the one that its history gave it"
         )
     return pivot_remark(cell)
+
+
+pivot_tables = tables_of(
+    Series(_PIVOTS, "Three sliders, cycles, over tan(alpha)", "vitesse_seuil", _onset_remark,
+           "Without disorder the relaxed chain keeps the lower pivot up to the upper edge, which is"
+           " Eq. (critical_angle) as printed.")
+)  # fmt: skip
 
 
 def draw_pivots(data: Data, tables: list[Table]) -> Figure:
@@ -511,10 +509,7 @@ def draw_pivots(data: Data, tables: list[Table]) -> Figure:
                   textcoords="offset points", ha="right", fontsize=9)  # fmt: skip
     axes.annotate(law_name("critical_angle"), (upper, high), xytext=(3, 0),
                   textcoords="offset points", fontsize=8, color=INKS[0])  # fmt: skip
-    axes.set_xlim(0.1, 0.25)
-    axes.set_ylim(-0.4, 11.6)
-    axes.set_xlabel(SLOPE)
-    axes.set_ylabel(VELOCITY)
+    axes.set(xlim=(0.1, 0.25), ylim=(-0.4, 11.6), xlabel=SLOPE, ylabel=VELOCITY)
     axes.legend(loc="center left")
     degrees(axes)
     return figure

@@ -32,7 +32,7 @@ from exactcreep.figures.drawing import (
     points,
 )
 from exactcreep.figures.style import INKS, picture
-from exactcreep.figures.tables import Cell, Row, Table, cells, table
+from exactcreep.figures.tables import Cell, Series, Table, cells, tables_of
 from exactcreep.laws import LAWS, law_values
 
 _TWO_TERMS = "The printed law is the first two terms of the exact one in N m/(2 l0 sigma_theta)."
@@ -45,19 +45,12 @@ _FOURS = (
 # --- plateaus over the slope ---------------------------------------------------------------------
 
 
-def plateau_tables(data: Data) -> list[Table]:
-    """Return the velocities of five and six sliders over the slope beside the law."""
-    name = "chain-plateaus"
-    title = "Five and six sliders, random dilations, over tan(alpha)"
-    note = (
-        "The printed plateau is the limit of large dilations; the exact law knows the play"
-        " N (mu_d cos(alpha) - sin(alpha)) that each reversal costs."
-    )
-    return [table(name, title, data[name], "vitesse_random", _plateau_remark, note=note)]
-
-
-def _plateau_remark(cell: Cell, row: Row) -> str:
-    return pivot_remark(cell)
+plateau_tables = tables_of(
+    Series("chain-plateaus", "Five and six sliders, random dilations, over tan(alpha)",
+           "vitesse_random", pivot_remark,
+           "The printed plateau is the limit of large dilations; the exact law knows the play"
+           " N (mu_d cos(alpha) - sin(alpha)) that each reversal costs.")
+)  # fmt: skip
 
 
 def draw_plateaus(data: Data, tables: list[Table]) -> Figure:
@@ -87,10 +80,7 @@ def draw_plateaus(data: Data, tables: list[Table]) -> Figure:
     axes.axvline(float(every[0].parameters["mu_d"]), color="0.55", linewidth=0.7,
                  linestyle=(0, (1, 2)))  # fmt: skip
     axes.annotate(r"$\alpha_\mathrm{c}$", (0.5, 1), xytext=(3, 0), textcoords="offset points")
-    axes.set_xlim(-0.01, 0.53)
-    axes.set_ylim(-4.2, 42)
-    axes.set_xlabel(SLOPE)
-    axes.set_ylabel(VELOCITY)
+    axes.set(xlim=(-0.01, 0.53), ylim=(-4.2, 42), xlabel=SLOPE, ylabel=VELOCITY)
     axes.legend(loc="upper left", ncols=1)
     degrees(axes)
     return figure
@@ -120,18 +110,7 @@ def _mark_angles(axes: Axes, n: int, parameters: Mapping[str, Any]) -> None:
 # --- over the amplitude --------------------------------------------------------------------------
 
 
-def amplitude_tables(data: Data) -> list[Table]:
-    """Return the velocities over the amplitude of cycles, and of random dilations."""
-    cycles, random = "chain-amplitude", "chain-amplitude-random"
-    return [
-        table(cycles, "Thirty sliders, cycles, over the amplitude", data[cycles],
-              "vitesse_seuil", _threshold_remark, note=BELOW_THRESHOLD),
-        table(random, "Thirty sliders, random dilations, over sigma_theta", data[random],
-              "vitesse_seuil_random", _threshold_remark, note=_TWO_TERMS),
-    ]  # fmt: skip
-
-
-def _threshold_remark(cell: Cell, row: Row) -> str:
+def _threshold_remark(cell: Cell) -> str:
     size = "amplitude" if "amplitude" in cell.parameters else "sigma_theta"
     relative = float(cell.parameters[size]) / critical_amplitude(cell.parameters)
     if size == "amplitude" and 0.97 < relative < 1.15:
@@ -142,6 +121,14 @@ def _threshold_remark(cell: Cell, row: Row) -> str:
     if size == "sigma_theta" and relative < 0.6:
         return "far below the threshold: rare large dilations, and slips of size D at both ends"
     return pivot_remark(cell)
+
+
+amplitude_tables = tables_of(
+    Series("chain-amplitude", "Thirty sliders, cycles, over the amplitude", "vitesse_seuil",
+           _threshold_remark, BELOW_THRESHOLD),
+    Series("chain-amplitude-random", "Thirty sliders, random dilations, over sigma_theta",
+           "vitesse_seuil_random", _threshold_remark, _TWO_TERMS),
+)  # fmt: skip
 
 
 def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
@@ -168,11 +155,9 @@ def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
         side = ("right", -3) if label == "seuil" else ("left", 3)
         axes.annotate(text, (place, 29), xytext=(side[1], 0), textcoords="offset points",
                       ha=side[0])  # fmt: skip
-    axes.set_xlim(0, 0.0125)
-    axes.set_ylim(-3, 100)
+    axes.set(xlim=(0, 0.0125), ylim=(-3, 100))
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
-    axes.set_xlabel(r"$A_\theta$ or $\sigma_\theta$   ($\tilde{l}_0 = 10^3$)")
-    axes.set_ylabel(VELOCITY)
+    axes.set(xlabel=r"$A_\theta$ or $\sigma_\theta$   ($\tilde{l}_0 = 10^3$)", ylabel=VELOCITY)
     axes.legend(loc="upper left")
     return figure
 
@@ -180,15 +165,12 @@ def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
 # --- over the number of sliders ------------------------------------------------------------------
 
 
-def size_tables(data: Data) -> list[Table]:
-    """Return the velocities over the number of sliders, cycles and random dilations."""
-    cycles, random = "chain-size", "chain-size-random"
-    return [
-        table(cycles, "Cycles, over the number of sliders", data[cycles],
-              "vitesse_seuil", _threshold_remark, note=f"{BELOW_THRESHOLD} {_FOURS}"),
-        table(random, "Random dilations, over the number of sliders", data[random],
-              "vitesse_seuil_random", _threshold_remark, note=f"{_TWO_TERMS} {_FOURS}"),
-    ]  # fmt: skip
+size_tables = tables_of(
+    Series("chain-size", "Cycles, over the number of sliders", "vitesse_seuil",
+           _threshold_remark, f"{BELOW_THRESHOLD} {_FOURS}"),
+    Series("chain-size-random", "Random dilations, over the number of sliders",
+           "vitesse_seuil_random", _threshold_remark, f"{_TWO_TERMS} {_FOURS}"),
+)  # fmt: skip
 
 
 def draw_size(data: Data, tables: list[Table]) -> Figure:
@@ -220,11 +202,9 @@ def draw_size(data: Data, tables: list[Table]) -> Figure:
         )  # fmt: skip
     points(axes, cycles.rows, "n", **CYCLES, label="cycles, computed")
     points(axes, random.rows, "n", **RANDOM, label="random dilations, computed")
-    axes.set_xlim(0, 66)
-    axes.set_ylim(-2, 62)
+    axes.set(xlim=(0, 66), ylim=(-2, 62))
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
-    axes.set_xlabel(r"number of sliders $N$")
-    axes.set_ylabel(VELOCITY)
+    axes.set(xlabel=r"number of sliders $N$", ylabel=VELOCITY)
     axes.legend(loc="upper left")
     return figure
 
@@ -232,19 +212,19 @@ def draw_size(data: Data, tables: list[Table]) -> Figure:
 # --- irregular creep -----------------------------------------------------------------------------
 
 
-def jump_tables(data: Data) -> list[Table]:
-    """Return the velocities near the threshold, start by start, beside the law."""
-    name = "chain-jumps"
-    title = "Thirty sliders without disorder near the critical amplitude, from several starts"
-    return [table(name, title, data[name], "vitesse_seuil", _jump_remark)]
-
-
-def _jump_remark(cell: Cell, row: Row) -> str:
+def _jump_remark(cell: Cell) -> str:
     relative = float(cell.parameters["amplitude"]) / setting_amplitude(cell.parameters)
     return (
         f"irregular: A = {relative:.4f} of the amplitude [N m + D]/(2 l0) that sets the whole"
         " chain in motion; it moves on in bursts"
     )
+
+
+jump_tables = tables_of(
+    Series("chain-jumps",
+           "Thirty sliders without disorder near the critical amplitude, from several starts",
+           "vitesse_seuil", _jump_remark)
+)  # fmt: skip
 
 
 def draw_jumps(data: Data, tables: list[Table]) -> Figure:

@@ -21,7 +21,7 @@ from exactcreep.figures.drawing import (
     points,
 )
 from exactcreep.figures.style import INKS, picture
-from exactcreep.figures.tables import Cell, Row, Table, cells, table
+from exactcreep.figures.tables import Cell, Row, Series, Table, cells, tables_of
 from exactcreep.laws import LAWS, law_values
 
 _CORRECTED = "velocity_th_2_gaussienne_corrected"
@@ -35,17 +35,10 @@ _NOTE = (
 # --- the trace -----------------------------------------------------------------------------------
 
 
-def trace_tables(data: Data) -> list[Table]:
-    """Return the velocity of the trace beside the law."""
-    name = "two-sliders-trace"
-    title = "Two sliders under random dilations, l0 sigma_theta = 100"
-    return [table(name, title, data[name], _CORRECTED, _unexplained, note=_NOTE)]
-
-
-def _unexplained(cell: Cell, row: Row) -> str:
-    return "no explanation"
-
-
+trace_tables = tables_of(
+    Series("two-sliders-trace", "Two sliders under random dilations, l0 sigma_theta = 100",
+           _CORRECTED, lambda cell: "no explanation", _NOTE)
+)  # fmt: skip
 _SHOWN = 24  # dilations of the trace that can be told apart
 
 
@@ -82,8 +75,7 @@ def draw_trace(data: Data, tables: list[Table]) -> Figure:
     cell = cells(dataset)[0]
     law = float(tables[0].rows[0].printed[0])
     inset.plot(time, law * time / 1000, **PRINTED)
-    inset.set_xlim(0, time[-1])
-    inset.set_ylim(0, None)
+    inset.set(xlim=(0, time[-1]), ylim=(0, None))
     inset.set_title(rf"long run: {cell.velocity:.1f} per change; law {law:.1f}", fontsize=7, pad=3)
     inset.set_ylabel(r"$\Delta\tilde{x}_G/10^3$", fontsize=8, labelpad=1)
     inset.tick_params(labelsize=7)
@@ -93,14 +85,7 @@ def draw_trace(data: Data, tables: list[Table]) -> Figure:
 # --- over the slope ------------------------------------------------------------------------------
 
 
-def angle_tables(data: Data) -> list[Table]:
-    """Return the velocities over the slope beside the law."""
-    name = "two-sliders-angle"
-    title = "Two sliders, random dilations, over tan(alpha)"
-    return [table(name, title, data[name], _CORRECTED, _angle_remark, note=_NOTE)]
-
-
-def _angle_remark(cell: Cell, row: Row) -> str:
+def _angle_remark(cell: Cell) -> str:
     slope, friction = float(cell.parameters["tan_alpha"]), float(cell.parameters["mu_d"])
     width = float(cell.parameters["sigma_mu"])
     if slope == 0:
@@ -116,6 +101,10 @@ def _angle_remark(cell: Cell, row: Row) -> str:
 
 
 _NEGLECTED = "the scatter sigma_mu of the static coefficient, which the law neglects"
+angle_tables = tables_of(
+    Series("two-sliders-angle", "Two sliders, random dilations, over tan(alpha)", _CORRECTED,
+           _angle_remark, _NOTE)
+)  # fmt: skip
 
 
 def draw_angle(data: Data, tables: list[Table]) -> Figure:
@@ -148,10 +137,7 @@ def draw_angle(data: Data, tables: list[Table]) -> Figure:
             name, (place, 0.35), xytext=(2 if side == "left" else -2, 0),
             textcoords="offset points", ha=side, fontsize=9,
         )  # fmt: skip
-    axes.set_xlim(-0.01, 0.53)
-    axes.set_ylim(0, 7)
-    axes.set_xlabel(SLOPE)
-    axes.set_ylabel(VELOCITY)
+    axes.set(xlim=(-0.01, 0.53), ylim=(0, 7), xlabel=SLOPE, ylabel=VELOCITY)
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 0.12))
     degrees(axes)
     return figure
@@ -160,14 +146,7 @@ def draw_angle(data: Data, tables: list[Table]) -> Figure:
 # --- over the size of the dilations --------------------------------------------------------------
 
 
-def amplitude_tables(data: Data) -> list[Table]:
-    """Return the velocities over sigma_theta beside the law."""
-    name = "two-sliders-amplitude"
-    title = "Two sliders, random dilations, over sigma_theta"
-    return [table(name, title, data[name], _CORRECTED, _amplitude_remark, note=_NOTE)]
-
-
-def _amplitude_remark(cell: Cell, row: Row) -> str:
+def _amplitude_remark(cell: Cell) -> str:
     width = float(cell.parameters["l0"] * cell.parameters["sigma_theta"])
     if width < margin(cell.parameters):
         return (
@@ -175,6 +154,12 @@ def _amplitude_remark(cell: Cell, row: Row) -> str:
             " not small beside l0 sigma_theta"
         )
     return _NEGLECTED
+
+
+amplitude_tables = tables_of(
+    Series("two-sliders-amplitude", "Two sliders, random dilations, over sigma_theta", _CORRECTED,
+           _amplitude_remark, _NOTE)
+)  # fmt: skip
 
 
 def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
@@ -197,9 +182,7 @@ def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
              r" $h = m/(\tilde{l}_0\sigma_\theta)$")  # fmt: skip
     points(top, [row for row in rows if row.measured > 0], "sigma_theta", **RANDOM,
            label="computed")  # fmt: skip
-    top.set_yscale("log")
-    top.set_ylim(1e-4, 150)
-    top.set_ylabel(VELOCITY)
+    top.set(yscale="log", ylim=(1e-4, 150), ylabel=VELOCITY)
     top.legend(loc="lower right")
     bottom.plot(sizes, np.ones(len(sizes)), color="0.6", linewidth=0.9)
     bottom.plot(sizes, printed / base, **PRINTED)
@@ -213,9 +196,8 @@ def draw_amplitude(data: Data, tables: list[Table]) -> Figure:
     for axes in (top, bottom):
         axes.axvline(star, color="0.55", linewidth=0.7, linestyle=(0, (1, 2)), zorder=0)
     top.annotate(r"$\sigma_\theta^*$", (star, 20.0), xytext=(3, 0), textcoords="offset points")
-    bottom.set_xscale("log")
-    bottom.set_ylim(-0.1, 1.15)
-    bottom.set_xlim(8e-5, 0.13)
-    bottom.set_ylabel("velocity / asymptote")
-    bottom.set_xlabel(r"$\sigma_\theta$   ($\tilde{l}_0 = 10^3$)")
+    bottom.set(
+        xscale="log", ylim=(-0.1, 1.15), xlim=(8e-5, 0.13), ylabel="velocity / asymptote",
+        xlabel=r"$\sigma_\theta$   ($\tilde{l}_0 = 10^3$)",
+    )  # fmt: skip
     return figure
