@@ -3,6 +3,7 @@
 import ast
 import importlib
 from collections.abc import Iterator
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -29,12 +30,16 @@ ROOMS = (
 """From the foundations up; rooms of one entry share a floor."""
 FLOOR = {room: floor for floor, rooms in enumerate(ROOMS) for room in rooms}
 FACES = {"commands", "cli", "__init__", "__main__"}
-MODULES = sorted(PACKAGE.rglob("*.py"))
+MODULES = {
+    path.relative_to(PACKAGE).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
+    for path in sorted(PACKAGE.rglob("*.py"))
+}
+UPWARDS = {("quasistatic/result.py", "exactcreep.figures.run_plots")}
+"""Imports against the stream: `Creep.plot` draws a run, and waits for matplotlib only then."""
 
 
-def room_of(path: Path) -> str:
-    inside = path.relative_to(PACKAGE)
-    return inside.parts[0].removesuffix(".py")
+def room_of(module: str) -> str:
+    return module.partition("/")[0].removesuffix(".py")
 
 
 def imports(tree: ast.AST) -> Iterator[tuple[str, ast.stmt]]:
@@ -49,6 +54,15 @@ def imports(tree: ast.AST) -> Iterator[tuple[str, ast.stmt]]:
                 yield f"{node.module}.{alias.name}", node
 
 
+def late_imports(tree: ast.AST) -> Iterator[str]:
+    """Yield the module of every call of ``import_module`` that names it."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and ast.unparse(node.func).endswith("import_module"):
+            (named,) = node.args
+            if isinstance(named, ast.Constant):
+                yield named.value
+
+
 def for_types_only(tree: ast.Module) -> set[ast.stmt]:
     """Return the imports under ``if TYPE_CHECKING``."""
     found: set[ast.stmt] = set()
@@ -58,62 +72,68 @@ def for_types_only(tree: ast.Module) -> set[ast.stmt]:
     return found
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_a_room_imports_only_from_rooms_above_it(path: Path) -> None:
-    room = room_of(path)
-    if room == "__init__":
-        return
-    assert room in FLOOR, f"{room} is a room that the house does not know"
-    for name, node in imports(ast.parse(path.read_text(encoding="utf-8"))):
-        parts = name.split(".")
-        if parts[0] == "derivations":
-            pytest.fail("the package never imports its derivations")
-        if parts[0] == "exactcreep" and parts[1] != "__version__":
-            assert FLOOR[parts[1]] <= FLOOR[room], f"line {node.lineno}: {room} imports {name}"
+def test_a_room_imports_only_from_rooms_above_it() -> None:
+    against = set()
+    for module, tree in MODULES.items():
+        room = room_of(module)
+        if room == "__init__":
+            continue
+        assert room in FLOOR, f"{room} is a room that the house does not know"
+        for name in {*(name for name, _ in imports(tree)), *late_imports(tree)}:
+            parts = name.split(".")
+            assert parts[0] != "derivations", "the package never imports its derivations"
+            own = parts[0] == "exactcreep" and parts[1] != "__version__"
+            if own and FLOOR[parts[1]] > FLOOR[room]:
+                against.add((module, name))
+    assert against == UPWARDS
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_imports_stand_at_the_top_except_in_the_faces(path: Path) -> None:
-    if room_of(path) in FACES:
-        return
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    at_top = set(tree.body) | for_types_only(tree)
-    inside = {node.lineno for _, node in imports(tree) if node not in at_top}
-    allowed = {
-        # an intrinsic runs inside the compiler, and needs its types only there
-        node.lineno
-        for name, node in imports(tree)
-        if name.startswith("llvmlite.")
-    }
-    if path.name == "style.py":
-        return
-    assert not inside - allowed
+def test_no_module_waits_for_itself() -> None:
+    """Within a room too, imports go one way."""
+    names = {module.removesuffix(".py").replace("/", "."): module for module in MODULES}
+    needs: dict[str, set[str]] = {}
+    for name, module in names.items():
+        tree = MODULES[module]
+        typed = for_types_only(tree)
+        asked = {asked for asked, node in imports(tree) if node not in typed}
+        inside = {asked.removeprefix("exactcreep.") for asked in asked if "." in asked}
+        needs[name] = ({*inside, *(one.rpartition(".")[0] for one in inside)} & {*names}) - {name}
+    tuple(TopologicalSorter(needs).static_order())  # raises CycleError
+
+
+def test_imports_stand_at_the_top_except_in_the_faces() -> None:
+    for module, tree in MODULES.items():
+        if room_of(module) in FACES:
+            continue
+        at_top = set(tree.body) | for_types_only(tree)
+        for name, node in imports(tree):
+            # an intrinsic runs inside the compiler, and needs its types only there
+            assert node in at_top or name.startswith("llvmlite."), f"{module} imports {name}"
 
 
 def test_no_module_is_a_drawer_for_odds_and_ends() -> None:
     drawers = {"utils", "util", "common", "helpers", "helper", "misc", "tools", "core", "base"}
-    assert not drawers & {path.stem for path in MODULES}
+    assert not drawers & {part for module in MODULES for part in Path(module).with_suffix("").parts}
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_names_say_what_a_thing_is(path: Path) -> None:
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            name = node.name.lstrip("_")
-            assert not name.startswith(("get_", "compute_", "do_"))
-            assert not name.endswith(("Manager", "Helper"))
+def test_names_say_what_a_thing_is() -> None:
+    for module, tree in MODULES.items():
+        for node in ast.walk(tree):
+            if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
+                name = node.name.lstrip("_")
+                assert not name.startswith(("get_", "compute_", "do_")), module
+                assert not name.endswith(("Manager", "Helper")), module
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda path: str(path.relative_to(PACKAGE)))
-def test_every_module_begins_with_a_sentence(path: Path) -> None:
-    text = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
-    assert text is not None
-    assert text.splitlines()[0].endswith((".", ":", "?"))
+def test_every_module_begins_with_a_sentence() -> None:
+    for module, tree in MODULES.items():
+        text = ast.get_docstring(tree)
+        assert text is not None, module
+        assert text.splitlines()[0].endswith((".", ":", "?")), module
 
 
 def test_every_public_name_is_there_and_promised_to_type_checkers() -> None:
-    tree = ast.parse((PACKAGE / "__init__.py").read_text(encoding="utf-8"))
+    tree = MODULES["__init__.py"]
     promised = {
         alias.asname
         for node in for_types_only(tree)
@@ -134,10 +154,10 @@ def test_every_public_name_is_there_and_promised_to_type_checkers() -> None:
 
 
 def test_precision_is_never_a_global() -> None:
-    for path in MODULES:
-        if path.relative_to(PACKAGE).as_posix() == "motion/arithmetic.py":
+    for module, tree in MODULES.items():
+        if module == "motion/arithmetic.py":
             continue  # python-flint has no other precision: it is set and put back there
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for node in ast.walk(tree):
             targets = node.targets if isinstance(node, ast.Assign) else []
             for target in targets:
                 shown = ast.unparse(target)
