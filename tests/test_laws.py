@@ -152,7 +152,6 @@ def test_laws_carry_the_verdict_of_the_ledger_and_name_their_derivation() -> Non
         assert (ROOT / file).is_file(), law.derivation
         assert file == f"derivations/{BY_NAME[label].how.split(':')[0].split(';')[0]}.py", label
         assert law.latex
-        assert law.formula
         assert law.units
         assert law.place
 

@@ -1,0 +1,127 @@
+"""The arithmetic of the laws, which the numbers given decide: rationals, floats, arrays, mpmath."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from mpmath import libmp
+
+Number = Any
+"""int, Fraction, float, numpy array or mpmath number."""
+
+
+def is_mpf(value: object) -> bool:
+    """Return whether it is an mpmath number of some context, each of which has its own class."""
+    return hasattr(value, "_mpf_") and hasattr(value, "context")
+
+
+def rational(value: Number) -> Fraction:
+    """Return the exact value of a finite scalar."""
+    finite = value.context.isfinite if is_mpf(value) else math.isfinite
+    if not isinstance(value, int | Fraction) and not finite(value):
+        raise ValueError(f"{value} is not a finite number")
+    if is_mpf(value):
+        numerator, denominator = libmp.to_rational(value._mpf_)
+        return Fraction(int(numerator), int(denominator))
+    return Fraction(value)
+
+
+def real(value: Number, name: str) -> Number:
+    """Return a real number, or an array of them; raise `TypeError` with its name for others."""
+    if isinstance(value, np.ndarray | list | tuple):
+        array = np.asarray(value)
+        if array.dtype == object and all(
+            isinstance(entry, int | float | Fraction) for entry in array.ravel()
+        ):
+            return array.astype(np.float64)
+        if array.dtype.kind not in "iuf":
+            raise TypeError(f"{name} must hold real numbers, not {array.dtype}")
+        return array
+    known = isinstance(value, int | float | Fraction | np.integer | np.floating) or is_mpf(value)
+    if isinstance(value, bool) or not known:
+        raise TypeError(f"{name} must be a real number or an array of them, not {value!r}")
+    return int(value) if isinstance(value, np.integer) else value
+
+
+def coerced(given: Mapping[str, Number]) -> dict[str, Number]:
+    """Return the parameters brought to one arithmetic; rationals stay rational among themselves."""
+    values = {name: real(value, name) for name, value in given.items()}
+    contexts = [value.context for value in values.values() if is_mpf(value)]
+    convert: Callable[[Number], Number] = Fraction
+    if any(isinstance(value, np.ndarray) for value in values.values()):
+        if contexts:
+            raise TypeError("arrays and mpmath numbers do not mix: call the law once per number")
+        convert = _as_float64
+    elif contexts:
+        convert = contexts[-1].convert
+    elif any(isinstance(value, float | np.floating) for value in values.values()):
+        convert = float
+    return {name: convert(value) for name, value in values.items()}
+
+
+def _as_float64(value: Number) -> Number:
+    return value.astype(np.float64) if isinstance(value, np.ndarray) else np.float64(value)
+
+
+def elementwise(function: Callable[..., Number]) -> Callable[..., Number]:
+    """Return a function of scalars that takes arrays as well, which broadcast."""
+    over_arrays = np.vectorize(function, otypes=[np.float64])
+
+    @functools.wraps(function)
+    def of_any(*arguments: Number, **named: Number) -> Number:
+        several = any(isinstance(one, np.ndarray) for one in (*arguments, *named.values()))
+        return (over_arrays if several else function)(*arguments, **named)
+
+    return of_any
+
+
+def square_root(value: Number) -> Number:
+    """Return the square root; of a rational, the rational root where there is one."""
+    if is_mpf(value):
+        return value.context.sqrt(value)
+    if isinstance(value, Fraction | int):
+        roots = [math.isqrt(part) for part in value.as_integer_ratio()]
+        exact = Fraction(*roots)
+        return exact if exact * exact == value else math.sqrt(value)
+    root = np.sqrt(value)
+    return root if isinstance(value, np.ndarray) else float(root)
+
+
+def root_of_pi(like: Number) -> Number:
+    """Return sqrt(pi) in the arithmetic of a number."""
+    return square_root(+like.context.pi) if is_mpf(like) else math.sqrt(math.pi)
+
+
+def positive_part(value: Number) -> Number:
+    """Return the number where it is positive, else zero."""
+    if isinstance(value, np.ndarray):
+        return np.maximum(value, 0.0)
+    return value if value > 0 else value * 0
+
+
+def cosine(tan_alpha: Number) -> Number:
+    """Return cos(alpha) of a slope; a rational where it is one (slopes of Pythagorean triangles).
+
+    Derivation: ``derivations/scaling.py``.
+    """
+    return 1 / square_root(1 + tan_alpha * tan_alpha)
+
+
+def floor_of_surd(surd: Fraction, radicand: Fraction, rational: Fraction) -> int:
+    """Return floor(surd * sqrt(radicand) + rational), exactly."""
+    # sign * sqrt(surd**2 radicand), brought to one integer root over one denominator
+    square = surd * surd * radicand
+    scale = square.denominator * rational.denominator
+    inside = square.numerator * square.denominator * rational.denominator**2
+    root = math.isqrt(inside)
+    shift = rational.numerator * square.denominator
+    if surd >= 0:
+        return (root + shift) // scale
+    # -sqrt(inside) lies in (-(root + 1), -root] : its floor over `scale` needs the exact case
+    lower = -root if root * root == inside else -root - 1
+    return (lower + shift) // scale
