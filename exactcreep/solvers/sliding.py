@@ -26,11 +26,12 @@ gravity gives, and one holds it wherever it is: there is no limit.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
+from numba.extending import register_jitable
 from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
@@ -58,8 +59,13 @@ RECORDED = ("x_G", "x", "tension", "slips")
 
 _PAUSE = 10**7  # sliders times half-cycles between two looks at a clock: some ten milliseconds
 _LAW_BITS = 256  # of the law beside an exact run
-TIES = ("mean", "downhill", "uphill")
-"""How two equally possible pivots are told apart; see `Sliding`."""
+_SHARES = {
+    "mean": (Fraction(1, 2), Fraction(1, 2)),
+    "downhill": (Fraction(1), Fraction(0)),
+    "uphill": (Fraction(0), Fraction(1)),
+}
+"""How two equally possible pivots are told apart, see `Sliding`: what the lower one of two takes
+of the extension between them, when the chain dilates and when it contracts."""
 
 
 def _held(chain: Chain) -> bool:
@@ -92,77 +98,81 @@ def exact_cosine(chain: Chain) -> Fraction | Quadratic:
     return cosine if multiple else rational
 
 
-def _ramp(way, place, bound, extension, above, below, share, x, carry, sliding, slips):
+class _Ways(NamedTuple):
+    """What a ramp does to the springs; the first row of each array is of dilations."""
+
+    bounds: NDArray[Any]  # shape (2, n - 1): the least (dilation) or largest tension
+    pivots: NDArray[np.int64]  # shape (2, 2): the sliders between which the limit is open, from 0
+    shares: NDArray[Any]  # of the spring between two pivots that go to the lower one
+
+
+class _Chain(NamedTuple):
+    """Everything that changes: springs, sliders, and what is counted."""
+
+    extension: NDArray[Any]
+    x: NDArray[Any]
+    carry: NDArray[Any]  # rounding error of x, zero in exact arithmetic
+    sliding: NDArray[np.int8]
+    slips: NDArray[np.int64]  # in this half-cycle
+    totals: NDArray[Any]  # extension of the shared spring, half-cycles with one, starts, stops
+
+
+class _Rows(NamedTuple):
+    """What is recorded at every target; no rows of what nobody asked for."""
+
+    x_G: NDArray[Any]
+    x: NDArray[Any]
+    tension: NDArray[Any]
+    slips: NDArray[np.int64]
+
+
+@register_jitable
+def _ramp(way, place, ways, chain):
     """Push every spring to its bound and move the sliders outwards from the pivot.
 
-    `place` is ``l0 theta``, ``bound[m] + place`` the least (way = +1) or largest (-1) extension of
-    spring m. Springs below `above` end at sliders above the pivot, those from `below` on at
-    sliders below it; if ``below = above + 1``, spring `above` lies between two pivots, and
-    `share` of its extension goes to the lower one. Positions are kept with their rounding error
-    (`carry`, zero in exact arithmetic). Returns how much the shared spring gave.
+    `place` is ``l0 theta``. Springs above the pivot end at sliders above it, those below at sliders
+    below it; between two pivots lies a spring whose extension they share.
     """
-    last = x.size - 1
-    shared = place - place
+    row = 0 if way > 0 else 1
+    bounds, share = ways.bounds[row], ways.shares[row]
+    above, below = ways.pivots[row, 0], ways.pivots[row, 1]
+    extension, last = chain.extension, chain.x.size - 1
+    shared = place - place  # zero in the arithmetic of the chain
     if below > above:
-        edge = bound[above] + place
-        change = edge - extension[above]
-        if (way > 0 and change > 0) or (way < 0 and change < 0):
-            extension[above] = edge
+        change = bounds[above] + place - extension[above]
+        if (change if way > 0 else -change) > 0:
+            extension[above] = bounds[above] + place
             shared = change
-    shift = shared * share
-    slider = below
-    while slider <= last:
-        if shift != 0:
-            total = x[slider] + shift
-            carry[slider] += (x[slider] - total) + shift
-            x[slider] = total
-            if sliding[slider] == 0:
-                sliding[slider] = 1
-                slips[slider] += 1
-        if slider < last:
-            edge = bound[slider] + place
-            change = edge - extension[slider]
-            if (way > 0 and change > 0) or (way < 0 and change < 0):
-                extension[slider] = edge
-                shift = shift + change
-        slider += 1
-    shift = shared * share - shared
-    slider = above
-    while slider >= 0:
-        if shift != 0:
-            total = x[slider] + shift
-            carry[slider] += (x[slider] - total) + shift
-            x[slider] = total
-            if sliding[slider] == 0:
-                sliding[slider] = 1
-                slips[slider] += 1
-        if slider > 0:
-            edge = bound[slider - 1] + place
-            change = edge - extension[slider - 1]
-            if (way > 0 and change > 0) or (way < 0 and change < 0):
-                extension[slider - 1] = edge
-                shift = shift - change
-        slider -= 1
-    return shared
+    for side in (1, -1):
+        slider = below if side > 0 else above
+        shift = shared * share if side > 0 else shared * share - shared
+        while 0 <= slider <= last:
+            if shift != 0:
+                total = chain.x[slider] + shift
+                chain.carry[slider] += (chain.x[slider] - total) + shift
+                chain.x[slider] = total
+                if chain.sliding[slider] == 0:
+                    chain.sliding[slider] = 1
+                    chain.slips[slider] += 1
+                    chain.totals[2] += 1
+            spring = slider if side > 0 else slider - 1
+            if 0 <= spring < last:
+                change = bounds[spring] + place - extension[spring]
+                if (change if way > 0 else -change) > 0:
+                    extension[spring] = bounds[spring] + place
+                    shift = shift + side * change
+            slider += side
+    if shared != 0:
+        chain.totals[0] += abs(shared)
+        chain.totals[1] += 1
 
 
-_ramp_float = njit(cache=True, nogil=True, error_model="numpy")(_ramp)
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _follow_float(
-    places, start, way, low, high, groups, shares, extension, x, carry, sliding, slips,
-    totals, x_g, x_rows, tension_rows, slip_rows,
-):
-    """Follow ``places = l0 theta`` from `start`; returns the direction of the last ramp.
-
-    `totals` gathers the extension of the shared spring (0), the half-cycles in which it gave way
-    (1), the starts (2) and the stops (3) of sliders.
-    """
-    n = x.size
+def _follow(places, start, way, ways, chain, rows):
+    """Follow ``places = l0 theta`` from `start`; returns the direction of the last ramp."""
+    n = chain.x.size
     place = start
     for q in range(places.size):
-        slips[:] = 0
+        chain.slips[:] = 0
         turn = 0
         if places[q] > place:
             turn = 1
@@ -172,35 +182,29 @@ def _follow_float(
         if turn != 0:
             if turn != way:
                 for k in range(n):
-                    totals[3] += sliding[k]
-                    sliding[k] = 0
+                    if chain.sliding[k] != 0:
+                        chain.totals[3] += 1
+                        chain.sliding[k] = 0
             way = turn
-            row = 0 if way > 0 else 1
-            shared = _ramp_float(
-                way, place, low if way > 0 else high, extension, groups[row, 0], groups[row, 1],
-                shares[row], x, carry, sliding, slips,
-            )
-            if shared != 0.0:
-                totals[0] += abs(shared)
-                totals[1] += 1.0
-        total = 0.0
-        rest = 0.0
-        count = 0
+            _ramp(way, place, ways, chain)
+        total = place - place
+        rest = place - place
         for k in range(n):
-            total += x[k]
-            rest += carry[k]
-            count += slips[k]
-        totals[2] += count
-        x_g[q] = (total + rest) / n
-        if x_rows.shape[0] > 0:
+            total += chain.x[k]
+            rest += chain.carry[k]
+        rows.x_G[q] = (total + rest) / n
+        if len(rows.x) > 0:
             for k in range(n):
-                x_rows[q, k] = x[k] + carry[k]
-        if tension_rows.shape[0] > 0:
+                rows.x[q, k] = chain.x[k] + chain.carry[k]
+        if len(rows.tension) > 0:
             for k in range(n - 1):
-                tension_rows[q, k] = extension[k] - place
-        if slip_rows.shape[0] > 0:
-            slip_rows[q, :] = slips
+                rows.tension[q, k] = chain.extension[k] - place
+        if len(rows.slips) > 0:
+            rows.slips[q, :] = chain.slips
     return way
+
+
+_follow_floats = njit(cache=True, nogil=True, error_model="numpy")(_follow)
 
 
 class SlidingSimulation(Simulation):
@@ -222,58 +226,53 @@ class SlidingSimulation(Simulation):
         )
         self.chain, self.seed, self.record = chain, seed, record
         self.exact, self.pivot = exact, pivot
+        self._kind: Any = object if exact else np.float64
+        self._l0: Any = chain.l0 if exact else nearest_float(chain.l0)
         self.tally = Tally()
         self._start = state
         self._relaxed = False
         self._way = 0
         self._theta = state.theta
         self._amplitude: Fraction | None = None  # of the cycles, if it is driven by cycles
-        n = chain.n
-        self._slips = np.zeros(n, dtype=np.int64)
-        self._sliding = np.zeros(n, dtype=np.int8)
-        self._totals: NDArray[Any] = np.zeros(4, dtype=object if exact else np.float64)
         if not _held(chain):
             return
+        n = chain.n
         cosine: Any = exact_cosine(chain) if exact else None
 
         def force(value: Fraction) -> Any:
             return value * cosine if exact else chain.times_cosine(value)
 
-        self._uphill = force(chain.mu_d + chain.tan_alpha)  # b + s, b - s
-        self._downhill = force(chain.mu_d - chain.tan_alpha)
+        uphill, downhill = force(chain.mu_d + chain.tan_alpha), force(chain.mu_d - chain.tan_alpha)
         rest = _resting(chain)
-        across = [n - i for i in rest][::-1]
+        across = [n + 1 - i for i in rest][::-1]
+        above: NDArray[Any] = np.arange(1, n, dtype=self._kind)  # sliders above each spring
+        below = n - above
         # dilations: springs 1..i-1 feel the bound from above, the others the one from below
-        self._low = self._array(
-            [
-                -(k * self._uphill) if k < rest[-1] else -((n - k) * self._downhill)
-                for k in range(1, n)
-            ]
+        low = np.where(above < rest[-1], -above * uphill, -below * downhill)
+        high = np.where(above < across[0], above * downhill, below * uphill)
+        self._ways = _Ways(
+            np.array([low, high], dtype=self._kind).reshape(2, n - 1),
+            np.array([[rest[0] - 1, rest[-1] - 1], [across[0] - 1, across[-1] - 1]]),
+            self._array(list(_SHARES[pivot])),
         )
-        self._high = self._array(
-            [
-                k * self._downhill if k <= across[0] else (n - k) * self._uphill
-                for k in range(1, n)
-            ]
-        )
-        self._groups = np.array(
-            [[rest[0] - 1, rest[-1] - 1], [across[0], across[-1]]], dtype=np.int64
-        )
-        half = Fraction(1, 2)
-        one, none = Fraction(1), Fraction(0)
-        ways = {"mean": (half, half), "downhill": (one, none), "uphill": (none, one)}
-        self._shares = self._array(list(ways[pivot]))
         given = [self._number(value) for value in state.tensions.tolist()]
-        self._x = self._array([self._number(v) for v in state.displacements.tolist()])
-        self._carry = self._x - self._x
+        x = self._array([self._number(v) for v in state.displacements.tolist()])
+        carry = x - x
         steps = np.diff(self._array([self._number(0), *given, self._number(0)]))
-        slack = 0 if exact else 4 * np.spacing(max([abs(v) for v in given] + [self._uphill]))
-        if np.any(steps > self._downhill + slack) or np.any(steps < -self._uphill - slack):
-            given, shift = relaxed(given, self._uphill, self._downhill)
-            self._x = self._x + self._array(shift)
+        slack = 0 if exact else 4 * np.spacing(max([abs(v) for v in given] + [uphill]))
+        if np.any(steps > downhill + slack) or np.any(steps < -uphill - slack):
+            given, shift = relaxed(given, uphill, downhill)
+            x = x + self._array(shift)
             self._relaxed = True
         place = self._place(state.theta)
-        self._extension = self._array([value + place for value in given])
+        self._chain = _Chain(
+            extension=self._array([value + place for value in given]),
+            x=x,
+            carry=carry,
+            sliding=np.zeros(n, dtype=np.int8),
+            slips=np.zeros(n, dtype=np.int64),
+            totals=np.zeros(4, dtype=self._kind),
+        )
 
     def _number(self, value: Any) -> Any:
         if not self.exact:
@@ -281,14 +280,12 @@ class SlidingSimulation(Simulation):
         return value if isinstance(value, Quadratic) else exact_number(value, "state")
 
     def _array(self, values: list[Any]) -> NDArray[Any]:
-        array = np.empty(len(values), dtype=object if self.exact else np.float64)
+        array = np.empty(len(values), dtype=self._kind)
         array[:] = values
         return array
 
     def _place(self, theta: Any) -> Any:
-        if self.exact:
-            return self.chain.l0 * exact_number(theta, "theta")
-        return nearest_float(self.chain.l0) * float(theta)
+        return self._l0 * self._number(theta)
 
     def follow(
         self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
@@ -299,97 +296,57 @@ class SlidingSimulation(Simulation):
             return Stretch(0, {}, lost, _not_held_because(self.chain))
         self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n = self.chain.n
-        kind: Any = object if self.exact else np.float64
 
-        def rows(name: str, width: int, dtype: Any = kind) -> NDArray[Any]:
+        def rows(name: str, width: int, dtype: Any) -> NDArray[Any]:
             return np.empty((count if name in self.record else 0, width), dtype=dtype)
 
-        x_g = np.empty(count, dtype=kind)
-        x_rows, tension_rows = rows("x", n), rows("tension", n - 1)
-        slip_rows = rows("slips", n, np.int64)
-        before = self._totals.copy()
+        kept = _Rows(
+            np.empty(count, dtype=self._kind),
+            rows("x", n, self._kind),
+            rows("tension", n - 1, self._kind),
+            rows("slips", n, np.int64),
+        )
+        follow = _follow if self.exact else _follow_floats
+        before = self._chain.totals.copy()
         done, events, most = 0, 0, 1
         stop: Stop | None = None
         while stop is None:
             if not self.exact:  # no slider starts or stops more than once in a half-cycle
                 most = max(1, min(_PAUSE // n, (limits.events_left - events) // (2 * n)))
             part = slice(done, min(done + most, count))
-            out = (x_g[part], x_rows[part], tension_rows[part], slip_rows[part])
-            if self.exact:
-                self._follow_exact(drive, first + done, *out)
-            else:
-                self._follow_compiled(drive, first + done, *out)
+            theta = self._targets(drive, first + done, part.stop - done)
+            places, start = self._l0 * theta, self._place(self._theta)
+            own = _Rows(*(values[part] for values in kept))
+            self._way = int(follow(places, start, self._way, self._ways, self._chain, own))
+            self._theta = theta[-1] if self.exact else float(theta[-1])
             done = part.stop
-            _, gave_way, starts, stops = (self._totals - before).tolist()
+            _, gave_way, starts, stops = (self._chain.totals - before).tolist()
             events = int(starts + stops)
             stop = Stop.DONE if done == count else limits.stop(events)
         self.tally.undecided += int(gave_way)
         self.tally.slips += int(starts)
         self.tally.events += events
-        recorded: dict[str, NDArray[Any]] = {"x_G": x_g[:done]}
-        for name, table in (("x", x_rows), ("tension", tension_rows), ("slips", slip_rows)):
-            if name in self.record:
-                recorded[name] = table[:done]
+        recorded = {
+            name: values[:done]
+            for name, values in kept._asdict().items()
+            if name == "x_G" or name in self.record
+        }
         return Stretch(done, recorded, stop, limits.reason(stop))
 
-    def _follow_compiled(
-        self, drive: Drive, first: int, x_g: NDArray[Any], x_rows: NDArray[Any],
-        tension_rows: NDArray[Any], slip_rows: NDArray[Any],
-    ) -> None:
-        theta = drive.targets(first, x_g.size, self.seed)
-        self._way = int(
-            _follow_float(
-                nearest_float(self.chain.l0) * theta, self._place(self._theta), self._way,
-                self._low, self._high, self._groups, self._shares, self._extension, self._x,
-                self._carry, self._sliding, self._slips, self._totals, x_g, x_rows,
-                tension_rows, slip_rows,
-            )
+    def _targets(self, drive: Drive, first: int, count: int) -> NDArray[Any]:
+        if not self.exact:
+            return drive.targets(first, count, self.seed)
+        return self._array(
+            [drive.exact_target(q, self.seed) for q in range(first, first + count)]
         )
-        self._theta = float(theta[-1])
-
-    def _follow_exact(
-        self, drive: Drive, first: int, x_g: NDArray[Any], x_rows: NDArray[Any],
-        tension_rows: NDArray[Any], slip_rows: NDArray[Any],
-    ) -> None:
-        """Do what the compiled `_follow_float` does, in exact arithmetic."""
-        for q in range(x_g.size):
-            theta = drive.exact_target(first + q, self.seed)
-            turn = (theta > exact_number(self._theta, "theta")) - (
-                theta < exact_number(self._theta, "theta")
-            )
-            self._theta = theta
-            place = self._place(theta)
-            self._slips[:] = 0
-            if turn != 0:
-                if turn != self._way:
-                    self._totals[3] += int(self._sliding.sum())
-                    self._sliding[:] = 0
-                self._way = turn
-                row = 0 if turn > 0 else 1
-                shared = _ramp(  # type: ignore[no-untyped-call]
-                    turn, place, self._low if turn > 0 else self._high, self._extension,
-                    int(self._groups[row, 0]), int(self._groups[row, 1]), self._shares[row],
-                    self._x, self._carry, self._sliding, self._slips,
-                )
-                if shared != 0:
-                    self._totals[0] += abs(shared)
-                    self._totals[1] += 1
-            self._totals[2] += int(self._slips.sum())
-            x_g[q] = sum(self._x.tolist(), Fraction(0)) / self.chain.n
-            if len(x_rows):
-                x_rows[q] = self._x
-            if len(tension_rows):
-                tension_rows[q] = self._extension - place
-            if len(slip_rows):
-                slip_rows[q] = self._slips
 
     def state(self) -> State:
         """Return the present state; coefficients and draws are those of the start."""
         if not _held(self.chain):
             return self._start
         return State(
-            tensions=self._extension - self._place(self._theta),
-            displacements=self._x + self._carry,
+            tensions=self._chain.extension - self._place(self._theta),
+            displacements=self._chain.x + self._chain.carry,
             coefficients=self._start.coefficients,
             draws=self._start.draws,
             theta=self._theta,
@@ -398,19 +355,17 @@ class SlidingSimulation(Simulation):
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit: arrays, numbers and strings by name."""
         captured: dict[str, Any] = {
-            "way": self._way, "theta": _written(self._theta), "slips": self.tally.slips,
-            "events": self.tally.events,
+            "way": self._way, "theta": _written(self._theta), "relaxed": self._relaxed,
             "amplitude": None if self._amplitude is None else str(self._amplitude),
-            "undecided": self.tally.undecided, "relaxed": self._relaxed,
-            "sliding": self._sliding.copy(), "coefficients": self._start.coefficients,
-            "draws": self._start.draws,
-        }
+            "coefficients": self._start.coefficients, "draws": self._start.draws,
+            "tally": dict(vars(self.tally)),
+        }  # fmt: skip
         if _held(self.chain):
-            for name in ("extension", "x", "carry", "totals"):
-                array = getattr(self, "_" + name)
-                captured[name] = (
-                    np.array([_written(v) for v in array.tolist()]) if self.exact else array.copy()
-                )
+            for name, values in self._chain._asdict().items():
+                if values.dtype == object:
+                    captured[name] = np.array([_written(value) for value in values.tolist()])
+                else:
+                    captured[name] = values.copy()
         return captured
 
     def restore(self, captured: Mapping[str, Any]) -> None:
@@ -418,25 +373,14 @@ class SlidingSimulation(Simulation):
         self._way = int(captured["way"])
         self._theta = self._read(captured["theta"])
         self._relaxed = bool(captured["relaxed"])
-        self._sliding = np.array(captured["sliding"], dtype=np.int8)
-        self.tally.slips = int(captured["slips"])
-        self.tally.events = int(captured["events"])
         amplitude = captured["amplitude"]
         self._amplitude = None if amplitude is None else Fraction(amplitude)
-        self.tally.undecided = int(captured["undecided"])
-        self._start = State(
-            tensions=self._start.tensions,
-            displacements=self._start.displacements,
-            coefficients=np.array(captured["coefficients"]),
-            draws=np.array(captured["draws"], dtype=np.int64),
-            theta=self._start.theta,
-        )
+        coefficients, draws = np.array(captured["coefficients"]), np.array(captured["draws"])
+        self._start = replace(self._start, coefficients=coefficients, draws=draws)
+        self.tally = Tally(**captured["tally"])
         if _held(self.chain):
-            for name in ("extension", "x", "carry", "totals"):
-                values = np.asarray(captured[name])
-                if self.exact:
-                    values = self._array([self._read(v) for v in values.tolist()])
-                setattr(self, "_" + name, np.array(values))
+            for name, values in self._chain._asdict().items():
+                values[:] = [self._read(value) for value in np.asarray(captured[name]).tolist()]
 
     def _read(self, text: Any) -> Any:
         if not isinstance(text, str):
@@ -474,9 +418,9 @@ class SlidingSimulation(Simulation):
         report["pivots"] = list(_resting(chain))
         report["unique"] = self.tally.undecided == 0
         if not report["unique"]:
-            x_g = sum((self._x + self._carry).tolist(), Fraction(0)) / chain.n
-            open_part = float(self._totals[0])
-            below = {"mean": 0.5, "downhill": 1.0, "uphill": 0.0}[self.pivot] * open_part
+            x_g = sum((self._chain.x + self._chain.carry).tolist(), Fraction(0)) / chain.n
+            open_part = float(self._chain.totals[0])
+            below = float(_SHARES[self.pivot][0]) * open_part
             report["x_G_low"] = float(x_g) - below
             report["x_G_high"] = float(x_g) - below + open_part
             if self._amplitude is not None:
@@ -525,8 +469,8 @@ class Sliding(Solver):
     def __post_init__(self) -> None:
         if not isinstance(self.exact, bool):
             raise InputError("exact", self.exact, "must be true or false")
-        if self.pivot not in TIES:
-            raise InputError("pivot", self.pivot, "must be one of " + ", ".join(TIES))
+        if self.pivot not in _SHARES:
+            raise InputError("pivot", self.pivot, "must be one of " + ", ".join(_SHARES))
 
     def rearrange(
         self,
