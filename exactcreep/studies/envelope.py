@@ -39,7 +39,7 @@ from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.contest import Contestant, Rest, Walk, agree, apart, rests_along, settled
-from exactcreep.studies.energy import two_slider_ledger
+from exactcreep.studies.energy import energy_ledger
 
 ROUNDING = 32 * 2.0**-52
 """What a displacement of float64 may be off at the end of a run, over the largest force, for each
@@ -270,11 +270,11 @@ def remainder_error(result: Creep) -> float:
 
 
 def energy_error(result: Creep) -> float:
-    """Return what is left over in the energy ledger of two sliders, relative to friction's part.
+    """Return what is left over in the energy ledger of a run, relative to friction's part.
 
     inf if the ledger's own run did not end in the same state, bit for bit.
     """
-    ledger, end = two_slider_ledger(
+    ledger, end = energy_ledger(
         result.chain, result.drive, start=result.experiment.initial, seed=result.seed
     )
     same = np.array_equal(end.displacements, result.state.displacements)
