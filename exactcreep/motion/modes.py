@@ -451,7 +451,7 @@ class Flow:
         """Return the runs as (first, length), sliders counted from 0."""
         found: list[tuple[int, int]] = []
         first, beyond = 0, -1
-        for n in np.flatnonzero(self.signs).tolist():
+        for n in self.signs.nonzero()[0].tolist():
             if n != beyond:
                 first = n
                 found.append((n, 1))
@@ -498,7 +498,7 @@ class Flow:
             largest = max(abs(span)) + 4 * max(abs(displacements))
             self.force_slack = self.force_slack + 4 * self.roundoff * largest
         self.moved[first : first + p] = self.moved[first : first + p] + displacements
-        stretched = np.diff(displacements)  # of the springs inside the run
+        stretched = displacements[1:] - displacements[:-1]  # of the springs inside the run
         self.forces[first : first + p - 1] = self.forces[first : first + p - 1] + stretched
         self.forces[first + 1 : first + p] = self.forces[first + 1 : first + p] - stretched
         if first > 0:

@@ -30,13 +30,13 @@ def drive(n: int) -> Cycles:
 def simulation(chain: Chain, *, whole: bool = False) -> ExactSimulation:
     """Return a simulation from the relaxed chain; `whole`: it expands whole windows only."""
     found = ExactSimulation(chain, State.relaxed(chain, 3), 3, ("events",))
-    found.work.whole[layout.RETRY] = 2**62 if whole else 0
+    found.work.now["retry"][0] = 2**62 if whole else 0
     return found
 
 
 def rows(found: ExactSimulation, events: int) -> list[tuple[int, ...]]:
     """Go on for so many events or a few more, and return them."""
-    first = int(found.work.whole[layout.TARGET])
+    first = int(found.work.now["target"][0])
     return event_rows(found.follow(drive(found.chain.n), first, 100, Limits(events)))
 
 
@@ -48,9 +48,9 @@ def pairs(chain: Chain, count: int, events: int) -> Iterator[tuple[ExactSimulati
         captured = run.capture()
         pair = simulation(chain), simulation(chain, whole=True)
         for found in pair:
-            retry = found.work.whole[layout.RETRY]
+            retry = found.work.now["retry"][0]
             found.restore(captured)
-            found.work.whole[layout.RETRY] = retry
+            found.work.now["retry"][0] = retry
         yield pair
 
 
@@ -152,9 +152,9 @@ def test_the_mirror_image_of_long_avalanches_is_the_same_bit_for_bit(n: int) -> 
     for found in (here, there):
         recorded = []
         for _ in range(30):
-            first = int(found.work.whole[layout.TARGET])
+            first = int(found.work.now["target"][0])
             recorded.append(found.follow(drive(n), first, 9, Limits(3001)).recorded)
-            local += int(found.work.whole[layout.LOCAL])
+            local += int(found.work.now["local"][0])
         times.append(np.concatenate([each["event_time"] for each in recorded]))
         sliders.append(np.concatenate([each["event_slider"] for each in recorded]))
     shared = min(map(len, times))
@@ -179,7 +179,7 @@ def test_a_long_avalanche_goes_on_bit_for_bit_from_a_checkpoint_in_its_middle() 
         second = simulation(chain)
         second.restore(from_bytes(to_bytes(first.capture())))
         pieces += rows(second, 101)
-        inside += int(second.work.whole[layout.LOCAL])
+        inside += int(second.work.now["local"][0])
         first = second
     assert pieces[: len(events)] == events
     assert inside > 3
@@ -191,8 +191,8 @@ def test_all_sliders_are_shown_at_one_time_in_the_middle_of_a_long_avalanche() -
         for _ in range(20):
             for found in pair:
                 rows(found, 1)
-            counts = [int(found.work.whole[layout.EVENTS]) for found in pair]
-            if pair[0].work.whole[layout.LOCAL] and counts[0] == counts[1]:
+            counts = [int(found.work.now["events"][0]) for found in pair]
+            if pair[0].work.now["local"][0] and counts[0] == counts[1]:
                 seen += 1
                 here, there = (found._displacements() for found in pair)
                 assert np.abs(here - there).max() < 1e-12
@@ -209,9 +209,9 @@ def test_what_an_epoch_leaves_out_is_within_the_rounding_bound() -> None:
     spent = []
     for _ in range(200):
         rows(run, 7)
-        real = run.work.real
-        if run.work.whole[layout.LOCAL]:
-            spent.append(real[layout.SPENT] * real[layout.WILD] / real[layout.FRICTION])
+        now = run.work.now[0]
+        if run.work.now["local"][0]:
+            spent.append(now["spent"] * now["wild"] / now["friction"])
             speeds = 2 * np.abs(run._cell(layout.SPEED)).max()
-            assert speeds <= math.exp(2 * layout.EPOCH) * real[layout.WILD]
+            assert speeds <= math.exp(2 * layout.EPOCH) * now["wild"]
     assert 0 < max(spent) <= clocks._BUDGET

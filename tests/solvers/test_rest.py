@@ -43,12 +43,12 @@ def test_tensions_are_read_back_rounded_once(theta: Fraction) -> None:
     here = placed(chain, rest, 0, 0)
     here.cell[layout.TRAVEL, layout.PAD + 1] += 0.7
     here.cell[layout.X, layout.PAD + 1] = 1e-17
-    here.real[layout.THETA] += 0.1
+    here.now["theta"][0] += 0.1
     more = Fraction(0.7) + Fraction(1e-17)
-    less = Fraction(here.real[layout.THETA]) - Fraction(work.real[layout.THETA])
+    less = Fraction(here.now["theta"][0]) - Fraction(work.now["theta"][0])
     moved = [THIRDS[0] + more, THIRDS[1] - more, *THIRDS[2:]]
     assert rest.read(here)[0].tolist() == [float(t - less) for t in moved]
-    load = float(here.real[layout.THETA]), float(here.real[layout.THETA_LOW])
+    load = float(here.now["theta"][0]), float(here.now["theta_low"][0])
     assert rest.ramped(load).tolist() == [float(t - less) for t in THIRDS]
 
 

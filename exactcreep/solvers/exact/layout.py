@@ -1,21 +1,22 @@
-"""Where the compiled exact solver keeps what: the rows of its arrays and the cells of its scalars.
+"""Where the compiled exact solver keeps what: the rows of its arrays, and its scalars.
 
 The loop works on arrays that Python owns: `cell` and `count` (one column for each slider),
 `deviate` (one row for each slider: the batch that holds its next draw), `clock` (one column for
 each slider of a chain that is long enough for `local_clocks`, else None), `series` (`SERIES` rows
 of eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
-together: most of the code to be compiled is for them), `real`, `whole` and `log`, which holds what
-is recorded.
+together: most of the code to be compiled is for them), `now` (one `NOW`) and `log`, which holds
+what is recorded.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
+from exactcreep.solvers.tables import EVENT_TABLE
 
 compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 """Compile without reference counting: the arrays belong to the caller, nothing is allocated."""
@@ -116,146 +117,109 @@ LADDER = (ORDERS + 9) // 8
 CLOCKS = KNOWN + 9
 """An odd number; after all strips follow rows with the first key of each strip."""
 
-# cells of `real`, float64
-(
-    THETA,  # l0 theta
-    THETA_LOW,
-    TIME,  # since the start of the rearrangement
-    TOTAL,  # sum of all displacements
-    TOTAL_LOW,
-    FRICTION,  # mu_d cos(alpha)
-    MU_D,
-    MU_D_LOW,
-    COSINE,
-    SINE,
-    MEAN,  # of the static coefficients
-    WIDTH,  # their standard deviation
-    MEAN_EXCESS,  # (mu_s - mu_d) cos(alpha)
-    CLOCK,  # time since the beginning of the epoch
-    WILD,  # bound of velocities and accelerations in the epoch
-    SPENT,  # what the epoch has left out, in units of it
-) = range(16)
+NOW = np.dtype(
+    [
+        ("theta", np.float64),  # l0 theta
+        ("theta_low", np.float64),
+        ("time", np.float64),  # since the start of the rearrangement
+        ("total", np.float64),  # sum of all displacements
+        ("total_low", np.float64),
+        ("friction", np.float64),  # mu_d cos(alpha)
+        ("mu_d", np.float64),
+        ("mu_d_low", np.float64),
+        ("cosine", np.float64),
+        ("sine", np.float64),
+        ("mean", np.float64),  # of the static coefficients
+        ("width", np.float64),  # their standard deviation
+        ("mean_excess", np.float64),  # (mu_s - mu_d) cos(alpha)
+        ("clock", np.float64),  # time since the beginning of the epoch
+        ("wild", np.float64),  # bound of velocities and accelerations in the epoch
+        ("spent", np.float64),  # what the epoch has left out, in units of it
+        ("n", np.int64),
+        ("seed", np.int64),
+        ("constant", np.int64),  # whether all static coefficients are mu_s
+        ("downhill", np.int64),  # the direction in which the chain can run away, 0 if it cannot
+        ("stage", np.int64),
+        ("target", np.int64),  # number of the target ahead
+        ("first", np.int64),  # columns of the first and the last mover
+        ("last", np.int64),
+        ("moving", np.int64),  # number of movers
+        ("touched_first", np.int64),  # columns that have moved in this rearrangement
+        ("touched_last", np.int64),
+        ("number", np.int64),  # of the event within the rearrangement
+        ("rearrangements", np.int64),
+        ("events", np.int64),
+        ("slips", np.int64),
+        ("below", np.int64),  # draws below mu_d
+        ("undecided", np.int64),
+        ("logging", np.int64),  # what of `log` is kept: a sum of LOGS_...
+        ("logged", np.int64),  # rows of the log in use
+        ("steps", np.int64),  # of clusters
+        ("calm", np.int64),  # of them since the last event
+        ("tests", np.int64),  # windows of eight sliders certified
+        ("roots", np.int64),  # evaluations of one slider's margin
+        ("long", np.int64),  # rearrangements of more than `PROMISED_EVENTS`
+        ("work", np.int64),  # of clusters, in units of about 5 ns
+        ("local", np.int64),  # whether sliders keep the series of their own last change
+        ("centre", np.int64),  # column around which series are to be renewed
+        ("left", np.int64),  # blocks of eight columns that the epoch has reached
+        ("right", np.int64),
+        ("retry", np.int64),  # steps until a long cluster is tried as such again
+    ]
+)
+"""The loop's scalars: constants of the chain, where it stands, and counts."""
 REALS = 16
+"""The first of them are float64, the others int64."""
+LOGGED_EVENT = np.dtype(
+    [
+        *EVENT_TABLE.dtype,  # with l0 theta for theta
+        ("theta_low", np.float64),
+        ("residual", np.float64),
+    ]
+)
+UNDER_WAY = np.dtype(
+    [
+        ("left_for", np.float64),  # rearrangements until the elastic energy is summed anew
+        ("elastic", np.float64),  # energy at the last start or rest
+        ("tensions", np.float64),  # their sum, at the same time
+        ("at_load", np.float64),  # l0 theta then
+        ("at_load_low", np.float64),
+        ("way", np.float64),  # of the ramp
+        ("started", np.float64),  # sliders of the first event
+        ("started_first", np.float64),
+        ("started_last", np.float64),
+        ("movers", np.float64),  # different sliders that have moved
+        ("path", np.float64),  # travelled by all sliders together
+        ("largest", np.float64),
+        ("slips_before", np.float64),  # counts at the end of the rearrangement before
+        ("undecided_before", np.float64),
+    ]
+)
+"""The rearrangement under way."""
 
-# cells of `whole`, int64
-(
-    N,
-    SEED,
-    CONSTANT,  # whether all static coefficients are mu_s
-    DOWNHILL,  # the direction in which the chain can run away, 0 if it cannot
-    STAGE,
-    TARGET,  # number of the target ahead
-    FIRST,  # columns of the first and the last mover
-    LAST,
-    MOVING,  # number of movers
-    TOUCHED_FIRST,  # columns that have moved in this rearrangement
-    TOUCHED_LAST,
-    NUMBER,  # of the event within the rearrangement
-    REARRANGEMENTS,
-    EVENTS,
-    SLIP_TOTAL,
-    BELOW,  # draws below mu_d
-    UNDECIDED,
-    LOGGING,  # what of `log` is kept: a sum of LOGS_...
-    LOGGED,  # rows of the log in use
-    STEPS,  # of clusters
-    CALM,  # of them since the last event
-    TESTS,  # windows of eight sliders certified
-    ROOTS,  # evaluations of one slider's margin
-    LONG,  # rearrangements of more than `PROMISED_EVENTS`
-    WORK,  # of clusters, in units of about 5 ns
-    LOCAL,  # whether sliders keep the series of their own last change
-    CENTRE,  # column around which series are to be renewed
-    LEFT,  # blocks of eight columns that the epoch has reached
-    RIGHT,
-    RETRY,  # steps until a long cluster is tried as such again
-) = range(30)
-WHOLES = 30
 
 class Tables(NamedTuple):
     """Where the loop writes the tables of rearrangements and slips."""
 
-    rearrangements: NDArray[np.float64]  # a column for each
-    slips: NDArray[np.float64]  # a column for each
-    used: NDArray[np.int64]  # columns of these two in use
+    rearrangements: NDArray[Any]  # of `REARRANGEMENT_TABLE`, with l0 theta for theta
+    slips: NDArray[Any]  # of `SLIP_TABLE`
+    used: NDArray[np.int64]  # rows of these two in use
     track: NDArray[np.float64]  # a column for each slider: the slip under way
-    sums: NDArray[np.float64]  # the rearrangement under way
+    sums: NDArray[Any]  # one UNDER_WAY
 
 
 class Log(NamedTuple):
     """What the loop records; without tables it is compiled without what writes them."""
 
-    events: NDArray[np.float64]  # a row for each slider of an event
+    events: NDArray[Any]  # of LOGGED_EVENT: one for each slider of an event
     tables: Tables | None
 
 
 LOGS_EVENTS, LOGS_REARRANGEMENTS, LOGS_SLIPS = 1, 2, 4
 
-# columns of `Log.events`
-(
-    LOG_TIME,
-    LOG_RESIDUAL,
-    LOG_THETA,
-    LOG_THETA_LOW,
-    LOG_TARGET,
-    LOG_REARRANGEMENT,
-    LOG_NUMBER,
-    LOG_KIND,
-    LOG_SLIDER,
-    LOG_SIGN,
-) = range(10)
-LOG_COLUMNS = 10
-
-# rows of `Tables.rearrangements`; see `records.RearrangementRow`
-(
-    R_HALF_CYCLE,
-    R_LOAD,  # l0 theta
-    R_DIRECTION,
-    R_BEGAN,
-    R_BEGAN_FIRST,
-    R_BEGAN_LAST,
-    R_DURATION,
-    R_EVENTS,
-    R_SLIPS,
-    R_SLIDERS,
-    R_FIRST,
-    R_LAST,
-    R_DISPLACEMENT,
-    R_LARGEST,
-    R_BEFORE,
-    R_AFTER,
-    R_GRAVITY,
-    R_DISSIPATION,
-    R_UNDECIDED,
-) = range(19)
-R_ROWS = 19
-
-# rows of `Tables.slips`; see `records.SlipRow`
-S_SLIDER, S_REARRANGEMENT, S_START, S_STOP, S_DISPLACEMENT, S_COEFFICIENT = range(6)
-S_ROWS = 6
-
 # rows of `Tables.track`
 T_TIME, T_X, T_REARRANGEMENT = range(3)  # of its last start
 TRACKS = 3
-
-# cells of `Tables.sums`
-(
-    LEFT_FOR,  # rearrangements until the elastic energy is summed anew
-    ELASTIC,  # energy at the last start or rest
-    TENSIONS,  # their sum, at the same time
-    AT_LOAD,  # l0 theta then
-    AT_LOAD_LOW,
-    WAY,  # of the ramp
-    STARTED,  # sliders of the first event
-    STARTED_FIRST,
-    STARTED_LAST,
-    MOVERS,  # different sliders that have moved
-    PATH,  # travelled by all sliders together
-    LARGEST,
-    SLIPS_BEFORE,  # counts at the end of the rearrangement before
-    UNDECIDED_BEFORE,
-) = range(14)
-SUMS = 14
 
 # stages
 AT_REST, LONE, CLUSTER, UNSTABLE = range(4)

@@ -33,39 +33,25 @@ import math
 
 from exactcreep.solvers.exact.layout import (
     BASE,
-    CENTRE,
-    CLOCK,
     CLOCKS,
     DRIVE,
     EPOCH,
     EVENT,
     EXCESS,
-    FIRST,
     FRESH,
-    FRICTION,
     GUESS,
     HOLD,
     KEY,
     KNOWN,
-    LAST,
-    LEFT,
-    LOCAL,
     NEVER,
     NOW_SPEED,
     NOW_X,
     REST,
-    RIGHT,
     ROOT,
-    ROOTS,
     SIDE,
     SPEED,
-    SPENT,
-    STEPS,
     STIFFNESS,
-    TESTS,
     ULP,
-    WILD,
-    WORK,
     X,
     compiled,
     inlined,
@@ -213,7 +199,7 @@ def _inside(cell, clock, friction, strip, bent, tau):
 
 
 @inlined
-def _keep(cell, clock, friction, strip, now, bent, lanes):
+def _keep(cell, clock, friction, strip, begin, bent, lanes):
     """Give eight columns the keys of their new series; `simd` masks those that have one."""
     never = spread(NEVER)
     column = 8 * strip
@@ -221,15 +207,15 @@ def _keep(cell, clock, friction, strip, now, bent, lanes):
     moving = magnitude(load(cell, SIDE, column)) + magnitude(load(cell, SIDE, column - 1))
     moving = moving + magnitude(load(cell, SIDE, column + 1))
     watched = below(spread(0.0), moving) & lanes
-    left = spread(EPOCH - now)
+    left = spread(EPOCH - begin)
     key = choose(lanes, never, take(clock, row + KEY))
     ends = watched & ~_inside(cell, clock, friction, strip, bent, left)
     if ends != 0:
         guess = _guessed(cell, clock, friction, strip)
         tau = smaller(guess * spread(_EARLY), left)
         inside = _inside(cell, clock, friction, strip, bent, tau)
-        key = choose(ends, choose(inside, spread(now) + tau, spread(now)), key)
-        put(clock, row + GUESS, choose(ends, spread(now) + guess, take(clock, row + GUESS)))
+        key = choose(ends, choose(inside, spread(begin) + tau, spread(begin)), key)
+        put(clock, row + GUESS, choose(ends, spread(begin) + guess, take(clock, row + GUESS)))
     put(clock, row + KEY, key)
     put(clock, row + ROOT, choose(lanes, never, take(clock, row + ROOT)))
     clock[_blocks(cell) + strip // 8, strip % 8] = least(key)
@@ -300,13 +286,13 @@ def _sweep(clock, first, strips, k):
 
 
 @inlined
-def _begin_epoch(cell, clock, real, whole):
+def _begin_epoch(cell, clock, now):
     """Expand the whole window; return whether it is calm enough, and no slider is forceless."""
     zero = spread(0.0)
-    friction = real[FRICTION]
-    first = (whole[FIRST] - 1) // 8
-    strips = (whole[LAST] + 9) // 8 - first
-    whole[WORK] += _STRIP_WORK * strips
+    friction = now.friction
+    first = (now.first - 1) // 8
+    strips = (now.last + 9) // 8 - first
+    now.work += _STRIP_WORK * strips
     wildest = zero
     forceless = 0
     for s in range(first, first + strips):
@@ -343,14 +329,14 @@ def _begin_epoch(cell, clock, real, whole):
         bent = fused(magnitude(take(clock, row + 6)), spread(_SIXTH), tail)
         bent = fused(magnitude(take(clock, row + 7)), spread(_SEVENTH), bent)
         _keep(cell, clock, friction, s, 0.0, bent, 255)
-    whole[TESTS] += strips
-    whole[LEFT] = first
-    whole[RIGHT] = first + strips - 1
-    real[CLOCK] = 0.0
-    real[WILD] = max(wild, friction)
-    real[SPENT] = 0.0
-    whole[CENTRE] = 0
-    whole[LOCAL] = 1
+    now.tests += strips
+    now.left = first
+    now.right = first + strips - 1
+    now.clock = 0.0
+    now.wild = max(wild, friction)
+    now.spent = 0.0
+    now.centre = 0
+    now.local = 1
     return True
 
 
@@ -403,12 +389,12 @@ def _kept(clock, strip, k, lanes, row):
 
 
 @inlined
-def _renew(cell, clock, real, whole):
+def _renew(cell, clock, now):
     """Expand the sliders around the last event anew; return whether they are calm enough."""
     zero = spread(0.0)
-    friction = real[FRICTION]
-    i = whole[CENTRE]
-    now = real[CLOCK]
+    friction = now.friction
+    i = now.centre
+    begin = now.clock
     fresh = cell[FRESH, i] > 0.0
     if fresh and cell[DRIVE, i] <= 0.0:
         return False
@@ -448,13 +434,13 @@ def _renew(cell, clock, real, whole):
         cell, clock, friction, e, x_d, x_e, zero, window >> 32
     )
     wild = largest(larger(larger(larger(size_a, size_b), larger(size_c, size_d)), size_e))
-    rest = (EPOCH - now) * (EPOCH - now)
+    rest = (EPOCH - begin) * (EPOCH - begin)
     rest *= rest
     rest *= rest
     rest *= rest
-    real[WILD] = max(real[WILD], wild)
-    real[SPENT] += rest * _LEFT_OUT
-    if wild > _CALM * friction or real[SPENT] * real[WILD] > _BUDGET * friction:
+    now.wild = max(now.wild, wild)
+    now.spent += rest * _LEFT_OUT
+    if wild > _CALM * friction or now.spent * now.wild > _BUDGET * friction:
         return False
     if fresh:
         begun = spread(cell[SIDE, i] * cell[DRIVE, i])
@@ -518,22 +504,22 @@ def _renew(cell, clock, real, whole):
         y_e = after_e
         after_e = new
     tail = spread(_TAIL * largest(late))
-    _keep(cell, clock, friction, b, now, bent_b + tail, in_b)
-    _keep(cell, clock, friction, c, now, bent_c + tail, in_c)
-    _keep(cell, clock, friction, d, now, bent_d + tail, in_d)
-    whole[TESTS] += 2
-    whole[LEFT] = min(whole[LEFT], b)
-    whole[RIGHT] = max(whole[RIGHT], d)
-    whole[CENTRE] = 0
+    _keep(cell, clock, friction, b, begin, bent_b + tail, in_b)
+    _keep(cell, clock, friction, c, begin, bent_c + tail, in_c)
+    _keep(cell, clock, friction, d, begin, bent_d + tail, in_d)
+    now.tests += 2
+    now.left = min(now.left, b)
+    now.right = max(now.right, d)
+    now.centre = 0
     return True
 
 
 @inlined
-def _soonest(cell, clock, whole):
+def _soonest(cell, clock, now):
     """Return the column with the first key."""
     blocks = _blocks(cell)
-    first = blocks + whole[LEFT] // 8
-    last = blocks + whole[RIGHT] // 8
+    first = blocks + now.left // 8
+    last = blocks + now.right // 8
     keys = take(clock, first)
     for b in range(first + 1, last + 1):
         keys = smaller(keys, take(clock, b))
@@ -550,11 +536,11 @@ def _soonest(cell, clock, whole):
 
 
 @inlined
-def _alone(cell, clock, whole, time):
+def _alone(cell, clock, now, time):
     """Return whether only one key is at most `time`."""
     blocks = _blocks(cell)
     strip = -1
-    for b in range(blocks + whole[LEFT] // 8, blocks + whole[RIGHT] // 8 + 1):
+    for b in range(blocks + now.left // 8, blocks + now.right // 8 + 1):
         found = not_above(take(clock, b), spread(time))
         if found != 0:
             if strip >= 0 or found & (found - 1) != 0:
@@ -565,20 +551,20 @@ def _alone(cell, clock, whole, time):
 
 
 @compiled
-def _look(cell, clock, real, whole, i):
+def _look(cell, clock, now, i):
     """Carry the key of one slider on; return whether that was plain."""
     row = CLOCKS * (i // 8)
     lane = i % 8
     base = element(clock, row + BASE, lane)
     side = cell[SIDE, i]
-    limit = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
+    limit = 0.0 if side != 0.0 else now.friction + cell[EXCESS, i]
     a = element(clock, row + KEY, lane) - base
     end = EPOCH - base
     fresh = cell[FRESH, i] != 0.0
     target = element(clock, row + GUESS, lane) - base
     located = False
     if a < target < 1.0:
-        target = refined(cell, clock, real, whole, i, row, lane, KNOWN, target)
+        target = refined(cell, clock, now, i, row, lane, KNOWN, target)
         if a < target <= end:
             target = (base + target) - base
             located = True
@@ -589,7 +575,7 @@ def _look(cell, clock, real, whole, i):
         if b - a < _GAP:
             return False
         at_b, slope_b = margin(clock, row, lane, KNOWN, b)
-        whole[ROOTS] += 1
+        now.roots += 1
         bend = bend_odd = 0.0
         for k in range(KNOWN - 2, 3, -2):
             after = b * b * element(STEP_FACTORS, 0, k - 3)
@@ -597,7 +583,7 @@ def _look(cell, clock, real, whole, i):
             after = b * b * element(STEP_FACTORS, 0, k - 2)
             bend_odd = fused_scalar(bend_odd, after, abs(element(clock, row + k + 1, lane)))
         bend = fused_scalar(b, bend_odd, bend)
-        bound = rounding(cell, real, i, at_a, slope_a, at_b, slope_b, b)
+        bound = rounding(cell, now, i, at_a, slope_a, at_b, slope_b, b)
         if located:
             outward = -side
             if side == 0.0:
@@ -642,41 +628,42 @@ def _look(cell, clock, real, whole, i):
 
 
 @compiled
-def at_once(cell, clock, real, whole):
+def at_once(cell, clock, now):
     """Take all sliders to the present time; the epoch is over."""
-    now = real[CLOCK]
+    time = now.clock
     zero = spread(0.0)
     never = spread(NEVER)
-    for b in range(whole[LEFT], whole[RIGHT] + 1):
+    for b in range(now.left, now.right + 1):
         i = 8 * b
         row = CLOCKS * b
         clock[_blocks(cell) + b // 8, b % 8] = NEVER
         put(clock, row + KEY, never)
-        margin_, moved = _at(clock, cell, b, now)
+        margin_, moved = _at(clock, cell, b, time)
         side = load(cell, SIDE, i)
-        kept = not_above(spread(now), take(clock, row + BASE))
+        kept = not_above(spread(time), take(clock, row + BASE))
         store(cell, X, i, load(cell, X, i) + moved)
         speed = choose(kept, load(cell, SPEED, i), larger(side * margin_, zero))
         store(cell, SPEED, i, speed)
         store(cell, FRESH, i, choose(kept, load(cell, FRESH, i), zero))
-        put(clock, row + BASE, spread(now))
-    whole[LOCAL] = 0
+        put(clock, row + BASE, spread(time))
+    now.local = 0
 
 
 @compiled
-def present(cell, clock, real, out):
+def present(cell, clock, scalars, out):
     """Write displacements and speeds at the present time to the copy `out` of `cell`."""
+    now = scalars[0]
     for b in range(cell.shape[1] // 8):
         i = 8 * b
-        margin_, moved = _at(clock, cell, b, real[CLOCK])
-        kept = not_above(spread(real[CLOCK]), take(clock, CLOCKS * b + BASE))
-        now = larger(load(cell, SIDE, i) * margin_, spread(0.0))
+        margin_, moved = _at(clock, cell, b, now.clock)
+        kept = not_above(spread(now.clock), take(clock, CLOCKS * b + BASE))
+        speed = larger(load(cell, SIDE, i) * margin_, spread(0.0))
         store(out, X, i, load(cell, X, i) + moved)
-        store(out, SPEED, i, choose(kept, load(cell, SPEED, i), now))
+        store(out, SPEED, i, choose(kept, load(cell, SPEED, i), speed))
 
 
 @compiled
-def advance(cell, count, clock, real, whole):
+def advance(cell, count, clock, now):
     """Advance a long cluster to its first event, or to the end of the epoch.
 
     Returns
@@ -684,44 +671,44 @@ def advance(cell, count, clock, real, whole):
     t, events, residual
         As `cluster.step`; `events` is -1 if it must do it.
     """
-    whole[STEPS] += 1
-    whole[WORK] += _EVENT_WORK
-    if whole[LOCAL] == 1 and real[SPENT] * real[WILD] > 0.5 * _BUDGET * real[FRICTION]:
-        at_once(cell, clock, real, whole)
-    if whole[LOCAL] == 0:
-        if not _begin_epoch(cell, clock, real, whole):
+    now.steps += 1
+    now.work += _EVENT_WORK
+    if now.local == 1 and now.spent * now.wild > 0.5 * _BUDGET * now.friction:
+        at_once(cell, clock, now)
+    if now.local == 0:
+        if not _begin_epoch(cell, clock, now):
             return 0.0, -1, 0.0
-    elif whole[CENTRE] != 0 and not _renew(cell, clock, real, whole):
-        at_once(cell, clock, real, whole)
+    elif now.centre != 0 and not _renew(cell, clock, now):
+        at_once(cell, clock, now)
         return 0.0, -1, 0.0
-    now = real[CLOCK]
+    before = now.clock
     while True:
-        i = _soonest(cell, clock, whole)
+        i = _soonest(cell, clock, now)
         if i < 0:
-            real[CLOCK] = EPOCH
-            at_once(cell, clock, real, whole)
-            return real[CLOCK] - now, 0, 0.0
+            now.clock = EPOCH
+            at_once(cell, clock, now)
+            return now.clock - before, 0, 0.0
         row = CLOCKS * (i // 8)
         time = element(clock, row + ROOT, i % 8)
         if time < NEVER:
-            if time - now < _GAP:
+            if time - before < _GAP:
                 break
-            if _alone(cell, clock, whole, time + _GAP):
+            if _alone(cell, clock, now, time + _GAP):
                 residual = abs(element(clock, row + GUESS, i % 8))
                 _arrive(cell, clock, i, time)
-                real[CLOCK] = time
-                whole[CENTRE] = i
+                now.clock = time
+                now.centre = i
                 count[EVENT, 0] = i
-                return time - now, 1, residual
+                return time - before, 1, residual
             clock[row + KEY, i % 8] = NEVER
             _mark(cell, clock, i // 8)
-            j = _soonest(cell, clock, whole)
+            j = _soonest(cell, clock, now)
             if clock[CLOCKS * (j // 8) + ROOT, j % 8] < NEVER:
                 break
             clock[row + KEY, i % 8] = time
             _mark(cell, clock, i // 8)
             i = j
-        if not _look(cell, clock, real, whole, i):
+        if not _look(cell, clock, now, i):
             break
-    at_once(cell, clock, real, whole)
+    at_once(cell, clock, now)
     return 0.0, -1, 0.0

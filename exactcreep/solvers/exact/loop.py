@@ -26,85 +26,38 @@ from exactcreep.solvers.exact import rows
 from exactcreep.solvers.exact.draws import BATCH, KEPT, fill
 from exactcreep.solvers.exact.layout import (
     AT_REST,
-    BELOW,
     BUDGET,
-    CALM,
     CLUSTER,
     COEFFICIENT,
-    CONSTANT,
-    COSINE,
     DONE,
     DOUBTED,
-    DOWNHILL,
     DRAWS,
     DRIVE,
     ENDLESS,
     EVENT,
-    EVENTS,
     EXCESS,
-    FIRST,
     FORCE,
     FORCE_LOW,
     FRESH,
-    FRICTION,
-    LAST,
     LEAST_LONG,
-    LOCAL,
     LOG_FULL,
-    LOG_KIND,
-    LOG_NUMBER,
-    LOG_REARRANGEMENT,
-    LOG_RESIDUAL,
-    LOG_SIGN,
-    LOG_SLIDER,
-    LOG_TARGET,
-    LOG_THETA,
-    LOG_THETA_LOW,
-    LOG_TIME,
-    LOGGED,
-    LOGGING,
     LOGS_EVENTS,
     LONE,
-    LONG,
     LONGEST_AVALANCHE,
-    MEAN,
-    MEAN_EXCESS,
-    MOVING,
-    MU_D,
-    MU_D_LOW,
-    NUMBER,
     ONE_DONE,
     PAD,
     PROMISED_EVENTS,
-    REARRANGEMENTS,
     REST,
-    RETRY,
     RUNAWAY,
-    SEED,
     SIDE,
-    SINE,
-    SLIP_TOTAL,
     SLIPS,
     SPEED,
-    STAGE,
     START,
     STIFFNESS,
     STOP,
-    TARGET,
-    THETA,
-    THETA_LOW,
-    TIME,
-    TOTAL,
-    TOTAL_LOW,
-    TOUCHED_FIRST,
-    TOUCHED_LAST,
     TRAVEL,
     TRAVEL_LOW,
     ULP,
-    UNDECIDED,
-    WIDTH,
-    WORK,
-    N,
     X,
     compiled,
     inlined,
@@ -133,71 +86,71 @@ MODES_WORK = 6
 
 
 @inlined
-def _log(real, whole, log, kind, i, sign, residual):
-    if whole[LOGGING] & LOGS_EVENTS == 0:
+def _log(now, log, kind, i, sign, residual):
+    if now.logging & LOGS_EVENTS == 0:
         return
-    events, row = log.events, whole[LOGGED]
-    events[row, LOG_TIME] = real[TIME]
-    events[row, LOG_RESIDUAL] = residual
-    events[row, LOG_THETA] = real[THETA]
-    events[row, LOG_THETA_LOW] = real[THETA_LOW]
-    events[row, LOG_TARGET] = whole[TARGET]
-    events[row, LOG_REARRANGEMENT] = whole[REARRANGEMENTS] - 1
-    events[row, LOG_NUMBER] = whole[NUMBER]
-    events[row, LOG_KIND] = kind
-    events[row, LOG_SLIDER] = i + 1 - PAD
-    events[row, LOG_SIGN] = sign
-    whole[LOGGED] = row + 1
+    row = log.events[now.logged]
+    row.half_cycle = now.target
+    row.rearrangement = now.rearrangements - 1
+    row.number = now.number
+    row.theta = now.theta
+    row.time = now.time
+    row.kind = kind
+    row.slider = i + 1 - PAD
+    row.sign = sign
+    row.theta_low = now.theta_low
+    row.residual = residual
+    now.logged += 1
 
 
 @inlined
-def _coefficient(real, deviate):
+def _coefficient(now, deviate):
     """Return the static coefficient of a deviate, and how far it lies above mu_d."""
-    mu = real[MEAN] + real[WIDTH] * deviate
-    return mu, (mu - real[MU_D]) - real[MU_D_LOW]
+    mu = now.mean + now.width * deviate
+    return mu, (mu - now.mu_d) - now.mu_d_low
 
 
 @inlined
-def _renew(cell, real, whole, i, deviate):
+def _renew(cell, now, i, deviate):
     """Give slider i the static coefficient of a deviate."""
-    mu, above = _coefficient(real, deviate)
+    mu, above = _coefficient(now, deviate)
     cell[COEFFICIENT, i] = mu
     if above < 0.0:
-        whole[BELOW] += 1
+        now.below += 1
         above = 0.0
-    cell[EXCESS, i] = above * real[COSINE]
+    cell[EXCESS, i] = above * now.cosine
 
 
 @inlined
-def _draw_ahead(deviate, whole, i, k):
+def _draw_ahead(deviate, now, i, k):
     """Make the batch after that of draw k.
 
     Nobody waits for it: the processor makes it while it goes on with the batch at hand.
     """
-    fill(deviate, i, np.uint64(whole[SEED]), i + 1 - PAD, k // BATCH + 1)
+    fill(deviate, i, np.uint64(now.seed), i + 1 - PAD, k // BATCH + 1)
 
 
 @inlined
-def _draw(cell, count, deviate, real, whole, i):
+def _draw(cell, count, deviate, now, i):
     """Give slider i its next static coefficient."""
     k = count[DRAWS, i]
     count[DRAWS, i] = k + 1
-    if whole[CONSTANT] == 1:
-        cell[EXCESS, i] = real[MEAN_EXCESS]
+    if now.constant == 1:
+        cell[EXCESS, i] = now.mean_excess
         return
     if k % BATCH == 0:
-        _draw_ahead(deviate, whole, i, k)
-    _renew(cell, real, whole, i, deviate[i, k % KEPT])
+        _draw_ahead(deviate, now, i, k)
+    _renew(cell, now, i, deviate[i, k % KEPT])
 
 
 @inlined
-def _place_ends(cell, real, whole):
+def _place_ends(cell, now):
     """Give the forces at sliders 1 and N the present theta."""
-    n = whole[N]
+    n = now.n
     if n > 1:
         for i, way in ((PAD, -1.0), (PAD + n - 1, 1.0)):
-            low = cell[FORCE_LOW, i] + way * real[THETA_LOW]
-            cell[REST, i], _ = plus(cell[FORCE, i], low, way * real[THETA])
+            low = cell[FORCE_LOW, i] + way * now.theta_low
+            cell[REST, i], _ = plus(cell[FORCE, i], low, way * now.theta)
 
 
 @inlined
@@ -207,64 +160,64 @@ def _present_force(cell, i):
 
 
 @inlined
-def _inside(whole, i):
-    return PAD <= i < PAD + whole[N]
+def _inside(now, i):
+    return PAD <= i < PAD + now.n
 
 
 @inlined
-def _touch(whole, i):
-    whole[TOUCHED_FIRST] = min(whole[TOUCHED_FIRST], i)
-    whole[TOUCHED_LAST] = max(whole[TOUCHED_LAST], i)
+def _touch(now, i):
+    now.touched_first = min(now.touched_first, i)
+    now.touched_last = max(now.touched_last, i)
 
 
 @inlined
-def _start(cell, real, whole, log, i, sign, drive, residual):
+def _start(cell, now, log, i, sign, drive, residual):
     cell[SIDE, i] = sign
     cell[SPEED, i] = 0.0
     cell[FRESH, i] = 1.0
     cell[DRIVE, i] = drive
-    whole[MOVING] += 1
-    _touch(whole, i)
-    if whole[MOVING] == 1:
-        whole[FIRST] = i
-        whole[LAST] = i
+    now.moving += 1
+    _touch(now, i)
+    if now.moving == 1:
+        now.first = i
+        now.last = i
     else:
-        whole[FIRST] = min(whole[FIRST], i)
-        whole[LAST] = max(whole[LAST], i)
-    rows.start(cell, real, whole, log.tables, i)
-    _log(real, whole, log, START, i, sign, residual)
+        now.first = min(now.first, i)
+        now.last = max(now.last, i)
+    rows.start(cell, now, log.tables, i)
+    _log(now, log, START, i, sign, residual)
 
 
 @inlined
-def _stop(cell, count, deviate, real, whole, log, i, residual):
-    _log(real, whole, log, STOP, i, cell[SIDE, i], residual)
+def _stop(cell, count, deviate, now, log, i, residual):
+    _log(now, log, STOP, i, cell[SIDE, i], residual)
     cell[SIDE, i] = 0.0
     cell[SPEED, i] = 0.0
     cell[FRESH, i] = 0.0
-    whole[MOVING] -= 1
-    whole[SLIP_TOTAL] += 1
+    now.moving -= 1
+    now.slips += 1
     count[SLIPS, i] += 1
-    _draw(cell, count, deviate, real, whole, i)
-    rows.stop(cell, real, whole, log.tables, i)
+    _draw(cell, count, deviate, now, i)
+    rows.stop(cell, now, log.tables, i)
 
 
 @inlined
-def _begin(cell, real, whole, log, way):
-    whole[REARRANGEMENTS] += 1
-    whole[NUMBER] = 0
-    whole[TOUCHED_FIRST] = cell.shape[1]
-    whole[TOUCHED_LAST] = 0
-    real[TIME] = 0.0
-    rows.begin(cell, real, whole, log.tables, way)
+def _begin(cell, now, log, way):
+    now.rearrangements += 1
+    now.number = 0
+    now.touched_first = cell.shape[1]
+    now.touched_last = 0
+    now.time = 0.0
+    rows.begin(cell, now, log.tables, way)
 
 
 @inlined
-def _settle(cell, real, whole, log):
+def _settle(cell, now, log):
     """Turn the displacements of the rearrangement into forces at rest."""
-    rows.end(cell, real, whole, log.tables)
-    first = whole[TOUCHED_FIRST]
-    last = whole[TOUCHED_LAST]
-    for i in range(max(first - 1, PAD), min(last + 2, PAD + whole[N])):
+    rows.end(cell, now, log.tables)
+    first = now.touched_first
+    last = now.touched_last
+    for i in range(max(first - 1, PAD), min(last + 2, PAD + now.n)):
         # the neighbours' sum first: the mirror image adds the same two numbers
         total, error = two_sum(cell[X, i - 1], cell[X, i + 1])
         high, low = plus(cell[FORCE, i], cell[FORCE_LOW, i] + error, total)
@@ -278,46 +231,46 @@ def _settle(cell, real, whole, log):
             high, low = plus(cell[TRAVEL, i], cell[TRAVEL_LOW, i], moved)
             cell[TRAVEL, i] = high
             cell[TRAVEL_LOW, i] = low
-            real[TOTAL], real[TOTAL_LOW] = plus(real[TOTAL], real[TOTAL_LOW], moved)
+            now.total, now.total_low = plus(now.total, now.total_low, moved)
             cell[X, i] = 0.0
-    if whole[NUMBER] > PROMISED_EVENTS:
-        whole[LONG] += 1
-    whole[STAGE] = AT_REST
+    if now.number > PROMISED_EVENTS:
+        now.long += 1
+    now.stage = AT_REST
 
 
 @inlined
-def _after_event(cell, real, whole, log):
+def _after_event(cell, now, log):
     """Choose the stage that goes on from the present set of movers."""
-    whole[EVENTS] += 1
-    if whole[MOVING] == 0:
-        _settle(cell, real, whole, log)
+    now.events += 1
+    if now.moving == 0:
+        _settle(cell, now, log)
         return
-    first = whole[FIRST]
-    last = whole[LAST]
+    first = now.first
+    last = now.last
     while cell[SIDE, first] == 0.0:
         first += 1
     while cell[SIDE, last] == 0.0:
         last -= 1
-    whole[FIRST] = first
-    whole[LAST] = last
-    whole[STAGE] = LONE if first == last else CLUSTER
+    now.first = first
+    now.last = last
+    now.stage = LONE if first == last else CLUSTER
 
 
 @inlined
-def _stopped_exceeds(cell, real, whole, i, pull):
+def _stopped_exceeds(cell, now, i, pull):
     """Test a slider that has just stopped; return the sign of its start, 0 if it stays."""
-    threshold = real[FRICTION] + cell[EXCESS, i]
+    threshold = now.friction + cell[EXCESS, i]
     beyond = abs(pull) - threshold
     bound = 8.0 * ULP * (abs(pull) + threshold)
     if beyond > bound:
         return 1.0 if pull > 0.0 else -1.0
     if beyond > -bound:
-        whole[UNDECIDED] += 1
+        now.undecided += 1
     return 0.0
 
 
 @inlined
-def _next_start(cell, real, whole, target, target_low):
+def _next_start(cell, now, target, target_low):
     """Return which end starts before the target, and at which ``l0 theta``.
 
     Returns
@@ -330,54 +283,54 @@ def _next_start(cell, real, whole, target, target_low):
         Whether a comparison lay within its rounding bound.
     """
     top = PAD
-    end = PAD + whole[N] - 1
-    now = real[THETA]
-    now_low = real[THETA_LOW]
-    far = (target - now) + (target_low - now_low)
+    end = PAD + now.n - 1
+    theta = now.theta
+    theta_low = now.theta_low
+    far = (target - theta) + (target_low - theta_low)
     up = 1.0 if far > 0.0 else -1.0
-    room_top = real[FRICTION] + cell[EXCESS, top]
-    room_end = real[FRICTION] + cell[EXCESS, end]
+    room_top = now.friction + cell[EXCESS, top]
+    room_end = now.friction + cell[EXCESS, end]
     # slider 1 starts with sign -up at f_1 + up room, slider N with sign up at up room - f_N
     top_high, top_low = plus(cell[FORCE, top], cell[FORCE_LOW, top], up * room_top)
     end_high, end_low = plus(-cell[FORCE, end], -cell[FORCE_LOW, end], up * room_end)
-    far_top = max(up * ((top_high - now) + (top_low - now_low)), 0.0)
-    far_end = max(up * ((end_high - now) + (end_low - now_low)), 0.0)
+    far_top = max(up * ((top_high - theta) + (top_low - theta_low)), 0.0)
+    far_end = max(up * ((end_high - theta) + (end_low - theta_low)), 0.0)
     far *= up
     # the rooms, and what the slips since the last change of direction may have rounded away
     bound = 2.0 * ULP * (room_top + room_end + abs(top_high) + abs(end_high))
     nearest = min(far_top, far_end)
-    if whole[N] == 1 or far == 0.0 or nearest >= far - bound:
-        near = whole[N] > 1 and far > 0.0 and nearest <= far + bound
+    if now.n == 1 or far == 0.0 or nearest >= far - bound:
+        near = now.n > 1 and far > 0.0 and nearest <= far + bound
         return False, False, target, target_low, near
     apart = far_top - far_end
     together = abs(apart) <= bound
     if nearest == 0.0:
-        return together or apart < 0.0, together or apart > 0.0, now, now_low, together
+        return together or apart < 0.0, together or apart > 0.0, theta, theta_low, together
     if apart <= 0.0:
         return True, together, top_high, top_low, together
     return together, True, end_high, end_low, together
 
 
 @inlined
-def _ramp(cell, real, whole, log, target, target_low):
+def _ramp(cell, now, log, target, target_low):
     """Move theta towards the target; return whether a slider has started before it."""
-    up = 1.0 if (target - real[THETA]) + (target_low - real[THETA_LOW]) > 0.0 else -1.0
-    top, end, theta, theta_low, undecided = _next_start(cell, real, whole, target, target_low)
-    real[THETA] = theta
-    real[THETA_LOW] = theta_low
+    up = 1.0 if (target - now.theta) + (target_low - now.theta_low) > 0.0 else -1.0
+    top, end, theta, theta_low, undecided = _next_start(cell, now, target, target_low)
+    now.theta = theta
+    now.theta_low = theta_low
     if undecided:
-        whole[UNDECIDED] += 1
+        now.undecided += 1
     if not (top or end):
         return False
-    _begin(cell, real, whole, log, up)
-    _place_ends(cell, real, whole)
+    _begin(cell, now, log, up)
+    _place_ends(cell, now)
     if top:
-        _start(cell, real, whole, log, PAD, -up, cell[EXCESS, PAD], 0.0)
+        _start(cell, now, log, PAD, -up, cell[EXCESS, PAD], 0.0)
     if end:
-        i = PAD + whole[N] - 1
-        _start(cell, real, whole, log, i, up, cell[EXCESS, i], 0.0)
-    whole[NUMBER] += 1
-    _after_event(cell, real, whole, log)
+        i = PAD + now.n - 1
+        _start(cell, now, log, i, up, cell[EXCESS, i], 0.0)
+    now.number += 1
+    _after_event(cell, now, log)
     return True
 
 
@@ -393,7 +346,7 @@ def _plus_in_lanes(high, low, term):
 
 
 @inlined
-def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_at):
+def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
     """Let the end that starts first slip, again and again, as long as that is plain.
 
     Each slip adds the same length to four sums of two floats: they stay in registers, in four
@@ -402,11 +355,11 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
     bounds of all comparisons in `_next_start` and `_end_slips`, is left to these. Both ways give
     the same bits.
     """
-    n = whole[N]
-    constant = whole[CONSTANT] == 1
-    mean_excess = real[MEAN_EXCESS]
-    friction = real[FRICTION]
-    up = 1.0 if (target - real[THETA]) + (target_low - real[THETA_LOW]) > 0.0 else -1.0
+    n = now.n
+    constant = now.constant == 1
+    mean_excess = now.mean_excess
+    friction = now.friction
+    up = 1.0 if (target - now.theta) + (target_low - now.theta_low) > 0.0 else -1.0
     i = PAD
     other = PAD + n - 1
     neighbour = PAD + 1
@@ -423,10 +376,10 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
     excess = cell[EXCESS, i]
     spare = cell[EXCESS, neighbour]
     between = side * (cell[FORCE, i] + cell[FORCE, neighbour])  # a slip does not change it
-    scale = abs(target) + abs(real[THETA]) + 8.0 * friction + cell[EXCESS, other] + spare
+    scale = abs(target) + abs(now.theta) + 8.0 * friction + cell[EXCESS, other] + spare
     scale += abs(cell[FORCE, i]) + abs(cell[FORCE, other]) + abs(cell[FORCE, neighbour])
     slack = 64.0 * ULP * scale
-    if first <= up * real[THETA] + slack:
+    if first <= up * now.theta + slack:
         return
     reach = up * target - slack
     most = 1.9 * friction
@@ -441,13 +394,13 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
         wall -= slack
     most -= slack
     high = together(
-        cell[FORCE, i], cell[FORCE, neighbour], cell[TRAVEL, i], real[TOTAL], 0.0, 0.0, 0.0, 0.0
+        cell[FORCE, i], cell[FORCE, neighbour], cell[TRAVEL, i], now.total, 0.0, 0.0, 0.0, 0.0
     )
     low = together(
         cell[FORCE_LOW, i],
         cell[FORCE_LOW, neighbour],
         cell[TRAVEL_LOW, i],
-        real[TOTAL_LOW],
+        now.total_low,
         0.0,
         0.0,
         0.0,
@@ -459,7 +412,7 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
     excess_before = excess
     k = count[DRAWS, i]
     slips = 0
-    allowed = (stop_at - whole[EVENTS] + 1) // 2
+    allowed = (stop_at - now.events + 1) // 2
     while slips < allowed:
         theta = (friction + excess) - side * lane_of(high, 0)
         if not (slack < excess < most and theta < reach and theta + excess < wall):
@@ -471,9 +424,9 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
         slips += 1
         if not constant:
             if k % BATCH == 0:
-                _draw_ahead(deviate, whole, i, k)
-            _, above = _coefficient(real, deviate[i, k % KEPT])
-            excess = max(above, 0.0) * real[COSINE]
+                _draw_ahead(deviate, now, i, k)
+            _, above = _coefficient(now, deviate[i, k % KEPT])
+            excess = max(above, 0.0) * now.cosine
         else:
             excess = mean_excess
         k += 1
@@ -486,39 +439,39 @@ def _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_
     cell[REST, neighbour] = lane_of(high, 1)
     cell[TRAVEL, i] = lane_of(high, 2)
     cell[TRAVEL_LOW, i] = lane_of(low, 2)
-    real[TOTAL] = lane_of(high, 3)
-    real[TOTAL_LOW] = lane_of(low, 3)
-    real[THETA], real[THETA_LOW] = plus(
+    now.total = lane_of(high, 3)
+    now.total_low = lane_of(low, 3)
+    now.theta, now.theta_low = plus(
         way * lane_of(high_before, 0), way * lane_of(low_before, 0), up * (friction + excess_before)
     )
     count[DRAWS, i] = k
     if constant:
         cell[EXCESS, i] = mean_excess
     else:
-        _renew(cell, real, whole, i, deviate[i, (k - 1) % KEPT])
+        _renew(cell, now, i, deviate[i, (k - 1) % KEPT])
     count[SLIPS, i] += slips
-    whole[SLIP_TOTAL] += slips
-    whole[REARRANGEMENTS] += slips
-    whole[EVENTS] += 2 * slips
+    now.slips += slips
+    now.rearrangements += slips
+    now.events += 2 * slips
 
 
 @compiled
-def _end_slips(cell, count, deviate, real, whole, log, target, target_low, stop_at):
+def _end_slips(cell, count, deviate, now, log, target, target_low, stop_at):
     """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
 
     Does what `_ramp`, `_lone` and `_settle` do, without the steps that such a slip can skip;
     leaves everything else, comparisons within their bounds included, to them.
     """
-    last = PAD + whole[N] - 1
-    friction = real[FRICTION]
-    pair = whole[N] == 2
+    last = PAD + now.n - 1
+    friction = now.friction
+    pair = now.n == 2
     tables = log.tables
-    while whole[EVENTS] < stop_at:
+    while now.events < stop_at:
         if tables is None:
-            _same_end_slips(cell, count, deviate, real, whole, target, target_low, stop_at)
-            if whole[EVENTS] >= stop_at:
+            _same_end_slips(cell, count, deviate, now, target, target_low, stop_at)
+            if now.events >= stop_at:
                 return
-        top, end, theta, theta_low, undecided = _next_start(cell, real, whole, target, target_low)
+        top, end, theta, theta_low, undecided = _next_start(cell, now, target, target_low)
         if undecided or top == end:
             return
         i = PAD if top else last
@@ -535,9 +488,9 @@ def _end_slips(cell, count, deviate, real, whole, log, target, target_low, stop_
         bound = 8.0 * ULP * (2.0 * friction + drive + length + drive)
         if room <= length + bound or drive >= 1.9 * friction:
             return
-        real[THETA] = theta
-        real[THETA_LOW] = theta_low
-        rows.at_theta(cell, real, whole, tables)
+        now.theta = theta
+        now.theta_low = theta_low
+        rows.at_theta(cell, now, tables)
         moved = side * length
         high, low = plus(cell[FORCE, i], cell[FORCE_LOW, i], -moved)
         cell[FORCE, i] = high
@@ -549,52 +502,52 @@ def _end_slips(cell, count, deviate, real, whole, log, target, target_low, stop_
         high, low = plus(cell[TRAVEL, i], cell[TRAVEL_LOW, i], moved)
         cell[TRAVEL, i] = high
         cell[TRAVEL_LOW, i] = low
-        real[TOTAL], real[TOTAL_LOW] = plus(real[TOTAL], real[TOTAL_LOW], moved)
-        _draw(cell, count, deviate, real, whole, i)
-        rows.end_slip(cell, real, whole, tables, i, side if end else -side, moved)
+        now.total, now.total_low = plus(now.total, now.total_low, moved)
+        _draw(cell, count, deviate, now, i)
+        rows.end_slip(cell, now, tables, i, side if end else -side, moved)
         count[SLIPS, i] += 1
-        whole[SLIP_TOTAL] += 1
-        whole[REARRANGEMENTS] += 1
-        whole[EVENTS] += 2
+        now.slips += 1
+        now.rearrangements += 1
+        now.events += 2
 
 
 @inlined
-def _unstable(cell, real, whole, log):
+def _unstable(cell, now, log):
     """Start every slider that exceeds its threshold as the chain stands."""
-    n = whole[N]
+    n = now.n
     began = False
-    _place_ends(cell, real, whole)
+    _place_ends(cell, now)
     for i in range(PAD, PAD + n):
         pull = cell[REST, i]
-        threshold = real[FRICTION] + cell[EXCESS, i]
+        threshold = now.friction + cell[EXCESS, i]
         beyond = abs(pull) - threshold
         bound = 8.0 * ULP * (abs(pull) + threshold)
         if n > 1 and (i == PAD or i == PAD + n - 1):
-            bound += 2.0 * ULP * abs(real[THETA])
+            bound += 2.0 * ULP * abs(now.theta)
         if beyond > bound:
             if not began:
-                _begin(cell, real, whole, log, 0.0)
+                _begin(cell, now, log, 0.0)
                 began = True
             sign = 1.0 if pull > 0.0 else -1.0
-            _start(cell, real, whole, log, i, sign, abs(pull) - real[FRICTION], 0.0)
+            _start(cell, now, log, i, sign, abs(pull) - now.friction, 0.0)
         elif beyond > -bound:
-            whole[UNDECIDED] += 1
-            cell[DOUBTED, i] = whole[REARRANGEMENTS] + (not began)  # not again in what follows
-    whole[STAGE] = AT_REST
+            now.undecided += 1
+            cell[DOUBTED, i] = now.rearrangements + (not began)  # not again in what follows
+    now.stage = AT_REST
     if began:
-        whole[NUMBER] += 1
-        _after_event(cell, real, whole, log)
+        now.number += 1
+        _after_event(cell, now, log)
     return began
 
 
 @inlined
-def _lone(cell, count, deviate, real, whole, log):
+def _lone(cell, count, deviate, now, log):
     """Advance a lone mover to its stop or to the start of a neighbour, by energy."""
-    i = whole[FIRST]
+    i = now.first
     side = cell[SIDE, i]
     stiff = cell[STIFFNESS, i]
     speed = cell[SPEED, i]
-    friction = real[FRICTION]
+    friction = now.friction
     drive = cell[DRIVE, i]  # exactly what made it start
     if cell[FRESH, i] == 0.0:
         drive = side * _present_force(cell, i) - friction
@@ -611,10 +564,10 @@ def _lone(cell, count, deviate, real, whole, log):
     room_left = np.inf
     room_right = np.inf
     if stiff > 0.0:
-        if _inside(whole, i - 1):
+        if _inside(now, i - 1):
             threshold = friction + cell[EXCESS, i - 1]
             room_left = max(threshold - side * _present_force(cell, i - 1), 0.0)
-        if _inside(whole, i + 1):
+        if _inside(now, i + 1):
             threshold = friction + cell[EXCESS, i + 1]
             room_right = max(threshold - side * _present_force(cell, i + 1), 0.0)
     room = min(room_left, room_right)
@@ -622,32 +575,32 @@ def _lone(cell, count, deviate, real, whole, log):
     cell[FRESH, i] = 0.0
     if room >= length - bound:
         if room <= length + bound:
-            whole[UNDECIDED] += 1
-        if whole[LOGGING] != 0:
+            now.undecided += 1
+        if now.logging != 0:
             if stiff == 0.0:
-                real[TIME] += speed / -drive
+                now.time += speed / -drive
             elif length > 0.0:
-                real[TIME] += math.atan2(math.sqrt(stiff) * speed, -drive) / math.sqrt(stiff)
+                now.time += math.atan2(math.sqrt(stiff) * speed, -drive) / math.sqrt(stiff)
         cell[X, i] += side * length
         # its acceleration has turned to the opposite of what a start from rest would need
         pull = side * (friction - (drive if speed == 0.0 else swing))
         if stiff == 0.0:
             pull = cell[REST, i]
-        _stop(cell, count, deviate, real, whole, log, i, 0.0)
-        whole[NUMBER] += 1
+        _stop(cell, count, deviate, now, log, i, 0.0)
+        now.number += 1
         turn = 0.0
         # pulled on as before it stays, however close to mu_d c: the excess is never negative
         if stiff == 0.0 or side * pull < 0.0:
-            turn = _stopped_exceeds(cell, real, whole, i, pull)
+            turn = _stopped_exceeds(cell, now, i, pull)
         if turn != 0.0:
-            _start(cell, real, whole, log, i, turn, abs(pull) - friction, 0.0)
-            whole[EVENTS] += 1
-            whole[NUMBER] += 1
-        _after_event(cell, real, whole, log)
+            _start(cell, now, log, i, turn, abs(pull) - friction, 0.0)
+            now.events += 1
+            now.number += 1
+        _after_event(cell, now, log)
         return False
     # a neighbour starts at once with everything else unchanged
     faster = math.sqrt(max(speed * speed + room * (2.0 * drive - stiff * room), 0.0))
-    if whole[LOGGING] != 0:
+    if now.logging != 0:
         later = drive - stiff * room
         omega = math.sqrt(stiff)
         turned = math.atan2(
@@ -655,29 +608,29 @@ def _lone(cell, count, deviate, real, whole, log):
             drive * later + stiff * speed * faster,
         )
         if turned > 0.0:
-            real[TIME] += turned / omega
+            now.time += turned / omega
     cell[X, i] += side * room
     cell[SPEED, i] = faster
     both = abs(room_left - room_right) <= bound
     if both:
-        whole[UNDECIDED] += 1
+        now.undecided += 1
     if both or room_left < room_right:
-        _start(cell, real, whole, log, i - 1, side, cell[EXCESS, i - 1], 0.0)
+        _start(cell, now, log, i - 1, side, cell[EXCESS, i - 1], 0.0)
     if both or room_right < room_left:
-        _start(cell, real, whole, log, i + 1, side, cell[EXCESS, i + 1], 0.0)
+        _start(cell, now, log, i + 1, side, cell[EXCESS, i + 1], 0.0)
     if faster == 0.0:
         cell[FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
         cell[DRIVE, i] = drive
-    whole[NUMBER] += 1
-    _after_event(cell, real, whole, log)
+    now.number += 1
+    _after_event(cell, now, log)
     return False
 
 
 @inlined
-def _never_stops(cell, real, whole):
+def _never_stops(cell, now):
     """Return whether it is proved that no slider of the moving whole chain ever stops."""
-    n = whole[N]
-    down = whole[DOWNHILL]
+    n = now.n
+    down = now.downhill
     if down == 0:
         return False
     total = 0.0
@@ -691,7 +644,7 @@ def _never_stops(cell, real, whole):
     scale = 0.0
     for i in range(PAD, PAD + n):
         energy += (cell[SPEED, i] - mean) ** 2
-        tension += _present_force(cell, i) - real[SINE]
+        tension += _present_force(cell, i) - now.sine
         if i < PAD + n - 1:
             energy += tension * tension
         scale += abs(tension) + cell[SPEED, i]
@@ -701,13 +654,13 @@ def _never_stops(cell, real, whole):
 
 
 @compiled
-def _no_mode_stops(cell, series, real, whole):
+def _no_mode_stops(cell, series, now):
     """Return whether the mean velocity exceeds the sum of the modes' amplitudes at every slider.
 
     Sharper than `_never_stops`, and dearer: for a chain on the slope mu_d itself, where the mean
     velocity never grows.
     """
-    n = whole[N]
+    n = now.n
     mean = 0.0
     for i in range(PAD, PAD + n):
         mean += cell[SPEED, i] / n
@@ -735,41 +688,41 @@ def _no_mode_stops(cell, series, real, whole):
 
 
 @inlined
-def _long(whole):
+def _long(now):
     """Return whether the movers stand far enough apart for clocks of their own."""
-    apart = whole[LAST] - whole[FIRST]
-    return apart >= LEAST_LONG and whole[DOWNHILL] == 0 and whole[RETRY] == 0
+    apart = now.last - now.first
+    return apart >= LEAST_LONG and now.downhill == 0 and now.retry == 0
 
 
 @inlined
-def _cluster(cell, count, deviate, clock, series, real, whole, log):
+def _cluster(cell, count, deviate, clock, series, now, log):
     """Advance several movers to their first event and resolve it; return True for a runaway."""
-    if whole[MOVING] == whole[N] and whole[DOWNHILL] != 0:
-        if _never_stops(cell, real, whole):
+    if now.moving == now.n and now.downhill != 0:
+        if _never_stops(cell, now):
             return True
-        if whole[CALM] > _CALM and whole[CALM] % _CALM == 0:
-            whole[WORK] += MODES_WORK * whole[N] ** 2
-            if _no_mode_stops(cell, series, real, whole):
+        if now.calm > _CALM and now.calm % _CALM == 0:
+            now.work += MODES_WORK * now.n ** 2
+            if _no_mode_stops(cell, series, now):
                 return True
-    whole[CALM] += 1
-    whole[WORK] += STEP_WORK
+    now.calm += 1
+    now.work += STEP_WORK
     events = np.int64(-1)
     if clock is not None:  # noqa: SIM102 - known when this is compiled, the rest is not
-        if whole[LOCAL] == 1 or _long(whole):
-            t, events, residual = advance(cell, count, clock, real, whole)
+        if now.local == 1 or _long(now):
+            t, events, residual = advance(cell, count, clock, now)
             if events < 0:
-                real[TIME] += t
-                whole[RETRY] = 1
+                now.time += t
+                now.retry = 1
     if events < 0:
-        whole[WORK] += STRIP_WORK * ((whole[LAST] - whole[FIRST] + 10) // 8)
-        whole[RETRY] -= whole[RETRY] > 0
+        now.work += STRIP_WORK * ((now.last - now.first + 10) // 8)
+        now.retry -= now.retry > 0
         t, events, residual = step(
-            cell, count, series, real, whole, whole[FIRST] - 1, whole[LAST] + 1
+            cell, count, series, now, now.first - 1, now.last + 1
         )
-    real[TIME] += t
+    now.time += t
     if events == 0:
         return False
-    whole[CALM] = 0
+    now.calm = 0
     for k in range(1, events):  # ascending
         i = count[EVENT, k]
         while k > 0 and count[EVENT, k - 1] > i:
@@ -777,63 +730,64 @@ def _cluster(cell, count, deviate, clock, series, real, whole, log):
             k -= 1
         count[EVENT, k] = i
     # all that stop are frozen and draw, then all are tested with the same forces
-    friction = real[FRICTION]
+    friction = now.friction
     stops = 0
     for k in range(events):
         i = count[EVENT, k]
         if cell[SIDE, i] != 0.0:
-            _stop(cell, count, deviate, real, whole, log, i, residual)
+            _stop(cell, count, deviate, now, log, i, residual)
             count[EVENT, k] = -i
             stops += 1
     if stops > 0:
-        whole[NUMBER] += 1
+        now.number += 1
     starts = 0
     for k in range(events):
         i = count[EVENT, k]
         if i < 0:
             i = -i
             pull = _present_force(cell, i)
-            turn = _stopped_exceeds(cell, real, whole, i, pull)
+            turn = _stopped_exceeds(cell, now, i, pull)
             if turn != 0.0:
-                _start(cell, real, whole, log, i, turn, abs(pull) - friction, 0.0)
+                _start(cell, now, log, i, turn, abs(pull) - friction, 0.0)
                 starts += 1
         else:
             sign = 1.0 if _present_force(cell, i) > 0.0 else -1.0
-            _start(cell, real, whole, log, i, sign, cell[EXCESS, i], residual)
+            _start(cell, now, log, i, sign, cell[EXCESS, i], residual)
             starts += 1
     if starts > 0:
-        whole[NUMBER] += 1
+        now.number += 1
         if stops > 0:
-            whole[EVENTS] += 1
-    _after_event(cell, real, whole, log)
+            now.events += 1
+    _after_event(cell, now, log)
     if clock is not None:
-        short = whole[LAST] - whole[FIRST] < LEAST_LONG // 2
-        if whole[LOCAL] == 1 and (short or whole[STAGE] != CLUSTER):
-            at_once(cell, clock, real, whole)
+        short = now.last - now.first < LEAST_LONG // 2
+        if now.local == 1 and (short or now.stage != CLUSTER):
+            at_once(cell, clock, now)
     return False
 
 
 @compiled
-def prepare(cell, count, deviate, whole):
+def prepare(cell, count, deviate, scalars):
     """Fill the batches of deviates that hold the next draws."""
-    if whole[CONSTANT] == 0:
-        for i in range(PAD, PAD + whole[N]):
+    now = scalars[0]
+    if now.constant == 0:
+        for i in range(PAD, PAD + now.n):
             batch = count[DRAWS, i] // BATCH
-            fill(deviate, i, np.uint64(whole[SEED]), i + 1 - PAD, batch)
+            fill(deviate, i, np.uint64(now.seed), i + 1 - PAD, batch)
             if count[DRAWS, i] % BATCH != 0:
-                fill(deviate, i, np.uint64(whole[SEED]), i + 1 - PAD, batch + 1)
+                fill(deviate, i, np.uint64(now.seed), i + 1 - PAD, batch + 1)
 
 
 @compiled
 def follow(
-    cell, count, deviate, clock, series, real, whole, log, theta, theta_low, travel, max_events,
+    cell, count, deviate, clock, series, scalars, log, theta, theta_low, travel, max_events,
     max_work, single,
 ):  # fmt: skip
     """Take the chain along the targets; return why it came back, and how many it reached.
 
     Parameters
     ----------
-    cell, count, deviate, series, real, whole : ndarray
+    cell, count, deviate, clock, series, scalars : ndarray
     log : Log
         See `layout`.
     theta, theta_low : ndarray, shape (m,)
@@ -850,44 +804,45 @@ def follow(
     `layout.BUDGET` also comes back once several sliders move and there are no `series`.
     """
     align_stack()
-    stop_at = whole[EVENTS] + min(max_events, max_work)
-    work_limit = whole[WORK] + max_work
+    now = scalars[0]
+    stop_at = now.events + min(max_events, max_work)
+    work_limit = now.work + max_work
     reached = 0
-    longest = LONGEST_AVALANCHE + 1000 * whole[N]
-    if whole[DOWNHILL] == 0:
+    longest = LONGEST_AVALANCHE + 1000 * now.n
+    if now.downhill == 0:
         longest = 2**62
-    room = log.events.shape[0] - 2 * whole[N] - 4
+    room = log.events.size - 2 * now.n - 4
     while reached < theta.size:
-        stage = whole[STAGE]
-        if whole[EVENTS] >= stop_at or whole[WORK] >= work_limit:
+        stage = now.stage
+        if now.events >= stop_at or now.work >= work_limit:
             return BUDGET, reached
-        if whole[LOGGING] & LOGS_EVENTS != 0 and whole[LOGGED] > room:
+        if now.logging & LOGS_EVENTS != 0 and now.logged > room:
             return LOG_FULL, reached
-        slips_at_most = rows.room(log.tables) - whole[N]
+        slips_at_most = rows.room(log.tables) - now.n
         if slips_at_most <= 0:
             return LOG_FULL, reached
         if stage == AT_REST:
-            if whole[LOGGING] & LOGS_EVENTS == 0 and whole[N] > 1 and not single:
+            if now.logging & LOGS_EVENTS == 0 and now.n > 1 and not single:
                 _end_slips(
-                    cell, count, deviate, real, whole, log, theta[reached], theta_low[reached],
-                    min(stop_at, whole[EVENTS] + 2 * slips_at_most),
+                    cell, count, deviate, now, log, theta[reached], theta_low[reached],
+                    min(stop_at, now.events + 2 * slips_at_most),
                 )  # fmt: skip
-            if not _ramp(cell, real, whole, log, theta[reached], theta_low[reached]):
-                travel[reached] = real[TOTAL] + real[TOTAL_LOW]
+            if not _ramp(cell, now, log, theta[reached], theta_low[reached]):
+                travel[reached] = now.total + now.total_low
                 reached += 1
-                whole[TARGET] += 1
+                now.target += 1
         elif stage == LONE:
-            if _lone(cell, count, deviate, real, whole, log):
+            if _lone(cell, count, deviate, now, log):
                 return RUNAWAY, reached
         elif stage == CLUSTER:
             if series is None:  # known when this is compiled
                 return BUDGET, reached
-            if _cluster(cell, count, deviate, clock, series, real, whole, log):
+            if _cluster(cell, count, deviate, clock, series, now, log):
                 return RUNAWAY, reached
         else:
-            _unstable(cell, real, whole, log)
-        if max(whole[NUMBER], whole[CALM]) > longest and whole[STAGE] != AT_REST:
+            _unstable(cell, now, log)
+        if max(now.number, now.calm) > longest and now.stage != AT_REST:
             return ENDLESS, reached
-        if single and whole[STAGE] == AT_REST and whole[REARRANGEMENTS] > 0:
+        if single and now.stage == AT_REST and now.rearrangements > 0:
             return ONE_DONE, reached
     return DONE, reached

@@ -27,23 +27,15 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
-from exactcreep.solvers.exact import layout
-from exactcreep.solvers.exact import loop as kernel
+from exactcreep.solvers.exact import layout, loop
 from exactcreep.solvers.exact.layout import (
     BUDGET,
-    CONSTANT,
     DONE,
-    EVENTS,
     EXCESS,
     FORCE,
     FORCE_LOW,
     PAD,
-    SLIP_TOTAL,
     SLIPS,
-    TOTAL,
-    TOTAL_LOW,
-    WORK,
-    N,
     compiled,
     inlined,
 )
@@ -59,25 +51,61 @@ _TRIES = 64  # earlier cycles with the same slips that are looked at
 _SLOTS = 2048  # of hashes
 _MOST_BYTES = 2**28  # of the ring
 
-# cells of `course`, int64
-(
-    REACHED,  # half-cycles of the present cycle
-    CYCLE,  # whole cycles
-    ADVANCED,  # the last cycle in which x_G advanced, 0: none
-    SETTLED,  # cycles after which it is periodic, -1: not yet
-    PERIOD,
-    BEFORE,  # events up to the end of the last whole cycle
-    SLIPPED,  # slips up to there
-    INNER,  # slips of inner sliders up to there
-    STIRRED,  # the last cycle in which an inner slider slipped, 0: none
-    DORMANT,  # the cycle after which it was first dormant, -1: never
-    NEAR,  # the period with which the forces nearly return, 0: none
-    STREAK,  # how many cycles in a row they have
-    NEAR_ADVANCED,  # the last cycle that had advanced before these
-    EXACTLY,  # 1 if the state has returned bit for bit
-    FURTHEST,  # the last cycle that took x_G further down than ever
-) = range(15)
-CELLS = 15
+COURSE = np.dtype(
+    [
+        ("most_cycles", np.int64),
+        ("downhill", np.int64),  # +1 or -1: which way counts as an advance; 0: both
+        ("rounding", np.float64),  # the most it adds to a displacement in one slip, times n
+        ("close", np.float64),  # how far apart forces may be that have nearly returned
+        ("calm", np.int64),  # cycles without a slip of an inner slider: dormant
+        ("reached", np.int64),  # half-cycles of the present cycle
+        ("cycle", np.int64),  # whole cycles
+        ("advanced", np.int64),  # the last cycle in which x_G advanced, 0: none
+        ("settled", np.int64),  # cycles after which it is periodic, -1: not yet
+        ("period", np.int64),
+        ("before", np.int64),  # events up to the end of the last whole cycle
+        ("slipped", np.int64),  # slips up to there
+        ("inner", np.int64),  # slips of inner sliders up to there
+        ("stirred", np.int64),  # the last cycle in which an inner slider slipped, 0: none
+        ("dormant", np.int64),  # the cycle after which it was first dormant, -1: never
+        ("near", np.int64),  # the period with which the forces nearly return, 0: none
+        ("streak", np.int64),  # how many cycles in a row they have
+        ("near_advanced", np.int64),  # the last cycle that had advanced before these
+        ("exactly", np.int64),  # 1 if the state has returned bit for bit
+        ("furthest", np.int64),  # the last cycle that took x_G further down than ever
+        ("total", np.float64),  # of all displacements at the end of the last whole cycle
+        ("total_low", np.float64),
+        ("apart", np.float64),  # how nearly the forces have returned
+        ("deepest", np.float64),  # largest sum of displacements down the incline
+    ]
+)
+"""How far a chain has come on its way through cycles, and what it is asked."""
+
+
+class Memory(NamedTuple):
+    """What `settle` remembers of past cycles."""
+
+    ring: NDArray[np.float64]  # (rows, 3, n): the states at the ends of the last cycles
+    link: NDArray[np.int64]  # (rows,): the cycle before of the same hash
+    advanced: NDArray[np.int64]  # (rows,): the last cycle that had advanced
+    head: NDArray[np.int64]  # (slots,): the last cycle of each hash
+    # (rows + slots,): the cycle before of the same slips, the last cycle of each hash of these
+    same_slips: NDArray[np.int64]
+    slips: NDArray[np.int64]  # (n,): of every slider up to the end of the last whole cycle
+
+    @classmethod
+    def of(cls, chain: Chain) -> Memory:
+        """Return room for the longest period that is looked for, less for very long chains."""
+        most = _MOST_BYTES // (24 * chain.n)
+        rows = 1 if chain.sigma_mu != 0 else max(min(MOST_PERIOD, most), 2) + 1
+        return cls(
+            np.empty((rows, 3, chain.n)),
+            np.zeros(rows, dtype=np.int64),
+            np.zeros(rows, dtype=np.int64),
+            np.zeros(_SLOTS, dtype=np.int64),
+            np.zeros(rows + _SLOTS, dtype=np.int64),
+            np.zeros(chain.n, dtype=np.int64),
+        )
 
 
 @compiled
@@ -92,18 +120,19 @@ def _slot(bits, first, last):
 
 
 @compiled
-def _returned(cell, bits, whole, course, ring, link, advanced, head):
+def _returned(cell, bits, now, course, memory):
     """Keep the present state; return how many cycles ago it was the same, 0 if it was not.
 
     Also the last cycle that had advanced then.
     """
+    ring, link, head = memory.ring, memory.link, memory.head
     first = PAD
-    last = PAD + whole[N]
+    last = PAD + now.n
     rows = ring.shape[0]
-    now = course[CYCLE]
+    cycle = course.cycle
     slot = _slot(bits, first, last)
     row = head[slot]  # holds cycle numbers, from the newest back
-    while row > 0 and now - row <= rows - 1:
+    while row > 0 and cycle - row <= rows - 1:
         there = row % rows
         same = True
         for k, kind in enumerate((FORCE, FORCE_LOW, EXCESS)):
@@ -114,29 +143,29 @@ def _returned(cell, bits, whole, course, ring, link, advanced, head):
             if not same:
                 break
         if same:
-            return now - row, advanced[there]
+            return cycle - row, memory.advanced[there]
         row = link[there]
-    there = now % rows
+    there = cycle % rows
     for k, kind in enumerate((FORCE, FORCE_LOW, EXCESS)):
         for i in range(first, last):
             ring[there, k, i - first] = cell[kind, i]
     link[there] = head[slot]
-    advanced[there] = course[ADVANCED]
-    head[slot] = now
+    memory.advanced[there] = course.advanced
+    head[slot] = cycle
     return 0, 0
 
 
 @inlined
-def _apart(cell, whole, state):
+def _apart(cell, now, state):
     """Return the largest difference of a force from those of `state`."""
     largest = 0.0
-    for i in range(whole[N]):
+    for i in range(now.n):
         largest = max(largest, abs(cell[FORCE, PAD + i] - state[0, i]))
     return largest
 
 
 @compiled
-def _nearly_returned(cell, count, whole, course, ring, same_slips, advanced, slips, close):
+def _nearly_returned(cell, count, now, course, memory):
     """Look whether the forces have come back nearly; keep the slips of this cycle.
 
     Returns
@@ -144,35 +173,37 @@ def _nearly_returned(cell, count, whole, course, ring, same_slips, advanced, sli
     float
         How nearly, where they have.
     """
+    ring, same_slips, slips = memory.ring, memory.same_slips, memory.slips
     rows = ring.shape[0]
-    now = course[CYCLE]
-    mark = np.uint64(whole[EVENTS] - course[BEFORE])
-    for i in range(whole[N]):
+    cycle = course.cycle
+    close = course.close
+    mark = np.uint64(now.events - course.before)
+    for i in range(now.n):
         made = count[SLIPS, PAD + i]
         mark = (mark ^ np.uint64(made - slips[i])) * np.uint64(0x9E3779B97F4A7C15)
         mark ^= mark >> np.uint64(29)
         slips[i] = made
     slot = rows + np.int64(mark % np.uint64(_SLOTS))
     apart = 0.0
-    if course[NEAR] > 0:
-        apart = _apart(cell, whole, ring[(now - course[NEAR]) % rows])
-        course[STREAK] += 1
+    if course.near > 0:
+        apart = _apart(cell, now, ring[(cycle - course.near) % rows])
+        course.streak += 1
         if apart > close:
-            course[NEAR] = 0
-    if course[NEAR] == 0:
+            course.near = 0
+    if course.near == 0:
         row = same_slips[slot]
         tries = 0
-        while row > 0 and now - row < rows and tries < _TRIES:
-            apart = _apart(cell, whole, ring[row % rows])
+        while row > 0 and cycle - row < rows and tries < _TRIES:
+            apart = _apart(cell, now, ring[row % rows])
             if apart <= close:
-                course[NEAR] = now - row
-                course[STREAK] = 1
-                course[NEAR_ADVANCED] = advanced[row % rows]
+                course.near = cycle - row
+                course.streak = 1
+                course.near_advanced = memory.advanced[row % rows]
                 break
             row = same_slips[row % rows]
             tries += 1
-    same_slips[now % rows] = same_slips[slot]
-    same_slips[slot] = now
+    same_slips[cycle % rows] = same_slips[slot]
+    same_slips[slot] = cycle
     return apart
 
 
@@ -188,15 +219,16 @@ def _rows_apart(ring, one, other):
 
 
 @compiled
-def _shortest(course, ring, advanced, close):
+def _shortest(course, memory):
     """Settle with the shortest period with which the forces nearly return.
 
     What comes to its cycle in turns from either side returns after two cycles first.
     """
-    now = course[CYCLE]
-    long = course[NEAR]
-    settled = now - course[STREAK] + 1 - long
-    course[ADVANCED] = course[NEAR_ADVANCED]
+    ring, close = memory.ring, course.close
+    now = course.cycle
+    long = course.near
+    settled = now - course.streak + 1 - long
+    course.advanced = course.near_advanced
     period = 1
     while long % period != 0 or _rows_apart(ring, now, now - period) > close:
         period += 1
@@ -205,143 +237,98 @@ def _shortest(course, ring, advanced, close):
         oldest = max(now - ring.shape[0] + 1, 1)
         while settled > oldest and _rows_apart(ring, settled - 1, settled - 1 + period) <= close:
             settled -= 1
-        course[ADVANCED] = advanced[settled % ring.shape[0]]
-    course[SETTLED] = settled
-    course[PERIOD] = period
+        course.advanced = memory.advanced[settled % ring.shape[0]]
+    course.settled = settled
+    course.period = period
 
 
 @compiled
 def settle(
-    cell, count, deviate, clock, series, real, whole, log, bits, high, low, travel, course, begun,
-    ring, link, advanced, head, same_slips, slips, most_cycles, most_work, downhill, rounding,
-    close, dormant,
+    cell, count, deviate, clock, series, scalars, log, bits, high, low, travel, courses, memory,
+    most_work,
 ):  # fmt: skip
-    """Follow cycles until the chain has settled, `most_cycles` are over, or the work is done.
+    """Follow cycles until the chain has settled, has had its cycles, or the work is done.
 
     Parameters
     ----------
-    cell, count, deviate, clock, series, real, whole, log : ndarray
+    cell, count, deviate, clock, series, scalars, log : ndarray
         See `layout`.
     bits : ndarray of uint64
         The memory of `cell`.
     high, low : ndarray, shape (2,)
         ``l0 theta`` at the ends of both half-cycles, as two floats.
     travel : ndarray, shape (2,)
-        Room for `kernel.follow`.
-    course : ndarray of int64
-        How far it has come; see the cells above.
-    begun : ndarray, shape (4,)
-        The sum of all displacements at the end of the last whole cycle, as two floats; how nearly
-        the forces have returned; the largest sum of displacements down the incline.
-    ring : ndarray, shape (rows, 3, n)
-        The states at the ends of the last cycles.
-    link, advanced : ndarray of int64, shape (rows,)
-        The cycle before of the same hash, and the last that had advanced.
-    head : ndarray of int64, shape (slots,)
-        The last cycle of each hash.
-    same_slips : ndarray of int64, shape (rows + slots,)
-        The cycle before of the same slips, and the last cycle of each hash of these.
-    slips : ndarray of int64, shape (n,)
-        Of every slider up to the end of the last whole cycle.
-    most_cycles, most_work : int
-    downhill : int
-        +1 or -1: which way counts as an advance; 0: both.
-    rounding : float
-        The most that rounding adds to a displacement in one slip, times n.
-    close : float
-        How far from each other forces may be that have nearly returned.
-    dormant : int
-        Cycles without a slip of an inner slider.
+        Room for `loop.follow`.
+    courses : ndarray
+        One `COURSE`.
+    memory : Memory
+    most_work : int
 
     Returns
     -------
     int
-        As of `kernel.follow`; `layout.DONE` also if it has settled.
+        As of `loop.follow`; `layout.DONE` also if it has settled.
     """
-    n = whole[N]
-    work = whole[WORK]
-    events = whole[EVENTS]
-    while course[SETTLED] < 0 and course[CYCLE] < most_cycles:
-        left = most_work - max(whole[WORK] - work, whole[EVENTS] - events)
+    now = scalars[0]
+    course = courses[0]
+    downhill = course.downhill
+    n = now.n
+    work = now.work
+    events = now.events
+    while course.settled < 0 and course.cycle < course.most_cycles:
+        left = most_work - max(now.work - work, now.events - events)
         if left <= 0:
             return BUDGET
-        at = course[REACHED]
-        reason, reached = kernel.follow(
-            cell, count, deviate, clock, series, real, whole, log, high[at:], low[at:], travel,
+        at = course.reached
+        reason, reached = loop.follow(
+            cell, count, deviate, clock, series, scalars, log, high[at:], low[at:], travel,
             left, left, False,
         )  # fmt: skip
-        course[REACHED] += reached
+        course.reached += reached
         if reason != DONE:
             return reason
-        course[REACHED] = 0
-        course[CYCLE] += 1
-        moved = (real[TOTAL] - begun[0]) + (real[TOTAL_LOW] - begun[1])
-        begun[0] = real[TOTAL]
-        begun[1] = real[TOTAL_LOW]
+        course.reached = 0
+        course.cycle += 1
+        moved = (now.total - course.total) + (now.total_low - course.total_low)
+        course.total = now.total
+        course.total_low = now.total_low
         if downhill != 0:
             moved *= downhill
         else:
             moved = abs(moved)
-        rounded = rounding * (whole[SLIP_TOTAL] - course[SLIPPED])
+        rounded = course.rounding * (now.slips - course.slipped)
         if moved > rounded:
-            course[ADVANCED] = course[CYCLE]
-        down = real[TOTAL] * downhill if downhill != 0 else abs(real[TOTAL])
-        if down > begun[3] + rounded:
-            begun[3] = down
-            course[FURTHEST] = course[CYCLE]
-        course[SLIPPED] = whole[SLIP_TOTAL]
+            course.advanced = course.cycle
+        down = now.total * downhill if downhill != 0 else abs(now.total)
+        if down > course.deepest + rounded:
+            course.deepest = down
+            course.furthest = course.cycle
+        course.slipped = now.slips
         inner = 0
         for i in range(PAD + 1, PAD + n - 1):
             inner += count[SLIPS, i]
-        if inner != course[INNER]:
-            course[INNER] = inner
-            course[STIRRED] = course[CYCLE]
-        elif n > 2 and course[DORMANT] < 0 and course[CYCLE] - course[STIRRED] >= dormant:
-            course[DORMANT] = course[STIRRED]
-        if whole[EVENTS] == course[BEFORE]:
-            course[SETTLED] = course[CYCLE] - 1
-            course[PERIOD] = 1
-            course[EXACTLY] = 1
-        elif whole[CONSTANT] == 1:
+        if inner != course.inner:
+            course.inner = inner
+            course.stirred = course.cycle
+        elif n > 2 and course.dormant < 0 and course.cycle - course.stirred >= course.calm:
+            course.dormant = course.stirred
+        if now.events == course.before:
+            course.settled = course.cycle - 1
+            course.period = 1
+            course.exactly = 1
+        elif now.constant == 1:
             # before the present state takes the oldest row of the ring
-            begun[2] = _nearly_returned(
-                cell, count, whole, course, ring, same_slips, advanced, slips, close
-            )
-            ago, last = _returned(cell, bits, whole, course, ring, link, advanced, head)
+            course.apart = _nearly_returned(cell, count, now, course, memory)
+            ago, last = _returned(cell, bits, now, course, memory)
             if ago > 0:
-                course[SETTLED] = course[CYCLE] - ago
-                course[PERIOD] = ago
-                course[ADVANCED] = last
-                course[EXACTLY] = 1
-            elif course[NEAR] > 0 and course[STREAK] >= max(PATIENCE, 2 * course[NEAR]):
-                _shortest(course, ring, advanced, close)
-        course[BEFORE] = whole[EVENTS]
+                course.settled = course.cycle - ago
+                course.period = ago
+                course.advanced = last
+                course.exactly = 1
+            elif course.near > 0 and course.streak >= max(PATIENCE, 2 * course.near):
+                _shortest(course, memory)
+        course.before = now.events
     return DONE
-
-
-class Memory(NamedTuple):
-    """What `settle` remembers of past cycles; see there."""
-
-    ring: NDArray[np.float64]
-    link: NDArray[np.int64]
-    advanced: NDArray[np.int64]
-    head: NDArray[np.int64]
-    same_slips: NDArray[np.int64]
-    slips: NDArray[np.int64]
-
-    @classmethod
-    def of(cls, chain: Chain) -> Memory:
-        """Return room for the longest period that is looked for, less for very long chains."""
-        most = _MOST_BYTES // (24 * chain.n)
-        rows = 1 if chain.sigma_mu != 0 else max(min(MOST_PERIOD, most), 2) + 1
-        return cls(
-            np.empty((rows, 3, chain.n)),
-            np.zeros(rows, dtype=np.int64),
-            np.zeros(rows, dtype=np.int64),
-            np.zeros(_SLOTS, dtype=np.int64),
-            np.zeros(rows + _SLOTS, dtype=np.int64),
-            np.zeros(chain.n, dtype=np.int64),
-        )
 
 
 class Course:
@@ -370,36 +357,41 @@ class Course:
         self.simulation.make_room()  # else `settle` might have to be compiled twice
         self.drive = drive
         self.memory = Memory.of(chain)
-        self.dormant = dormant
         self._targets = self.simulation.targets(drive, 1, 2)
         self._travel = np.empty(2)
-        real = self.simulation.work.real
-        total = float(real[layout.TOTAL])
-        self._downhill = (chain.tan_alpha > 0) - (chain.tan_alpha < 0)
-        furthest = total * self._downhill if self._downhill else abs(total)
-        self._begun = np.array([total, real[layout.TOTAL_LOW], 0.0, furthest])
-        self._cells = np.zeros(CELLS, dtype=np.int64)
-        self._cells[[SETTLED, DORMANT]] = -1
+        total, low = self.simulation.work.now[["total", "total_low"]][0].item()
+        downhill = (chain.tan_alpha > 0) - (chain.tan_alpha < 0)
+        self._courses = np.zeros(1, dtype=COURSE)
+        course = self._courses[0]
+        course["most_cycles"] = drive.cycles
+        course["downhill"] = downhill
+        course["rounding"] = chain.n * nearest_float(chain.rounding)
+        course["close"] = RETURN * (chain.friction + chain.excess + abs(chain.sin_alpha))
+        course["calm"] = dormant
+        course["settled"] = course["dormant"] = -1
+        course["total"], course["total_low"] = total, low
+        course["deepest"] = total * downhill if downhill else abs(total)
 
     @property
     def cycles(self) -> int:
         """Whole cycles so far."""
-        return int(self._cells[CYCLE])
+        return int(self._courses["cycle"][0])
 
     @property
     def settled_after(self) -> int | None:
         """Cycles after which it is periodic; None: not settled."""
-        return self._known(SETTLED)
+        return self._known("settled")
 
     @property
     def period(self) -> int | None:
         """Cycles after which the state returns; None: not settled."""
-        return None if self.settled_after is None else int(self._cells[PERIOD])
+        return None if self.settled_after is None else int(self._courses["period"][0])
 
     @property
     def distance(self) -> float:
         """How nearly the forces come back after a period; 0: bit for bit. Unit m g."""
-        return 0.0 if self._cells[EXACTLY] else float(self._begun[2])
+        course = self._courses[0]
+        return 0.0 if course["exactly"] else float(course["apart"])
 
     @property
     def last_advance(self) -> int:
@@ -408,26 +400,28 @@ class Course:
         An advance is one down the incline, by more than rounding can make; on the level, either
         way.
         """
-        return int(self._cells[ADVANCED])
+        return int(self._courses["advanced"][0])
 
     @property
     def furthest(self) -> int:
         """The last cycle that took x_G further down (on the level: away) than ever; 0: none."""
-        return int(self._cells[FURTHEST])
+        return int(self._courses["furthest"][0])
 
     @property
     def dormant_after(self) -> int | None:
         """Cycles after which it was first dormant; None: it never was."""
-        return self._known(DORMANT)
+        return self._known("dormant")
 
     @property
     def dormant_now(self) -> bool:
         """Whether no inner slider has slipped for as many cycles as make the chain dormant."""
-        cells = self._cells
-        return self.simulation.chain.n > 2 and bool(cells[CYCLE] - cells[STIRRED] >= self.dormant)
+        course = self._courses[0]
+        return self.simulation.chain.n > 2 and bool(
+            course["cycle"] - course["stirred"] >= course["calm"]
+        )
 
-    def _known(self, cell: int) -> int | None:
-        value = int(self._cells[cell])
+    def _known(self, name: str) -> int | None:
+        value = int(self._courses[name][0])
         return None if value < 0 else value
 
     def follow(self, limits: Limits = NO_LIMITS) -> tuple[Stop, str]:
@@ -435,33 +429,19 @@ class Course:
 
         `Stop.DONE` comes back in the first two cases, otherwise why it ended, with a sentence.
         """
-        simulation, chain = self.simulation, self.simulation.chain
-        work, cells = simulation.work, self._cells
-        rounding = chain.n * nearest_float(chain.rounding)
-        close = RETURN * (chain.friction + chain.excess + abs(chain.sin_alpha))
-        begun = int(work.whole[layout.EVENTS])
+        simulation = self.simulation
+        begun = simulation.tally.events
         while True:
             reason = simulation.paced(
                 lambda work, most: settle(
-                    *work,
-                    work.cell.view(np.uint64),
-                    *self._targets,
-                    self._travel,
-                    cells,
-                    self._begun,
-                    *self.memory,
-                    self.drive.cycles,
-                    most,
-                    self._downhill,
-                    rounding,
-                    close,
-                    self.dormant,
+                    *work, work.cell.view(np.uint64), *self._targets, self._travel, self._courses,
+                    self.memory, most,
                 )
-            )
+            )  # fmt: skip
             if reason == layout.DONE:
                 return Stop.DONE, ""
             if reason != layout.BUDGET:
                 return simulation.ending(reason)
-            stop = limits.stop(int(work.whole[layout.EVENTS]) - begun)
+            stop = limits.stop(simulation.tally.events - begun)
             if stop is not None:
                 return stop, limits.reason(stop)

@@ -19,33 +19,28 @@ from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact.draws import KEPT
 from exactcreep.solvers.exact.layout import (
     COEFFICIENT,
-    CONSTANT,
-    COSINE,
     DRAWS,
     EXCESS,
     FORCE,
     FORCE_LOW,
-    MEAN,
-    MEAN_EXCESS,
-    MU_D,
-    MU_D_LOW,
+    LOGGED_EVENT,
     NEVER,
+    NOW,
     PAD,
     REST,
-    SINE,
     STIFFNESS,
-    THETA,
-    THETA_LOW,
     TRAVEL,
     TRAVEL_LOW,
+    UNDER_WAY,
+    UNSTABLE,
     Log,
-    N,
     Tables,
     X,
     compiled,
 )
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.two_floats import split, split_ratio, two_sum
+from exactcreep.solvers.tables import REARRANGEMENT_TABLE, SLIP_TABLE
 
 TENSION, TENSION_LOW, PLACE, PLACE_LOW, HELD, HELD_LOW = range(6)
 """Rows of `Rest.numbers`; the tensions leave the last column free."""
@@ -63,8 +58,7 @@ class Work(NamedTuple):
     deviate: NDArray[np.float64]
     clock: NDArray[np.float64] | None
     series: NDArray[np.float64] | None
-    real: NDArray[np.float64]
-    whole: NDArray[np.int64]
+    now: NDArray[Any]
     log: Log
 
 
@@ -109,7 +103,7 @@ class Rest(NamedTuple):
         n = self.numbers.shape[1]
         found = np.empty(n - 1), np.empty(n), np.empty(n), np.empty(n, dtype=np.int64)
         _read(
-            work.cell, work.tally, work.real, work.whole, self.numbers, *self.load,
+            work.cell, work.tally, work.now, self.numbers, *self.load,
             self.state.draws, *found,
         )  # fmt: skip
         return found
@@ -139,24 +133,24 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
 
 
 @lru_cache(maxsize=64)
-def _constants(chain: Chain) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Return what `Work.real` and `Work.whole` of a chain have in common."""
-    real = np.zeros(layout.REALS)
-    whole = np.zeros(layout.WHOLES, dtype=np.int64)
-    real[layout.FRICTION] = chain.friction
-    real[layout.MU_D], real[layout.MU_D_LOW] = split(chain.mu_d)
-    real[layout.COSINE] = chain.cos_alpha
-    real[layout.MEAN] = nearest_float(chain.mu_s)
-    real[layout.WIDTH] = nearest_float(chain.sigma_mu)
-    real[layout.MEAN_EXCESS] = chain.excess
-    real[layout.SINE] = chain.sin_alpha
-    whole[layout.N] = chain.n
-    whole[layout.STAGE] = layout.UNSTABLE
-    whole[layout.CONSTANT] = chain.sigma_mu == 0
-    whole[layout.TARGET] = 1
+def _constants(chain: Chain) -> NDArray[Any]:
+    """Return what `Work.now` of all simulations of a chain begins with."""
+    made = np.zeros(1, dtype=NOW)
+    now = made[0]
+    now["friction"] = chain.friction
+    now["mu_d"], now["mu_d_low"] = split(chain.mu_d)
+    now["cosine"] = chain.cos_alpha
+    now["sine"] = chain.sin_alpha
+    now["mean"] = nearest_float(chain.mu_s)
+    now["width"] = nearest_float(chain.sigma_mu)
+    now["mean_excess"] = chain.excess
+    now["n"] = chain.n
+    now["stage"] = UNSTABLE
+    now["constant"] = chain.sigma_mu == 0
+    now["target"] = 1
     if chain.may_run_away:
-        whole[layout.DOWNHILL] = 1 if chain.tan_alpha >= 0 else -1
-    return real, whole
+        now["downhill"] = 1 if chain.tan_alpha >= 0 else -1
+    return made
 
 
 def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Work | None = None) -> Work:
@@ -165,14 +159,15 @@ def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Work | None 
     They are those of `used`, if that is given: of a chain as long that logged as much.
     """
     work = _room(chain.n, logging) if used is None else used
-    work.real[:], work.whole[:] = _constants(chain)
-    work.real[THETA], work.real[THETA_LOW] = rest.load
-    work.whole[layout.LOGGING] = logging
-    work.whole[layout.SEED] = seed if seed < 2**63 else seed - 2**64
+    work.now[:] = _constants(chain)
+    now = work.now[0]
+    now["theta"], now["theta_low"] = rest.load
+    now["total"] = rest.numbers[PLACE].sum()
+    now["logging"] = logging
+    now["seed"] = seed if seed < 2**63 else seed - 2**64
     _place(
-        work.cell, work.tally, work.deviate, work.real, work.whole, rest.numbers, rest.state.draws
+        work.cell, work.tally, work.deviate, work.now, rest.numbers, rest.state.draws
     )
-    work.real[layout.TOTAL] = rest.numbers[PLACE].sum()
     return work
 
 
@@ -185,8 +180,7 @@ def _room(n: int, logging: int) -> Work:
         deviate=deviate,
         clock=_clock(n) if n > layout.LONGEST_SHORT else None,
         series=_series(n) if n > _ALONE else None,
-        real=np.empty(layout.REALS),
-        whole=np.empty(layout.WHOLES, dtype=np.int64),
+        now=np.empty(1, dtype=NOW),
         log=_log(n, m, logging),
     )
 
@@ -195,20 +189,20 @@ def _log(n: int, m: int, logging: int) -> Log:
     events = 4 * n + 256 if logging & layout.LOGS_EVENTS else 0
     rows = 2 * n + _ROWS
     tables = Tables(
-        rearrangements=np.empty((layout.R_ROWS, rows)),
-        slips=np.empty((layout.S_ROWS, rows)),
+        rearrangements=np.empty(rows, dtype=REARRANGEMENT_TABLE.dtype),
+        slips=np.empty(rows, dtype=SLIP_TABLE.dtype),
         used=np.zeros(2, dtype=np.int64),
         track=np.zeros((layout.TRACKS, m)),
-        sums=np.zeros(layout.SUMS),
+        sums=np.zeros(1, dtype=UNDER_WAY),
     )
     return Log(
-        np.empty((events, layout.LOG_COLUMNS)), tables if logging > layout.LOGS_EVENTS else None
+        np.empty(events, dtype=LOGGED_EVENT), tables if logging > layout.LOGS_EVENTS else None
     )
 
 
 def roomier(work: Work) -> Work:
     """Return the same arrays with `series`, which have no memory."""
-    return work._replace(series=_series(int(work.whole[N])))
+    return work._replace(series=_series(int(work.now["n"][0])))
 
 
 def _clock(n: int) -> NDArray[np.float64]:
@@ -233,9 +227,10 @@ def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
 
 
 @compiled
-def _place(cell, count, deviate, real, whole, numbers, draws):
+def _place(cell, count, deviate, scalars, numbers, draws):
     """Fill in forces, displacements and contacts, and prepare the draws."""
-    n = whole[N]
+    now = scalars[0]
+    n = now.n
     cell[:] = 0.0
     count[:] = 0
     before, before_low = 0.0, 0.0
@@ -245,12 +240,12 @@ def _place(cell, count, deviate, real, whole, numbers, draws):
         after_low = numbers[TENSION_LOW, k] if k < n - 1 else 0.0
         force, low = two_sum(after, -before)
         low += after_low - before_low
-        force, error = two_sum(force, real[SINE])
+        force, error = two_sum(force, now.sine)
         low += error
         if n > 1 and (k == 0 or k == n - 1):  # the ends without theta
             way = 1.0 if k == 0 else -1.0
-            force, error = two_sum(force, way * real[THETA])
-            low += error + way * real[THETA_LOW]
+            force, error = two_sum(force, way * now.theta)
+            low += error + way * now.theta_low
         cell[FORCE, i] = force
         cell[REST, i] = force
         cell[FORCE_LOW, i] = low
@@ -263,29 +258,30 @@ def _place(cell, count, deviate, real, whole, numbers, draws):
     for k in range(n):
         i = k + PAD
         held = numbers[HELD, k]
-        above = ((held - real[MU_D]) - real[MU_D_LOW]) + numbers[HELD_LOW, k]
-        cell[EXCESS, i] = max(above, 0.0) * real[COSINE]
-        if whole[CONSTANT] == 1 and held == real[MEAN]:
-            cell[EXCESS, i] = real[MEAN_EXCESS]
+        above = ((held - now.mu_d) - now.mu_d_low) + numbers[HELD_LOW, k]
+        cell[EXCESS, i] = max(above, 0.0) * now.cosine
+        if now.constant == 1 and held == now.mean:
+            cell[EXCESS, i] = now.mean_excess
         cell[COEFFICIENT, i] = held
         count[DRAWS, i] = draws[k]
     cell[STIFFNESS, PAD] = 1.0 if n > 1 else 0.0
     cell[STIFFNESS, PAD + n - 1] = cell[STIFFNESS, PAD]
-    prepare(cell, count, deviate, whole)
+    prepare(cell, count, deviate, scalars)
 
 
 @compiled
 def _read(
-    cell, count, real, whole, numbers, load, load_low, drawn,
+    cell, count, scalars, numbers, load, load_low, drawn,
     tensions, displacements, coefficients, draws,
 ):  # fmt: skip
     """Write the present state to the last four; without disorder the loop renews no coefficient."""
+    now = scalars[0]
     for k in range(draws.size):
         i = k + PAD
         displacements[k] = cell[TRAVEL, i] + (cell[TRAVEL_LOW, i] + cell[X, i])
         draws[k] = count[DRAWS, i]
-        renewed = whole[CONSTANT] == 1 and draws[k] > drawn[k]
-        coefficients[k] = real[MEAN] if renewed else cell[COEFFICIENT, i]
+        renewed = now.constant == 1 and draws[k] > drawn[k]
+        coefficients[k] = now.mean if renewed else cell[COEFFICIENT, i]
     # each is what displacements and theta have made of it
     for k in range(tensions.size):
         i = k + PAD
@@ -300,7 +296,7 @@ def _read(
             elif step == 3:
                 value, low = numbers[PLACE, k], numbers[PLACE_LOW, k]
             elif step == 4:
-                value, low = -real[THETA], -real[THETA_LOW]
+                value, low = -now.theta, -now.theta_low
             else:
                 value, low = load, load_low
             total, rounded = two_sum(total, value)

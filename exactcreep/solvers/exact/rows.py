@@ -13,72 +13,17 @@ from __future__ import annotations
 import math
 
 from exactcreep.solvers.exact.layout import (
-    AT_LOAD,
-    AT_LOAD_LOW,
     COEFFICIENT,
-    CONSTANT,
-    ELASTIC,
     FORCE,
     FORCE_LOW,
-    FRICTION,
-    LARGEST,
-    LEFT_FOR,
-    LOGGING,
     LOGS_REARRANGEMENTS,
     LOGS_SLIPS,
-    MEAN,
-    MOVERS,
-    NUMBER,
     PAD,
-    PATH,
-    R_AFTER,
-    R_BEFORE,
-    R_BEGAN,
-    R_BEGAN_FIRST,
-    R_BEGAN_LAST,
-    R_DIRECTION,
-    R_DISPLACEMENT,
-    R_DISSIPATION,
-    R_DURATION,
-    R_EVENTS,
-    R_FIRST,
-    R_GRAVITY,
-    R_HALF_CYCLE,
-    R_LARGEST,
-    R_LAST,
-    R_LOAD,
-    R_SLIDERS,
-    R_SLIPS,
-    R_UNDECIDED,
-    REARRANGEMENTS,
     REST,
-    S_COEFFICIENT,
-    S_DISPLACEMENT,
-    S_REARRANGEMENT,
-    S_SLIDER,
-    S_START,
-    S_STOP,
-    SINE,
-    SLIP_TOTAL,
-    SLIPS_BEFORE,
-    STARTED,
-    STARTED_FIRST,
-    STARTED_LAST,
     STIFFNESS,
     T_REARRANGEMENT,
     T_TIME,
     T_X,
-    TARGET,
-    TENSIONS,
-    THETA,
-    THETA_LOW,
-    TIME,
-    TOUCHED_FIRST,
-    TOUCHED_LAST,
-    UNDECIDED,
-    UNDECIDED_BEFORE,
-    WAY,
-    N,
     X,
     inlined,
 )
@@ -94,172 +39,172 @@ def room(tables):
     """Return how many more rearrangements, or slips, can be written."""
     if tables is None:  # here and below: known when this is compiled
         return _BOUNDLESS
-    left = tables.rearrangements.shape[1] - tables.used[0]
-    return min(left, tables.slips.shape[1] - tables.used[1])
+    left = tables.rearrangements.size - tables.used[0]
+    return min(left, tables.slips.size - tables.used[1])
 
 
 @inlined
-def at_theta(cell, real, whole, tables):
+def at_theta(cell, now, tables):
     """Take the elastic energy and the sum of the tensions to the present theta, at rest."""
     if tables is None:
         return
-    sums = tables.sums
-    n = whole[N]
-    if sums[LEFT_FOR] > 0.0:
-        sums[LEFT_FOR] -= 1.0
-        step = (real[THETA] - sums[AT_LOAD]) + (real[THETA_LOW] - sums[AT_LOAD_LOW])
-        tensions = sums[TENSIONS] - (n - 1) * step
-        sums[ELASTIC] -= 0.5 * step * (sums[TENSIONS] + tensions)
-        sums[TENSIONS] = tensions
+    sums = tables.sums[0]
+    n = now.n
+    if sums.left_for > 0.0:
+        sums.left_for -= 1.0
+        step = (now.theta - sums.at_load) + (now.theta_low - sums.at_load_low)
+        tensions = sums.tensions - (n - 1) * step
+        sums.elastic -= 0.5 * step * (sums.tensions + tensions)
+        sums.tensions = tensions
     else:
-        sums[LEFT_FOR] = max(_LEAST_FRESH, n)
+        sums.left_for = max(_LEAST_FRESH, n)
         energy = 0.0
         tensions = 0.0
-        high, low = -real[THETA], -real[THETA_LOW]
+        high, low = -now.theta, -now.theta_low
         for i in range(PAD, PAD + n - 1):
             high, low = plus(high, low + cell[FORCE_LOW, i], cell[FORCE, i])
-            high, low = plus(high, low, -real[SINE])
+            high, low = plus(high, low, -now.sine)
             tensions += high
             energy += 0.5 * high * high
-        sums[ELASTIC] = energy
-        sums[TENSIONS] = tensions
-    sums[AT_LOAD] = real[THETA]
-    sums[AT_LOAD_LOW] = real[THETA_LOW]
+        sums.elastic = energy
+        sums.tensions = tensions
+    sums.at_load = now.theta
+    sums.at_load_low = now.theta_low
 
 
 @inlined
-def begin(cell, real, whole, tables, way):
+def begin(cell, now, tables, way):
     """Begin a rearrangement after a ramp in direction `way`, 0 if there was none."""
     if tables is None:
         return
-    sums = tables.sums
-    at_theta(cell, real, whole, tables)
-    sums[WAY] = way
-    sums[STARTED] = 0.0
-    sums[STARTED_FIRST] = math.inf
-    sums[STARTED_LAST] = 0.0
-    sums[MOVERS] = 0.0
-    sums[PATH] = 0.0
-    sums[LARGEST] = 0.0
+    sums = tables.sums[0]
+    at_theta(cell, now, tables)
+    sums.way = way
+    sums.started = 0.0
+    sums.started_first = math.inf
+    sums.started_last = 0.0
+    sums.movers = 0.0
+    sums.path = 0.0
+    sums.largest = 0.0
 
 
 @inlined
-def start(cell, real, whole, tables, i):
+def start(cell, now, tables, i):
     """Begin a slip of the slider in column i."""
     if tables is None:
         return
-    track, sums = tables.track, tables.sums
-    track[T_TIME, i] = real[TIME]
+    track, sums = tables.track, tables.sums[0]
+    track[T_TIME, i] = now.time
     track[T_X, i] = cell[X, i]
-    if track[T_REARRANGEMENT, i] != whole[REARRANGEMENTS]:
-        track[T_REARRANGEMENT, i] = whole[REARRANGEMENTS]
-        sums[MOVERS] += 1.0
-    if whole[NUMBER] == 0:
+    if track[T_REARRANGEMENT, i] != now.rearrangements:
+        track[T_REARRANGEMENT, i] = now.rearrangements
+        sums.movers += 1.0
+    if now.number == 0:
         slider = i + 1 - PAD
-        sums[STARTED] += 1.0
-        sums[STARTED_FIRST] = min(sums[STARTED_FIRST], slider)
-        sums[STARTED_LAST] = max(sums[STARTED_LAST], slider)
+        sums.started += 1.0
+        sums.started_first = min(sums.started_first, slider)
+        sums.started_last = max(sums.started_last, slider)
 
 
 @inlined
-def _slip(cell, real, whole, tables, i, number, began, ended, displacement):
+def _slip(cell, now, tables, i, number, began, ended, displacement):
     """Write a slip of rearrangement `number`, after which the slider has drawn anew."""
-    if whole[LOGGING] & LOGS_SLIPS != 0:
-        table, row = tables.slips, tables.used[1]
-        table[S_SLIDER, row] = i + 1 - PAD
-        table[S_REARRANGEMENT, row] = number
-        table[S_START, row] = began
-        table[S_STOP, row] = ended
-        table[S_DISPLACEMENT, row] = displacement
-        table[S_COEFFICIENT, row] = real[MEAN] if whole[CONSTANT] == 1 else cell[COEFFICIENT, i]
-        tables.used[1] = row + 1
+    if now.logging & LOGS_SLIPS != 0:
+        row = tables.slips[tables.used[1]]
+        row.slider = i + 1 - PAD
+        row.rearrangement = number
+        row.start = began
+        row.stop = ended
+        row.displacement = displacement
+        row.coefficient = now.mean if now.constant == 1 else cell[COEFFICIENT, i]
+        tables.used[1] += 1
 
 
 @inlined
-def stop(cell, real, whole, tables, i):
+def stop(cell, now, tables, i):
     """End the slip of the slider in column i, which has drawn anew."""
     if tables is None:
         return
-    track, sums = tables.track, tables.sums
+    track, sums = tables.track, tables.sums[0]
     displacement = cell[X, i] - track[T_X, i]
     length = abs(displacement)
-    sums[PATH] += length
-    sums[LARGEST] = max(sums[LARGEST], length)
-    number = whole[REARRANGEMENTS] - 1
-    _slip(cell, real, whole, tables, i, number, track[T_TIME, i], real[TIME], displacement)
+    sums.path += length
+    sums.largest = max(sums.largest, length)
+    number = now.rearrangements - 1
+    _slip(cell, now, tables, i, number, track[T_TIME, i], now.time, displacement)
 
 
 @inlined
-def _row(real, whole, tables, slips, events, duration, first, last, moved, gained):
+def _row(now, tables, slips, events, duration, first, last, moved, gained):
     """Write the rearrangement under way, of the sliders in columns `first` .. `last`."""
-    sums = tables.sums
-    before = sums[ELASTIC]
-    sums[ELASTIC] = before + gained
-    if whole[LOGGING] & LOGS_REARRANGEMENTS != 0:
-        table, row = tables.rearrangements, tables.used[0]
-        table[R_HALF_CYCLE, row] = whole[TARGET]
-        table[R_LOAD, row] = real[THETA] + real[THETA_LOW]
-        table[R_DIRECTION, row] = sums[WAY]
-        table[R_BEGAN, row] = sums[STARTED]
-        table[R_BEGAN_FIRST, row] = sums[STARTED_FIRST]
-        table[R_BEGAN_LAST, row] = sums[STARTED_LAST]
-        table[R_DURATION, row] = duration
-        table[R_EVENTS, row] = events
-        table[R_SLIPS, row] = slips
-        table[R_SLIDERS, row] = sums[MOVERS]
-        table[R_FIRST, row] = first + 1 - PAD
-        table[R_LAST, row] = last + 1 - PAD
-        table[R_DISPLACEMENT, row] = moved / whole[N]
-        table[R_LARGEST, row] = sums[LARGEST]
-        table[R_BEFORE, row] = before
-        table[R_AFTER, row] = sums[ELASTIC]
-        table[R_GRAVITY, row] = real[SINE] * moved
-        table[R_DISSIPATION, row] = real[FRICTION] * sums[PATH]
-        table[R_UNDECIDED, row] = whole[UNDECIDED] - sums[UNDECIDED_BEFORE]
-        tables.used[0] = row + 1
-    sums[UNDECIDED_BEFORE] = whole[UNDECIDED]
+    sums = tables.sums[0]
+    before = sums.elastic
+    sums.elastic = before + gained
+    if now.logging & LOGS_REARRANGEMENTS != 0:
+        row = tables.rearrangements[tables.used[0]]
+        row.half_cycle = now.target
+        row.theta = now.theta + now.theta_low
+        row.direction = sums.way
+        row.began = sums.started
+        row.began_first = sums.started_first
+        row.began_last = sums.started_last
+        row.duration = duration
+        row.events = events
+        row.slips = slips
+        row.sliders = sums.movers
+        row.first = first + 1 - PAD
+        row.last = last + 1 - PAD
+        row.displacement = moved / now.n
+        row.largest_slip = sums.largest
+        row.elastic_before = before
+        row.elastic_after = sums.elastic
+        row.gravity = now.sine * moved
+        row.dissipation = now.friction * sums.path
+        row.undecided = now.undecided - sums.undecided_before
+        tables.used[0] += 1
+    sums.undecided_before = now.undecided
 
 
 @inlined
-def end(cell, real, whole, tables):
+def end(cell, now, tables):
     """End a rearrangement whose displacements have not become forces at rest yet."""
     if tables is None:
         return
-    sums = tables.sums
-    first, last = whole[TOUCHED_FIRST], whole[TOUCHED_LAST]
+    sums = tables.sums[0]
+    first, last = now.touched_first, now.touched_last
     moved = 0.0
     gained = 0.0
     for i in range(first, last + 1):
         x = cell[X, i]
         around = cell[X, i - 1] + cell[X, i + 1]
-        elastic = cell[REST, i] - real[SINE]
+        elastic = cell[REST, i] - now.sine
         gained -= x * (elastic + 0.5 * (around - cell[STIFFNESS, i] * x))
         moved += x
-    sums[TENSIONS] += cell[X, PAD + whole[N] - 1] - cell[X, PAD]
-    slips = whole[SLIP_TOTAL] - sums[SLIPS_BEFORE]
-    sums[SLIPS_BEFORE] = whole[SLIP_TOTAL]
-    _row(real, whole, tables, slips, whole[NUMBER], real[TIME], first, last, moved, gained)
+    sums.tensions += cell[X, PAD + now.n - 1] - cell[X, PAD]
+    slips = now.slips - sums.slips_before
+    sums.slips_before = now.slips
+    _row(now, tables, slips, now.number, now.time, first, last, moved, gained)
 
 
 @inlined
-def end_slip(cell, real, whole, tables, i, way, moved):
+def end_slip(cell, now, tables, i, way, moved):
     """Write a rearrangement that is one slip, by `moved`, of the end slider in column i.
 
     It is not counted yet, and its slider has drawn anew.
     """
     if tables is None:
         return
-    sums = tables.sums
+    sums = tables.sums[0]
     length = abs(moved)
-    sums[WAY] = way
-    sums[STARTED] = 1.0
-    sums[STARTED_FIRST] = sums[STARTED_LAST] = i + 1 - PAD
-    sums[MOVERS] = 1.0
-    sums[PATH] = sums[LARGEST] = length
-    sums[SLIPS_BEFORE] += 1.0
-    sums[TENSIONS] += moved if i > PAD else -moved
+    sums.way = way
+    sums.started = 1.0
+    sums.started_first = sums.started_last = i + 1 - PAD
+    sums.movers = 1.0
+    sums.path = sums.largest = length
+    sums.slips_before += 1.0
+    sums.tensions += moved if i > PAD else -moved
     # from its threshold against friction, by twice the excess: what friction and gravity leave
-    gained = real[SINE] * moved - real[FRICTION] * length
+    gained = now.sine * moved - now.friction * length
     duration = math.pi if length > 0.0 else 0.0
-    _slip(cell, real, whole, tables, i, whole[REARRANGEMENTS], 0.0, duration, moved)
-    _row(real, whole, tables, 1, 2, duration, i, i, moved, gained)
+    _slip(cell, now, tables, i, now.rearrangements, 0.0, duration, moved)
+    _row(now, tables, 1, 2, duration, i, i, moved, gained)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -24,9 +24,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.rounding_error import Condition, condition
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
-from exactcreep.solvers.exact import layout
-from exactcreep.solvers.exact import local_clocks as clocks
-from exactcreep.solvers.exact import loop as kernel
+from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.rest import (
     PLACE,
@@ -68,8 +66,6 @@ _NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the ru
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
 _USED: dict[int, list[Work]] = {}
 """By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
-_CAPTURED = ("cell", "tally", "real", "whole")
-_LOGGED = ("track", "sums")  # of the tables' rows under way
 _LOGS = {
     "events": layout.LOGS_EVENTS,
     "rearrangements": layout.LOGS_REARRANGEMENTS,
@@ -109,10 +105,10 @@ class ExactSimulation(Simulation):
     def _present(self) -> Work:
         """The arrays with all sliders at the present time."""
         work = self.work
-        if work.clock is None or not work.whole[layout.LOCAL]:
+        if work.clock is None or not work.now["local"][0]:
             return work
         cell = work.cell.copy()
-        clocks.present(work.cell, work.clock, work.real, cell)
+        local_clocks.present(work.cell, work.clock, work.now, cell)
         return work._replace(cell=cell)
 
     def _cell(self, row: int) -> NDArray[np.float64]:
@@ -122,15 +118,24 @@ class ExactSimulation(Simulation):
     @property
     def tally(self) -> Tally:  # type: ignore[override]
         """Counts since the start."""
-        whole = self.work.whole
+        now = self.work.now[0]
         return Tally(
-            rearrangements=int(whole[layout.REARRANGEMENTS]),
-            events=int(whole[layout.EVENTS]),
-            slips=int(whole[layout.SLIP_TOTAL]),
-            draws_below_mu_d=int(whole[layout.BELOW]),
-            undecided=int(whole[layout.UNDECIDED]),
-            long_rearrangements=int(whole[layout.LONG]),
+            rearrangements=int(now["rearrangements"]),
+            events=int(now["events"]),
+            slips=int(now["slips"]),
+            draws_below_mu_d=int(now["below"]),
+            undecided=int(now["undecided"]),
+            long_rearrangements=int(now["long"]),
         )
+
+    @property
+    def seed(self) -> int:
+        """The seed of its random numbers."""
+        return int(self.work.now["seed"].view(np.uint64)[0])
+
+    @property
+    def _events(self) -> int:
+        return int(self.work.now["events"][0])
 
     def targets(
         self, drive: Drive, first: int, count: int, seed: int = 0
@@ -157,14 +162,13 @@ class ExactSimulation(Simulation):
         self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
     ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
-        seed = int(self.work.whole[layout.SEED : layout.SEED + 1].view(np.uint64)[0])
-        high, low = self.targets(drive, first, count, seed)
-        self.work.whole[layout.TARGET] = first
+        high, low = self.targets(drive, first, count, self.seed)
+        self.work.now["target"] = first
         travel = np.empty(count)
         each = {"x": self._displacements, "tension": self._tensions, "slips": self._slips}
         rows: dict[str, list[Any]] = {name: [] for name in each if name in self.record}
         logs: list[dict[str, NDArray[Any]]] = []
-        begun = events = int(self.work.whole[layout.EVENTS])
+        begun = events = self._events
         done, reason = 0, layout.DONE
         stop: Stop | None = None
         while stop is None:
@@ -174,14 +178,15 @@ class ExactSimulation(Simulation):
                 high[done:upto], low[done:upto], travel[done:upto], left
             )
             done += reached
-            if self.work.whole[layout.LOGGED]:
-                logs.append(_columns(self.chain, self._drain()))
+            if len(log := self._drain()):
+                log["theta"] = (log["theta"] + log["theta_low"]) / nearest_float(self.chain.l0)
+                logs.append(EVENT_TABLE.arrays(log))
             logs.append(self._drain_tables())
             if rows and reached:
                 for name, values in rows.items():
                     values.append(each[name]())
                 self.work.tally[layout.SLIPS] = 0
-            events = int(self.work.whole[layout.EVENTS])
+            events = self._events
             if reason in (layout.RUNAWAY, layout.ENDLESS):
                 break
             stop = Stop.DONE if done == count else limits.stop(events - begun)
@@ -209,18 +214,18 @@ class ExactSimulation(Simulation):
         most: int,
         single: bool = False,
     ) -> tuple[int, int]:
-        """Run the compiled loop for a moment; see `kernel.follow`.
+        """Run the compiled loop for a moment; see `loop.follow`.
 
         `layout.BUDGET` comes back after `most` events, or what takes some hundredths of a second.
         """
         reason, reached = self.paced(
-            lambda work, pace: kernel.follow(*work, high, low, travel, most, pace, single)
+            lambda work, pace: loop.follow(*work, high, low, travel, most, pace, single)
         )
         return reason, reached
 
     def paced(self, run: Callable[[Work, int], Any]) -> Any:
         """Return what `run` does with as much work as takes some hundredths of a second."""
-        if self.work.series is None and self.work.whole[layout.STAGE] == layout.CLUSTER:
+        if self.work.series is None and self.work.now["stage"][0] == layout.CLUSTER:
             self.make_room()
         begin = time.perf_counter()
         result = run(self.work, self._pace)
@@ -243,7 +248,7 @@ class ExactSimulation(Simulation):
         target = np.array([high]), np.array([low]), np.empty(1)
         reason = layout.BUDGET
         while reason in _GOES_ON:
-            left = min(most - int(self.work.whole[layout.EVENTS]), at_once)
+            left = min(most - self._events, at_once)
             reason, _ = self._advance(*target, left, True)
             yield reason
 
@@ -260,13 +265,13 @@ class ExactSimulation(Simulation):
         largest = Contacts(chain).acting(self._cell(layout.COEFFICIENT).max())
         # every event adds a few roundings of the largest force
         size = chain.friction + float(abs(tensions).max(initial=0.0) + abs(velocities).max())
-        slack = 16 * 2.0**-53 * int(self.work.whole[layout.NUMBER]) * size
+        slack = 16 * 2.0**-53 * int(self.work.now["number"][0]) * size
         return never_rests(FLOAT64, chain, tensions, velocities, signs, largest, slack)
 
-    def _drain(self) -> NDArray[np.float64]:
+    def _drain(self) -> NDArray[Any]:
         """Return the rows of the event log, and empty it."""
-        count = int(self.work.whole[layout.LOGGED])
-        self.work.whole[layout.LOGGED] = 0
+        count = int(self.work.now["logged"][0])
+        self.work.now["logged"] = 0
         return self.work.log.events[:count].copy()
 
     def _drain_tables(self) -> dict[str, NDArray[Any]]:
@@ -276,13 +281,11 @@ class ExactSimulation(Simulation):
         if tables is None:
             return found
         if tables.used[0]:
-            rows = tables.rearrangements[:, : tables.used[0]]
-            values = dict(zip(REARRANGEMENT_TABLE.fields, rows, strict=True))
-            values["theta"] = rows[layout.R_LOAD] / nearest_float(self.chain.l0)
-            found |= REARRANGEMENT_TABLE.arrays(values)
+            rows = tables.rearrangements[: tables.used[0]]
+            rows["theta"] /= nearest_float(self.chain.l0)
+            found |= REARRANGEMENT_TABLE.arrays(rows)
         if tables.used[1]:
-            rows = tables.slips[:, : tables.used[1]]
-            found |= SLIP_TABLE.arrays(dict(zip(SLIP_TABLE.fields, rows, strict=True)))
+            found |= SLIP_TABLE.arrays(tables.slips[: tables.used[1]])
         tables.used[:] = 0
         return found
 
@@ -297,24 +300,33 @@ class ExactSimulation(Simulation):
 
     def load(self) -> tuple[float, float]:
         """Return ``l0 theta`` at present, as two floats."""
-        real = self.work.real
-        return float(real[layout.THETA]), float(real[layout.THETA_LOW])
+        now = self.work.now[0]
+        return float(now["theta"]), float(now["theta_low"])
 
     def state(self) -> State:
         """Return the present state."""
         theta = dilation(self.chain, self.load())
         return State.owning(*self.start.read(self._present), theta)
 
+    def _kept(self) -> dict[str, NDArray[Any]]:
+        """Return the arrays that decide how it goes on, as plain numbers, by name."""
+        work = self.work
+        kept: dict[str, NDArray[Any]] = {
+            "cell": work.cell,
+            "tally": work.tally,
+            "real": work.now.view(np.float64)[: layout.REALS],
+            "whole": work.now.view(np.int64)[layout.REALS :],
+        }
+        if work.log.tables is not None:
+            kept |= {"track": work.log.tables.track, "sums": work.log.tables.sums.view(np.float64)}
+        return kept
+
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
-        captured: dict[str, Any] = {
-            name: getattr(self.work, name).copy() for name in _CAPTURED
-        }
+        captured = {name: array.copy() for name, array in self._kept().items()}
         # in the middle of a long avalanche sliders stand where they were at different times
-        if self.work.clock is not None and self.work.whole[layout.LOCAL]:
+        if self.work.clock is not None and self.work.now["local"][0]:
             captured["clock"] = self.work.clock.copy()
-        if (tables := self.work.log.tables) is not None:
-            captured |= {name: getattr(tables, name).copy() for name in _LOGGED}
         numbers = self.start.numbers.copy()
         captured |= {
             "start_tension": numbers[TENSION, :-1],
@@ -327,16 +339,14 @@ class ExactSimulation(Simulation):
 
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned."""
-        for name in _CAPTURED:
-            getattr(self.work, name)[...] = captured[name]
-        self.work.whole[layout.LOGGING] = _logging(self.record)
-        if (tables := self.work.log.tables) is not None:
-            for name in _LOGGED:
-                getattr(tables, name)[...] = captured[name]
-        if self.work.clock is not None:
-            layout.forget(self.work.clock, self.chain.n)
-            self.work.clock[...] = captured.get("clock", self.work.clock)
-        kernel.prepare(self.work.cell, self.work.tally, self.work.deviate, self.work.whole)
+        for name, array in self._kept().items():
+            array[...] = captured[name]
+        work = self.work
+        work.now["logging"] = _logging(self.record)
+        if work.clock is not None:
+            layout.forget(work.clock, self.chain.n)
+            work.clock[...] = captured.get("clock", work.clock)
+        loop.prepare(work.cell, work.tally, work.deviate, work.now)
 
         def whole(name: str) -> NDArray[Any]:
             pairs = zip(captured[name].tolist(), captured[name + "_low"].tolist(), strict=True)
@@ -375,28 +385,27 @@ class ExactSimulation(Simulation):
         tensions: NDArray[Any] = np.empty(n - 1, dtype=object)
         given = begun.tensions.tolist()
         tensions[:] = [rational(t) + Fraction(d) for t, d in zip(given, off, strict=True)]
-        seed = int(self.work.whole[layout.SEED : layout.SEED + 1].view(np.uint64)[0])
-        return ExactSimulation(self.chain, replace(begun, tensions=tensions), seed, ())
+        return ExactSimulation(self.chain, replace(begun, tensions=tensions), self.seed, ())
 
     @property
     def evidence(self) -> Evidence:
         """Undecided if a comparison is, or once an avalanche is too long for the promise."""
-        whole = self.work.whole
-        moving = whole[layout.STAGE] != layout.AT_REST
-        if whole[layout.LONG] or (moving and whole[layout.NUMBER] > layout.PROMISED_EVENTS):
+        now = self.work.now[0]
+        moving = now["stage"] != layout.AT_REST
+        if now["long"] or (moving and now["number"] > layout.PROMISED_EVENTS):
             return Evidence.UNDECIDED
         return super().evidence
 
     def report(self) -> dict[str, Any]:
         """Return the work done: cluster steps, margins tested, polynomial evaluations."""
-        return _work_done(self.work.whole.tolist())
+        return _work_done(self.work.now[0])
 
 
-def _work_done(counts: Sequence[int]) -> dict[str, Any]:
+def _work_done(now: np.void) -> dict[str, Any]:
     return {
-        "cluster_steps": counts[layout.STEPS],
-        "windows_certified": counts[layout.TESTS],
-        "root_evaluations": counts[layout.ROOTS],
+        "cluster_steps": int(now["steps"]),
+        "windows_certified": int(now["tests"]),
+        "root_evaluations": int(now["roots"]),
     }
 
 
@@ -406,17 +415,17 @@ class Estimated(Rearrangement):
 
     Attributes
     ----------
-    given : State
-        From which theta was ramped.
+    begun : Rest
+        The state from which theta was ramped.
     load : tuple of float
         ``l0 theta_c``, as two floats.
-    log : ndarray, shape (rows, LOG_COLUMNS)
-        A row for each slider of each event; its columns are named in `layout`.
+    log : ndarray of layout.LOGGED_EVENT
+        A row for each slider of each event.
     """
 
-    given: State
+    begun: Rest
     load: tuple[float, float]
-    log: NDArray[np.float64]
+    log: NDArray[Any]
 
     @cached_property  # type: ignore[misc] # a field that is made when asked for
     def events(self) -> tuple[Event, ...]:
@@ -426,9 +435,9 @@ class Estimated(Rearrangement):
     @cached_property  # type: ignore[misc] # a field that is made when asked for
     def initial(self) -> State:
         """The state at theta_c."""
-        given = self.given
+        given = self.begun.state
         return State.owning(
-            Rest.of(self.chain, given).ramped(self.load),
+            self.begun.ramped(self.load),
             given.displacements,
             given.coefficients,
             given.draws,
@@ -506,8 +515,7 @@ class Exact(Solver):
         except (KeyError, IndexError):
             used = None
         simulation = ExactSimulation(chain, state, seed, ("events",), used)
-        whole = simulation.work.whole
-        logs: list[NDArray[np.float64]] = []
+        logs: list[NDArray[Any]] = []
         outcome, told = Outcome.AT_REST, ""
         late = limits.at < math.inf and limits.passed()  # then there is one event all the same
         at_once = 1 if late else _MOST_WORK
@@ -516,21 +524,21 @@ class Exact(Solver):
             if reason == layout.RUNAWAY:
                 outcome, told = Outcome.RUNAWAY, NEVER_STOPS
                 break
-            stop = limits.stop(int(whole[layout.EVENTS])) if reason in _GOES_ON else None
+            stop = limits.stop(simulation._events) if reason in _GOES_ON else None
             if stop is None and reason != layout.ENDLESS:
                 continue
             outcome, told = Outcome.LIMIT, limits.reason(stop) if stop else _ENDLESS
             if simulation.never_rests():
                 outcome, told = Outcome.RUNAWAY, NEVER_RESTS
             break
-        counts, real = whole.tolist(), simulation.work.real
-        undecided = counts[layout.UNDECIDED]
+        now = simulation.work.now[0]
+        undecided = int(now["undecided"])
         velocities = np.zeros(chain.n)
         if outcome is not Outcome.AT_REST:
             velocities = simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE)
         result = Estimated(
             chain=chain,
-            given=state,
+            begun=simulation.start,
             load=simulation.load(),
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             outcome=outcome,
@@ -538,10 +546,10 @@ class Exact(Solver):
             state=simulation.state(),
             velocities=velocities,
             undecided=undecided,
-            draws_below_mu_d=counts[layout.BELOW],
+            draws_below_mu_d=int(now["below"]),
             solver=self.name,
             seed=seed,
-            report=_work_done(counts) | {"time": float(real[layout.TIME])},
+            report=_work_done(now) | {"time": float(now["time"])},
             reason=told,
         )
         if chain.n <= layout.LONGEST_SHORT:
@@ -574,36 +582,12 @@ class Exact(Solver):
 
 
 def _logging(record: tuple[str, ...]) -> int:
-    """Return what the compiled loop logs, see `layout.LOGGING`."""
+    """Return what the compiled loop logs, see `layout.NOW`."""
     return sum(flag for name, flag in _LOGS.items() if name in record)
 
 
-def _columns(chain: Chain, log: NDArray[np.float64]) -> dict[str, NDArray[Any]]:
-    """Return rows of the event log as the columns of `EVENT_TABLE`."""
-    log = log.T
-    theta = (log[layout.LOG_THETA] + log[layout.LOG_THETA_LOW]) / nearest_float(chain.l0)
-    return EVENT_TABLE.arrays(
-        {
-            "half_cycle": log[layout.LOG_TARGET],
-            "rearrangement": log[layout.LOG_REARRANGEMENT],
-            "number": log[layout.LOG_NUMBER],
-            "theta": theta,
-            "time": log[layout.LOG_TIME],
-            "kind": log[layout.LOG_KIND],
-            "slider": log[layout.LOG_SLIDER],
-            "sign": log[layout.LOG_SIGN],
-        }
-    )
-
-
-def _events(log: NDArray[np.float64]) -> Iterator[Event]:
+def _events(log: NDArray[Any]) -> Iterator[Event]:
     """Yield the events of rows of the event log, with their residuals."""
-    reals = log[:, : layout.LOG_TARGET].tolist()
-    wholes = log[:, layout.LOG_TARGET :].astype(np.int64).tolist()
-    rows = [
-        EventRow(target, rearrangement, number, load, moment, kind, slider, sign)
-        for (moment, _, load, _), (target, rearrangement, number, kind, slider, sign) in zip(
-            reals, wholes, strict=True
-        )
-    ]
-    return (event for _, event in events_of(rows, [residual for _, residual, _, _ in reals]))
+    rows = log.tolist()
+    pairs = events_of([EventRow._make(row[:8]) for row in rows], [row[-1] for row in rows])
+    return (event for _, event in pairs)

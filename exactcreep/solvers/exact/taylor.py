@@ -32,7 +32,6 @@ from exactcreep.solvers.exact.layout import (
     EVENT,
     EXCESS,
     FRESH,
-    FRICTION,
     HOLDS,
     HORIZON,
     LADDER,
@@ -40,19 +39,14 @@ from exactcreep.solvers.exact.layout import (
     MOVES,
     NEVER,
     ORDERS,
-    REARRANGEMENTS,
     REST,
     RESTS,
-    ROOTS,
     SERIES,
     SIDE,
     SLOPE_AT_END,
     SPEED,
-    STEPS,
     STIFFNESS,
-    TESTS,
     ULP,
-    UNDECIDED,
     X,
     compiled,
     inlined,
@@ -404,12 +398,12 @@ def _at_both_ends(series, row, lane):
 
 
 @inlined
-def rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t):
+def rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t):
     """Return a bound of the rounding error of one margin on [0, t]."""
     scale = abs(at_0) + abs(at_1) + t * (abs(slope_0) + abs(slope_1))
     if cell[SIDE, i] != 0.0:
-        return 16.0 * ULP * (scale + t * real[FRICTION])
-    return 16.0 * ULP * (scale + 2.0 * real[FRICTION] + cell[EXCESS, i])
+        return 16.0 * ULP * (scale + t * now.friction)
+    return 16.0 * ULP * (scale + 2.0 * now.friction + cell[EXCESS, i])
 
 
 @inlined
@@ -423,16 +417,16 @@ def _falls(slope, bound):
 
 
 @compiled
-def _doubt(cell, whole, i):
+def _doubt(cell, now, i):
     """Count a slider as undecided, once in a rearrangement however many steps look at it."""
-    if cell[DOUBTED, i] != whole[REARRANGEMENTS]:
-        cell[DOUBTED, i] = whole[REARRANGEMENTS]
-        whole[UNDECIDED] += 1
+    if cell[DOUBTED, i] != now.rearrangements:
+        cell[DOUBTED, i] = now.rearrangements
+        now.undecided += 1
 
 
 @compiled
 def _first_crossing(
-    cell, series, real, whole, i, row, lane, orders, upper, t
+    cell, series, now, i, row, lane, orders, upper, t
 ):
     """Return the first time in [0, t] at which one margin leaves its range, inf if it never does.
 
@@ -442,10 +436,10 @@ def _first_crossing(
     """
     moving = cell[SIDE, i] != 0.0
     side = -1.0 if upper else 1.0
-    threshold = 0.0 if moving else real[FRICTION] + cell[EXCESS, i]
+    threshold = 0.0 if moving else now.friction + cell[EXCESS, i]
     at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
     bend = series[row + BENT, lane]
-    bound = rounding(cell, real, i, at_a, slope_a, at_b, slope_b, t)
+    bound = rounding(cell, now, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
     at_a = threshold + side * at_a
@@ -453,7 +447,7 @@ def _first_crossing(
     begins = cell[FRESH, i] != 0.0
     if not begins and abs(at_a) <= bound:
         # exactly at its threshold: it starts at once if it is pushed outwards
-        _doubt(cell, whole, i)
+        _doubt(cell, now, i)
         lead = slope_a
         for k in range(2, 4):
             if lead == 0.0 and not moving:
@@ -468,7 +462,7 @@ def _first_crossing(
     for _ in range(_MOST_PIECES):
         if b != t:
             at_b, slope_b = margin(series, row, lane, orders, b)
-            whole[ROOTS] += 1
+            now.roots += 1
         else:
             at_b = at_t
             slope_b = slope_t
@@ -498,7 +492,7 @@ def _first_crossing(
             )  # fmt: skip
             if graze:
                 # within rounding of its threshold all along: there it stays
-                _doubt(cell, whole, i)
+                _doubt(cell, now, i)
             if clear or graze:
                 if b >= far:
                     return far if crossed else np.inf
@@ -515,21 +509,21 @@ def _first_crossing(
             if crossed and far - a <= 64.0 * ULP * t:
                 return far
             b = 0.5 * (a + far)
-    _doubt(cell, whole, i)
+    _doubt(cell, now, i)
     return far if crossed else np.inf
 
 
 @inlined
-def refined(cell, series, real, whole, i, row, lane, orders, t):
+def refined(cell, series, now, i, row, lane, orders, t):
     """Return the root near t of one margin by Halley's method, inf if it strays."""
     side = cell[SIDE, i]
-    threshold = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
+    threshold = 0.0 if side != 0.0 else now.friction + cell[EXCESS, i]
     at_0 = element(series, row, lane)
     slope_0 = element(series, row + 1, lane)
     curve_0 = element(series, row + 2, lane)
     for _ in range(12):
         value, slope = margin(series, row, lane, orders, t)
-        whole[ROOTS] += 1
+        now.roots += 1
         # the polynomial of degree four through the values, slopes and the curvature at 0
         turned = t * (slope - slope_0 - t * curve_0)
         bowed = value - at_0 - t * (slope_0 + 0.5 * t * curve_0)
@@ -683,7 +677,7 @@ def _tangential(cell, count, series, first, last):
 
 
 @inlined
-def _together(cell, count, series, real, whole, first, contenders, t):
+def _together(cell, count, series, now, first, contenders, t):
     """Keep the sliders whose event is at t, within its rounding bound; return how many.
 
     All contenders are looked at again, once t is known: which slider was found first must not
@@ -700,14 +694,14 @@ def _together(cell, count, series, real, whole, first, contenders, t):
             off = abs(at_1)
             outward = -cell[SIDE, i] * slope_1
             if cell[SIDE, i] == 0.0:
-                off = abs(off - (real[FRICTION] + cell[EXCESS, i]))
+                off = abs(off - (now.friction + cell[EXCESS, i]))
                 outward = slope_1 if at_1 > 0.0 else -slope_1
             found = series[row + CROSSING, lane] == t
             if turn == 0:
                 if found:
                     missed = max(missed, off)
                 continue
-            bound = rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
+            bound = rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
             near = off <= max(missed, bound)
             known = not (found or _falls(-outward, bound))
             for earlier in range(events):
@@ -715,13 +709,13 @@ def _together(cell, count, series, real, whole, first, contenders, t):
             if near and not known:
                 count[EVENT, events] = i
                 events += 1
-    whole[UNDECIDED] += max(events - 1, 0)
+    now.undecided += max(events - 1, 0)
     return events
 
 
 @inlined
 def _own_root(
-    cell, series, real, i, lane, strips, orders, even_tail, odd_tail, t
+    cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
 ):
     """Polish the root of the candidate, and certify its own margin before it.
 
@@ -739,10 +733,10 @@ def _own_root(
     row = SERIES * (lane // EIGHT)
     j = lane % EIGHT
     side = cell[SIDE, i]
-    limit = 0.0 if side != 0.0 else real[FRICTION] + cell[EXCESS, i]
+    limit = 0.0 if side != 0.0 else now.friction + cell[EXCESS, i]
     for turn in range(_POLISH + 1):
         at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
-        bound = rounding(cell, real, i, at_0, slope_0, at_1, slope_1, t)
+        bound = rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
         outward = -side
         if side == 0.0:
             outward = 1.0 if slope_1 >= 0.0 else -1.0
@@ -765,7 +759,7 @@ def _own_root(
 
 
 @inlined
-def step(cell, count, series, real, whole, first, last):
+def step(cell, count, series, now, first, last):
     """Advance the movers of columns first + 1 .. last - 1 to their first event.
 
     Returns
@@ -778,9 +772,9 @@ def step(cell, count, series, real, whole, first, last):
     residual : float
         How far the margins are from the end of their ranges.
     """
-    friction = real[FRICTION]
+    friction = now.friction
     strips = (last - first + EIGHT) // EIGHT
-    whole[STEPS] += 1
+    now.steps += 1
     forceless = _expand(cell, series, friction, first, strips)
     orders = ORDERS if forceless else _SHORTEST
     _differentiate(series, strips, 0, orders)
@@ -799,7 +793,7 @@ def step(cell, count, series, real, whole, first, last):
         if lane < 0:
             break
         row = SERIES * (lane // EIGHT)
-        t = refined(cell, series, real, whole, first + lane, row, lane % EIGHT, orders, t)
+        t = refined(cell, series, now, first + lane, row, lane % EIGHT, orders, t)
         if t > HORIZON:
             lane = -1
             t = HORIZON
@@ -813,7 +807,7 @@ def step(cell, count, series, real, whole, first, last):
     outward = 1.0
     if lane >= 0:
         t, residual, outward, holds, proved = _own_root(
-            cell, series, real, first + lane, lane, strips, orders, even_tail, odd_tail, t
+            cell, series, now, first + lane, lane, strips, orders, even_tail, odd_tail, t
         )
         if holds:
             events = 1
@@ -823,7 +817,7 @@ def step(cell, count, series, real, whole, first, last):
     found = events > 0
     rivals = 0
     for s in range(strips):
-        whole[TESTS] += 1
+        now.tests += 1
         lower, upper = _suspects(cell, series, friction, first, s, evaluated)
         if proved and lane // EIGHT == s:
             own = np.int64(1) << (lane % EIGHT)
@@ -842,7 +836,7 @@ def step(cell, count, series, real, whole, first, last):
                 if ((upper if side == 1 else lower) >> bit) & 1 == 0:
                     continue
                 crossing = _first_crossing(
-                    cell, series, real, whole, i, row, bit, orders, side == 1, evaluated
+                    cell, series, now, i, row, bit, orders, side == 1, evaluated
                 )
                 if events == 0 or count[EVENT, events - 1] != i:
                     count[EVENT, events] = i
@@ -855,7 +849,7 @@ def step(cell, count, series, real, whole, first, last):
     if t != evaluated:
         _evaluate(series, strips, orders, even_tail, odd_tail, t)
     if rivals > 0:
-        events = _together(cell, count, series, real, whole, first, events, t) if found else 0
+        events = _together(cell, count, series, now, first, events, t) if found else 0
         residual = 0.0
         for k in range(events):
             i = count[EVENT, k]
