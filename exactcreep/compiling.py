@@ -11,6 +11,7 @@ from typing import Any
 
 import numba
 from numba import config
+from numba.core.caching import FunctionCache
 
 
 class CacheWarning(UserWarning):
@@ -59,18 +60,41 @@ def _find_room() -> bool:
             where = f"is kept in {folder}"
         else:
             folder, config.CACHE_DIR = None, before
-    warnings.warn(
-        "neither the installation nor the home directory can be written: what is compiled"
-        f" {where}; NUMBA_CACHE_DIR can name a folder for it",
-        CacheWarning,
-        stacklevel=2,
-    )
+    _say("neither the installation nor the home directory can be written", where)
     return folder is not None
+
+
+def _say(why: str, where: str) -> None:
+    said = f"{why}: what is compiled {where}; NUMBA_CACHE_DIR can name a folder for it"
+    warnings.warn(said, CacheWarning, stacklevel=3)
 
 
 _KEPT = _find_room()
 
 
+class _Cache(FunctionCache):  # type: ignore[misc]
+    """Keeps what is compiled, or says once that it cannot."""
+
+    _full = False
+
+    def save_overload(self, signature: Any, data: Any) -> None:
+        """Keep a compiled function; a full disk costs no more than that."""
+        try:
+            super().save_overload(signature, data)
+        except OSError as error:
+            if not _Cache._full:
+                _Cache._full = True
+                why = f"{self.cache_path} cannot be written ({error.strerror})"
+                _say(why, "is lost at the end")
+
+
 def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
     """Return numba's decorator, which keeps what it compiles only where there is room for it."""
-    return numba.njit(cache=cache and _KEPT, **options)  # type: ignore[no-any-return]
+
+    def compiled(function: Any) -> Any:
+        dispatcher = numba.njit(**options)(function)
+        if cache and _KEPT:
+            dispatcher._cache = _Cache(function)
+        return dispatcher
+
+    return compiled

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import exactcreep
-from tests.processes import PATIENCE, environment
+from tests.processes import PATIENCE, environment, finished
 
 NOBODY = 65534
 BECOMES = ("setpriv", f"--reuid={NOBODY}", f"--regid={NOBODY}", "--clear-groups")
@@ -95,3 +95,26 @@ def test_an_installation_that_can_be_written_says_nothing(place: Path) -> None:
     (place / "exactcreep" / "__pycache__").mkdir(mode=0o777)
     (place / "exactcreep" / "__pycache__").chmod(0o777)
     assert asked(place) == []
+
+
+def test_a_disk_that_is_full_costs_no_more_than_a_sentence(tmp_path: Path) -> None:
+    pytest.importorskip("resource")
+    script = """
+import resource, sys, warnings
+resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))  # bytes: as if no more were left
+from exactcreep import compiling
+sys.path.insert(0, sys.argv[1])
+from functions import once, twice
+with warnings.catch_warnings(record=True) as said:
+    warnings.simplefilter("always")
+    print(once(21), twice(21), *[each.message for each in said], sep=chr(10))
+"""
+    text = TWICE + TWICE.partition("compiling\n")[2].replace("twice", "once")
+    (tmp_path / "functions.py").write_text(text, encoding="utf-8")
+    kept = tmp_path / "kept"
+    done = finished(sys.executable, "-B", "-c", script, str(tmp_path), NUMBA_CACHE_DIR=str(kept))
+    once, twice, *said = done.stdout.splitlines()
+    assert (once, twice) == ("42", "42")
+    (sentence,) = said
+    assert sentence.startswith(str(kept))
+    assert "is lost at the end; NUMBA_CACHE_DIR can name a folder" in sentence

@@ -13,6 +13,7 @@ import mmap
 import os
 import re
 from collections.abc import Mapping
+from enum import Enum
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -20,20 +21,29 @@ from typing import Any
 import numpy as np
 
 from exactcreep.model.numbers import InputError
+from exactcreep.model.outcome import Outcome
+from exactcreep.quasistatic.decimals import Enclosure
 from exactcreep.quasistatic.files import file_name, write_file
+from exactcreep.quasistatic.march import Course, Mark, Samples
+from exactcreep.solvers.solver import Tally
 
-VERSION = 5
+VERSION = 6
 """Of the solvers' arrays, too: it steps when a row or a cell of theirs is added."""
 _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 _LINE = b"exactcreep checkpoint %d\n"
 _HEADER = 8 + 32  # length and SHA-256 of the body
 _LARGE = 2**26  # bytes from which an array is read where it stands in the file
 _KINDS = "biufUS"  # array types that are plain bytes
+_TYPES = {kind.__name__: kind for kind in (Outcome, Enclosure, Tally, Mark, Course, Samples)}
+"""What is kept by its name and its parts."""
 
 
 def _encoded(value: Any, blobs: list[bytes | memoryview]) -> Any:
     if value is None or isinstance(value, (bool, str)):
         return value
+    name = type(value).__name__
+    if isinstance(value, _TYPES.get(name, ())):
+        return {"$is": name, "of": _encoded(_parts(value), blobs)}
     if isinstance(value, int):
         return value if abs(value) < 2**63 else {"$integer": hex(value)}
     if isinstance(value, float):
@@ -61,6 +71,13 @@ def _encoded(value: Any, blobs: list[bytes | memoryview]) -> Any:
     raise TypeError(f"a checkpoint cannot hold a {type(value).__name__}")
 
 
+def _parts(value: Any) -> dict[str, Any]:
+    """Return what makes a value of `_TYPES` again."""
+    if isinstance(value, Enum):
+        return {"value": value.value}
+    return value._asdict() if isinstance(value, Enclosure) else dict(vars(value))
+
+
 def _decoded(value: Any, body: memoryview) -> Any:
     """Return the value of a JSON tree; arrays are taken from `body` in the order of writing."""
     position = 0
@@ -80,10 +97,13 @@ def _decoded(value: Any, body: memoryview) -> Any:
             return Fraction(int(numerator, 16), int(denominator, 16))
         if "$tuple" in item:
             return tuple(decode(part) for part in item["$tuple"])
+        if "$is" in item:
+            return _TYPES[item["$is"]](**decode(item["of"]))
         if "$objects" in item:
             parts = [decode(part) for part in item["$objects"]]
             array = np.empty(len(parts), dtype=object)
-            array[:] = parts
+            for k, part in enumerate(parts):  # tuples, too, are one item each
+                array[k] = part
             return array.reshape(item["shape"])
         if "$array" in item:
             kind = np.dtype(item["$array"])

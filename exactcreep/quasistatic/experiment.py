@@ -175,15 +175,7 @@ class Experiment:
             "seed": self.seed,
             "solver": self.solver,
             "options": dict(self.options),
-            "start": None
-            if start is None
-            else {
-                "tensions": start.tensions,
-                "displacements": start.displacements,
-                "coefficients": start.coefficients,
-                "draws": start.draws,
-                "theta": start.theta,
-            },
+            "start": start and {**vars(start), "past": None},
             "record": list(self.record),
             "burn_in": self.burn_in,
             "twin": self.twin,

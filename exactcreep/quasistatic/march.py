@@ -7,7 +7,7 @@ import math
 import os
 import tempfile
 from collections.abc import Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import islice
 from typing import Any
@@ -45,6 +45,9 @@ NEARLY = "the tensions return to within "
 """How the reason begins of a chain that has settled so."""
 _REMEMBERED = 1024  # cycles, at least, whose x_G is kept
 _NEAR = 2.0**-40  # how nearly tensions return, in units of the largest that a contact holds
+_KEPT = ("done", "outcome", "reason", "seconds", "crossings", "beyond_one", "tail", "samples",
+         "burnt", "marks", "course")  # fmt: skip
+"""What of a march a checkpoint keeps as it is."""
 
 
 class March:
@@ -81,8 +84,9 @@ class March:
         self.beyond_one = 0
         self.nothing = record_arrays(dict.fromkeys(experiment.record, ()), chain.n)
         begin = _mean(experiment.initial.displacements)
+        start = np.array([nearest_float(begin.middle)])
         self.tail: list[Enclosure] = [begin, begin]  # x_G at the last two targets
-        self.samples = Samples(nearest_float(begin.middle), 2 if drive.cyclic else 1)
+        self.samples = Samples(start, 2 if drive.cyclic else 1)
         self.burn_in = experiment.burn_in_of(self.total)
         self.origin = Mark.of(self)
         self.burnt: Mark | None = None
@@ -94,7 +98,7 @@ class March:
             self.boundaries |= set(range(max(self.total - 2 * period, 0), self.total, 2))
         self.saved: dict[int, Mapping[str, Any]] = {}
         self.unseen = 0.0  # how far apart tensions may be that count as the same
-        self.course = Course(nearest_float(begin.middle))
+        self.course = Course(start)
         if captured is not None:
             self._restore(captured)
         else:
@@ -175,39 +179,16 @@ class March:
             self.marks.append(Mark.of(self))
 
     def capture(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit, as plain data."""
-        return {
-            "simulation": self.simulation.capture(),
-            "done": self.done,
-            "outcome": None if self.outcome is None else self.outcome.value,
-            "reason": self.reason,
-            "seconds": self.seconds,
-            "crossings": self.crossings,
-            "beyond_one": self.beyond_one,
-            "recorded": self.store.arrays(),
-            "tail": [tuple(x) for x in self.tail],
-            "samples": self.samples.capture(),
-            "burnt": None if self.burnt is None else self.burnt.capture(),
-            "marks": [mark.capture() for mark in self.marks],
-            "course": self.course.capture(),
-            "watch": self.watch.capture(),
-        }
+        """Return everything needed to go on bit for bit, as a checkpoint holds it."""
+        kept = {name: getattr(self, name) for name in _KEPT}
+        twin, recorded = self.watch.capture(), self.store.arrays()
+        return kept | {"simulation": self.simulation.capture(), "watch": twin, "recorded": recorded}
 
     def _restore(self, captured: Mapping[str, Any]) -> None:
         self.simulation.restore(captured["simulation"])
         self.watch.restore(captured["watch"], self.simulation)
-        self.done = captured["done"]
-        self.outcome = None if captured["outcome"] is None else Outcome(captured["outcome"])
-        self.reason = captured["reason"]
-        self.seconds = captured["seconds"]
-        self.crossings = captured["crossings"]
-        self.beyond_one = captured["beyond_one"]
         self.store.restore(captured["recorded"])
-        self.tail = [Enclosure(*x) for x in captured["tail"]]
-        self.samples.restore(captured["samples"])
-        self.burnt = None if captured["burnt"] is None else Mark.restored(captured["burnt"])
-        self.marks = [Mark.restored(mark) for mark in captured["marks"]]
-        self.course.restore(captured["course"])
+        vars(self).update({name: captured[name] for name in _KEPT})
         self._save()
 
     def result(self) -> Creep:
@@ -484,27 +465,6 @@ class Mark:
         """Return how far the tensions of `state` are from these, 0 if they may be the same."""
         return _apart(_enclosed(state.tensions), self.tensions)
 
-    def capture(self) -> dict[str, Any]:
-        """Return this mark as plain data."""
-        return {
-            "done": self.done,
-            "x_G": tuple(self.x_G),
-            "tally": asdict(self.tally),
-            "displacements": self.displacements,
-            "tensions": self.tensions,
-        }
-
-    @classmethod
-    def restored(cls, captured: Mapping[str, Any]) -> Mark:
-        """Return the mark that `capture` described."""
-        about = dict(captured)
-        x_g, tally = Enclosure(*about.pop("x_G")), Tally(**about.pop("tally"))
-        tensions = about.pop("tensions")
-        if tensions.dtype == object:
-            tensions = _objects([Enclosure(*pair) for pair in tensions.tolist()])
-        return cls(x_G=x_g, tally=tally, tensions=tensions, **about)
-
-
 def _apart(now: NDArray[Any], then: NDArray[Any]) -> float:
     """Return how far apart tensions are, 0 if they may be the same."""
     if now.dtype != object:
@@ -531,6 +491,7 @@ def _objects(values: list[Enclosure]) -> NDArray[Any]:
     return array
 
 
+@dataclass
 class Course:
     """x_G at the ends of the last cycles, and since when it has gone on in the same way.
 
@@ -538,10 +499,9 @@ class Course:
     on; what remains depends only on how many cycles were completed.
     """
 
-    def __init__(self, start: float) -> None:
-        self.values = np.array([start])
-        self.dropped = 0  # values before these
-        self.noted = (0, 0)  # a period, and since which cycle it holds
+    values: NDArray[np.float64]
+    dropped: int = 0  # values before these
+    noted: tuple[int, int] = (0, 0)  # a period, and since which cycle it holds
 
     @property
     def cycles(self) -> int:
@@ -594,15 +554,8 @@ class Course:
             if (np.abs(steps[-period:] - steps[-2 * period : -period]) <= close).all():
                 yield period
 
-    def capture(self) -> dict[str, Any]:
-        return {"values": self.values, "dropped": self.dropped, "noted": self.noted}
 
-    def restore(self, captured: Mapping[str, Any]) -> None:
-        self.values = captured["values"]
-        self.dropped = captured["dropped"]
-        self.noted = captured["noted"]
-
-
+@dataclass
 class Samples:
     """x_G at equally spaced targets from the start on: never more than a few thousand.
 
@@ -610,9 +563,8 @@ class Samples:
     targets were reached.
     """
 
-    def __init__(self, start: float, spacing: int) -> None:
-        self.spacing = spacing
-        self.values = np.array([start])
+    values: NDArray[np.float64]
+    spacing: int
 
     def add(self, first: int, block: NDArray[np.float64]) -> None:
         """Take over x_G at the targets `first`, `first` + 1, ..."""
@@ -641,13 +593,6 @@ class Samples:
         clock = drive.clock(np.arange(begin, self.values.size) * self.spacing)
         silent = math.nan if drive.random else 0.0
         return standard_error(self.values[begin:], clock, silent=silent, least=least)
-
-    def capture(self) -> dict[str, Any]:
-        return {"spacing": self.spacing, "values": self.values}
-
-    def restore(self, captured: Mapping[str, Any]) -> None:
-        self.spacing = captured["spacing"]
-        self.values = captured["values"]
 
 
 def _mean(values: NDArray[Any]) -> Enclosure:

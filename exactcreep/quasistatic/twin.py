@@ -101,22 +101,12 @@ class Watch:
 
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
-        return {
-            "checked": self.checked,
-            "doubted_from": self.doubted_from,
-            "trusted": self.trusted,
-            "parted": self.parted,
-            "followed": self.followed,
-            "apart": self._apart,
-            "twin": None if self._twin is None else self._twin.capture(),
-        }
+        return vars(self) | {"_twin": self._twin and self._twin.capture()}
 
     def restore(self, captured: Mapping[str, Any], simulation: Simulation) -> None:
         """Take over what `capture` returned; `simulation` is the one that is watched."""
-        for name in ("checked", "doubted_from", "trusted", "parted", "followed"):
-            setattr(self, name, captured[name])
-        self._apart = captured["apart"]
-        if captured["twin"] is not None:
+        vars(self).update(captured)
+        if captured["_twin"] is not None:
             self._twin = twin = simulation.twin()
             assert twin is not None
-            twin.restore(captured["twin"])
+            twin.restore(captured["_twin"])

@@ -505,11 +505,11 @@ def test_a_scheduler_that_is_killed_ends_the_sweep_in_a_sentence_and_resume_goes
 @pytest.mark.slow
 def test_most_workers_killed_and_one_stopped_for_a_while_change_no_bit(tmp_path: Path) -> None:
     scene = load_scene(written(tmp_path, cycles=300))
-    scene = scene.with_settings({"vary.run.seed": list(range(15))})
+    scene = scene.with_settings({"vary.run.seed": list(range(50))})
     moments = random.Random(20110603)
-    with dask(tmp_path, 6) as (executor, _, workers):
+    with dask(tmp_path, 16) as (executor, _, workers):
         stopped = workers.pop()
-        doomed = sorted(moments.sample(range(5, 50), 4))
+        doomed = sorted(moments.sample(range(5, 150), 10))
 
         def watch(progress: Progress) -> None:
             if doomed and progress.done >= doomed[0]:
@@ -522,4 +522,36 @@ def test_most_workers_killed_and_one_stopped_for_a_while_change_no_bit(tmp_path:
         grid = sweep(scene, executor=executor, out=tmp_path / "out", progress=watch)
         assert not doomed
         stopped.send_signal(signal.SIGCONT)
+    assert grid["finished"].size == 200
     assert grid.identical(sweep(scene))
+
+
+class Deadly(Executor):
+    """An executor on which one cell ends the process of every worker that begins it."""
+
+    def __init__(self, inner: Executor) -> None:
+        self.inner = inner
+
+    def submit(self, function, /, *args, **kwargs):
+        def computed(experiment):
+            import os
+
+            if (experiment.chain.n, experiment.seed, experiment.drive.amplitude * 100) == (6, 2, 1):
+                os._exit(1)
+            return function(experiment)
+
+        return self.inner.submit(computed, *args)
+
+
+@pytest.mark.slow
+def test_a_cell_that_kills_its_workers_is_told_and_the_others_are_saved(tmp_path: Path) -> None:
+    scene, out = load_scene(written(tmp_path, cycles=10)), tmp_path / "out"
+    with (
+        dask(tmp_path, 6) as (executor, _, _),
+        pytest.raises(InputError, match=r"KilledWorker.*1 of 12 cells failed") as told,
+    ):
+        sweep(scene, executor=Deadly(executor), out=out)
+    assert told.value.field == "cell"
+    assert told.value.value == "chain.n = 6, drive.amplitude = 0.01, run.seed = 2"
+    assert len(list((out / "cells").glob("*.cell"))) == 11
+    assert sweep(scene, out=out, resume=True).identical(sweep(scene))
