@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from exactcreep import laws as laws
     from exactcreep.model import disorder as disorder
     from exactcreep.model.chain import Chain as Chain
-    from exactcreep.model.contact import Event as Event
-    from exactcreep.model.contact import EventKind as EventKind
+    from exactcreep.model.contacts import Event as Event
+    from exactcreep.model.contacts import EventKind as EventKind
     from exactcreep.model.drive import Cycles as Cycles
     from exactcreep.model.drive import Drive as Drive
     from exactcreep.model.drive import GaussianSteps as GaussianSteps
@@ -89,8 +89,8 @@ _HOMES = {
     "Descent": "solid:Descent",
     "Drive": "model.drive:Drive",
     "Enclosure": "quasistatic.decimals:Enclosure",
-    "Event": "model.contact:Event",
-    "EventKind": "model.contact:EventKind",
+    "Event": "model.contacts:Event",
+    "EventKind": "model.contacts:EventKind",
     "Evidence": "model.outcome:Evidence",
     "Experiment": "quasistatic.experiment:Experiment",
     "Fate": "studies.fates.fate:Fate",

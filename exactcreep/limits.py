@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import nearest_float, number_from_zero, whole_number
 
 MEMORY = 2**30
 """Bytes of what is recorded that are kept in memory, unless another number is asked for."""
@@ -95,9 +95,7 @@ class Limits:
 
         seconds = math.inf
         if max_seconds is not None:
-            wanted = exact_number(max_seconds, "max_seconds")
-            if wanted < 0:
-                raise InputError("max_seconds", max_seconds, "must not be negative")
+            wanted = number_from_zero(max_seconds, "max_seconds")
             seconds = nearest_float(wanted)
         kept = whole_number(memory, "memory", least=0)
         events, size = whole(max_events, "max_events"), whole(max_bytes, "max_bytes")

@@ -23,6 +23,7 @@ from typing import Any
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number
+from exactcreep.model.reading import content_of, text_of
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import DRIVES, Experiment, drive_of_kind
 from exactcreep.quasistatic.files import file_name
@@ -280,30 +281,11 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
         folder = FilePath(str(resources.files("exactcreep") / "scenes"))
         return Scene.from_text(builtin[name], name=name, folder=folder)
     path = FilePath(name)
-    try:
-        if path.is_dir():
-            raise InputError("scene", name, "is a directory, and must be a file")
-        if not path.exists():
-            near = difflib.get_close_matches(name, builtin, 1, 0.3)
-            hint = f" (did you mean {near[0]}?)" if near else ""
-            names = ", ".join(builtin)
-            raise InputError("scene", name, f"must be a file or one of {names}{hint}")
-        if not path.is_file():
-            raise InputError("scene", name, "must be a regular file")
-        with path.open("rb") as file:
-            raw = file.read(_LARGEST_FILE + 1)
-    except (OSError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        reason = getattr(error, "strerror", None) or error
-        raise InputError("scene", name, f"cannot be read: {reason}") from None
-    if len(raw) > _LARGEST_FILE:
-        raise InputError("scene", name, f"must have at most {_LARGEST_FILE} bytes")
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        allowed = f"must be UTF-8 text; byte {error.start} is not"
-        raise InputError("scene", name, allowed) from None
+    if not path.exists():
+        near = difflib.get_close_matches(name, builtin, 1, 0.3)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        raise InputError("scene", name, f"must be a file or one of {', '.join(builtin)}{hint}")
+    text = text_of(content_of(path, "scene", _LARGEST_FILE), "scene", name)
     return Scene.from_mapping(_parsed(text, name), name=path.stem, folder=path.parent)
 
 

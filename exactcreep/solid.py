@@ -20,6 +20,7 @@ from exactcreep.model.numbers import (
     exact_number,
     nearest_float,
     plain_data,
+    positive_number,
     whole_number,
 )
 from exactcreep.model.representation import Shown, drawn
@@ -142,7 +143,7 @@ class Solid:
 
     def per_year(self, velocity: Any, time_unit: Any) -> float:
         """Return a velocity per unit of a drive's clock, of so many seconds, in mm per year."""
-        daily = self._daily(2 * _positive(time_unit, "time_unit"))
+        daily = self._daily(2 * positive_number(time_unit, "time_unit"))
         return float(velocity) * nearest_float(daily * DAYS_PER_YEAR)
 
     def per_half_cycle(self, millimetres_per_day: Any, period: Any) -> Any:
@@ -151,7 +152,7 @@ class Solid:
 
     def _daily(self, period: Any) -> Fraction:
         """Return what one dimensionless unit per half-cycle is in mm/day."""
-        half_cycle = _positive(period, "period") / 2
+        half_cycle = positive_number(period, "period") / 2
         return self.length_unit * MILLIMETRES_PER_METRE * SECONDS_PER_DAY / half_cycle
 
     def altered(self, *, contacts: Any = None, friction: Any = 1) -> Solid:
@@ -164,7 +165,7 @@ class Solid:
         """
         chain = self.chain
         n = chain.n if contacts is None else whole_number(contacts, "contacts", least=1)
-        factor = _positive(friction, "friction")
+        factor = positive_number(friction, "friction")
         coefficients = (factor * mu for mu in (chain.mu_d, chain.mu_s, chain.sigma_mu))
         other = Chain(n, n * chain.l0 / chain.n, *coefficients, tan_alpha=chain.tan_alpha)
         return replace(self, chain=other)
@@ -214,7 +215,7 @@ class Solid:
         if not dated and time_unit is None:
             allowed = f"must be given: seconds per {temperatures.per}, where there are no dates"
             raise InputError("time_unit", time_unit, allowed)
-        seconds = _positive(1 if time_unit is None else time_unit, "time_unit")
+        seconds = positive_number(1 if time_unit is None else time_unit, "time_unit")
         if dated and seconds != 1:
             raise InputError("time_unit", time_unit, "must be left out: the record has dates")
         return nearest_float(seconds)
@@ -490,12 +491,12 @@ def physical(
     0.862
     """
     quantities = {
-        "length": _positive(length, "length"),
-        "youngs_modulus": _positive(youngs_modulus, "youngs_modulus"),
-        "density": _positive(density, "density"),
-        "section": _positive(section, "section"),
-        "kappa": _positive(kappa, "kappa"),
-        "gravity": _positive(gravity, "gravity"),
+        "length": positive_number(length, "length"),
+        "youngs_modulus": positive_number(youngs_modulus, "youngs_modulus"),
+        "density": positive_number(density, "density"),
+        "section": positive_number(section, "section"),
+        "kappa": positive_number(kappa, "kappa"),
+        "gravity": positive_number(gravity, "gravity"),
     }
     per_contact = quantities["youngs_modulus"] / (
         quantities["gravity"] * quantities["density"] * quantities["length"]
@@ -525,15 +526,15 @@ def solid_of(
     """
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
-    modulus = _positive(youngs_modulus, "youngs_modulus")
-    mass_density = _positive(density, "density")
-    g = _positive(gravity, "gravity")
+    modulus = positive_number(youngs_modulus, "youngs_modulus")
+    mass_density = positive_number(density, "density")
+    g = positive_number(gravity, "gravity")
     return Solid(
         length=chain.n * modulus / (g * mass_density * chain.l0),
         youngs_modulus=modulus,
         density=mass_density,
-        section=_positive(section, "section"),
-        kappa=_positive(kappa, "kappa"),
+        section=positive_number(section, "section"),
+        kappa=positive_number(kappa, "kappa"),
         chain=chain,
         gravity=g,
     )
@@ -541,13 +542,6 @@ def solid_of(
 
 def _percent(ratio: float) -> str:
     return f"{100 * (ratio - 1):+.2g} %" if math.isfinite(ratio) else "without bound"
-
-
-def _positive(value: Any, field: str) -> Fraction:
-    number = exact_number(value, field)
-    if number <= 0:
-        raise InputError(field, value, "must be positive")
-    return number
 
 
 def _unit(unit: Fraction, like: Any) -> Any:

@@ -160,8 +160,8 @@ def test_a_file_that_cannot_be_a_scene_is_refused(tmp_path: Path) -> None:
     with huge.open("wb") as file:
         file.truncate(17 * 2**20)
     for path, told in (
-        (latin, "must be UTF-8 text; byte 10 is not"),
-        (huge, "must have at most 16777216 bytes"),
+        (latin, "must be UTF-8 text; line 1 holds another byte"),
+        (huge, "must have at most 16 MiB"),
         (tmp_path, "is a directory"),
         (tmp_path / "none.toml", "must be a file or one of"),
         (Path("/dev/zero"), "must be a regular file"),

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from exactcreep.figures.style import INKS, STYLE, picture
-from exactcreep.model.contact import Itinerary
+from exactcreep.model.contacts import Itinerary
 from exactcreep.model.numbers import InputError
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.solution import Motion

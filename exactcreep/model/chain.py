@@ -11,8 +11,10 @@ from typing import Any
 from exactcreep.model.numbers import (
     InputError,
     Number,
-    exact_number,
     nearest_float,
+    number_from_zero,
+    number_of_floats,
+    positive_number,
     whole_number,
 )
 from exactcreep.model.representation import Shown, drawn
@@ -73,29 +75,16 @@ class Chain(Shown):
         *,
         tan_alpha: Number,
     ) -> None:
-        def keep(name: str, value: Any) -> None:
-            object.__setattr__(self, name, value)
-
-        keep("n", whole_number(n, "n", least=1, most=10**8))
-        for name, value in (
-            ("l0", l0),
-            ("mu_d", mu_d),
-            ("mu_s", mu_s),
-            ("sigma_mu", sigma_mu),
-            ("tan_alpha", tan_alpha),
-        ):
-            number = exact_number(value, name)
-            if not math.isfinite(nearest_float(number)):
-                raise InputError(name, value, "must be smaller than the largest float, 1.8e308")
-            keep(name, number)
-        if self.l0 <= 0:
-            raise InputError("l0", l0, "must be positive")
-        if self.mu_d < 0:
-            raise InputError("mu_d", mu_d, "must not be negative")
+        given = {"l0": l0, "mu_d": mu_d, "mu_s": mu_s, "sigma_mu": sigma_mu, "tan_alpha": tan_alpha}
+        vars(self).update(
+            n=whole_number(n, "n", least=1, most=10**8),
+            **{name: number_of_floats(value, name) for name, value in given.items()},
+        )
+        positive_number(l0, "l0")
+        number_from_zero(mu_d, "mu_d")
         if self.mu_s < self.mu_d:
             raise InputError("mu_s", mu_s, f"must be at least mu_d = {nearest_float(self.mu_d)}")
-        if self.sigma_mu < 0:
-            raise InputError("sigma_mu", sigma_mu, "must not be negative")
+        number_from_zero(sigma_mu, "sigma_mu")
         # no draw lies 16 standard deviations off
         if not math.isfinite(nearest_float(self.mu_s + 16 * self.sigma_mu)):
             raise InputError("sigma_mu", sigma_mu, "draws coefficients beyond the largest float")
@@ -106,17 +95,12 @@ class Chain(Shown):
         return type(other) is type(self) and self.parameters() == other.parameters()
 
     def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
         # the hash of a Fraction would take a modular inverse
-        return hash(
-            (
-                self.n,
-                self.l0.as_integer_ratio(),
-                self.mu_d.as_integer_ratio(),
-                self.mu_s.as_integer_ratio(),
-                self.sigma_mu.as_integer_ratio(),
-                self.tan_alpha.as_integer_ratio(),
-            )
-        )
+        return hash(tuple(value.as_integer_ratio() for value in self.parameters().values()))
 
     def times_cosine(self, value: Fraction) -> float:
         """Return ``value * cos(alpha)`` as the nearest float64 (error below 0.5000001 ulp)."""

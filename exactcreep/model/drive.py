@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
@@ -17,6 +17,7 @@ from exactcreep.model.numbers import (
     Number,
     exact_number,
     nearest_float,
+    number_from_zero,
     whole_number,
 )
 from exactcreep.model.representation import Shown, drawn
@@ -26,6 +27,7 @@ MOST_TARGETS = 10**12
 _DRAWN = 40  # targets in a small picture
 
 
+@dataclass(frozen=True, repr=False)
 class Drive(Shown):
     """A sequence of targets theta_1, theta_2, ...; between them theta ramps monotonically.
 
@@ -68,7 +70,9 @@ class Drive(Shown):
 
     def parameters(self) -> dict[str, Any]:
         """Return what the drive was made from, by the names used in a scene, `kind` first."""
-        raise NotImplementedError
+        made_from = {field.name: getattr(self, field.name) for field in fields(self)}
+        lists = {name: list(value) for name, value in made_from.items() if type(value) is tuple}
+        return {"kind": self.kind, **made_from, **lists}
 
     def _facts(self) -> dict[str, Any]:
         facts = self.parameters()
@@ -103,12 +107,9 @@ class Cycles(Drive):
     per: ClassVar[str] = "half-cycle"
 
     def __init__(self, amplitude: Number, cycles: Number) -> None:
-        value = exact_number(amplitude, "amplitude")
-        if value < 0:
-            raise InputError("amplitude", amplitude, "must not be negative")
-        object.__setattr__(self, "amplitude", value)
-        object.__setattr__(
-            self, "cycles", whole_number(cycles, "cycles", least=1, most=MOST_TARGETS)
+        vars(self).update(
+            amplitude=number_from_zero(amplitude, "amplitude"),
+            cycles=whole_number(cycles, "cycles", least=1, most=MOST_TARGETS),
         )
 
     @property
@@ -124,10 +125,6 @@ class Cycles(Drive):
     def exact_target(self, q: int, seed: int = 0) -> Fraction:
         """Return theta_q exactly: +A for odd q, -A for even q."""
         return self.amplitude if q % 2 == 1 else -self.amplitude
-
-    def parameters(self) -> dict[str, Any]:
-        """Return kind, amplitude and cycles."""
-        return {"kind": self.kind, "amplitude": self.amplitude, "cycles": self.cycles}
 
 
 @dataclass(frozen=True, repr=False)
@@ -157,11 +154,10 @@ class GaussianSteps(Drive):
     random: ClassVar[bool] = True
 
     def __init__(self, sigma_theta: Number, steps: Number) -> None:
-        value = exact_number(sigma_theta, "sigma_theta")
-        if value < 0:
-            raise InputError("sigma_theta", sigma_theta, "must not be negative")
-        object.__setattr__(self, "sigma_theta", value)
-        object.__setattr__(self, "steps", whole_number(steps, "steps", least=1, most=MOST_TARGETS))
+        vars(self).update(
+            sigma_theta=number_from_zero(sigma_theta, "sigma_theta"),
+            steps=whole_number(steps, "steps", least=1, most=MOST_TARGETS),
+        )
 
     @property
     def half_cycles(self) -> int:
@@ -176,11 +172,8 @@ class GaussianSteps(Drive):
         """Return theta_q exactly (the drawn float64 is the value)."""
         return Fraction(disorder.dilation(self, seed, q))
 
-    def parameters(self) -> dict[str, Any]:
-        """Return kind, sigma_theta and steps."""
-        return {"kind": self.kind, "sigma_theta": self.sigma_theta, "steps": self.steps}
 
-
+@dataclass(frozen=True, repr=False)
 class Listed(Drive):
     """A drive whose targets are listed one by one, exactly."""
 
@@ -228,8 +221,4 @@ class Path(Listed):
         values = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
         if not values:
             raise InputError("theta", [], "must hold at least one number")
-        object.__setattr__(self, "theta", values)
-
-    def parameters(self) -> dict[str, Any]:
-        """Return kind and theta."""
-        return {"kind": self.kind, "theta": list(self.theta)}
+        vars(self).update(theta=values)

@@ -141,6 +141,30 @@ def ratio_of(text: str) -> Fraction:
         raise ValueError(f"not a ratio of integers: {text[:60]}") from None
 
 
+def positive_number(value: Any, field: str) -> Fraction:
+    """Return the rational that `value` denotes, or raise `InputError` unless it is positive."""
+    number = exact_number(value, field)
+    if number <= 0:
+        raise InputError(field, value, "must be positive")
+    return number
+
+
+def number_from_zero(value: Any, field: str) -> Fraction:
+    """Return the rational that `value` denotes, or raise `InputError` if it is negative."""
+    number = exact_number(value, field)
+    if number < 0:
+        raise InputError(field, value, "must not be negative")
+    return number
+
+
+def number_of_floats(value: Any, field: str) -> Fraction:
+    """Return the rational that `value` denotes, or raise `InputError` if no float is so large."""
+    number = exact_number(value, field)
+    if not math.isfinite(nearest_float(number)):
+        raise InputError(field, value, "must be smaller than the largest float, 1.8e308")
+    return number
+
+
 def whole_number(value: Any, field: str, *, least: int, most: int | None = None) -> int:
     """Return `value` as an int between `least` and `most` (inclusive).
 

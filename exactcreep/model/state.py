@@ -18,6 +18,8 @@ from exactcreep.model.numbers import (
     InputError,
     exact_number,
     nearest_float,
+    number_from_zero,
+    number_of_floats,
     same,
     same_numbers,
 )
@@ -179,8 +181,7 @@ class State(Shown):
         """
         seed = disorder.valid_seed(seed)
         kept = _kept_tensions(tensions, chain.n - 1)
-        dilation = exact_number(theta, "theta")
-        _require_float(dilation, "theta")
+        dilation = number_of_floats(theta, "theta")
         nearest = nearest_float(dilation)
         return cls(
             tensions=kept,
@@ -196,9 +197,7 @@ class State(Shown):
 
         `seed` keys the static coefficients, as everywhere.
         """
-        magnitude = exact_number(size, "size")
-        if magnitude < 0:
-            raise InputError("size", size, "must not be negative")
+        magnitude = number_from_zero(size, "size")
         uniform = disorder.uniform_tensions(disorder.valid_seed(start_seed), chain.n - 1)
         return cls.prepared(chain, nearest_float(magnitude) * uniform, seed=seed)
 
@@ -237,20 +236,13 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
         if stray.size:
             exact_number(floats[stray[0]], f"tensions[{stray[0]}]")
         return floats
-    values = [exact_number(value, f"tensions[{i}]") for i, value in enumerate(given)]
-    for i, value in enumerate(values):
-        _require_float(value, f"tensions[{i}]")
+    values = [number_of_floats(value, f"tensions[{i}]") for i, value in enumerate(given)]
     floats = np.array([nearest_float(value) for value in values], dtype=np.float64)
     if all(Fraction(f) == value for f, value in zip(floats.tolist(), values, strict=True)):
         return floats
     kept = np.empty(count, dtype=object)
     kept[:] = values
     return kept
-
-
-def _require_float(value: Fraction, field: str) -> None:
-    if not math.isfinite(nearest_float(value)):
-        raise InputError(field, value, "must be smaller than the largest float, 1.8e308")
 
 
 def _numbers(given: Any, field: str) -> NDArray[Any]:

@@ -14,7 +14,7 @@ import re
 import warnings
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.drive import Listed
-from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, positive_number
+from exactcreep.model.reading import content_of, text_of
 
 MOST_BYTES = 64 * 2**20
 """Size of a file of records, unpacked; more is another kind of file."""
@@ -39,10 +40,15 @@ GAP = 1.5
 ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
 LIKE_KELVIN = (180, 400)
 """No weather and no roof is as warm as this in degrees Celsius, nor so cold in kelvin as less."""
+DATES = {
+    "iso": "2024-01-31T13:00",
+    "day first": "31.01.2024 13:00",
+    "month first": "01/31/2024 13:00",
+}
 CHOICES = {
     "unit": ("C", "K"),
     "decimal": (".", ","),
-    "date_order": ("iso", "day first", "month first"),
+    "date_order": tuple(DATES),
     "missing": ("refuse", "drop", "interpolate"),
     "duplicates": ("refuse", "first", "last", "mean"),
     "gaps": ("refuse", "interpolate"),
@@ -65,11 +71,19 @@ class RecordWarning(UserWarning):
 
 
 class _Row(NamedTuple):
-    """What a record says at one time."""
+    """A row of a record, as written."""
 
     where: str
     time: Any
     temperature: Any
+
+
+class _Reading(NamedTuple):
+    """A time, the row that has it first, and the temperatures that rows have at it."""
+
+    row: _Row
+    moment: Fraction | datetime.datetime
+    values: list[Fraction | None]
 
 
 @dataclass(frozen=True, repr=False)
@@ -151,11 +165,11 @@ class TemperatureRecord(Listed):
     """
 
     file: str
-    kappa: Fraction
-    T0: Fraction
     time_column: str
     temperature_column: str
     unit: str
+    kappa: Fraction
+    T0: Fraction
     delimiter: str
     decimal: str
     date_order: str
@@ -163,9 +177,9 @@ class TemperatureRecord(Listed):
     duplicates: str
     gaps: str
     sha256: str
-    theta: tuple[Fraction, ...] = field(repr=False)
-    times: tuple[float, ...] = field(repr=False)
-    origin: str = field(repr=False)
+    origin: str
+    theta: tuple[Fraction, ...]
+    times: tuple[float, ...]
     kind: ClassVar[str] = "record"
     per: ClassVar[str] = "unit of time"
 
@@ -213,36 +227,27 @@ class TemperatureRecord(Listed):
             raise InputError("delimiter", delimiter, 'must be one character, e.g. "," or ";"')
         if decimal == delimiter:
             raise InputError("decimal", decimal, "must not be the delimiter as well")
-        expansion = exact_number(kappa, "kappa")
-        if expansion <= 0:
-            raise InputError("kappa", kappa, "must be positive")
+        expansion = positive_number(kappa, "kappa")
         reference = exact_number(T0, "T0")
         if reference < ABSOLUTE_ZERO[unit]:
             raise InputError("T0", T0, "must not be below absolute zero")
-        for name, value in (
-            ("file", os.fspath(file)),
-            ("kappa", expansion),
-            ("T0", reference),
-            *columns.items(),
-            *options.items(),
-            ("delimiter", delimiter),
-        ):
-            object.__setattr__(self, name, value)
+        vars(self).update(columns, file=os.fspath(file), kappa=expansion, T0=reference)
+        vars(self).update(options, delimiter=delimiter)
         if theta is None or times is None or sha256 is None:
             if not (theta is None and times is None and sha256 is None and origin is None):
                 raise InputError("theta", theta, "must come with times and sha256, or not at all")
-            content = _bytes_of(Path(file))
+            content = content_of(Path(file), "file", MOST_BYTES)
             self._take(self._rows(content), os.fspath(file), hashlib.sha256(content).hexdigest())
             return
-        dilations = [exact_number(value, f"theta[{i}]") for i, value in enumerate(theta)]
-        moments = [
+        dilations = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
+        moments = tuple(
             nearest_float(exact_number(value, f"times[{i}]")) for i, value in enumerate(times)
-        ]
+        )
         if not dilations or len(moments) != len(dilations):
             raise InputError("times", len(moments), "must be as many as theta, at least one")
         if origin and not isinstance(_moment(origin, "iso"), datetime.datetime):
             raise InputError("origin", origin, "must be a date such as 2024-01-31T13:00")
-        self._keep(dilations, moments, sha256, origin or "")
+        vars(self).update(theta=dilations, times=moments, sha256=sha256, origin=origin or "")
 
     @classmethod
     def of(
@@ -287,7 +292,7 @@ class TemperatureRecord(Listed):
 
     def _rows(self, content: bytes) -> Iterator[_Row | InputError]:
         """Yield what every row of a CSV file says, or what is wrong with it."""
-        lines = _rows_of(content, self.file, self.delimiter)
+        lines = _lines_of(content, self.file, self.delimiter)
         header = next(lines, (0, []))[1]
         if not header:
             raise InputError("file", self.file, "must begin with a row that names the columns")
@@ -300,131 +305,120 @@ class TemperatureRecord(Listed):
                 allowed = f"must be {which} the columns of {self.file}: {found}"
                 raise InputError(name, wanted, allowed)
             places.append(header.index(wanted))
-        for row, (line, fields) in enumerate(lines, start=1):
-            if len(fields) != len(header):
-                allowed = f"row {row} (line {line}) must have {len(header)} columns"
-                yield InputError("file", self.file, f"{allowed}, not {len(fields)}")
+        for row, (line, entries) in enumerate(lines, start=1):
+            where = f"row {row} (line {line})"
+            if len(entries) == len(header):
+                yield _Row(f"{where} of {self.file}", *(entries[place] for place in places))
             else:
-                where = f"row {row} (line {line}) of {self.file}"
-                yield _Row(where, *(fields[place] for place in places))
+                allowed = f"{where} must have {len(header)} columns, not {len(entries)}"
+                yield InputError("file", self.file, allowed)
 
     def _take(self, rows: Iterable[_Row | InputError], shown: str, sha256: str) -> None:
         """Keep what rows say, or raise one `InputError` with all that is wrong with them."""
-        time, temperature = self.time_column.strip(), self.temperature_column.strip()
         faults: list[InputError] = []
-        kept: list[tuple[_Row, Any, list[Fraction | None]]] = []
+        kept: list[_Reading] = []
         for number, row in enumerate(rows, start=1):
             if number > MOST_ROWS:
                 raise InputError("file", shown, f"must have at most {MOST_ROWS} rows")
-            if isinstance(row, InputError):
-                faults.append(row)
-                continue
-            try:
-                moment = self._time(row)
-                value = self._temperature(row)
-            except InputError as fault:
-                faults.append(fault)
-                continue
-            if (moment is None or value is None) and self.missing == "drop":
-                continue
-            if moment is None:
-                faults.append(InputError(time, row.time, f"missing in {row.where}"))
-                continue
-            if value is None and self.missing == "refuse":
-                faults.append(InputError(temperature, row.temperature, f"missing in {row.where}"))
-            before: Any = kept[-1][1] if kept else moment
-            if _sort(moment) != _sort(before):
-                allowed = f"must be of the same kind as the rows before in {row.where}"
-                faults.append(InputError(time, row.time, allowed))
-            elif kept and moment == before and self.duplicates != "refuse":
-                kept[-1][2].append(value)
-            elif kept and not moment > before:
-                allowed = f"must be later than in the row before in {row.where}"
-                faults.append(InputError(time, row.time, allowed))
-            else:
-                kept.append((row, moment, [value]))
+            faults += [row] if isinstance(row, InputError) else self._add(row, kept)
         if not kept and not faults:
             raise InputError("file", shown, "must hold at least one row of data")
-        values = [_one_of(values, self.duplicates) for _, _, values in kept]
-        start: Any = kept[0][1] if kept else Fraction(0)
-        times = [
+        start: Any = kept[0].moment if kept else Fraction(0)
+        dated = not isinstance(start, Fraction)
+        times = tuple(
             nearest_float(moment)
             if isinstance(moment, Fraction)
             else (moment - start).total_seconds()
             for _, moment, _ in kept
-        ]
-        for (row, _, _), seconds in zip(kept, times, strict=True):
-            if not math.isfinite(seconds):
-                allowed = f"must be below the largest float, 1.8e308, in {row.where}"
-                faults.append(InputError(time, row.time, allowed))
-        if self.gaps == "refuse" and all(map(math.isfinite, times)):
-            usual, places = _gaps(times)
-            for k in places:
-                allowed = (
-                    f"is {times[k] - times[k - 1]:g} after the row before in {kept[k][0].where},"
-                    f' more than {GAP} times the usual {usual:g} (gaps = "interpolate" takes the'
-                    " temperature to be monotone there)"
-                )
-                faults.append(InputError(time, kept[k][0].time, allowed))
+        )
+        values = [_one_of(reading.values, self.duplicates) for reading in kept]
+        faults += self._faults_in_time([reading.row for reading in kept], times)
         if self.missing == "interpolate" and not faults:
+            allowed, why = "missing", ": nothing to interpolate between at the ends"
             for k in (0, -1):
                 if values[k] is None:
-                    allowed = (
-                        f"missing in {kept[k][0].where}: nothing to interpolate between at the ends"
-                    )
-                    faults.append(InputError(temperature, kept[k][0].temperature, allowed))
+                    faults.append(self._fault(kept[k].row, "temperature", allowed, why))
         _refuse(faults)
         temperatures = _filled(values, times)
         _doubt(temperatures, self.unit, shown)
-        dilations = [self.kappa * (value - self.T0) for value in temperatures]
-        origin = "" if isinstance(start, Fraction) else start.isoformat()
-        self._keep(dilations, times, sha256, origin)
+        dilations = tuple(self.kappa * (value - self.T0) for value in temperatures)
+        origin = start.isoformat() if dated else ""
+        vars(self).update(theta=dilations, times=times, sha256=sha256, origin=origin)
 
-    def _keep(
-        self, dilations: list[Fraction], times: list[float], sha256: str, origin: str
-    ) -> None:
-        for name, value in (
-            ("theta", tuple(dilations)),
-            ("times", tuple(times)),
-            ("sha256", sha256),
-            ("origin", origin),
-        ):
-            object.__setattr__(self, name, value)
+    def _add(self, row: _Row, kept: list[_Reading]) -> Iterator[InputError]:
+        """Add a row to the readings; yield what is wrong with it."""
+        try:
+            moment, value = self._time(row), self._temperature(row)
+        except InputError as fault:
+            yield fault
+            return
+        if (moment is None or value is None) and self.missing == "drop":
+            return
+        if moment is None:
+            yield self._fault(row, "time", "missing")
+            return
+        if value is None and self.missing == "refuse":
+            yield self._fault(row, "temperature", "missing")
+        before: Any = kept[-1].moment if kept else moment
+        if _sort(moment) != _sort(before):
+            yield self._fault(row, "time", "must be of the same kind as the rows before")
+        elif kept and moment == before and self.duplicates != "refuse":
+            kept[-1].values.append(value)
+        elif kept and not moment > before:
+            yield self._fault(row, "time", "must be later than in the row before")
+        else:
+            kept.append(_Reading(row, moment, [value]))
+
+    def _faults_in_time(self, rows: Sequence[_Row], times: Sequence[float]) -> Iterator[InputError]:
+        """Yield what is wrong with times that increase: infinite ones, and gaps."""
+        finite = [math.isfinite(seconds) for seconds in times]
+        for row, known in zip(rows, finite, strict=True):
+            if not known:
+                yield self._fault(row, "time", "must be below the largest float, 1.8e308,")
+        if self.gaps == "refuse" and all(finite):
+            usual, places = _gaps(times)
+            for k in places:
+                allowed = f"is {times[k] - times[k - 1]:g} after the row before"
+                further = (
+                    f', more than {GAP} times the usual {usual:g} (gaps = "interpolate" takes the'
+                    " temperature to be monotone there)"
+                )
+                yield self._fault(rows[k], "time", allowed, further)
+
+    def _fault(self, row: _Row, what: str, allowed: str, further: str = "") -> InputError:
+        """Return what is wrong with the entry of a row in the column of times or temperatures."""
+        column, entry = getattr(self, f"{what}_column").strip(), getattr(row, what)
+        return InputError(column, entry, f"{allowed} in {row.where}{further}")
 
     def _time(self, row: _Row) -> Fraction | datetime.datetime | None:
         """Return a time: a number exactly, or a date; None where it is missing."""
         if _is_missing(row.time):
             return None
-        column = self.time_column.strip()
         try:
             moment = _moment(self._with_point(row.time), self.date_order)
         except ValueError:
-            example = {"day first": "31.01.2024 13:00", "month first": "01/31/2024 13:00"}.get(
-                self.date_order, "2024-01-31T13:00"
-            )
-            allowed = f"must be a number or a date such as {example} in {row.where}"
-            raise InputError(column, row.time, allowed) from None
+            example = DATES[self.date_order]
+            allowed = f"must be a number or a date such as {example}"
+            raise self._fault(row, "time", allowed) from None
         if not isinstance(moment, Fraction) and not 1700 <= moment.year <= 2200:
-            allowed = f"must be a date of the years 1700 to 2200 in {row.where}"
-            raise InputError(column, row.time, allowed)
+            raise self._fault(row, "time", "must be a date of the years 1700 to 2200")
         return moment
 
     def _temperature(self, row: _Row) -> Fraction | None:
         """Return a temperature exactly, None where it is missing."""
         if _is_missing(row.temperature):
             return None
-        column = self.temperature_column.strip()
         entry = self._with_point(row.temperature)
         if isinstance(entry, str) and not _DECIMAL.fullmatch(entry):
             named = "point" if self.decimal == "." else "comma"
-            allowed = f"must be a number with a decimal {named} in {row.where}"
-            if self.decimal == "." and _DECIMAL.fullmatch(entry.replace(",", ".", 1)):
-                allowed += '; decimal = "," reads decimal commas'
-            raise InputError(column, row.temperature, allowed)
-        value = exact_number(entry, f"{column} in {row.where}")
+            commas = self.decimal == "." and _DECIMAL.fullmatch(entry.replace(",", ".", 1))
+            further = '; decimal = "," reads decimal commas' if commas else ""
+            raise self._fault(
+                row, "temperature", f"must be a number with a decimal {named}", further
+            )
+        value = exact_number(entry, f"{self.temperature_column.strip()} in {row.where}")
         if value < ABSOLUTE_ZERO[self.unit]:
-            allowed = f"must not be below absolute zero in {row.where}"
-            raise InputError(column, row.temperature, allowed)
+            raise self._fault(row, "temperature", "must not be below absolute zero")
         return value
 
     def _with_point(self, entry: Any) -> Any:
@@ -476,85 +470,32 @@ class TemperatureRecord(Listed):
 
         They make the drive again without the file.
         """
-        dated = {"origin": self.origin} if self.origin else {}
-        return {
-            "kind": self.kind,
-            "file": self.file,
-            "time_column": self.time_column,
-            "temperature_column": self.temperature_column,
-            "unit": self.unit,
-            "kappa": self.kappa,
-            "T0": self.T0,
-            "delimiter": self.delimiter,
-            "decimal": self.decimal,
-            "date_order": self.date_order,
-            "missing": self.missing,
-            "duplicates": self.duplicates,
-            "gaps": self.gaps,
-            "sha256": self.sha256,
-            **dated,
-            "theta": list(self.theta),
-            "times": list(self.times),
-        }
+        kept = super().parameters()
+        if not self.origin:
+            del kept["origin"]
+        return kept
 
 
-def _bytes_of(path: Path) -> bytes:
-    """Return the content of a regular file of at most `MOST_BYTES`."""
-    shown = os.fspath(path)
-    try:
-        if path.is_dir():
-            raise InputError("file", shown, "must be a CSV file, not a directory")
-        if not path.exists():
-            raise InputError("file", shown, "must be an existing CSV file")
-        if not path.is_file():
-            raise InputError("file", shown, "must be a regular file")
-        with path.open("rb") as stream:
-            content = stream.read(MOST_BYTES + 1)
-    except InputError:
-        raise
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError("file", shown, f"must be readable: {reason}") from None
-    except ValueError:  # a null character in the path
-        raise InputError("file", shown, "must be the path of a CSV file") from None
-    if len(content) > MOST_BYTES:
-        raise InputError("file", shown, f"must have at most {MOST_BYTES // 2**20} MiB")
-    return content
-
-
-def _unpacked(content: bytes, shown: str) -> bytes:
-    """Return what gzip has packed, at most `MOST_BYTES` of it."""
-    try:
-        with gzip.open(io.BytesIO(content)) as stream:
-            found = stream.read(MOST_BYTES + 1)
-    except (OSError, EOFError, zlib.error):
-        raise InputError("file", shown, "must be packed by gzip, as its name says") from None
-    if len(found) > MOST_BYTES:
-        allowed = f"must have at most {MOST_BYTES // 2**20} MiB when it is unpacked"
-        raise InputError("file", shown, allowed)
-    return found
-
-
-def _rows_of(content: bytes, file: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
+def _lines_of(content: bytes, file: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the line number and the fields of every row that is not blank, the header first."""
     if file.lower().endswith(".gz"):
-        content = _unpacked(content, file)
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise InputError(
-            "file", file, f"must be UTF-8 text; line {line} holds another byte"
-        ) from None
+        try:
+            with gzip.open(io.BytesIO(content)) as stream:
+                content = stream.read(MOST_BYTES + 1)
+        except (OSError, EOFError, zlib.error):
+            raise InputError("file", file, "must be packed by gzip, as its name says") from None
+        if len(content) > MOST_BYTES:
+            allowed = f"must have at most {MOST_BYTES // 2**20} MiB when it is unpacked"
+            raise InputError("file", file, allowed)
+    text = text_of(content, "file", file)
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
     try:
-        for fields in reader:
-            if any(entry.strip() for entry in fields):
-                yield reader.line_num, [entry.strip() for entry in fields]
+        for entries in reader:
+            if any(entry.strip() for entry in entries):
+                yield reader.line_num, [entry.strip() for entry in entries]
     except csv.Error as error:
-        raise InputError(
-            "file", file, f"must be a CSV file; line {reader.line_num}: {error}"
-        ) from None
+        allowed = f"must be a CSV file; line {reader.line_num}: {error}"
+        raise InputError("file", file, allowed) from None
 
 
 def _listed(values: Any, name: str) -> list[Any]:

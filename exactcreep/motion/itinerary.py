@@ -16,8 +16,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
-from exactcreep.model.contacts import Contacts
+from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.modes import Flow, Run, tensions_at

@@ -28,8 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
-from exactcreep.model.contacts import Contacts
+from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.numbers import same
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic

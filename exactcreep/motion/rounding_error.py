@@ -34,8 +34,7 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
-from exactcreep.model.contacts import Contacts
+from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.modes import forces_of

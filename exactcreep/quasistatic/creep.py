@@ -23,7 +23,7 @@ from exactcreep import __version__, interrupts
 from exactcreep.display import shows_progress
 from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, Pace, Progress
@@ -317,9 +317,7 @@ class Keeper:
         note: Mapping[str, Any] | None = None,
     ) -> Keeper:
         """Return a keeper of the file `path`, or raise `InputError` if it cannot be one."""
-        seconds = exact_number(every, "every")
-        if seconds < 0:
-            raise InputError("every", every, "must not be negative")
+        seconds = number_from_zero(every, "every")
         check_output(path, "checkpoint", force=force)
         return cls(os.fspath(path), nearest_float(seconds), note or {}, force=force)
 

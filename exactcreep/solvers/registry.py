@@ -9,7 +9,7 @@ from typing import Any
 
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event
+from exactcreep.model.contacts import Event
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State

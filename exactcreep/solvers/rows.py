@@ -14,7 +14,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Event, EventKind
 from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.replay import Replay, elastic_gain
 from exactcreep.solvers.tables import RearrangementRow, SlipRow

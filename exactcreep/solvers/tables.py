@@ -16,7 +16,7 @@ from typing import Annotated, Any, Generic, NamedTuple, TypeVar, get_type_hints
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Event, EventKind
 
 LENGTH = "g tau_dyn^2"
 FORCE = "m g"

@@ -29,8 +29,7 @@ from exactcreep.display import shows_progress
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
-from exactcreep.model.contacts import Contacts
+from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State

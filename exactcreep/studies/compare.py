@@ -16,7 +16,7 @@ from typing import Any
 from exactcreep.display import shows_progress
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.drive import Drive, Path
 from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
 from exactcreep.model.outcome import Evidence

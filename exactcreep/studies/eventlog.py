@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from exactcreep.model.contact import Event
+from exactcreep.model.contacts import Event
 from exactcreep.model.numbers import InputError
 from exactcreep.solvers.tables import logged_events
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Itinerary
+from exactcreep.model.contacts import Itinerary
 from exactcreep.model.disorder import static_coefficient
 from exactcreep.model.state import State
 

@@ -116,7 +116,7 @@ def test_a_bad_row_is_refused_with_its_number(write, rows, column, says):
         ({"delimiter": ", "}, "delimiter", "must be one character"),
         ({"theta": ["1"]}, "theta", "must come with times and sha256"),
         ({"file": 7}, "file", "must be the path of a CSV file"),
-        ({"file": "nowhere.csv"}, "file", "must be an existing CSV file"),
+        ({"file": "nowhere.csv"}, "file", "must be an existing file"),
         ({"file": "a\0b"}, "file", "must be"),
     ],
 )
@@ -130,7 +130,7 @@ def test_a_bad_parameter_is_refused_by_name(write, arguments, field, says):
 
 def test_directories_bytes_and_sizes_are_refused_in_one_sentence(write, tmp_path, monkeypatch):
     cases = [
-        (tmp_path, "not a directory"),
+        (tmp_path, "is a directory"),
         (write(b"time,temperature\n0,1\n1,\xff\n", "latin.csv"), "UTF-8 text; line 3"),
         (write("", "empty.csv"), "must begin with a row that names the columns"),
         (write("time,time,temperature\n", "twice.csv"), "named once among"),

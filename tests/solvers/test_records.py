@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State

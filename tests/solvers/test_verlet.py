@@ -9,7 +9,7 @@ import pytest
 from exactcreep.limits import Limits, Stop
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import EventKind
+from exactcreep.model.contacts import EventKind
 from exactcreep.model.drive import Cycles, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome

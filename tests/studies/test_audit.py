@@ -15,7 +15,7 @@ import pytest
 
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.drive import Cycles, GaussianSteps
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State

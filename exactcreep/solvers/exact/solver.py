@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event
-from exactcreep.model.contacts import Contacts
+from exactcreep.model.contacts import Contacts, Event
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event
+from exactcreep.model.contacts import Event
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.first_event import FirstEvent, lone_event

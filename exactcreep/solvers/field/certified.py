@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event
+from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import Evidence, Outcome

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind
+from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
 from exactcreep.motion.enclosure import ZERO, Box, Passage, Row, Spread

@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event, EventKind, start_direction
-from exactcreep.model.contacts import Contacts
+from exactcreep.model.contacts import Contacts, Event, EventKind, start_direction
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import (

@@ -13,7 +13,7 @@ from typing import Any, ClassVar
 
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Event
+from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, whole_number
 from exactcreep.model.outcome import Evidence, Outcome

@@ -17,7 +17,7 @@ from typing import Any
 from exactcreep.display import shows_progress
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Itinerary
+from exactcreep.model.contacts import Itinerary
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome

@@ -36,7 +36,7 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.contact import Itinerary
+from exactcreep.model.contacts import Itinerary
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome

@@ -13,7 +13,7 @@ from fractions import Fraction
 from functools import partial
 from typing import Any
 
-from exactcreep.model.contact import EventKind
+from exactcreep.model.contacts import EventKind
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, balls_of
 from exactcreep.motion.itinerary import Course, StrayRoot
 from exactcreep.quasistatic.decimals import enclosure
