@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import itertools
 from collections.abc import Iterator
 
@@ -10,29 +9,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-
-class _Sink(io.RawIOBase):
-    """A file that keeps what was written until somebody takes it."""
-
-    def __init__(self) -> None:
-        self.written: list[bytes] = []
-        self._size = 0
-
-    def writable(self) -> bool:
-        return True
-
-    def tell(self) -> int:
-        return self._size
-
-    def write(self, data: bytes) -> int:  # type: ignore[override]
-        self.written.append(bytes(data))
-        self._size += len(data)
-        return len(data)
-
-    def taken(self) -> Iterator[bytes]:
-        """Yield what was written since the last time."""
-        written, self.written = self.written, []
-        yield from written
+from exactcreep.quasistatic.store import ScratchFile
 
 
 def parquet(frames: Iterator[pd.DataFrame]) -> Iterator[bytes]:
@@ -53,9 +30,10 @@ def parquet(frames: Iterator[pd.DataFrame]) -> Iterator[bytes]:
         for field in schema
     ]
     schema = pa.schema(fields, metadata=schema.metadata)
-    sink = _Sink()
-    with pq.ParquetWriter(sink, schema, compression="zstd") as writer:
-        for rows in itertools.chain([first], frames):
-            writer.write_table(pa.Table.from_pandas(rows, schema, preserve_index=True))
-            yield from sink.taken()
-    yield from sink.taken()
+    with ScratchFile() as file:
+        with pq.ParquetWriter(file, schema, compression="zstd") as writer:
+            for rows in itertools.chain([first], frames):
+                writer.write_table(pa.Table.from_pandas(rows, schema, preserve_index=True))
+        if file.failed is not None:
+            raise file.failed
+        yield from file.pieces()

@@ -15,15 +15,7 @@ import os
 import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    CancelledError,
-    Executor,
-    Future,
-    ThreadPoolExecutor,
-    wait,
-)
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from contextlib import contextmanager
 from fractions import Fraction
 from pathlib import Path
@@ -35,7 +27,7 @@ from numpy.typing import NDArray
 
 from exactcreep import __version__
 from exactcreep.display import shows_progress
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.progress import Hearer, Progress
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep import PhysicsWarning, run_members
@@ -44,6 +36,7 @@ from exactcreep.quasistatic.files import output_directory, remove_parts, write_f
 from exactcreep.quasistatic.netcdf import netcdf
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LENGTH, LOGS
+from exactcreep.studies.pool import GLANCE, Pool, Signals, pool_of, reason_of
 
 FORMAT = "exactcreep sweep 1"
 _CELL_FORMAT = "exactcreep cell 1"
@@ -67,29 +60,11 @@ _WORDS = {
     "velocity_reason": "why velocity or velocity_error is nan",
 }
 _MISSING = -1  # of a count
-_FEWEST_AHEAD = 64  # cells handed to an executor beyond those that have finished
 _MOST_FAILURES = 10  # of cells, as long as none has succeeded
-_GLANCE = 0.25  # seconds between two reports of progress
 
 
 class _Stopped(Exception):
     """The sweep was interrupted while this cell was being computed."""
-
-
-class Signals:
-    """What a sweep and the cells that it computes in its own threads tell each other.
-
-    Attributes
-    ----------
-    stop : bool
-        The sweep was interrupted.
-    compiling : bool
-        The kernel is being compiled, once.
-    """
-
-    def __init__(self) -> None:
-        self.stop = False
-        self.compiling = False
 
 
 @shows_progress
@@ -161,8 +136,8 @@ def sweep(
     values: list[dict[str, Any] | None] = [None] * len(experiments)
     if store is not None:
         values = [store.load(name) for name in names]
-    todo = [index for index, value in enumerate(values) if value is None]
-    board = _Board(experiments, todo, progress)
+    todo = {k: experiments[k] for k, value in enumerate(values) if value is None}
+    board = _Board(todo, len(experiments), progress)
 
     def take(index: int, value: dict[str, Any]) -> None:
         if store is not None:
@@ -171,10 +146,9 @@ def sweep(
         board.add(index, value)
 
     try:
-        with pool_of(executor, workers) as (pool, signals, ahead), _quiet():
-            board.signals = signals
-            patient = store is not None
-            _compute(pool, signals, ahead, experiments, settings, todo, take, board, patient)
+        with pool_of(executor, workers) as pool, _quiet():
+            board.signals = pool.signals
+            _compute(pool, todo, settings, take, board, patient=store is not None)
     except (KeyboardInterrupt, CellsFailed):
         if store is not None:  # it may know of a cell that was being noted at that moment
             found = zip(names, values, strict=True)
@@ -285,22 +259,17 @@ class Store:
 class _Board:
     """Counts what has been done, and says so."""
 
-    def __init__(
-        self,
-        experiments: list[Experiment],
-        todo: list[int],
-        progress: Hearer,
-    ) -> None:
+    def __init__(self, todo: Mapping[int, Experiment], total: int, progress: Hearer) -> None:
         self.progress = progress
         self.signals: Signals | None = None
-        self.total = len(experiments)
+        self.total = total
         self.found = self.total - len(todo)
         self.cells = self.found
         self.events = 0
         self.begin = time.perf_counter()
         self.last = -math.inf
         # a slider of a half-cycle costs about the same everywhere
-        self.weights = {i: experiments[i].drive.half_cycles * experiments[i].chain.n for i in todo}
+        self.weights = {k: one.drive.half_cycles * one.chain.n for k, one in todo.items()}
         self.weight = sum(self.weights.values())
         self.done = 0
 
@@ -311,7 +280,7 @@ class _Board:
 
     def show(self, *, now: bool = False) -> None:
         moment = time.perf_counter()
-        if not callable(self.progress) or not (now or moment - self.last >= _GLANCE):
+        if not callable(self.progress) or not (now or moment - self.last >= GLANCE):
             return
         self.last = moment
         compiling = self.signals is not None and self.signals.compiling
@@ -329,98 +298,41 @@ class _Board:
         )
 
 
-@contextmanager
-def pool_of(
-    executor: Executor | None, workers: int | None
-) -> Iterator[tuple[Executor, Signals | None, int]]:
-    """Yield an executor, the signals of its cells, and how many of them it may hold."""
-    if executor is not None:
-        if workers is not None:
-            raise InputError("workers", workers, "belongs to the executor that is given")
-        known = getattr(executor, "_max_workers", None)
-        ahead = 4 * known if isinstance(known, int) else 4 * _FEWEST_AHEAD
-        yield executor, None, max(ahead, _FEWEST_AHEAD)
-        return
-    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    if workers is not None:
-        count = whole_number(workers, "workers", least=1, most=10_000)
-    signals = Signals()
-    with ThreadPoolExecutor(count, thread_name_prefix="cell") as threads:
-        try:
-            yield threads, signals, 4 * (count or 1)
-        except BaseException:
-            signals.stop = True
-            raise
-
-
 def _compute(
-    pool: Executor,
-    signals: Signals | None,
-    ahead: int,
-    experiments: list[Experiment],
+    pool: Pool,
+    tasks: Mapping[int, Experiment],
     settings: list[dict[str, Any]],
-    todo: list[int],
     take: Callable[[int, dict[str, Any]], None],
     board: _Board,
     patient: bool,
 ) -> None:
-    """Have the cells `todo` computed and take each one as it finishes.
+    """Have cells computed and take each one as it finishes.
 
     A cell that fails ends the sweep: at once, or at its end if it is `patient`.
     """
-    failed: list[InputError] = []
-    waiting: dict[Future[dict[str, Any]], int] = {}
-    remaining = iter(todo)
+    failed: dict[int, InputError] = {}
 
-    def collect(timeout: float | None) -> None:
-        done, _ = wait(waiting, timeout, return_when=FIRST_COMPLETED)
-        for future in done:
-            index = waiting.pop(future)
-            try:
-                value = _value(pool, future, settings[index])
-            except CellsFailed as error:
-                failed.append(error)
-                if not patient or (board.cells == 0 and len(failed) >= _MOST_FAILURES):
-                    raise
-            else:
-                take(index, value)
+    def collect(index: int, future: Future[dict[str, Any]]) -> None:
+        try:
+            value = _value(pool, future, settings[index])
+        except CellsFailed as error:
+            failed[index] = error
+            if not patient or (board.cells == 0 and len(failed) >= _MOST_FAILURES):
+                raise
+        else:
+            take(index, value)
 
     board.show(now=True)
-    try:
-        while True:
-            for index in remaining:
-                cell: tuple[Any, ...] = (experiments[index],)
-                if signals is not None:
-                    cell = (experiments[index], signals)
-                try:
-                    waiting[pool.submit(finished_cell, *cell)] = index
-                except (RuntimeError, OSError) as error:  # it has been shut down, or cut off
-                    raise _lost(pool, error) from None
-                if len(waiting) >= ahead:
-                    break
-            if not waiting:
-                break
-            collect(_GLANCE)
-            board.show()
-    except BaseException:
-        if signals is not None:
-            signals.stop = True
-        for future in waiting:
-            future.cancel()
-        # what finished in the meantime is not thrown away
-        for future, index in waiting.items():
-            if future.done() and not future.cancelled() and future.exception() is None:
-                take(index, future.result())
-        raise
+    pool.run(finished_cell, tasks, collect, board.show)
     board.show(now=True)
     if failed:
-        first = failed[0]
+        first = failed[min(failed)]
         count = f"{len(failed)} of {board.total} cells failed, and all others are computed"
         raise CellsFailed(first.field, first.value, f"{first.allowed}; {count}")
 
 
 def _value(
-    pool: Executor, future: Future[dict[str, Any]], setting: Mapping[str, Any]
+    pool: Pool, future: Future[dict[str, Any]], setting: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Return what a cell came to; an error in it names the cell."""
     where = ", ".join(f"{key} = {text}" for key, text in setting.items())
@@ -430,26 +342,16 @@ def _value(
         allowed = f"{error.allowed} (in the cell {where})" if where else error.allowed
         raise CellsFailed(error.field, error.value, allowed) from None
     except (CancelledError, BrokenExecutor) as error:
-        raise _lost(pool, error) from None
+        raise pool.lost(error) from None
     except _Stopped:
         raise
     except Exception as error:  # of a worker: it died of this cell, or has no memory for it
-        raise CellsFailed("cell", where, f"failed: {_reason(error)}") from error
+        raise CellsFailed("cell", where, f"failed: {reason_of(error)}") from error
     if value["version"] != __version__:
         raise InputError(
             "worker", value["version"], f"must run the same version as this program, {__version__}"
         )
     return value
-
-
-def _lost(pool: Executor, error: BaseException) -> InputError:
-    """Return the sentence for an executor that computes no more."""
-    allowed = f"was lost ({_reason(error)}); what has finished is saved if there is an output"
-    return InputError("executor", type(pool).__name__, f"{allowed}, and resume computes the rest")
-
-
-def _reason(error: BaseException) -> str:
-    return f"{type(error).__name__}: {error}".partition("\n")[0][:200].rstrip(": ")
 
 
 def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Callable
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -39,7 +39,7 @@ from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.recurrence import Course
 from exactcreep.studies.fates.fate import ended, followed, refuse_sliding
-from exactcreep.studies.sweep import Signals, pool_of
+from exactcreep.studies.pool import Signals, pool_of
 
 CONFIDENCE = 0.95
 """Of every interval."""
@@ -47,7 +47,6 @@ MOST_SEED = 2**32 - 1
 SIZE = "1e-3"
 """Of the tensions of starts, unit m g."""
 _STARTS_OF_A_TASK = 4
-_GLANCE = 0.25  # seconds between two reports of progress
 _FEWEST_DEATHS = 5  # of which a distribution is tested
 
 
@@ -426,32 +425,20 @@ def _all_lives(
 ) -> list[Life]:
     """Return the lives of all starts, computed in parallel, in their order."""
     found: dict[int, list[Life]] = {}
-    waiting: dict[Future[list[Life]], int] = {}
     numbers = range(1, whole.count + 1, _STARTS_OF_A_TASK)
-    remaining = iter(numbers)
-    done = 0
-    with pool_of(executor, workers) as (pool, signals, ahead):
-        try:
-            while len(found) < len(numbers):
-                for first in remaining:
-                    count = min(_STARTS_OF_A_TASK, whole.count + 1 - first)
-                    task = replace(whole, first=first, count=count)
-                    given = (task,) if signals is None else (task, signals)
-                    waiting[pool.submit(lives_of, *given)] = first
-                    if len(waiting) >= ahead:
-                        break
-                finished, _ = wait(waiting, _GLANCE, return_when=FIRST_COMPLETED)
-                for future in finished:
-                    lives = future.result()
-                    found[waiting.pop(future)] = lives
-                    done += len(lives)
-                say("starts", done, whole.count, "starts")
-        except BaseException:
-            if signals is not None:
-                signals.stop = True
-            for future in waiting:
-                future.cancel()
-            raise
+    tasks = {
+        first: replace(whole, first=first, count=min(_STARTS_OF_A_TASK, whole.count + 1 - first))
+        for first in numbers
+    }
+
+    def take(first: int, future: Future[list[Life]]) -> None:
+        found[first] = future.result()
+
+    def show() -> None:
+        say("starts", sum(map(len, found.values())), whole.count, "starts")
+
+    with pool_of(executor, workers) as pool:
+        pool.run(lives_of, tasks, take, show)
     return [life for first in numbers for life in found[first]]
 
 

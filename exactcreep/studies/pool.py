@@ -1,0 +1,133 @@
+"""Tasks on the threads of this process, or on an executor that is given, as they finish."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+from exactcreep.model.numbers import InputError, whole_number
+
+GLANCE = 0.25
+"""Seconds between two reports of progress."""
+_FEWEST_AHEAD = 64  # tasks handed to an executor beyond those that have finished
+
+
+class Signals:
+    """What a study and the tasks that it computes in its own threads tell each other.
+
+    Attributes
+    ----------
+    stop : bool
+        The study was interrupted.
+    compiling : bool
+        The kernel is being compiled, once.
+    """
+
+    def __init__(self) -> None:
+        self.stop = False
+        self.compiling = False
+
+
+@dataclass(frozen=True)
+class Pool:
+    """Where tasks are computed: an executor, and how many of them it may hold.
+
+    `signals` are for tasks in threads of this process; elsewhere there are none.
+    """
+
+    executor: Executor
+    ahead: int
+    signals: Signals | None = None
+
+    def run(
+        self,
+        function: Callable[..., Any],
+        tasks: Mapping[int, Any],
+        take: Callable[[int, Future[Any]], None],
+        show: Callable[[], None],
+    ) -> None:
+        """Have ``function(task)`` computed, with the signals if there are any.
+
+        Parameters
+        ----------
+        function : callable
+        tasks : mapping
+        take : callable
+            Called with the key of a task and its future as it finishes; what it raises ends the
+            others, and those that had finished by then are taken, too.
+        show : callable
+            Called now and then.
+
+        Raises
+        ------
+        InputError
+            If the executor takes no tasks any more.
+        """
+        waiting: dict[Future[Any], int] = {}
+        remaining = iter(tasks.items())
+        signals = () if self.signals is None else (self.signals,)
+        try:
+            while True:
+                for key, task in remaining:
+                    try:
+                        waiting[self.executor.submit(function, task, *signals)] = key
+                    except (RuntimeError, OSError) as error:  # it has been shut down, or cut off
+                        raise self.lost(error) from None
+                    if len(waiting) >= self.ahead:
+                        break
+                if not waiting:
+                    return
+                for future in wait(waiting, GLANCE, return_when=FIRST_COMPLETED).done:
+                    take(waiting.pop(future), future)
+                show()
+        except BaseException:
+            if self.signals is not None:
+                self.signals.stop = True
+            for future in waiting:
+                future.cancel()
+            for future, key in waiting.items():
+                if future.done() and not future.cancelled() and future.exception() is None:
+                    take(key, future)
+            raise
+
+    def lost(self, error: BaseException) -> InputError:
+        """Return the sentence for an executor that computes no more."""
+        allowed = f"was lost ({reason_of(error)}); what has finished is saved if there is an output"
+        allowed += ", and resume computes the rest"
+        return InputError("executor", type(self.executor).__name__, allowed)
+
+
+def reason_of(error: BaseException) -> str:
+    """Return the first line of what an error says."""
+    return f"{type(error).__name__}: {error}".partition("\n")[0][:200].rstrip(": ")
+
+
+@contextmanager
+def pool_of(executor: Executor | None, workers: int | None) -> Iterator[Pool]:
+    """Yield a pool of so many threads, default one for each processor, or of an executor.
+
+    Raises
+    ------
+    InputError
+        If `workers` is no such number, or given together with an executor.
+    """
+    if executor is not None:
+        if workers is not None:
+            raise InputError("workers", workers, "belongs to the executor that is given")
+        known = getattr(executor, "_max_workers", None)
+        yield Pool(executor, max(4 * known if isinstance(known, int) else 256, _FEWEST_AHEAD))
+        return
+    count = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    if workers is not None:
+        count = whole_number(workers, "workers", least=1, most=10_000)
+    signals = Signals()
+    with ThreadPoolExecutor(count, thread_name_prefix="cell") as threads:
+        try:
+            yield Pool(threads, 4 * (count or 1), signals)
+        except BaseException:
+            signals.stop = True
+            raise
