@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 from contextlib import AbstractContextManager
+from datetime import timedelta
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, ParamSpec, TypeVar
@@ -112,13 +113,7 @@ def _far(progress: Progress) -> str:
     if progress.events:
         far += f", {progress.events_per_second:.3g} events/s"
     left = progress.seconds_left
-    return far if math.isnan(left) else f"{far}, about {_duration(left)} left"
-
-
-def _duration(seconds: float) -> str:
-    minutes, rest = divmod(round(seconds), 60)
-    hours, minutes = divmod(minutes, 60)
-    return f"{hours}:{minutes:02d}:{rest:02d}"
+    return far if math.isnan(left) else f"{far}, about {timedelta(seconds=round(left))} left"
 
 
 class _Watched(AbstractContextManager["_Watched"]):

@@ -13,7 +13,7 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from importlib import resources
 from inspect import signature
@@ -218,43 +218,32 @@ class Scene:
         """
         return [self._member(settings) for settings in self.settings()]
 
-    def _member(self, settings: Mapping[str, Any]) -> Member:
-        experiment, solid = self.experiment(settings), self.solid(settings)
-        seconds = self._set(settings).get("physical", {}).get("time_unit")
-        if solid is None or (seconds is None and experiment.drive.dates is None):
-            return Member(settings, experiment, solid)
-        unit = _named("physical", lambda: solid.time_unit_of(experiment.drive, seconds))
-        return Member(settings, experiment, solid, unit)
-
-    def _set(self, settings: Mapping[str, Any] | None) -> dict[str, dict[str, Any]]:
-        """Return the tables with these dotted keys set."""
+    def _member(self, settings: Mapping[str, Any] | None) -> Member:
+        """Return the member of the scene with these dotted keys set."""
         tables = {table: dict(entries) for table, entries in self.tables.items()}
         for key, value in (settings or {}).items():
             _put(tables, key, value)
-        return tables
-
-    def solid(self, settings: Mapping[str, Any] | None = None) -> Solid | None:
-        """Return the solid of ``[physical]`` with these dotted keys set; None without one."""
-        tables = self._set(settings)
-        made: Solid | None = None
+        solid: Solid | None = None
         if "physical" in tables:
-            made = _named("physical", lambda: _solid(tables["physical"]))
-        return made
-
-    def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
-        """Return the experiment of the scene with these dotted keys set."""
-        tables = self._set(settings)
-        solid = self.solid(settings)
+            solid = _named("physical", lambda: _solid(tables["physical"]))
         chain = _named("chain", lambda: _chain(tables["chain"])) if solid is None else solid.chain
         drive = _named("drive", lambda: _drive(tables["drive"], self.folder, solid))
-        run = dict(tables["run"])
+        run = tables["run"]
         given = {name: run.pop(name) for name in RUN_KEYS if name in run}
         seed = given.get("seed", 0)
         start = _named("run.start", lambda: _start(given.pop("start", "relaxed"), chain, seed))
-        made: Experiment = _named(
+        experiment = _named(
             "run", lambda: Experiment.of(chain, drive, start=start, options=run, **given)
         )
-        return made
+        seconds = tables.get("physical", {}).get("time_unit")
+        if solid is None or (seconds is None and drive.dates is None):
+            return Member(settings or {}, experiment, solid)
+        unit = _named("physical", lambda: solid.time_unit_of(drive, seconds))
+        return Member(settings or {}, experiment, solid, unit)
+
+    def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
+        """Return the experiment of the scene with these dotted keys set."""
+        return self._member(settings).experiment
 
 
 def load_scene(scene: str | os.PathLike[str]) -> Scene:
@@ -327,7 +316,7 @@ def _printable(key: str) -> str:
     return key if key.isprintable() and len(key) <= 80 else repr(key[:60])
 
 
-def _known(table: Mapping[str, Any], known: tuple[str, ...], prefix: str) -> None:
+def _known(table: Mapping[str, Any], known: Sequence[str], prefix: str) -> None:
     """Raise InputError if `table` has a key that is not `known`, naming the nearest one."""
     for key in table:
         if key not in known:

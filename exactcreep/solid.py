@@ -490,20 +490,19 @@ def physical(
     >>> round(roof.continuum_velocity(10, 86400), 3)
     0.862
     """
-    quantities = {
-        "length": positive_number(length, "length"),
-        "youngs_modulus": positive_number(youngs_modulus, "youngs_modulus"),
-        "density": positive_number(density, "density"),
-        "section": positive_number(section, "section"),
-        "kappa": positive_number(kappa, "kappa"),
-        "gravity": positive_number(gravity, "gravity"),
-    }
-    per_contact = quantities["youngs_modulus"] / (
-        quantities["gravity"] * quantities["density"] * quantities["length"]
-    )
+    modulus = positive_number(youngs_modulus, "youngs_modulus")
+    weight = positive_number(gravity, "gravity") * positive_number(density, "density")
     n = whole_number(contacts, "contacts", least=1)
-    chain = Chain(n, n * per_contact, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
-    return Solid(chain=chain, **quantities)
+    l0 = n * modulus / (weight * positive_number(length, "length"))
+    chain = Chain(n, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
+    return solid_of(
+        chain,
+        youngs_modulus=modulus,
+        density=density,
+        section=section,
+        kappa=kappa,
+        gravity=gravity,
+    )
 
 
 def solid_of(

@@ -11,8 +11,8 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-_CHAIN: dict[str, tuple[str, str, str | None]] = {
-    "n": ("N", "Number of sliders.", None),
+_CHAIN: dict[str, tuple[str, str, str]] = {
+    "n": ("N", "Number of sliders.", "..."),
     "l0": ("L0", "Natural length of a spring, unit g tau_dyn^2.", "1000"),
     "mu_d": ("MU", "Dynamical friction coefficient.", "0.5"),
     "mu_s": ("MU", "Static friction coefficient.", "0.6"),
@@ -76,6 +76,36 @@ MaxBytes = Annotated[
 ]
 
 
+def _option(name: str, kind: Any, default: str | None, **about: Any) -> inspect.Parameter:
+    """Return the parameter of a command that is an option of this type; required if "..."."""
+    flags = [about.pop("flag")] if "flag" in about else []
+    return inspect.Parameter(
+        name,
+        inspect.Parameter.KEYWORD_ONLY,
+        default=inspect.Parameter.empty if default == "..." else default,
+        annotation=Annotated[kind, typer.Option(*flags, **about)],
+    )
+
+
+def _taking(
+    parameters: list[inspect.Parameter], given: Callable[..., None], command: Callable[..., None]
+) -> Callable[..., None]:
+    """Return `given` under the name of `command`, with the parameters that typer shall read."""
+    functools.update_wrapper(given, command)
+    given.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    given.__annotations__ = {one.name: one.annotation for one in parameters}
+    return given
+
+
+def _parameters(command: Callable[..., None]) -> list[inspect.Parameter]:
+    """Return the parameters of a command, to be given by name."""
+    types = get_type_hints(command, localns={"Chain": object}, include_extras=True)
+    return [
+        one.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=types[one.name])
+        for one in inspect.signature(command).parameters.values()
+    ]
+
+
 def of_chain(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command that takes the options of a chain, and hands the chain to `command`."""
 
@@ -84,24 +114,11 @@ def of_chain(command: Callable[..., None]) -> Callable[..., None]:
 
         command(Chain(**{name: given.pop(name) for name in _CHAIN}), **given)
 
-    kind = inspect.Parameter.KEYWORD_ONLY
-    parameters = [
-        inspect.Parameter(
-            name,
-            kind,
-            default=inspect.Parameter.empty if default is None else default,
-            annotation=Annotated[str, typer.Option(metavar=metavar, help=text)],
-        )
+    chain = [
+        _option(name, str, default, metavar=metavar, help=text)
         for name, (metavar, text, default) in _CHAIN.items()
     ]
-    types = get_type_hints(command, localns={"Chain": object}, include_extras=True)
-    for parameter in list(inspect.signature(command).parameters.values())[1:]:
-        parameters.append(parameter.replace(kind=kind, annotation=types[parameter.name]))
-    with_chain.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    with_chain.__annotations__ = {one.name: one.annotation for one in parameters}
-    with_chain.__name__, with_chain.__doc__ = command.__name__, command.__doc__
-    with_chain.__module__ = command.__module__
-    return with_chain
+    return _taking(chain + _parameters(command)[1:], with_chain, command)
 
 
 _SIZE = re.compile(r"(\d+(?:\.\d*)?|\.\d+)x(\d+(?:\.\d*)?|\.\d+)")
@@ -111,7 +128,6 @@ _NARROWEST, _WIDEST = 1.0, 50.0  # inches of a picture
 def of_pictures(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command that takes the size of its pictures and their dots per inch, too."""
 
-    @functools.wraps(command)
     def with_size(*, picture_size: str | None, dpi: str | None, **given: Any) -> None:
         size = picture_size
         if size is None and dpi is None:
@@ -129,21 +145,14 @@ def of_pictures(command: Callable[..., None]) -> Callable[..., None]:
         with printed(None if size is None else _inches(size), dots):
             command(**given)
 
-    kind = inspect.Parameter.KEYWORD_ONLY
-    types = get_type_hints(command, include_extras=True)
-    parameters = [
-        one.replace(kind=kind, annotation=types[one.name])
-        for one in inspect.signature(command).parameters.values()
+    own = _parameters(command)
+    flag = "--picture-size" if any(one.name == "size" for one in own) else "--size"
+    sides = "Of pictures, in inches, as in 6x4."
+    pictures = [
+        _option("picture_size", str | None, None, flag=flag, metavar="WxH", help=sides),
+        _option("dpi", str | None, None, metavar="K", help="Dots per inch of pictures."),
     ]
-    flag = "--picture-size" if "size" in types else "--size"
-    sides = typer.Option(flag, metavar="WxH", help="Of pictures, in inches, as in 6x4.")
-    dots = typer.Option(metavar="K", help="Dots per inch of pictures.")
-    for name, option in (("picture_size", sides), ("dpi", dots)):
-        annotation = Annotated[str | None, option]
-        parameters.append(inspect.Parameter(name, kind, default=None, annotation=annotation))
-    with_size.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    with_size.__annotations__ = {one.name: one.annotation for one in parameters}
-    return with_size
+    return _taking(own + pictures, with_size, command)
 
 
 def _inches(text: str) -> tuple[float, float]:

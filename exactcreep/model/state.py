@@ -247,8 +247,6 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
 
 def _numbers(given: Any, field: str) -> NDArray[Any]:
     """Return numbers as an array of their own, float64 or of Python numbers."""
-    if type(given) is np.ndarray and given.dtype == np.float64 and given.ndim == 1:
-        return given.copy()
     try:
         array = np.array(given)
     except (ValueError, TypeError):  # rows of unequal length
@@ -265,11 +263,6 @@ def _numbers(given: Any, field: str) -> NDArray[Any]:
 
 def _counts(given: Any, field: str) -> NDArray[np.int64]:
     """Return whole numbers from 1 on as an array of their own."""
-    whole = type(given) is np.ndarray and given.dtype == np.int64 and given.ndim == 1
-    # without a sign, what is below 0 becomes larger than any count
-    if whole and ((given - 1).view(np.uint64) < _MOST_DRAWS).all():
-        counts: NDArray[np.int64] = given.copy()
-        return counts
     array = _numbers(given, field)
     allowed = f"must hold whole numbers, at least 1 and at most {_MOST_DRAWS}"
     # numbers so large that a float64 does not tell them apart are counted with the excessive
