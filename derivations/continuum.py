@@ -1,4 +1,4 @@
-"""The continuum limit and the numbers of the discussion: a solid block, a column of glass beads."""
+"""That the laws have a limit of many contacts, a solid; and the numbers of the discussion."""
 
 from __future__ import annotations
 

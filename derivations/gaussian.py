@@ -1,4 +1,4 @@
-"""Random dilations: independent Gaussian targets, their plateau, and the exact sliding law."""
+"""That under independent Gaussian targets the sliding chain creeps by the integral I(h)."""
 
 from __future__ import annotations
 

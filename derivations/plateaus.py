@@ -1,4 +1,4 @@
-"""Plateau velocities: how far the chain advances in a cycle of large amplitude."""
+"""That a cycle of large amplitude advances the chain by (N + 3 - 2i) l0 A in a half-cycle."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The quasi-static procedure: where between two targets the next rearrangement starts."""
+"""That the next rearrangement starts at a theta between two targets, where a slider first yields."""
 
 from __future__ import annotations
 

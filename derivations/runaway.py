@@ -1,4 +1,4 @@
-"""Runaway: when a chain can slide for ever, and what proves that it does."""
+"""That a chain can slide for ever only on slopes of mu_d or more, and what proves that it does."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Equations of motion and their scaling, from the energy of the chain."""
+"""That the equations of motion are those of the chain's energy, and how they scale."""
 
 from __future__ import annotations
 

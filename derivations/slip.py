@@ -1,4 +1,4 @@
-"""One slider's slip: closed forms of a slider that moves between resting neighbours."""
+"""That a slip between resting neighbours is half a period of a cosine, and how far it goes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Thresholds of long chains: the amplitude at which a half-cycle sets the whole chain in motion."""
+"""That a half-cycle sets a whole chain in motion from the amplitude (N m + D)/(2 l0) on."""
 
 from __future__ import annotations
 

@@ -92,7 +92,7 @@ Hearer = bool | Callable[[Progress], None] | None
 on terminals and in notebooks, once the computation has taken a second."""
 
 
-class Pace:
+class RecentPace:
     """How fast work is done of late: over the last half of the time, or a little more."""
 
     def __init__(self) -> None:

@@ -15,7 +15,7 @@ from exactcreep import display
 from exactcreep.display import COMPILING, Display
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.progress import Hearer, Pace, Progress, reporter
+from exactcreep.progress import Hearer, Progress, RecentPace, reporter
 from exactcreep.quasistatic.creep import _CompilerListener, creep, run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import load_scene
@@ -188,7 +188,7 @@ def test_saying_that_the_compiler_is_at_work_may_need_the_compiler_itself() -> N
 
 
 def test_the_pace_is_that_of_the_last_part_of_the_session() -> None:
-    pace = Pace()
+    pace = RecentPace()
     # resumed after 100 s that brought a tenth; slow at first, then ten times as fast
     assert pace.at(100.0, 0.1) is None
     last = None

@@ -28,18 +28,18 @@ from exactcreep.laws.forms import VOCABULARY, Form, Law, law_values
 from exactcreep.laws.operands import cosine
 from exactcreep.laws.paper import LAWS
 from exactcreep.laws.plateaus import PivotWindow, pivot, pivot_window, pivots
-from exactcreep.laws.theorems import EDGES, Edge, at_rest_amplitude, edges
+from exactcreep.laws.theorems import EDGES, Theorem, at_rest_amplitude, edges
 from exactcreep.laws.velocities import Prediction, prediction
 
 __all__ = [
     "EDGES",
     "LAWS",
     "VOCABULARY",
-    "Edge",
     "Form",
     "Law",
     "PivotWindow",
     "Prediction",
+    "Theorem",
     "at_rest_amplitude",
     "cosine",
     "edges",

@@ -91,7 +91,7 @@ def _locked_ends(n: Number, l0: Number, mu_d: Number, mu_s: Number, tan_alpha: N
 
 
 @dataclass(frozen=True)
-class Edge:
+class Theorem:
     """An amplitude of dilation cycles between fates of a chain; a theorem beyond the paper.
 
     Attributes
@@ -112,21 +112,21 @@ class Edge:
 
 
 _ALL = (
-    Edge(
+    Theorem(
         "at_rest",
         "Up to this amplitude, and at it, some state stays at rest through all cycles; "
         "above it none does (sigma_mu = 0, n >= 2)",
         "derivations/shakedown.py, at rest",
         Form("min(mu_s c, N (mu_s c - |s|)/2)/l0", _at_rest, {"sigma_mu": 0}),
     ),
-    Edge(
+    Theorem(
         "no_lasting_creep",
         "Below this amplitude no state creeps for ever, whatever the static coefficients "
         ">= mu_d of its contacts (any sigma_mu, n >= 2)",
         "derivations/shakedown.py, no lasting creep",
         Form("min(mu_d c, N (mu_d c - |s|)/2)/l0, not below 0", _no_lasting_creep),
     ),
-    Edge(
+    Theorem(
         "locked_ends",
         "Up to this amplitude, and at it, there are locked cycles in which only sliders 1 "
         "and n slip; above it there are none (sigma_mu = 0; 0: none at any amplitude, "
@@ -140,7 +140,7 @@ _ALL = (
         ),
     ),
 )
-EDGES: Mapping[str, Edge] = MappingProxyType({edge.label: edge for edge in _ALL})
+EDGES: Mapping[str, Theorem] = MappingProxyType({edge.label: edge for edge in _ALL})
 """Theorems on the fate of a chain under cycles, by label."""
 
 

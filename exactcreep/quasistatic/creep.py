@@ -26,7 +26,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
-from exactcreep.progress import Hearer, Pace, Progress
+from exactcreep.progress import Hearer, Progress, RecentPace
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
@@ -428,7 +428,7 @@ class _Teller:
     def __init__(self, progress: Hearer, march: March, member: int, members: int) -> None:
         self.progress, self.march = progress, march
         self.member, self.members = member, members
-        self.pace, self.done = Pace(), march.done
+        self.pace, self.done = RecentPace(), march.done
 
     def __call__(self, phase: str) -> None:
         if not callable(self.progress):

@@ -1,0 +1,61 @@
+"""Chains and drives at which laws are compared, and to how many digits they agree."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from random import Random
+from typing import Any
+
+from mpmath.ctx_mp import MPContext
+
+from exactcreep import laws
+from exactcreep.model.chain import Chain
+
+F = Fraction
+SLOPES = (F(3, 4), F(5, 12), F(8, 15), F(7, 24), F(20, 21), F(9, 40))
+"""Slopes with a rational cosine."""
+
+
+def context(digits: int) -> MPContext:
+    fresh = MPContext()
+    fresh.dps = digits
+    return fresh
+
+
+CONTEXT = context(60)
+
+
+def random_parameters(random: Random) -> dict[str, Fraction | int]:
+    """Return a random chain and drive, all rational; i is an index of its plateau."""
+    n = random.randint(2, 40)
+    mu_d = F(random.randint(1, 300), 200)
+    tan = mu_d * F(random.randint(1, 996), 997)
+    return {
+        "n": n,
+        "i": laws.pivot(n, tan, mu_d),
+        "l0": F(random.randint(1, 10**6), random.randint(1, 999)),
+        "mu_d": mu_d,
+        "mu_s": mu_d + F(random.randint(1, 300), 700),
+        "sigma_mu": F(random.randint(0, 100), 1001),
+        "tan_alpha": tan,
+        "amplitude": F(random.randint(1, 10**4), 10**6),
+        "sigma_theta": F(random.randint(1, 10**4), 10**6),
+        "kappa": F(random.randint(1, 99), 10**7),
+    }
+
+
+def in_context(p: Mapping[str, Fraction | int]) -> dict[str, Any]:
+    return {
+        name: value if name in ("n", "i") else CONTEXT.mpf(value.numerator) / value.denominator
+        for name, value in p.items()
+    }
+
+
+def agree(one: Any, other: Any, digits: int = 50) -> bool:
+    scale = max(abs(one), abs(other), CONTEXT.mpf(10) ** -30)
+    return bool(abs(one - other) <= scale * CONTEXT.mpf(10) ** -digits)
+
+
+def chain_of(n: int, tan_alpha: Any, mu_s: Any = "0.6") -> Chain:
+    return Chain(n, 1000, "0.5", mu_s, tan_alpha=tan_alpha)
