@@ -1,4 +1,4 @@
-"""That the next rearrangement starts at a theta between two targets, where a slider first yields."""
+"""That the next rearrangement starts between two targets, where a slider first yields."""
 
 from __future__ import annotations
 
