@@ -39,7 +39,14 @@ from exactcreep.model.state import State
 from exactcreep.motion.rounding_error import PROMISE
 from exactcreep.solvers.exact.solver import Exact
 from exactcreep.solvers.field.certified import Certified
-from exactcreep.solvers.pilot import ROUNDINGS, Pilot, pilot_run, surveyed, trusted_course
+from exactcreep.solvers.pilot import (
+    ROUNDINGS,
+    Pilot,
+    event_nanoseconds,
+    pilot_run,
+    surveyed,
+    trusted_course,
+)
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import (
     ONE_REARRANGEMENT,
@@ -257,8 +264,8 @@ def _cheapest(
 def _work(rung: Candidate, chain: Chain, pilot: Pilot | None) -> float:
     """Return what a half-cycle costs, in units of about a nanosecond, by counts alone."""
     events = pilot.events / max(pilot.half_cycles, 1) if pilot is not None else chain.n
-    each = 8 if chain.n == 2 else 200 + 4 * chain.n  # of an event
-    costs = {"law": 0.0, "sliding": 2.0 * chain.n, "exact": 20 + each * events}
+    exact = 20 + event_nanoseconds(chain) * events
+    costs = {"law": 0.0, "sliding": 2.0 * chain.n, "exact": exact}
     return costs.get(rung.name, 10**6 * events)
 
 
@@ -448,7 +455,9 @@ def concluded(report: Mapping[str, Any], velocity: float, error: float) -> dict[
     -------
     dict
         `relative_error` at 95 % (None if unknown), `known_by` (see `KNOWN_BY`) and
-        `accuracy_reached` beside what was there.
+        `accuracy_reached` beside what was there. Where the run is too short to tell its
+        statistical error, the answer is as far off as it is from the mean of the longer pilot, and
+        as that mean may be.
     """
     told = dict(report)
     if "bias_known_by" not in told:
@@ -457,7 +466,10 @@ def concluded(report: Mapping[str, Any], velocity: float, error: float) -> dict[
     found = math.nan if told["bias"] is None else told["bias"]
     scatter = told["statistical"]
     if scatter is None:
-        scatter = 1.96 * error / abs(velocity) if velocity else (0.0 if error == 0 else math.nan)
+        off = 1.96 * error
+        if math.isnan(error) and told.get("pilot_velocity") is not None:
+            off = abs(velocity - told["pilot_velocity"]) + 1.96 * told["pilot_velocity_error"]
+        scatter = off / abs(velocity) if velocity else (0.0 if error == 0 else math.nan)
         found = 0.0 if velocity == error == 0 else found  # at rest, or locked
         known_by = "exact" if velocity == error == 0 else known_by
     if scatter:
@@ -469,6 +481,18 @@ def concluded(report: Mapping[str, Any], velocity: float, error: float) -> dict[
     told["known_by"] = known_by
     told["accuracy_reached"] = bool(found <= told["accuracy"])
     return told
+
+
+def _known_mean(choice: Choice) -> dict[str, float]:
+    """Return the mean velocity over the pilot by the chosen rung, and its error, if known."""
+    pilot = choice.pilot
+    if pilot is None or pilot.may_settle:
+        return {}
+    mean, error = pilot.sliding, pilot.sliding_error
+    if choice.name in ("exact", "certified"):
+        mean, error = pilot.velocity, pilot.velocity_error
+    known = math.isfinite(mean) and math.isfinite(error)
+    return {"pilot_velocity": mean, "pilot_velocity_error": error} if known else {}
 
 
 def accuracy_told(report: Mapping[str, Any]) -> str:
@@ -539,6 +563,7 @@ class AutoSimulation(Simulation):
                 "bias": taken.bias if math.isfinite(taken.bias) else None,
                 "bias_known_by": taken.known_by,
                 "statistical": None if measured else taken.statistical,
+                **(_known_mean(choice) if measured else {}),
                 "reason": choice.reason,
             }
         assert self._inner is not None

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from exactcreep.laws import at_rest_amplitude
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
@@ -15,14 +18,16 @@ from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
+from exactcreep.solvers.exact.rest import rational
 from exactcreep.solvers.exact.solver import Exact
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import Simulation, advance
 from exactcreep.solvers.statistics import rests_for_long, standard_error
 
-_PILOT_EVENTS = 300_000  # about 0.3 s of the exact solver
-_PILOT_TARGETS = 20_000, 1_000_000  # where there are few events: at least, if need be, and at most
-_SEEDS, _STUDENT = 8, 2.365 / 1.96  # of a cheap path, whose scatter has 7 degrees of freedom
+_PILOT_NANOSECONDS = 1e8  # of the exact solver, by the count of its events
+_PILOT_TARGETS = 200_000, 1_000_000  # where there are few events: at least, if need be, and at most
+_COURSES = 8, 64  # along a cheap path: at least, and at most, if its mean asks for more
+_OFF = 2.0**-46  # of starts that are some roundings apart, beside the largest coefficient
 _WINDOWS = 16  # of a long path, besides its extremes
 _SURVEY_TARGETS = 100_000  # of the sliding limit
 _SIGMAS = 3.0  # standard errors that a bias may be off: a pilot looks several times
@@ -93,6 +98,15 @@ class Pilot:
         after = drive.half_cycles - _burn_in(drive.half_cycles, drive)
         shorter = 1.0 if self.windows else (self.half_cycles - self.burn_in) / max(after, 1)
         return 1.96 * error / abs(self.velocity) * math.sqrt(shorter)
+
+
+def event_nanoseconds(chain: Chain) -> float:
+    """Return about what an event of the exact solver takes, by counts alone."""
+    return 8.0 if chain.n == 2 else 200.0 + 4.0 * chain.n
+
+
+def _most_events(chain: Chain) -> int:
+    return int(_PILOT_NANOSECONDS / event_nanoseconds(chain))
 
 
 def surveyed(
@@ -229,11 +243,13 @@ def pilot_run(
     """Return a pilot that represents the drive, long enough to tell whether sliding will do.
 
     Of cycles and Gaussian steps it doubles its length until that is decided within three standard
-    errors and the statistical error is known, or the chain has settled; at most over 300 000
-    events or a million targets. It goes to the end of the scene, and beyond, while the chain may
-    still settle. A path is followed as a whole, with several seeds if they take less than twice
-    as many events, or in windows if it takes more. Raises `OutOfTime` when the time is over.
+    errors and the statistical error is known, or the chain has settled; at most over the events of
+    a tenth of a second or a million targets. It goes to the end of the scene, and beyond, while the
+    chain may still settle. A path is followed as a whole, with several seeds, or starts some
+    roundings apart, if they take less than twice as many events, or in windows if it takes more.
+    Raises `OutOfTime` when the time is over.
     """
+    most_events = _most_events(chain)
     initial = _start(chain, start, seed)
     longer, most = drive, drive.half_cycles
     if isinstance(drive, (Cycles, GaussianSteps)):
@@ -249,7 +265,7 @@ def pilot_run(
     while True:
         events = 0
         for until in (length - 2, length):
-            left = replace(limits, events=_PILOT_EVENTS, used=exact.tally.events)
+            left = replace(limits, events=most_events, used=exact.tally.events)
             events, count = exact.tally.events, until - one.size + 1
             if count > 0:
                 one = np.concatenate([one, _positions(exact, longer, one.size, count, left)])
@@ -260,39 +276,77 @@ def pilot_run(
         other = np.concatenate([other, fresh])
         resting = drive.cyclic and not cut and exact.tally.events == events
         pilot = _compared(one, other, longer, exact.tally.events, chain, resting)
-        least_error, largest = pilot.errors
-        decided = largest <= accuracy or least_error > accuracy
+        decided = _decided(pilot, drive, accuracy)
         known = not math.isnan(pilot.velocity_error) and not may_settle
         if cut or length == most or pilot.settled or (decided and known):
-            if isinstance(drive, Listed) and chain.sigma_mu and most:
-                return _over_disorder(pilot, chain, drive, start, seed, limits)
+            if isinstance(drive, Listed) and most:
+                return _over_courses(pilot, chain, drive, accuracy, start, seed, limits)
             return replace(pilot, may_settle=may_settle and not pilot.settled)
         length = min(2 * length, most)
 
 
-def _over_disorder(
-    pilot: Pilot, chain: Chain, drive: Listed, start: State | None, seed: int, limits: Limits
+def _decided(pilot: Pilot, drive: Drive, accuracy: float) -> bool:
+    """Return whether sliding is known to be within the accuracy along this drive, or beyond it."""
+    statistical = pilot.relative(pilot.sliding_error, drive)
+    room = accuracy - statistical if statistical < accuracy else accuracy
+    least, largest = pilot.errors
+    return largest <= room or least > room
+
+
+def _over_courses(
+    pilot: Pilot,
+    chain: Chain,
+    drive: Listed,
+    accuracy: float,
+    start: State | None,
+    seed: int,
+    limits: Limits,
 ) -> Pilot:
-    """Return a pilot along a whole path with the scatter of seeds, if it is cheap."""
-    if _SEEDS * pilot.events > 2 * _PILOT_EVENTS or math.isnan(pilot.velocity):
+    """Return a pilot along a whole path with the scatter of its courses, if it is cheap.
+
+    With disorder they are those of other seeds, twice as many until the accuracy is decided.
+    Without, the path has one velocity, and rounding alone may miss it: courses that start some
+    roundings apart show how far, as the true one is to each of them what they are to each other.
+    """
+    affordable = 2 * _most_events(chain) // max(pilot.events, 1)
+    if affordable < _COURSES[0] or math.isnan(pilot.velocity):
         return pilot
     begun, ended = drive.clock(np.array([0, drive.half_cycles])).tolist()
     velocities = [pilot.velocity]
-    for other in range(1, _SEEDS):
-        key = (seed + other) % 2**64
-        initial = _start(chain, start, key)
-        exact = Exact().simulation(chain, initial, key, ())
-        reached = _positions(exact, drive, 1, drive.half_cycles, limits)
-        velocities.append(float(reached[-1] - _mean(initial)) / (ended - begun))
-    mean = math.fsum(velocities) / _SEEDS
-    scatter = _STUDENT * float(np.std(velocities, ddof=1))
-    return replace(
-        pilot,
-        velocity=mean,
-        velocity_error=scatter,
-        difference=mean - pilot.sliding,
-        difference_error=scatter / math.sqrt(_SEEDS),
-    )
+    while True:
+        for other in range(len(velocities), max(_COURSES[0], 2 * len(velocities))):
+            key = (seed + other) % 2**64 if chain.sigma_mu else seed
+            initial = _start(chain, start, key)
+            if not chain.sigma_mu:
+                initial = _roundings_off(initial, chain, other)
+            exact = Exact().simulation(chain, initial, key, ())
+            reached = _positions(exact, drive, 1, drive.half_cycles, limits)
+            velocities.append(float(reached[-1] - _mean(initial)) / (ended - begun))
+        count = len(velocities)
+        mean, scatter = math.fsum(velocities) / count, float(np.std(velocities, ddof=1))
+        scatter *= float(stats.t.ppf(0.975, count - 1)) / 1.96
+        if not chain.sigma_mu:
+            scatter *= math.sqrt(2)
+        pilot = replace(
+            pilot,
+            velocity=mean,
+            velocity_error=scatter,
+            difference=mean - pilot.sliding,
+            difference_error=scatter / math.sqrt(count) if chain.sigma_mu else scatter,
+        )
+        enough = not chain.sigma_mu or _decided(pilot, drive, accuracy)
+        if enough or 2 * count > min(affordable, _COURSES[1]):
+            return pilot
+
+
+def _roundings_off(state: State, chain: Chain, key: int) -> State:
+    """Return the state with every tension some roundings off, by what `key` draws."""
+    size = _OFF * nearest_float(chain.mu_s + abs(chain.tan_alpha))
+    off = np.random.default_rng(key).uniform(-size, size, chain.n - 1).tolist()
+    tensions: NDArray[Any] = np.empty(chain.n - 1, dtype=object)
+    given = state.tensions.tolist()
+    tensions[:] = [rational(t) + Fraction(d) for t, d in zip(given, off, strict=True)]
+    return replace(state, tensions=tensions)
 
 
 def _compared(
@@ -374,7 +428,7 @@ def _in_windows(
         if begin == total:
             break
         exact = Exact().simulation(chain, sliding.state(), seed, ())
-        left = replace(limits, events=_PILOT_EVENTS // len(begins))
+        left = replace(limits, events=_most_events(chain) // len(begins))
         one = _positions(exact, drive, begin + 1, width, left)
         fresh = _positions(sliding, drive, other.size, begin + one.size - other.size + 1, limits)
         other = np.concatenate([other, fresh])
@@ -422,7 +476,7 @@ def trusted_course(
         until = min(trusted + 1 + trusted // 8, total)
         ended = []
         for simulation in (exact, *([] if twin is None else [twin])):
-            left = replace(limits, events=_PILOT_EVENTS)
+            left = replace(limits, events=_most_events(chain))
             stretch = advance(simulation, drive, until, left, done=trusted)
             if stretch.stop is Stop.DEADLINE:
                 raise OutOfTime(stretch.reason)
