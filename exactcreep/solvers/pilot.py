@@ -244,7 +244,7 @@ def pilot_run(
 
     Of cycles and Gaussian steps it doubles its length until that is decided within three standard
     errors and the statistical error is known, or the chain has settled; at most over the events of
-    a tenth of a second or a million targets. It goes to the end of the scene, and beyond, while the
+    a tenth of a second (four if that error is still unknown) or a million targets. It goes to the end of the scene, and beyond, while the
     chain may still settle. A path is followed as a whole, with several seeds, or starts some
     roundings apart, if they take less than twice as many events, or in windows if it takes more.
     Raises `OutOfTime` when the time is over.
@@ -277,7 +277,11 @@ def pilot_run(
         resting = drive.cyclic and not cut and exact.tally.events == events
         pilot = _compared(one, other, longer, exact.tally.events, chain, resting)
         decided = _decided(pilot, drive, accuracy)
-        known = not math.isnan(pilot.velocity_error) and not may_settle
+        unsure = math.isnan(pilot.velocity_error)
+        known = not unsure and not may_settle
+        if cut and unsure and not pilot.settled and most_events < 4 * _most_events(chain):
+            most_events *= 2  # one in ten good estimates is refused by chance
+            continue
         if cut or length == most or pilot.settled or (decided and known):
             if isinstance(drive, Listed) and most:
                 return _over_courses(pilot, chain, drive, accuracy, start, seed, limits)

@@ -222,7 +222,11 @@ def test_a_mean_velocity_is_never_said_to_be_known_to_the_digits_of_a_trajectory
     chain = Chain(10, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
     with pytest.warns(AccuracyWarning, match="not known to be reached"):
         auto = creep(chain, drive, seed=3, solver="auto", accuracy="1e-6")
-    assert auto.report["known_by"] == "unknown"  # twelve cycles
+    assert math.isnan(auto.velocity_error)  # twelve cycles, but the pilot has more
+    long = creep(chain, Cycles("0.003", 1500), seed=3, record=())
+    off = abs(auto.velocity - long.velocity) / abs(auto.velocity)
+    assert 1e-3 < off < auto.report["relative_error"] < 1
+    assert auto.report["known_by"] == "measured"
     told = plan(chain, drive, seed=3, accuracy="1e-6").summary()
     exact = told["candidates"][2]
     assert exact["statistical_error"] > 1e-3
@@ -429,15 +433,15 @@ def test_a_chain_that_settles_has_a_velocity_without_a_statistical_error():
 
 def test_a_plan_counts_the_seeds_that_reach_the_accuracy_and_they_do():
     chain, drive = chain_of(n=2), Cycles("0.0008", 100)
-    found = plan(chain, drive, accuracy="0.005")
+    found = plan(chain, drive, accuracy="0.003")
     exact = rung(found.choice, "exact")
     assert not found.accuracy_reached
     needed = found.seeds(exact)
-    assert 2 <= needed == math.ceil((exact.statistical / 0.005) ** 2)
-    true = np.mean([creep(chain, drive, seed=100 + s, record=()).velocity for s in range(60)])
+    assert 2 <= needed == math.ceil((exact.statistical / 0.003) ** 2)
+    true = np.mean([creep(chain, drive, seed=1000 + s, record=()).velocity for s in range(200)])
     seeds = range(int(needed))
     mean = np.mean([creep(chain, drive, seed=seed, record=()).velocity for seed in seeds])
-    assert abs(mean - true) <= 0.005 * true
+    assert abs(mean - true) <= 0.003 * true
     assert found.seconds(exact) == pytest.approx(needed * found.costs["exact"], rel=1e-12)
 
 
