@@ -13,7 +13,8 @@ by a pilot: exact and sliding side by side, on the same drive. Cycles and Gaussi
 stationary, so that a pilot follows them from the beginning, as far as the scene goes if the chain
 is cheap; of a long path it looks at windows spread over all of it and at its extremes. A chain
 under cycles that comes to rest, or is locked, stays so; where that may still happen after the end
-of a pilot, nothing is claimed. On other drives silence proves nothing.
+of a pilot, nothing is claimed; where it may is told by rules, see `Pilot`. On other drives
+silence proves nothing.
 
 The choice depends on the scene alone, not on the clock: counts limit the pilot, and the same
 scene makes the same choice on every machine.
@@ -227,9 +228,10 @@ def choose(
     limit = _from_theorems(chain, drive, start, seed, laws)
     needs_trajectory = any(name in record for name in _TRAJECTORIES)
     silent = limit is None or (limit.applies and not _has_no_excess(chain) and limit.bias > 0)
-    if silent and not needs_trajectory and not (limit and limit.bias <= wanted):
+    if silent and not (limit and limit.bias <= wanted):
         pilot = pilot_run(chain, drive, start=start, seed=seed, accuracy=wanted, limits=limits)
-        limit = limit or _from_pilot(pilot, drive)
+        if not needs_trajectory:  # a pilot sees x_G alone
+            limit = limit or _from_pilot(pilot, drive)
     if limit is None:
         limit = Candidate("sliding", math.nan, "unknown", "no theorem bounds its error here")
     if needs_trajectory and limit.applies and limit.bias != 0:
@@ -344,7 +346,7 @@ def _from_pilot(pilot: Pilot, drive: Drive) -> Candidate:
     silent = not pilot.events and not pilot.settled and drive.random
     why = ""
     if pilot.may_settle:
-        why = "the chain may come to rest or be locked after the end of the pilot"
+        why = "by a rule, the chain may come to rest or be locked after the end of the pilot"
     elif math.isinf(largest) and pilot.settled:
         why = f"the chain rests or is locked, and the sliding limit goes on by {pilot.sliding:.3g}"
     elif math.isinf(largest) or silent:

@@ -60,7 +60,9 @@ class Pilot:
     settled : str
         ``rest`` or ``period`` if the exact chain has settled under cycles for good; else empty.
     may_settle : bool
-        Whether it may still do so later.
+        Whether it may still do so later, by rules: no coefficient is more than 6 standard
+        deviations above the mean, and no chain without disorder is locked above 1.5 times an
+        amplitude that all chains locked in tests stayed below. They are not proved.
     windows : int
         Of a path that was looked at here and there; 0 if it was followed from the beginning.
     """
@@ -244,9 +246,10 @@ def pilot_run(
 
     Of cycles and Gaussian steps it doubles its length until that is decided within three standard
     errors and the statistical error is known, or the chain has settled; at most over the events of
-    a tenth of a second (four if that error is still unknown) or a million targets. It goes to the end of the scene, and beyond, while the
-    chain may still settle. A path is followed as a whole, with several seeds, or starts some
-    roundings apart, if they take less than twice as many events, or in windows if it takes more.
+    a tenth of a second (of four if that error is still unknown) or a million targets. It goes to
+    the end of the scene, and beyond, while the chain may still settle. A path is followed as a
+    whole, with several seeds, or starts some roundings apart, if they take less than twice as many
+    events, or in windows if it takes more.
     Raises `OutOfTime` when the time is over.
     """
     most_events = _most_events(chain)

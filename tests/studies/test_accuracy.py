@@ -15,10 +15,11 @@ import pytest
 from exactcreep import Chain, Cycles, GaussianSteps, Path, State, TemperatureRecord, creep
 from exactcreep.model.drive import Drive
 from exactcreep.quasistatic.result import Creep
+from exactcreep.solvers.pilot import event_nanoseconds
 
 ACCURACIES = ("0.1", "0.03", "0.01", "0.001")
 _EVENTS, _FEWEST = 16_000, 70  # of a scene: at most so many events, at least so many targets
-SEEDS = 32  # whose mean is the truth
+SEEDS, _STUDENT = 32, 2.04  # whose mean is the truth; its interval of 95 % with 31 degrees
 pytestmark = pytest.mark.filterwarnings("ignore::UserWarning")
 
 
@@ -32,11 +33,15 @@ class Verdict:
     outside: bool
     """The truth lies outside the stated error."""
     costlier: bool
-    """It ran event by event where the sliding limit lies within the accuracy."""
+    """It ran event by event where the sliding limit, 3 times cheaper, lies within the accuracy."""
 
 
-def scene(rng: random.Random, kind: str) -> tuple[Chain, Drive]:
-    """Return a random chain, and a drive from far below to far above its threshold."""
+def scene(seed: int) -> tuple[str, Chain, Drive]:
+    """Return the kind of drive, a random chain, and a drive from far below to far above threshold.
+
+    What is so violent that 70 targets take more than `_EVENTS` events is made weaker until not.
+    """
+    rng, kind = random.Random(seed), ("cycles", "gaussian", "path", "record")[seed % 4]
     n = rng.choice([1, 2, 2, 3, 3, 4, 5, 6, 8, 10, 15, 20, 30])
     excess = rng.choice(["0.001", "0.02", "0.1", "0.2"])
     sigma = rng.choice(["0", "0.001", "0.01", "0.01", "0.03"])
@@ -46,24 +51,24 @@ def scene(rng: random.Random, kind: str) -> tuple[Chain, Drive]:
     threshold = held * chain.cos_alpha / 2000
     size = threshold * math.exp(rng.uniform(math.log(0.4), math.log(15)))
     count = 0
-    while count < _FEWEST:  # weaker, if that takes minutes; the threshold is at 1 / 0.4
+    while count < _FEWEST:
         steps = creep(chain, GaussianSteps(size, 4000), max_events=_EVENTS, record=())
         count, size = steps.half_cycles, size * (1.0 if steps.half_cycles >= _FEWEST else 0.8)
     draw = np.random.default_rng(rng.randrange(2**32))
     if kind == "cycles":
-        return chain, Cycles(size, min(count // 2, 1500))
+        return kind, chain, Cycles(size, min(count // 2, 1500))
     if kind == "gaussian":
-        return chain, GaussianSteps(size, count)
+        return kind, chain, GaussianSteps(size, count)
     if kind == "path":
         calm, loud = rng.choice([(0.02, 1.0), (0.3, 1.0), (1.0, 1.0)])
         sizes = np.where(np.arange(count) < count // 3, calm, loud)
-        return chain, Path((size * sizes * draw.standard_normal(count)).tolist())
+        return kind, chain, Path((size * sizes * draw.standard_normal(count)).tolist())
     hours = np.arange(2 * count)
     theta = size * (
         np.sin(2 * np.pi * hours / hours.size) + 0.5 * np.sin(2 * np.pi * hours / 24)
     ) + 0.3 * size * draw.standard_normal(hours.size)
     listed = {"theta": theta.tolist(), "times": hours.tolist(), "sha256": "0" * 64}
-    return chain, TemperatureRecord("a year.csv", "1e-5", 0, **listed)
+    return kind, chain, TemperatureRecord("a year.csv", "1e-5", 0, **listed)
 
 
 def longer(drive: Drive) -> Drive:
@@ -97,11 +102,13 @@ def truth(chain: Chain, drive: Drive, own: Creep) -> tuple[float, float]:
     return float(moving.mean()), float(moving.std(ddof=1)) / math.sqrt(moving.size)
 
 
-def verdicts(chain: Chain, drive: Drive, kind: str) -> list[Verdict]:
+def verdicts(seed: int) -> list[Verdict]:
     """Return what became of a scene at every accuracy."""
+    kind, chain, drive = scene(seed)
     own = creep(chain, drive, record=())
     sliding = creep(chain, drive, solver="sliding", record=()).velocity
     true, unsure = truth(chain, drive, own)
+    dear = event_nanoseconds(chain) * own.event_count >= 3 * 2 * chain.n * own.half_cycles
     found = []
     for accuracy in ACCURACIES:
         auto = creep(chain, drive, solver="auto", accuracy=accuracy, record=("x_G",))
@@ -111,23 +118,12 @@ def verdicts(chain: Chain, drive: Drive, kind: str) -> list[Verdict]:
         outside = False
         if known:
             allowed = max(abs(auto.velocity), abs(true)) * error
-            outside = abs(auto.velocity - true) > math.hypot(allowed, 1.96 * unsure) + 1e-12
-        off = abs(sliding - true) + 1.96 * unsure
+            outside = abs(auto.velocity - true) > math.hypot(allowed, _STUDENT * unsure) + 1e-12
+        off = abs(sliding - true) + _STUDENT * unsure
         costlier = told["chosen"] != "sliding" and off <= float(accuracy) * abs(true)
-        found.append(Verdict(kind, accuracy, known, outside, costlier))
-    return found
-
-
-def campaign(scenes: int, seed: int) -> list[Verdict]:
-    rng = random.Random(seed)
-    found = []
-    for case in range(scenes):
-        kind = ("cycles", "gaussian", "path", "record")[case % 4]
-        chain, drive = scene(rng, kind)
-        for verdict in verdicts(chain, drive, kind):
-            found.append(verdict)
-            if verdict.outside or verdict.costlier:
-                print(case, chain, drive.half_cycles, verdict, flush=True)
+        found.append(Verdict(kind, accuracy, known, outside, dear and costlier))
+        if outside or costlier:
+            print(seed, chain, drive.half_cycles, found[-1], flush=True)
     return found
 
 
@@ -156,8 +152,8 @@ def judge(found: list[Verdict]) -> None:
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
 def test_in_300_scenes_auto_lies_outside_its_error_no_more_often_than_it_says() -> None:
-    judge(campaign(300, seed=1))
+    judge([verdict for seed in range(300) for verdict in verdicts(seed)])
 
 
 def test_in_a_few_scenes_auto_lies_outside_its_error_no_more_often_than_it_says() -> None:
-    judge(campaign(4, seed=2))
+    judge([verdict for seed in range(1000, 1004) for verdict in verdicts(seed)])

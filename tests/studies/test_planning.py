@@ -175,7 +175,7 @@ def test_trajectories_need_inertia_unless_there_is_no_excess(name):
     choice = choose(chain_of(), drive, accuracy="0.5", record=("x_G", name))
     assert choice.name == "exact"
     assert not rung(choice, "sliding").applies
-    assert choice.pilot is None
+    assert choice.accuracy_reached  # as the pilot knows
     if name != "events":
         equal = choose(
             chain_of(mu_s="0.5", sigma_mu=0), drive, accuracy="0.5", record=("x_G", name)
@@ -438,7 +438,7 @@ def test_a_plan_counts_the_seeds_that_reach_the_accuracy_and_they_do():
     assert not found.accuracy_reached
     needed = found.seeds(exact)
     assert 2 <= needed == math.ceil((exact.statistical / 0.003) ** 2)
-    true = np.mean([creep(chain, drive, seed=1000 + s, record=()).velocity for s in range(200)])
+    true = np.mean([creep(chain, drive, seed=1000 + s, record=()).velocity for s in range(120)])
     seeds = range(int(needed))
     mean = np.mean([creep(chain, drive, seed=seed, record=()).velocity for seed in seeds])
     assert abs(mean - true) <= 0.003 * true
