@@ -283,7 +283,7 @@ def pilot_run(
         unsure = math.isnan(pilot.velocity_error)
         known = not unsure and not may_settle
         if cut and unsure and not pilot.settled and most_events < 4 * _most_events(chain):
-            most_events *= 2  # one in ten good estimates is refused by chance
+            most_events *= 2  # some good estimates are refused by chance
             continue
         if cut or length == most or pilot.settled or (decided and known):
             if isinstance(drive, Listed) and most:

@@ -15,6 +15,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import nearest_float
@@ -22,9 +23,10 @@ from exactcreep.model.numbers import nearest_float
 FEWEST_STEPS = 64
 """Cycles, or targets of other drives, for a standard error; fewer say too little of its growth."""
 _COARSE = (8, 16, 32)  # numbers of blocks
+_MOST_GROWTH = {n: float(stats.f.ppf(0.99, n - 1, FEWEST_STEPS - 1)) for n in _COARSE}
 _STUDENT = 2.365  # of 95 % with 7 degrees of freedom
 _MOST_LONG_RESTS = 0.05  # of those expected in a run: .18 spoil a third of the errors, .013 none
-_MOST_GROWTH, _MOST_SKEWNESS = 1.75, 0.8
+_MOST_SKEWNESS = 0.8
 
 
 def standard_error(
@@ -57,8 +59,9 @@ def standard_error(
     Source: H. Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91, 461 (1989): the error estimated
     from averages over blocks grows with the blocks until they are longer than the correlation
     time, then it stays. The largest estimate of 8, 16 and 32 blocks is taken, times Student's
-    factor for 8 of them (B. Schmeiser, Oper. Res. 30, 556 (1982)). It is unknown where its square
-    is more than 1.75 times that of 64 blocks: then it may still grow; and where the skewness of 32
+    factor for 8 of them (B. Schmeiser, Oper. Res. 30, 556 (1982)). It is unknown where the square
+    of one is larger than that of 64 blocks beyond what Fisher's test of two variances allows in 99
+    of 100 cases: then it may still grow; and where the skewness of 32
     blocks is beyond 0.8: then rare excursions make the mean, and their number is not known (after
     A. Tafazzoli et al., INFORMS J. Comput. 23, 303 (2011)). Bounded noise on a steady advance,
     whose sums over blocks do not scatter more than single steps, needs neither.
@@ -71,13 +74,15 @@ def standard_error(
         return silent
     # of the ratio of two means: steps of a record last differently long
     excess = gains - spans * (gains.sum() / spans.sum())
-    coarse, size = max(_spread(excess, steps // blocks) for blocks in _COARSE)
+    spreads = {blocks: _spread(excess, steps // blocks) for blocks in _COARSE}
+    coarse, size = max(spreads.values())
     error = _STUDENT / 1.96 * math.sqrt(coarse / steps) / float(spans.mean())
     single = _spread(excess, 1)[0]
     rounding = 2.0**-40 * float(np.abs(gains).max())
     if least or coarse * size <= max(2 * single, rounding**2):
         return error
-    grows = coarse > _MOST_GROWTH * _spread(excess, steps // FEWEST_STEPS)[0]
+    fine = _spread(excess, steps // FEWEST_STEPS)[0]
+    grows = any(spreads[blocks][0] > most * fine for blocks, most in _MOST_GROWTH.items())
     return math.nan if grows or _skewness(excess, steps // 32) > _MOST_SKEWNESS else error
 
 
