@@ -230,8 +230,10 @@ def choose(
     silent = limit is None or (limit.applies and not _has_no_excess(chain) and limit.bias > 0)
     if silent and not (limit and limit.bias <= wanted):
         pilot = pilot_run(chain, drive, start=start, seed=seed, accuracy=wanted, limits=limits)
-        if not needs_trajectory:  # a pilot sees x_G alone
-            limit = limit or _from_pilot(pilot, drive)
+        measured = _from_pilot(pilot, drive)
+        wide = limit is None or (limit.known_by == "promised" and measured.bias < limit.bias)
+        if wide and not needs_trajectory:  # a pilot sees x_G alone
+            limit = measured
     if limit is None:
         limit = Candidate("sliding", math.nan, "unknown", "no theorem bounds its error here")
     if needs_trajectory and limit.applies and limit.bias != 0:

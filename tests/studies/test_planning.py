@@ -95,11 +95,16 @@ def test_two_sliders_from_any_start_are_bounded_by_the_excess_on_both_sides_of_t
     excess = chain.excess
     assert bound.bias == pytest.approx(excess / (sliding - excess), rel=1e-12, abs=0)
     edge = Fraction(bound.bias)
-    for accuracy, name in ((edge * (1 - HAIR), "exact"), (edge * (1 + HAIR), "sliding")):
-        choice = choose(chain, drive, accuracy=accuracy, start=start, record=("x_G",))
-        assert choice.name == name
-        assert (choice.pilot is None) is (name == "sliding")
+    above, below = (
+        choose(chain, drive, accuracy=edge * factor, start=start, record=("x_G",))
+        for factor in (1 + HAIR, 1 - HAIR)
+    )
+    assert (above.name, above.pilot) == ("sliding", None)
+    assert below.pilot is not None
     measured = creep(chain, drive, start=start).velocity
+    narrower = rung(below, "sliding")
+    assert narrower.known_by == "measured"
+    assert abs(measured - sliding) <= narrower.bias * measured < bound.bias * measured
     assert abs(measured - sliding) <= excess
 
 
