@@ -49,9 +49,11 @@ def room_of(name):
 
 
 def _directive(name):
-    value = getattr(exactcreep, name)
+    value, constants = getattr(exactcreep, name), []
     if inspect.ismodule(value):
-        kind, options = "automodule", ["members"]
+        found = ModuleAnalyzer.for_module(value.__name__).find_attr_docs()
+        constants = [constant for scope, constant in found if not scope]
+        kind, options = "automodule", ["members", f"exclude-members: {', '.join(constants)}"]
     elif isinstance(value, type):
         kind, options = "autoclass", ["members"]
         if issubclass(value, BaseException):
@@ -60,7 +62,10 @@ def _directive(name):
             options.append("undoc-members")
     else:
         kind, options = "autofunction", []
-    lines = [f".. {kind}:: exactcreep.{name}", *(f"   :{option}:" for option in options)]
+    options = [option if ":" in option else f"{option}:" for option in options]
+    lines = [f".. {kind}:: exactcreep.{name}", *(f"   :{option}" for option in options), ""]
+    for constant in constants:  # without their values, which may be pages long
+        lines += [f".. autodata:: exactcreep.{name}.{constant}", "   :no-value:", ""]
     return "\n".join(lines)
 
 
@@ -184,14 +189,17 @@ def _command_heading(found):
 def plain_latex(text):
     """Return a formula of the paper as one that stands alone: unnumbered, its lines aligned."""
     text = text.replace(r"\nonumber", "").strip()
-    aligned = "&=&" in text and r"\begin" not in text
+    aligned = "&" in text and r"\begin" not in text
     return rf"\begin{{array}}{{rcl}}{text}\end{{array}}" if aligned else text
 
 
 def _formula(text):
     """Return the text of the paper with its formulas as formulas."""
     text = re.sub(r"\\ref\{(.*?)\}", r"`\1`", " ".join((text or "").split()))
-    return text if "$" in text or "\\" not in text else f"${text}$"
+    if "$" in text or not re.search(r"\\|^10\^", text):
+        return text
+    words = r"(,? (?:not below|after|increases|exactly|h =) .*)?$"
+    return re.sub(rf"^(.*?){words}", r"$\1$\2", text)
 
 
 def laws(_):
@@ -219,19 +227,20 @@ def laws(_):
 
 def ledger(_):
     """Return every statement of the paper with its verdict, in one table."""
-    rows = [
-        (
-            f"{entry.label or entry.name} ({entry.place})",
-            f"${entry.formula}$" if entry.formula else _formula(entry.printed),
-            f"**{entry.verdict}**",
-            _formula(entry.corrected),
-            entry.error or "",
-            f"[{subject_of(entry)}](#proof-{subject_of(entry)}): {entry.how}",
-        )
-        for entry in entries()
-    ]
-    head = ["statement", "printed", "verdict", "correct form", "error", "by"]
-    return _table(head, rows, "searchable")
+    rows = []
+    for entry in entries():
+        said = [f"${entry.formula}$" if entry.formula else _formula(entry.printed)]
+        if entry.corrected:
+            said.append(f"correct: {_formula(entry.corrected)}")
+        if entry.error:
+            said.append(f"error: {entry.error}")
+        subject = subject_of(entry)
+        rows.append([
+            f"{entry.label or entry.name}<br>{entry.place}<br>**{entry.verdict}**",
+            "<br>".join(said),
+            f"[{subject}](#proof-{subject}): {entry.how.removeprefix(f'{subject}: ')}",
+        ])  # fmt: skip
+    return _table(["statement", "as printed", "proof"], rows, "searchable ledger")
 
 
 def proofs(_):

@@ -122,8 +122,9 @@ class Schema(Generic[Row]):
             for name, column in self.columns.items()
         ]
         widths = [max(map(len, cells)) for cells in zip(*table, strict=True)]
-        lines = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in table]
-        return "\n".join([inspect.getdoc(self.row) or self.dimension, "", *lines])
+        lines = ["    " + "  ".join(map(str.ljust, line, widths)).rstrip() for line in table]
+        about = (inspect.getdoc(self.row) or self.dimension).rstrip(".")
+        return "\n".join([f"{about}::", "", *lines])
 
 
 class HalfCycle(NamedTuple):
