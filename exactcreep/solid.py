@@ -107,11 +107,11 @@ class Solid:
         """Unit of force m g, N."""
         return self.mass * self.gravity
 
-    def dilation(self, temperature_change: Any) -> Fraction:
+    def dilation(self, temperature_change: Number) -> Fraction:
         """Return theta of a temperature change (K), exactly; a cycle's +-dT is +-A_theta."""
         return self.kappa * exact_number(temperature_change, "temperature_change")
 
-    def temperature_change(self, theta: Any) -> Fraction:
+    def temperature_change(self, theta: Number) -> Fraction:
         """Return the temperature change (K) of a dilation, exactly."""
         return exact_number(theta, "theta") / self.kappa
 
@@ -127,7 +127,7 @@ class Solid:
         """Return a dimensionless time (number or array of floats) in seconds."""
         return time * self.tau_dyn
 
-    def millimetres_per_day(self, velocity: Any, period: Any) -> Any:
+    def millimetres_per_day(self, velocity: Any, period: Number) -> Any:
         """Return a mean velocity in mm/day.
 
         Parameters
@@ -141,21 +141,21 @@ class Solid:
         """
         return velocity * _unit(self._daily(period), velocity)
 
-    def per_year(self, velocity: Any, time_unit: Any) -> float:
+    def per_year(self, velocity: Any, time_unit: Number) -> float:
         """Return a velocity per unit of a drive's clock, of so many seconds, in mm per year."""
         daily = self._daily(2 * positive_number(time_unit, "time_unit"))
         return float(velocity) * nearest_float(daily * DAYS_PER_YEAR)
 
-    def per_half_cycle(self, millimetres_per_day: Any, period: Any) -> Any:
+    def per_half_cycle(self, millimetres_per_day: Any, period: Number) -> Any:
         """Return a velocity in mm/day as a dimensionless displacement per half-cycle."""
         return millimetres_per_day / _unit(self._daily(period), millimetres_per_day)
 
-    def _daily(self, period: Any) -> Fraction:
+    def _daily(self, period: Number) -> Fraction:
         """Return what one dimensionless unit per half-cycle is in mm/day."""
         half_cycle = positive_number(period, "period") / 2
         return self.length_unit * MILLIMETRES_PER_METRE * SECONDS_PER_DAY / half_cycle
 
-    def altered(self, *, contacts: Any = None, friction: Any = 1) -> Solid:
+    def altered(self, *, contacts: int | None = None, friction: Number = 1) -> Solid:
         """Return the same solid on another number of contacts, all friction times a factor.
 
         Raises
@@ -171,7 +171,7 @@ class Solid:
         return replace(self, chain=other)
 
     def creep(
-        self, temperatures: Drive, *, time_unit: Any = None, solver: str = "sliding",
+        self, temperatures: Drive, *, time_unit: Number | None = None, solver: str = "sliding",
         **options: Any,
     ) -> Descent:
         """Return how far the solid creeps under these temperatures, and what that hangs on.
@@ -198,7 +198,7 @@ class Solid:
         result = creep(self.chain, temperatures, solver=solver, **options)
         return Descent.of(self, result, time_unit)
 
-    def time_unit_of(self, temperatures: Any, time_unit: Any = None) -> float:
+    def time_unit_of(self, temperatures: Drive, time_unit: Number | None = None) -> float:
         """Return how many seconds one unit of a drive's clock lasts; see `creep`.
 
         Raises
@@ -229,7 +229,7 @@ class Solid:
         """
         return float(LAWS["delta_T_star"].printed(kappa=self.kappa, **self._dimensionless()))
 
-    def continuum_velocity(self, temperature_amplitude: Any, period: Any) -> float:
+    def continuum_velocity(self, temperature_amplitude: Number, period: Number) -> float:
         """Return Eq. (vitessecontinue) in mm/day for temperature cycles; negative below Delta T*.
 
         Parameters
@@ -283,7 +283,7 @@ class Descent(Shown):
     rates: Mapping[tuple[int, Fraction], float]
 
     @classmethod
-    def of(cls, solid: Solid, result: Creep, time_unit: Any = None) -> Descent:
+    def of(cls, solid: Solid, result: Creep, time_unit: Number | None = None) -> Descent:
         """Return the descent of a run that was made of this solid.
 
         Raises
@@ -508,11 +508,11 @@ def physical(
 def solid_of(
     chain: Chain,
     *,
-    youngs_modulus: Any,
-    density: Any,
-    section: Any,
-    kappa: Any,
-    gravity: Any = STANDARD_GRAVITY,
+    youngs_modulus: Number,
+    density: Number,
+    section: Number,
+    kappa: Number,
+    gravity: Number = STANDARD_GRAVITY,
 ) -> Solid:
     """Return the solid of the given material that a dimensionless chain stands for.
 

@@ -21,8 +21,8 @@ from derivations.ledger import SUBJECTS, entries, subject_of
 from exactcreep.cli import app
 from exactcreep.quasistatic.experiment import DRIVES
 from exactcreep.scene import builtin_scenes, load_scene
-from exactcreep.solvers.tables import TABLES
 from exactcreep.solvers.registry import SOLVERS
+from exactcreep.solvers.tables import TABLES
 
 BOOK = Path(__file__).parent
 

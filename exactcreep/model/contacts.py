@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import nearest_float, same
+from exactcreep.model.numbers import Scalar, nearest_float, same
 
 
 class EventKind(Enum):
@@ -72,11 +72,11 @@ class Event:
     ('stop', (2,), (1,), 3.141593)
     """
 
-    time: Any
+    time: Scalar
     kind: EventKind
     sliders: tuple[int, ...]
     signs: tuple[int, ...]
-    residual: Any
+    residual: Scalar
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Event):

@@ -215,7 +215,7 @@ class Path(Listed):
     theta: tuple[Fraction, ...]
     kind: ClassVar[str] = "path"
 
-    def __init__(self, theta: Iterable[Any]) -> None:
+    def __init__(self, theta: Iterable[Number]) -> None:
         if isinstance(theta, (str, bytes)) or not isinstance(theta, Iterable):
             raise InputError("theta", theta, "must be a list of numbers")
         values = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))

@@ -16,6 +16,8 @@ from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import (
     InputError,
+    Number,
+    Scalar,
     exact_number,
     nearest_float,
     number_from_zero,
@@ -68,7 +70,7 @@ class State(Shown):
     displacements: NDArray[Any]
     coefficients: NDArray[Any]
     draws: NDArray[np.int64]
-    theta: Any
+    theta: Scalar
     past: Any = None
 
     def __post_init__(self) -> None:
@@ -96,7 +98,7 @@ class State(Shown):
         displacements: NDArray[np.float64],
         coefficients: NDArray[np.float64],
         draws: NDArray[np.int64],
-        theta: Any,
+        theta: Scalar,
         past: Any = None,
     ) -> State:
         """Return the state of a solver's own arrays, which nobody changes: they are not copied."""
@@ -164,9 +166,9 @@ class State(Shown):
     def prepared(
         cls,
         chain: Chain,
-        tensions: Sequence[Any] | NDArray[Any] | None = None,
+        tensions: Sequence[Number] | NDArray[Any] | None = None,
         *,
-        theta: Any = 0,
+        theta: Number = 0,
         seed: int = 0,
     ) -> State:
         """Return a chain prepared with the given tensions (default none) at `theta`.
@@ -192,7 +194,7 @@ class State(Shown):
         )
 
     @classmethod
-    def perturbed(cls, chain: Chain, size: Any, *, start_seed: int, seed: int = 0) -> State:
+    def perturbed(cls, chain: Chain, size: Number, *, start_seed: int, seed: int = 0) -> State:
         """Return the relaxed chain with tensions uniform in (-size, size), keyed by `start_seed`.
 
         `seed` keys the static coefficients, as everywhere.

@@ -21,10 +21,10 @@ from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from exactcreep.model.drive import Listed
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, positive_number
+from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, positive_number
 from exactcreep.model.reading import content_of, text_of
 
 MOST_BYTES = 64 * 2**20
@@ -186,8 +186,8 @@ class TemperatureRecord(Listed):
     def __init__(
         self,
         file: str | os.PathLike[str],
-        kappa: Any,
-        T0: Any,
+        kappa: Number,
+        T0: Number,
         *,
         time_column: str = "time",
         temperature_column: str = "temperature",
@@ -198,8 +198,8 @@ class TemperatureRecord(Listed):
         missing: str = "refuse",
         duplicates: str = "refuse",
         gaps: str = "refuse",
-        theta: Iterable[Any] | None = None,
-        times: Iterable[Any] | None = None,
+        theta: Iterable[Number] | None = None,
+        times: Iterable[Number] | None = None,
         sha256: str | None = None,
         origin: str | None = None,
     ) -> None:
@@ -251,7 +251,13 @@ class TemperatureRecord(Listed):
 
     @classmethod
     def of(
-        cls, temperatures: Any, kappa: Any, T0: Any, *, times: Any = None, **options: Any
+        cls,
+        temperatures: ArrayLike,
+        kappa: Number,
+        T0: Number,
+        *,
+        times: ArrayLike | None = None,
+        **options: str,
     ) -> TemperatureRecord:
         """Return the record of an array or pandas Series of temperatures.
 

@@ -8,6 +8,8 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from exactcreep.model.numbers import Scalar
+
 
 class Motion(NamedTuple):
     """Where the chain is at one or several times.
@@ -70,16 +72,18 @@ class Solution:
         self.ts = np.array(ends)
 
     @property
-    def t_min(self) -> Any:
+    def t_min(self) -> Scalar:
         """Time of the first event, 0."""
-        return self.ts[0]
+        time: Scalar = self.ts[0]
+        return time
 
     @property
-    def t_max(self) -> Any:
+    def t_max(self) -> Scalar:
         """Time of the last event."""
-        return self.ts[-1]
+        time: Scalar = self.ts[-1]
+        return time
 
-    def piece_at(self, t: Any) -> Piece:
+    def piece_at(self, t: Scalar) -> Piece:
         """Return the piece that holds at `t`; at an event, the one that begins there."""
         if not self.pieces:
             raise ValueError("nothing moves in this rearrangement: it has no pieces")
@@ -94,7 +98,7 @@ class Solution:
                 return piece
         return self.pieces[0]
 
-    def __call__(self, t: ArrayLike | Any) -> Motion:
+    def __call__(self, t: ArrayLike | Scalar) -> Motion:
         """Return positions, velocities and forces at `t`.
 
         Parameters
@@ -107,12 +111,13 @@ class Solution:
         Motion
             Of arrays of shape (n,), or (n, m).
         """
-        if np.ndim(t) == 0:
-            return self._at(t)
-        columns = [self._at(moment) for moment in np.asarray(t).tolist()]
+        moments: Any = t
+        if np.ndim(moments) == 0:
+            return self._at(moments)
+        columns = [self._at(moment) for moment in np.asarray(moments).tolist()]
         return Motion(*(np.stack(parts, axis=-1) for parts in zip(*columns, strict=True)))
 
-    def _at(self, t: Any) -> Motion:
+    def _at(self, t: Scalar) -> Motion:
         if not self.pieces:
             return self._at_rest
         return self.piece_at(t)(t)

@@ -23,6 +23,7 @@ from exactcreep import __version__, interrupts
 from exactcreep.display import shows_progress
 from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
@@ -95,7 +96,7 @@ class Interrupted(KeyboardInterrupt):
 @shows_progress
 def creep(
     chain: Chain,
-    drive: Any,
+    drive: Drive,
     *,
     seed: int = 0,
     solver: str = "exact",
@@ -563,4 +564,3 @@ class _CompilerListener(compiler_event.Listener):  # type: ignore[misc]
 
     def on_end(self, event: Any) -> None:
         pass
-

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -26,6 +26,7 @@ DRIVES: dict[str, type[Drive]] = {
     kind.kind: kind for kind in (Cycles, GaussianSteps, Path, TemperatureRecord)
 }
 """Every drive class by its kind; ``DRIVES[kind](**parameters)`` makes the drive again."""
+_CLASSES = tuple(kind.__name__ for kind in DRIVES.values())
 
 
 def drive_of_kind(kind: Any) -> type[Drive]:
@@ -77,15 +78,15 @@ class Experiment:
     @classmethod
     def of(
         cls,
-        chain: Any,
-        drive: Any,
+        chain: Chain,
+        drive: Drive,
         *,
-        seed: Any = 0,
-        solver: Any = "exact",
-        start: Any = None,
-        record: Any = ("x_G",),
-        burn_in: Any = None,
-        twin: Any = False,
+        seed: int = 0,
+        solver: str = "exact",
+        start: State | None = None,
+        record: Sequence[str] = ("x_G",),
+        burn_in: int | None = None,
+        twin: bool = False,
         options: Mapping[str, Any] | None = None,
     ) -> Experiment:
         """Return the experiment with these parameters; see `exactcreep.creep`.
@@ -98,8 +99,7 @@ class Experiment:
         if not isinstance(chain, Chain):
             raise InputError("chain", chain, "must be a Chain")
         if not isinstance(drive, Drive):
-            kinds = ", ".join(kind.__name__ for kind in DRIVES.values())
-            raise InputError("drive", drive, f"must be a drive: one of {kinds}")
+            raise InputError("drive", drive, f"must be a drive: one of {', '.join(_CLASSES)}")
         if start is not None and not isinstance(start, State):
             raise InputError("start", start, "must be a State, or None for the relaxed chain")
         if start is not None and start.n != chain.n:

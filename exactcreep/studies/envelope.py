@@ -27,13 +27,13 @@ import numpy as np
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, Path
-from exactcreep.model.numbers import InputError, nearest_float, plain_data, whole_number
+from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.rounding_error import PROMISE
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.creep import PhysicsWarning, creep
-from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange
@@ -228,7 +228,7 @@ def _extremes(quick: bool) -> Iterator[Extreme]:
                 drive = Path([Fraction("0.3") / chain.l0])
             yield Extreme("tan_alpha", f"{name} (sigma_mu = {sigma})", chain, drive)
     chain = _chain(3)
-    repeated = ["0.001", "0.001", "0.002", "0.002", "0.002", "-0.001", "-0.001", 0, 0]
+    repeated: list[Number] = ["0.001", "0.001", "0.002", "0.002", "0.002", "-0.001", "-0.001", 0, 0]
     yield Extreme("repeated targets", str(len(repeated)), chain, Path(repeated))
     for n in (3, 4, 6):
         chain = _chain(n, sigma_mu=0, tan_alpha=0)
@@ -262,8 +262,8 @@ def remainder_error(result: Creep) -> float:
     Guarantee: in rational arithmetic, of the final tension and dilation.
     """
     chain, state, begin = result.chain, result.state, result.experiment.initial
-    stretched = Fraction(float(state.tensions[0])) + chain.l0 * Fraction(state.theta)
-    before = Fraction(begin.tensions[0]) + chain.l0 * Fraction(begin.theta)
+    stretched = Fraction(float(state.tensions[0])) + chain.l0 * enclosure(state.theta).middle
+    before = Fraction(begin.tensions[0]) + chain.l0 * enclosure(begin.theta).middle
     period = 2 * Fraction(chain.excess)
     left = (stretched - before) / period
     return nearest_float(abs(left - round(left)) * period)

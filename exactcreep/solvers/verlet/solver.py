@@ -541,8 +541,8 @@ class Verlet(Solver):
             new = _new_events(work)
             events += new
             if code != REST:
-                courses += [_Course(rest, work, event.time) for event in new]
-        ends = [event.time for event in events[1:]]
+                courses += [_Course(rest, work, float(event.time)) for event in new]
+        ends = [float(event.time) for event in events[1:]]
         ended = work.now["phase"][0] != MOVING
         if not ended:
             ends.append(float(work.now["origin"][0] + work.now["step"][0] * laws.dt))
