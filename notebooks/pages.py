@@ -4,6 +4,7 @@ A line ``<<name argument>>`` of a page stands for what ``PARTS[name](argument)``
 Markdown. So no list of names, columns, keys, commands or laws is written twice.
 """
 
+import ast
 import enum
 import inspect
 import re
@@ -49,11 +50,9 @@ def room_of(name):
 
 
 def _directive(name):
-    value, constants = getattr(exactcreep, name), []
+    value = getattr(exactcreep, name)
     if inspect.ismodule(value):
-        found = ModuleAnalyzer.for_module(value.__name__).find_attr_docs()
-        constants = [constant for scope, constant in found if not scope]
-        kind, options = "automodule", ["members", f"exclude-members: {', '.join(constants)}"]
+        kind, options = "automodule", ["members"]
     elif isinstance(value, type):
         kind, options = "autoclass", ["members"]
         if issubclass(value, BaseException):
@@ -62,10 +61,7 @@ def _directive(name):
             options.append("undoc-members")
     else:
         kind, options = "autofunction", []
-    options = [option if ":" in option else f"{option}:" for option in options]
-    lines = [f".. {kind}:: exactcreep.{name}", *(f"   :{option}" for option in options), ""]
-    for constant in constants:  # without their values, which may be pages long
-        lines += [f".. autodata:: exactcreep.{name}.{constant}", "   :no-value:", ""]
+    lines = [f".. {kind}:: exactcreep.{name}", *(f"   :{option}:" for option in options)]
     return "\n".join(lines)
 
 
@@ -183,6 +179,17 @@ def _command_heading(found):
     return f"## exactcreep {found[2]}".rstrip() if found[2] else "## The program itself"
 
 
+def rooms(_):
+    """Return every module of the package with the sentence that it begins with."""
+    package = Path(exactcreep.__file__).parent
+    rows = []
+    for path in sorted(package.rglob("*.py"), key=lambda path: (path.parent, path.name)):
+        said = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+        named = path.relative_to(package.parent).as_posix().removesuffix("/__init__.py")
+        rows.append((f"`{named}`", said.partition("\n\n")[0]))
+    return _table(["module", "what it knows"], rows, "searchable")
+
+
 # --- laws and proofs -----------------------------------------------------------------------------
 
 
@@ -270,6 +277,7 @@ PARTS = {
     "scenes": scenes,
     "commands": commands,
     "laws": laws,
+    "rooms": rooms,
     "ledger": ledger,
     "proofs": proofs,
 }

@@ -105,12 +105,16 @@ PROMISES: dict[str, str] = {
     "A worker that dies": "studies/test_sweeps.py::a_killed_worker_of_a_cluster_loses_nothing",
     "From Python, `sweep(scene, executor=...)`": "studies/test_sweeps.py::processes_give_the_same_bits_as_threads",
     "`exactcreep.studies.dask_cluster.cluster(address)`": "studies/test_sweeps.py::a_killed_worker_of_a_cluster_loses_nothing",
+    "[Every module](notebooks": "test_readme.py::the_map_of_the_rooms_says_of_each_what_it_says_of_itself",
     "Data flows one way": "test_architecture.py::a_room_imports_only_from_rooms_above_it",
     "`derivations/` stands apart": "derivations/test_audit.py::derivations_import_nothing_from_the_package",
     "MIT.": "test_readme.py::licence_citation_and_ci_script_are_there",
 }
 
 NONE: dict[str, str] = {
+    "The README has their map": "names a page",
+    "Here is every module": "says what follows",
+    "<<rooms>>": "stands for a table made from the code",
     "Exact event-driven simulation": "says what the program is",
     "The `sliding` limit is faster": "sums up the table of measurements",
     "A fixed-step integrator pays": "sums up the table of measurements",

@@ -1,1 +1,1 @@
-"""What people ask: thresholds, comparisons, sweeps, figures."""
+"""What people ask: thresholds, fates, comparisons, sweeps, plans and audits."""
