@@ -24,7 +24,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from exactcreep.model.drive import Listed
-from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, positive_number
+from exactcreep.model.numbers import (
+    InputError,
+    Number,
+    exact_number,
+    nearest_float,
+    positive_number,
+)
 from exactcreep.model.reading import content_of, text_of
 
 MOST_BYTES = 64 * 2**20
