@@ -64,8 +64,8 @@ if TYPE_CHECKING:
     from exactcreep.studies.audit import audit as audit
     from exactcreep.studies.compare import Comparison as Comparison
     from exactcreep.studies.compare import compare as compare
-    from exactcreep.studies.fates.fate import Fate as Fate
     from exactcreep.studies.fates.fate import fate as fate
+    from exactcreep.studies.fates.result import Fate as Fate
     from exactcreep.studies.fates.survival import Survival as Survival
     from exactcreep.studies.fates.survival import survival as survival
     from exactcreep.studies.partings import Partings as Partings
@@ -73,10 +73,10 @@ if TYPE_CHECKING:
     from exactcreep.studies.plan import plan as plan
     from exactcreep.studies.sweep import sweep as sweep
     from exactcreep.studies.thresholds.criteria import threshold as threshold
-    from exactcreep.studies.thresholds.edges import Threshold as Threshold
     from exactcreep.studies.thresholds.half_life import HalfLife as HalfLife
     from exactcreep.studies.thresholds.horizon import GivenUp as GivenUp
     from exactcreep.studies.thresholds.intercept import Intercept as Intercept
+    from exactcreep.studies.thresholds.threshold import Threshold as Threshold
 
 # Where each public name lives; it is imported when it is first used, so that a command line
 # that only prints its help does not wait for a compiler. "module:" alone is the module itself.
@@ -93,7 +93,7 @@ _HOMES = {
     "EventKind": "model.contacts:EventKind",
     "Evidence": "model.outcome:Evidence",
     "Experiment": "quasistatic.experiment:Experiment",
-    "Fate": "studies.fates.fate:Fate",
+    "Fate": "studies.fates.result:Fate",
     "GaussianSteps": "model.drive:GaussianSteps",
     "GivenUp": "studies.thresholds.horizon:GivenUp",
     "HalfLife": "studies.thresholds.half_life:HalfLife",
@@ -116,7 +116,7 @@ _HOMES = {
     "State": "model.state:State",
     "Survival": "studies.fates.survival:Survival",
     "TemperatureRecord": "model.temperature_record:TemperatureRecord",
-    "Threshold": "studies.thresholds.edges:Threshold",
+    "Threshold": "studies.thresholds.threshold:Threshold",
     "audit": "studies.audit:audit",
     "compare": "studies.compare:compare",
     "creep": "quasistatic.creep:creep",

@@ -41,32 +41,59 @@ def _bracketed(items: list[str], brackets: str, indent: str) -> str:
     return f"{brackets[0]}\n{indent}  {lines}\n{indent}{brackets[1]}"
 
 
-def deliver(
-    found: Any,
-    show: Callable[[Any], None],
-    *,
-    out: Path | None,
-    plot: Path | None,
+Rows = list[tuple[str, Any]]
+"""What is said line by line: a name and its value."""
+
+
+def answered(
+    study: Callable[..., Any],
+    rows: Callable[[Any], Rows],
     draw: Callable[[Any, Path], None],
+    *,
+    out: Path | None = None,
+    plot: Path | None,
     json: bool,
-) -> None:
-    """Save the dataset of a study, draw it, and print it: as one JSON object, or by `show`."""
+    force: bool,
+) -> Any:
+    """Carry out a study, save its dataset, draw it, and print one JSON object, or the rows.
+
+    The files are checked before: nothing is computed that could not be kept.
+    """
     import typer
 
-    from exactcreep.quasistatic.files import write_file
+    from exactcreep.display import Display
+    from exactcreep.quasistatic.files import check_output, check_plot, write_file
     from exactcreep.quasistatic.netcdf import netcdf
 
+    if plot is not None:
+        check_plot(plot, force=force)
+    if out is not None:
+        check_output(out, "out", force=force)
+    with Display(quiet=json) as display:
+        found = study(progress=display.show)
     if out is not None:
         write_file(out, netcdf({None: found.dataset()}), "out")
     if plot is not None:
         draw(found, plot)
     if json:
         typer.echo(as_json(found.summary()))
-        return
-    show(found)
+        return found
+    print_rows(rows(found))
     for path in (out, plot):
         if path is not None:
             typer.echo(f"written: {path}")
+    return found
+
+
+def print_rows(rows: Rows) -> None:
+    """Print names and what they stand for, in two columns."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table.grid(padding=(0, 2))
+    for name, said in rows:
+        table.add_row(name, str(said))
+    Console(highlight=False).print(table, soft_wrap=True)
 
 
 def json_of_run(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,11 +18,13 @@ from exactcreep.commands.options import (
     of_chain,
 )
 from exactcreep.commands.session import LIMIT_STATUS
-from exactcreep.display import Display
 
 if TYPE_CHECKING:
+    from exactcreep.commands.answer import Rows
     from exactcreep.model.chain import Chain
-    from exactcreep.studies.fates.fate import Fate
+    from exactcreep.studies.fates.result import Fate
+
+_MOST_SHOWN = 12  # rearrangements
 
 
 @of_chain
@@ -50,29 +53,19 @@ def fate(
 
     Exit status: 0 settled, 2 bad input, 3 not settled within the limits (what is known is shown).
     """
-    from exactcreep.commands.answer import deliver
-    from exactcreep.model.numbers import whole_number
+    from exactcreep.commands.answer import answered
     from exactcreep.model.outcome import Outcome
     from exactcreep.model.state import State
-    from exactcreep.quasistatic.files import check_plot
     from exactcreep.studies.fates import fate as study
 
     start = None
     if start_tension is not None:
         start = State.prepared(chain, [start_tension] * (chain.n - 1))
-    if plot is not None:
-        check_plot(plot, force=force)
-    with Display(quiet=json) as display:
-        found = study.fate(
-            chain,
-            amplitude,
-            start=start,
-            cycles=whole_number(cycles, "cycles", least=1),
-            solver=solver,
-            max_seconds=max_seconds,
-            progress=display.show,
-        )
-    deliver(found, _print, out=None, plot=plot, draw=_draw, json=json)
+    follow = partial(
+        study.fate, chain, amplitude, start=start, cycles=cycles, solver=solver,
+        max_seconds=max_seconds,
+    )  # fmt: skip
+    found = answered(follow, _rows, _draw, plot=plot, json=json, force=force)
     if found.outcome is Outcome.LIMIT:
         raise typer.Exit(LIMIT_STATUS)
 
@@ -83,34 +76,29 @@ def _draw(found: Fate, plot: Path) -> None:
     draw_fate(found, plot)
 
 
-def _print(found: Fate) -> None:
-    from rich.console import Console
-    from rich.table import Table
+def _rows(found: Fate) -> Rows:
+    from exactcreep.studies.fates.result import movers
 
-    table = Table.grid(padding=(0, 2))
     remark = f": {found.reason}" if found.reason else ""
-    table.add_row("outcome", found.outcome.value + remark)
-    table.add_row("evidence", found.evidence.value)
-    table.add_row("cycles followed", str(found.cycles))
-    table.add_row("last advance", f"cycle {found.last_advance}" if found.last_advance else "none")
-    if found.settled_after is not None:
-        table.add_row("settled after", f"{found.settled_after} cycles")
-        table.add_row("period", f"{found.period} cycle{'s' * (found.period != 1)}")
-        table.add_row("advance per period", f"{found.advance:.12g}")
-        table.add_row("velocity per half-cycle", f"{found.velocity:.12g}")
-    if found.itinerary:
-        told = [f"half-cycle {half}: {_movers(events)}" for half, events in found.itinerary]
-        more = [f"and {len(told) - 12} more"] if len(told) > 12 else []
-        table.add_row("rearrangements", "\n".join(told[:12] + more))
-    Console(highlight=False).print(table, soft_wrap=True)
-
-
-def _movers(events: tuple[tuple[str, tuple[int, ...], tuple[int, ...]], ...]) -> str:
-    """Return which sliders move, in the order of their starts."""
-    movers = [
-        f"{slider} {'down' if sign > 0 else 'up'}"
-        for kind, sliders, signs in events
-        if kind == "start"
-        for slider, sign in zip(sliders, signs, strict=True)
+    rows: Rows = [
+        ("outcome", found.outcome.value + remark),
+        ("evidence", found.evidence.value),
+        ("cycles followed", found.cycles),
+        ("last advance", f"cycle {found.last_advance}" if found.last_advance else "none"),
     ]
-    return ", ".join(movers)
+    if found.settled_after is not None:
+        rows += [
+            ("settled after", f"{found.settled_after} cycles"),
+            ("period", f"{found.period} cycle{'s' * (found.period != 1)}"),
+            ("advance per period", f"{found.advance:.12g}"),
+            ("velocity per half-cycle", f"{found.velocity:.12g}"),
+        ]
+    if found.itinerary:
+        starts = [
+            f"half-cycle {half_cycle}: "
+            + ", ".join(movers(*about) for kind, *about in events if kind == "start")
+            for half_cycle, events in found.itinerary
+        ]
+        more = [f"and {len(starts) - _MOST_SHOWN} more"] if len(starts) > _MOST_SHOWN else []
+        rows.append(("rearrangements", "\n".join(starts[:_MOST_SHOWN] + more)))
+    return rows

@@ -5,8 +5,9 @@ from __future__ import annotations
 import functools
 import inspect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, get_type_hints
 
 import typer
@@ -103,22 +104,36 @@ def _parameters(command: Callable[..., None]) -> list[inspect.Parameter]:
     return [
         one.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=types[one.name])
         for one in inspect.signature(command).parameters.values()
+        if one.kind is not inspect.Parameter.VAR_KEYWORD
     ]
 
 
-def of_chain(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command that takes the options of a chain, and hands the chain to `command`."""
+def of_chain(
+    command: Callable[..., None], options: Mapping[str, Any] = MappingProxyType({})
+) -> Callable[..., None]:
+    """Return a command that takes the options of a chain, and hands the chain to `command`.
+
+    It takes `options`, too: annotations by name, None unless given; those that are given are handed
+    to `command` as well.
+    """
 
     def with_chain(**given: Any) -> None:
         from exactcreep.model.chain import Chain
 
-        command(Chain(**{name: given.pop(name) for name in _CHAIN}), **given)
+        about = {name: given.pop(name) for name in _CHAIN}
+        unused = [name for name in options if given[name] is None]
+        asked = {name: value for name, value in given.items() if name not in unused}
+        command(Chain(**about), **asked)
 
     chain = [
         _option(name, str, default, metavar=metavar, help=text)
         for name, (metavar, text, default) in _CHAIN.items()
     ]
-    return _taking(chain + _parameters(command)[1:], with_chain, command)
+    more = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
+        for name, annotation in options.items()
+    ]
+    return _taking(chain + more + _parameters(command)[1:], with_chain, command)
 
 
 _SIZE = re.compile(r"(\d+(?:\.\d*)?|\.\d+)x(\d+(?:\.\d*)?|\.\d+)")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,120 +20,81 @@ from exactcreep.commands.options import (
     of_chain,
 )
 from exactcreep.commands.session import LIMIT_STATUS
-from exactcreep.display import Display
 
 if TYPE_CHECKING:
+    from exactcreep.commands.answer import Rows
     from exactcreep.model.chain import Chain
-    from exactcreep.studies.thresholds.edges import Threshold
+    from exactcreep.studies.thresholds.half_life import HalfLife
+    from exactcreep.studies.thresholds.intercept import Intercept
+    from exactcreep.studies.thresholds.threshold import Threshold
 
 _EDGES, _STARTS = "Of horizon and lasting: ", "Of survival and intercept: "
 
 
-@of_chain
+def _text(metavar: str, text: str, *flags: str) -> Any:
+    return Annotated[str | None, typer.Option(*flags, metavar=metavar, help=text)]
+
+
+def _pair(text: str) -> Any:
+    return Annotated[tuple[str, str] | None, typer.Option(metavar="LO HI", help=text)]
+
+
+_OPTIONS = {
+    "criterion": _text(
+        "NAME",
+        "horizon: it advances in cycle --cycles; lasting: it creeps for ever; survival:"
+        " half of many starts still creep after --cycles; intercept: the straight part of v(A)"
+        " meets zero. Default: horizon with --cycles; intercept with disorder; lasting up to"
+        " five sliders, else survival.",
+    ),
+    "cycles": _text(
+        "K",
+        "Of horizon, default 20; of survival, default 4000; of intercept (for each"
+        " amplitude), default 400.",
+    ),
+    "digits": _text("K", f"{_EDGES}significant digits, default 15; of survival: 3."),
+    "low": _text(
+        "A", "Of all but intercept: start of the scan; default half of Eq. (seuil).", "--from"
+    ),
+    "high": _text(
+        "A", "Of all but intercept: end of the scan; default twice Eq. (seuil).", "--to"
+    ),
+    "points": _text(
+        "M", f"{_EDGES}equal steps of the scan, default 1000; of intercept: amplitudes, default 12."
+    ),
+    "bracket": _pair(
+        "Of all but intercept: amplitudes that straddle the edge, instead of a scan."
+    ),
+    "windows": Annotated[
+        bool, typer.Option("--windows", help=f"{_EDGES}list all edges of the scan.")
+    ],
+    "refine": _text("K", f"{_EDGES}give the first K windows to all digits."),
+    "start_tension": StartTension,
+    "seeds": _text(
+        "K",
+        "Of horizon: also from K seeded starts, tensions up to --start-tension in size (or 1e-6).",
+    ),
+    "solver": _text(
+        "NAME",
+        f"{_EDGES}which decides: certified (default), exact (float64); of horizon also mpmath.",
+    ),
+    "starts": _text("K", "Of survival: number of starts, default 40."),
+    "size": _text("R", f"{_STARTS}tensions of a start are within (-R, R), default 1e-3."),
+    "seed": _text("SEED", f"{_STARTS}of starts and disorder."),
+    "fit": _pair("Of intercept: range of the line in units of Eq. (seuil), default 1.2 and 2."),
+    "workers": Workers,
+}
+
+
+@partial(of_chain, options=_OPTIONS)
 def threshold(
     chain: Chain,
-    criterion: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help="horizon: it advances in cycle --cycles; lasting: it creeps for ever; survival:"
-            " half of many starts still creep after --cycles; intercept: the straight part of v(A)"
-            " meets zero. Default: horizon with --cycles; intercept with disorder; lasting up to"
-            " five sliders, else survival.",
-        ),
-    ] = None,
-    cycles: Annotated[
-        str | None,
-        typer.Option(
-            metavar="K",
-            help="Of horizon, default 20; of survival, default 4000; of intercept (for each"
-            " amplitude), default 400.",
-        ),
-    ] = None,
-    digits: Annotated[
-        str | None,
-        typer.Option(metavar="K", help=f"{_EDGES}significant digits, default 15; of survival: 3."),
-    ] = None,
-    low: Annotated[
-        str | None,
-        typer.Option(
-            "--from",
-            metavar="A",
-            help="Of all but intercept: start of the scan; default half of Eq. (seuil).",
-        ),
-    ] = None,
-    high: Annotated[
-        str | None,
-        typer.Option(
-            "--to",
-            metavar="A",
-            help="Of all but intercept: end of the scan; default twice Eq. (seuil).",
-        ),
-    ] = None,
-    points: Annotated[
-        str | None,
-        typer.Option(
-            metavar="M",
-            help=f"{_EDGES}equal steps of the scan, default 1000; of intercept: amplitudes,"
-            " default 12.",
-        ),
-    ] = None,
-    bracket: Annotated[
-        tuple[str, str] | None,
-        typer.Option(
-            metavar="LO HI",
-            help="Of all but intercept: amplitudes that straddle the edge, instead of a scan.",
-        ),
-    ] = None,
-    windows: Annotated[
-        bool, typer.Option("--windows", help=f"{_EDGES}list all edges of the scan.")
-    ] = False,
-    refine: Annotated[
-        str | None,
-        typer.Option(metavar="K", help=f"{_EDGES}give the first K windows to all digits."),
-    ] = None,
-    start_tension: StartTension = None,
-    seeds: Annotated[
-        str | None,
-        typer.Option(
-            metavar="K",
-            help="Of horizon: also from K seeded starts, tensions up to --start-tension in size"
-            " (or 1e-6).",
-        ),
-    ] = None,
-    solver: Annotated[
-        str | None,
-        typer.Option(
-            metavar="NAME",
-            help=f"{_EDGES}which decides: certified (default), exact (float64); of horizon also"
-            " mpmath.",
-        ),
-    ] = None,
-    starts: Annotated[
-        str | None, typer.Option(metavar="K", help="Of survival: number of starts, default 40.")
-    ] = None,
-    size: Annotated[
-        str | None,
-        typer.Option(
-            metavar="R", help=f"{_STARTS}tensions of a start are within (-R, R), default 1e-3."
-        ),
-    ] = None,
-    seed: Annotated[
-        str | None, typer.Option(metavar="SEED", help=f"{_STARTS}of starts and disorder.")
-    ] = None,
-    fit: Annotated[
-        tuple[str, str] | None,
-        typer.Option(
-            metavar="LO HI",
-            help="Of intercept: range of the line in units of Eq. (seuil), default 1.2 and 2.",
-        ),
-    ] = None,
-    workers: Workers = None,
     max_seconds: MaxSeconds = None,
     out: DataFile = None,
     json: Json = False,
     plot: Plot = None,
     force: Force = False,
+    **given: Any,
 ) -> None:
     """Find the amplitude of temperature cycles above which a chain creeps.
 
@@ -151,146 +113,85 @@ def threshold(
     Exit status: 0 found, 2 bad input or no edge, 3 a limit was reached, creep does not settle, or
     v(A) is no straight line (what is known is shown).
     """
-    from exactcreep.commands.answer import deliver
-    from exactcreep.model.numbers import whole_number
-    from exactcreep.quasistatic.files import check_output, check_plot
+    from exactcreep.commands.answer import answered
     from exactcreep.studies.thresholds.criteria import threshold as study
     from exactcreep.studies.thresholds.horizon import GivenUp
 
-    if plot is not None:
-        check_plot(plot, force=force)
-    if out is not None:
-        check_output(out, "out", force=force)
-    given: dict[str, Any] = {
-        "low": low, "high": high, "bracket": bracket, "windows": windows or None,
-        "start_tension": start_tension, "solver": solver, "size": size, "fit": fit,
-    }  # fmt: skip
-    whole = {
-        "cycles": cycles, "digits": digits, "points": points, "refine": refine, "seeds": seeds,
-        "starts": starts, "seed": seed, "workers": workers,
-    }  # fmt: skip
-    for name, text in whole.items():
-        given[name] = None if text is None else whole_number(text, name, least=-(10**9))
+    find = partial(study, chain, max_seconds=max_seconds, **given)
     try:
-        with Display(quiet=json) as display:
-            found = study(
-                chain,
-                criterion=criterion,
-                progress=display.show,
-                max_seconds=max_seconds,
-                **given,
-            )
+        found = answered(find, _rows, _draw, out=out, plot=plot, json=json, force=force)
     except GivenUp as limit:
         typer.echo(f"exactcreep: {limit}", err=True)
         raise typer.Exit(LIMIT_STATUS) from None
-    deliver(found, _print, out=out, plot=plot, draw=_draw, json=json)
     if found.reason:
         raise typer.Exit(LIMIT_STATUS)
 
 
-def _draw(found: Any, plot: Path) -> None:
+def _draw(found: Threshold | HalfLife | Intercept, plot: Path) -> None:
     from exactcreep.figures.thresholds import draw_threshold
 
     draw_threshold(found, plot)
 
 
-def _print(found: Any) -> None:
-    from rich.console import Console
-    from rich.table import Table
+def _rows(found: Threshold | HalfLife | Intercept) -> Rows:
+    from exactcreep.studies.thresholds.half_life import HalfLife
+    from exactcreep.studies.thresholds.intercept import Intercept
 
-    console = Console(highlight=False)
-    table = Table.grid(padding=(0, 2))
     known = found.summary()
-    table.add_row("paper, Eq. (seuil)", str(known["law_seuil"]))
-    table.add_row("corrected, (N m + D)/(2 l0)", str(known["law_corrected"]))
+    rows: Rows = [
+        ("paper, Eq. (seuil)", known["law_seuil"]),
+        ("corrected, (N m + D)/(2 l0)", known["law_corrected"]),
+    ]
     if known["law_two_sliders"] is not None:
-        table.add_row("two sliders, (mu_s c - s)/l0", known["law_two_sliders"])
-    rows = {"survival": _of_survival, "intercept": _of_intercept}.get(found.criterion, _of_edge)
-    for name, text in rows(found):
-        table.add_row(name, str(text))
-    table.add_row("evidence", found.evidence.value)
-    table.add_row("to be compared with", found.compare)
+        rows.append(("two sliders, (mu_s c - s)/l0", known["law_two_sliders"]))
+    if isinstance(found, HalfLife):
+        rows += _of_half_life(found)
+    else:
+        rows += _of_intercept(found) if isinstance(found, Intercept) else _of_edge(found)
+    rows += [("evidence", found.evidence.value), ("to be compared with", found.compare)]
     if found.reason:
-        table.add_row("because" if found.criterion == "intercept" else "incomplete", found.reason)
-    console.print(table, soft_wrap=True)
-    what = _what(found)
-    for edge in getattr(found, "windows", None) or ():
-        says = "begins" if edge.begins else "ends"
-        console.print(f"{what} {says} between {edge.lower} and {edge.upper}", soft_wrap=True)
-    for seed, start in (getattr(found, "preparations", None) or {}).items():
-        says = "none found" if start is None else f"between {start.lower} and {start.upper}"
-        console.print(f"start {seed}: {says}", soft_wrap=True)
-
-
-def _what(found: Any) -> str:
-    """Return what begins at an edge."""
-    return f"advance in cycle {found.cycles}" if found.criterion == "horizon" else "creep"
-
-
-Rows = list[tuple[str, Any]]
+        name = "because" if found.criterion == "intercept" else "incomplete"
+        rows.append((name, found.reason))
+    return rows
 
 
 def _of_edge(found: Threshold) -> Rows:
-    what = _what(found)
+    from exactcreep.studies.fates.result import movers
+
     if found.lower is None:
         none = "none: one slider has no spring, and stays at rest"
         return [("threshold", "not found yet" if found.reason else none)]
     outcome = found.outcome_at_lower
     rest = _passing(found) if outcome is None else outcome.value
     rows: Rows = [
-        (f"no {what} at", found.lower),
-        (f"{what} at", found.upper),
+        (f"no {found.what} at", found.lower),
+        (f"{found.what} at", found.upper),
         ("below", f"{rest} ({found.outcome_evidence.value})"),
     ]
     if found.stable_digits is not None:
-        rows.append(
-            (f"with {2 * found.cycles} cycles", f"{found.stable_digits} digits are the same")
-        )
+        name = f"with {2 * found.cycles} cycles"
+        rows.append((name, f"{found.stable_digits} digits are the same"))
     for side, fate in zip(("below", "above"), found.fates or (), strict=False):
         if fate is not None and fate.period is not None:
             says = f"{fate.outcome.value} since cycle {fate.settled_after}"
-            rows.append(
-                (f"for ever {side}", f"{says}, period {fate.period} ({fate.evidence.value})")
-            )
-    if found.deciding_event is not None:
-        sides = found.deciding_event
-        rows.append(("first event that differs below", _told(sides.at_lower)))
-        rows.append(("first event that differs above", _told(sides.at_upper)))
+            says += f", period {fate.period} ({fate.evidence.value})"
+            rows.append((f"for ever {side}", says))
+    if (sides := found.deciding_event) is not None:
+        for side, place in (("below", sides.at_lower), ("above", sides.at_upper)):
+            says = "none"
+            if place is not None:
+                who = movers(place.event.sliders, place.event.signs)
+                says = f"{place.event.kind.value} of {who} in half-cycle {place.half_cycle}"
+            rows.append((f"first event that differs {side}", says))
     if found.sensitive:
         rows.append(("float64 alone knows", f"{len(found.sensitive)} amplitudes, where it may err"))
+    for edge in found.windows or ():
+        name = f"{found.what} {'begins' if edge.begins else 'ends'}"
+        rows.append((name, f"between {edge.lower} and {edge.upper}"))
+    for seed, start in (found.preparations or {}).items():
+        says = "none found" if start is None else f"between {start.lower} and {start.upper}"
+        rows.append((f"start {seed}", says))
     return rows
-
-
-def _of_survival(found: Any) -> Rows:
-    rows: Rows = []
-    if found.amplitude is not None:
-        rows.append((f"half still creep after {found.cycles} cycles at", f"{found.amplitude:.9g}"))
-    for name, end in (("fewer", found.low), ("more", found.high)):
-        shown = "not known" if end is None else f"{end:.9g}"
-        rows.append((f"clearly {name} than half (95 %) at", shown))
-    return [*rows, ("starts", f"{found.starts} at each of {len(found.shares)} amplitudes")]
-
-
-def _of_intercept(found: Any) -> Rows:
-    rows: Rows = [("amplitudes measured", found.amplitudes.size)]
-    if math.isnan(found.intercept):
-        return rows
-    law = f"  ({found.intercept / found.law_seuil:.4f} of Eq. (seuil))"
-    return [
-        ("v(A) meets zero at", f"{_with_error(found.intercept, found.error)}{law}"),
-        ("  shift over other ranges", f"{found.systematic:.2g}"),
-        ("slope", _with_error(found.slope, found.slope_error)),
-        (
-            "  paper, (N + 3 - 2i) l0",
-            "no one i" if math.isnan(found.law_slope) else found.law_slope,
-        ),
-        ("chi2", f"{found.chi2:.3g} (probability {found.chi2_probability:.3g})"),
-        *rows,
-    ]
-
-
-def _with_error(value: float, error: float) -> str:
-    return f"{value:.6g}" + ("" if math.isnan(error) else f" ± {error:.2g}")
 
 
 def _passing(found: Threshold) -> str:
@@ -304,12 +205,33 @@ def _passing(found: Threshold) -> str:
     return words
 
 
-def _told(place: Any) -> str:
-    if place is None:
-        return "none"
-    event = place.event
-    who = ", ".join(
-        f"{n} {'down' if sign > 0 else 'up'}"
-        for n, sign in zip(event.sliders, event.signs, strict=True)
-    )
-    return f"{event.kind.value} of {who} in half-cycle {place.half_cycle}"
+def _of_half_life(found: HalfLife) -> Rows:
+    rows: Rows = []
+    if found.amplitude is not None:
+        rows.append((f"half still creep after {found.cycles} cycles at", f"{found.amplitude:.9g}"))
+    for name, end in (("fewer", found.low), ("more", found.high)):
+        shown = "not known" if end is None else f"{end:.9g}"
+        rows.append((f"clearly {name} than half (95 %) at", shown))
+    return [*rows, ("starts", f"{found.starts} at each of {len(found.shares)} amplitudes")]
+
+
+def _of_intercept(found: Intercept) -> Rows:
+    measured = ("amplitudes measured", found.amplitudes.size)
+    if math.isnan(found.intercept):
+        return [measured]
+    law = f"  ({found.intercept / found.law_seuil:.4f} of Eq. (seuil))"
+    return [
+        ("v(A) meets zero at", f"{_with_error(found.intercept, found.error)}{law}"),
+        ("  shift over other ranges", f"{found.systematic:.2g}"),
+        ("slope", _with_error(found.slope, found.slope_error)),
+        (
+            "  paper, (N + 3 - 2i) l0",
+            "no one i" if math.isnan(found.law_slope) else found.law_slope,
+        ),
+        ("chi2", f"{found.chi2:.3g} (probability {found.chi2_probability:.3g})"),
+        measured,
+    ]
+
+
+def _with_error(value: float, error: float) -> str:
+    return f"{value:.6g}" + ("" if math.isnan(error) else f" ± {error:.2g}")

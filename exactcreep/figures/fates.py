@@ -11,7 +11,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.decimals import floats
-from exactcreep.studies.fates.fate import Fate
+from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.fates.survival import Survival
 
 _MOST_CYCLES = 10_000  # of a picture

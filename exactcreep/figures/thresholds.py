@@ -11,9 +11,10 @@ from exactcreep.figures.drawing import law_name
 from exactcreep.figures.style import DASHES, INKS, page
 from exactcreep.laws import edges
 from exactcreep.model.numbers import nearest_float
-from exactcreep.studies.thresholds.edges import Threshold, laws_beside
+from exactcreep.studies.thresholds.beside import laws_beside
 from exactcreep.studies.thresholds.half_life import HalfLife
 from exactcreep.studies.thresholds.intercept import Intercept
+from exactcreep.studies.thresholds.threshold import Threshold
 
 _LAWS = {
     "law_seuil": law_name("seuil"),
@@ -41,7 +42,7 @@ def draw_threshold(found: Threshold | HalfLife | Intercept, path: Path | str) ->
         else:
             _windows(axes, found)
         ways = (DASHES[k % len(DASHES)] for k in range(1, 9))
-        for name, value in laws_beside(chain, 12).items():
+        for name, value in laws_beside(chain).items():
             if value is not None:
                 label = f"{_LAWS[name]}: {float(str(value)):.6g}"
                 axes.axvline(float(str(value)), color=INKS[1], linestyle=next(ways), label=label)
@@ -86,15 +87,14 @@ def _shares(axes: Axes, found: HalfLife) -> None:
 
 
 def _windows(axes: Axes, found: Threshold) -> None:
-    what = f"advance in cycle {found.cycles}" if found.criterion == "horizon" else "creep"
     ends = [(float(edge.middle), edge.begins) for edge in found.windows or ()]
     starts = [end for end, begins in ends if begins]
     for begin in starts:
         later = (end for end, begins in ends if not begins and end > begin)
         stop = min(later, default=1.05 * begin)
-        label = what if begin == starts[0] else ""
+        label = found.what if begin == starts[0] else ""
         axes.axvspan(begin, stop, color=INKS[4], alpha=0.4, linewidth=0, label=label)
     if found.lower is not None and found.upper is not None:
         middle = (float(found.lower) + float(found.upper)) / 2
-        axes.axvline(middle, color=INKS[0], label=f"{what} begins: {middle:.9g}")
+        axes.axvline(middle, color=INKS[0], label=f"{found.what} begins: {middle:.9g}")
     axes.set_yticks([])

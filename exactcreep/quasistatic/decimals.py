@@ -31,7 +31,7 @@ class Enclosure(NamedTuple):
         known = digits
         if self.radius and self.middle:
             # one unit of the last digit shown is at least the radius
-            known = _magnitude(self.middle) - _magnitude(self.radius)
+            known = magnitude(self.middle) - magnitude(self.radius)
             known = max(1, min(digits, known))
         return _decimal(self.middle, known)
 
@@ -40,7 +40,7 @@ class Enclosure(NamedTuple):
         return _decimal(self.radius, 3, rounding="ROUND_CEILING")
 
 
-def _magnitude(value: Fraction) -> int:
+def magnitude(value: Fraction) -> int:
     """Return the exponent of the leading decimal digit of `value` != 0."""
     return _rounded(abs(value), 20, "ROUND_FLOOR").adjusted()
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from numpy.typing import NDArray
 
-from exactcreep.model.contacts import Event
+from exactcreep.model.contacts import Event, Itinerary
 from exactcreep.model.numbers import InputError
 from exactcreep.solvers.tables import logged_events
 
@@ -29,6 +29,11 @@ class LoggedRearrangement(NamedTuple):
     half_cycle: int
     theta: Any
     events: tuple[Event, ...]
+
+    @property
+    def itinerary(self) -> Itinerary:
+        """What happened, without when."""
+        return tuple(event.signature for event in self.events)
 
 
 class LoggedEvent(NamedTuple):

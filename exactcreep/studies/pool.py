@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.numbers import InputError, Number, whole_number
 
 GLANCE = 0.25
 """Seconds between two reports of progress."""
@@ -107,7 +107,7 @@ def reason_of(error: BaseException) -> str:
 
 
 @contextmanager
-def pool_of(executor: Executor | None, workers: int | None) -> Iterator[Pool]:
+def pool_of(executor: Executor | None, workers: Number | None) -> Iterator[Pool]:
     """Yield a pool of so many threads, default one for each processor, or of an executor.
 
     Raises

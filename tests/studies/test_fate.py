@@ -9,7 +9,7 @@ import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, State, creep, fate
 from exactcreep.solvers.exact import recurrence
-from exactcreep.studies.fates.fate import Fate
+from exactcreep.studies.fates.result import Fate
 from tests.conftest import Command
 
 

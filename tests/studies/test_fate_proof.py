@@ -10,7 +10,7 @@ import pytest
 from exactcreep import Chain, Cycles, Evidence, Outcome, creep, fate, threshold
 from exactcreep.studies.eventlog import rearrangements
 from exactcreep.studies.fates import proof as fate_proof
-from exactcreep.studies.fates.fate import Fate
+from exactcreep.studies.fates.result import Fate
 from tests.oracle.rearrangement import integrate
 
 

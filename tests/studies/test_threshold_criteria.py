@@ -25,9 +25,8 @@ from exactcreep import (
 from exactcreep.limits import Limits
 from exactcreep.studies.thresholds import criteria as thresholds
 from exactcreep.studies.thresholds.criteria import CRITERIA
-from exactcreep.studies.thresholds.edges import Threshold
-from exactcreep.studies.thresholds.intercept import _line
 from exactcreep.studies.thresholds.lasting import Lasting
+from exactcreep.studies.thresholds.threshold import Threshold
 from tests.conftest import Command
 
 GIVEN = {
@@ -311,18 +310,6 @@ def test_a_survival_that_cannot_be_half_is_refused(given: dict[str, object], fie
 
 
 # --- intercept -----------------------------------------------------------------------------------
-
-
-def test_a_weighted_line_has_the_parameters_errors_and_chi2_of_the_normal_equations() -> None:
-    rng = np.random.default_rng(5)
-    x = np.linspace(0.004, 0.007, 9)
-    errors = rng.uniform(0.01, 0.1, 9)
-    y = 15000 * (x - 0.0036) + errors * rng.standard_normal(9)
-    found, covariance, chi2 = _line(x, y, errors)
-    expected, other = np.polyfit(x, y, 1, w=1 / errors, cov="unscaled")
-    assert found == pytest.approx(expected, rel=1e-9)
-    assert covariance == pytest.approx(other, rel=1e-9)
-    assert chi2 == pytest.approx(float((((y - np.polyval(expected, x)) / errors) ** 2).sum()))
 
 
 def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_laws() -> None:

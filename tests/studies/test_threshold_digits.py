@@ -9,10 +9,10 @@ import pytest
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.studies.thresholds import edges
+from exactcreep.studies.thresholds import beside
 from exactcreep.studies.thresholds.criteria import threshold
 from exactcreep.studies.thresholds.deciding import secant
-from exactcreep.studies.thresholds.edges import Threshold
+from exactcreep.studies.thresholds.threshold import Threshold
 from tests.paper import captions
 
 
@@ -25,7 +25,7 @@ def bounds(found: Threshold) -> tuple[Fraction, Fraction]:
 def test_two_sliders_to_a_thousand_digits_by_the_search_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(edges, "LAWS", {})
+    monkeypatch.setattr(beside, "LAWS", {})
     found = threshold(captions(2), cycles=20, digits=1000)
     lower, upper = bounds(found)
     # (mu_s - tan) cos / l0 = 0.35 * 4 / sqrt(17) / 1000, enclosed by integer square roots

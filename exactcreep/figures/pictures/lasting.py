@@ -7,6 +7,7 @@ mean velocities agree with them in the mean. The lasting thresholds are proved, 
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -40,11 +41,11 @@ from exactcreep.laws import EDGES, LAWS, law_values
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Outcome
-from exactcreep.progress import reporter
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.fates.fate import fate
 from exactcreep.studies.fates.survival import survival
-from exactcreep.studies.thresholds.intercept import intercept
+from exactcreep.studies.thresholds.criteria import threshold
+from exactcreep.studies.thresholds.intercept import Intercept
 
 Say = Callable[..., None]
 RATIO = r"$A_\theta/A_\theta^*$, $A_\theta^*$ of the paper"
@@ -123,14 +124,16 @@ def thresholds(
         found["lasting"].append(lasting)
         found["horizon"].append(_horizon(n, unit, step))
         found["survival"].append(_half(n, unit, step, starts, cycles) if n > 5 else np.nan)
-        line = None
+        found["intercept"].append(np.nan)
+        found["intercept_error"].append(np.nan)
         if 5 < n <= most_velocity:
-            line = intercept(
-                chain_of(n, "0.01"), cycles=velocity_cycles, points=8, say=reporter(None)
-            )
-        found["intercept"].append(np.nan if line is None else line.intercept / unit)
-        error = np.nan if line is None else np.hypot(line.error, line.systematic) / unit
-        found["intercept_error"].append(error)
+            line = threshold(
+                chain_of(n, "0.01"), criterion="intercept", cycles=velocity_cycles, points=8,
+                progress=False,
+            )  # fmt: skip
+            assert isinstance(line, Intercept)
+            found["intercept"][-1] = line.intercept / unit
+            found["intercept_error"][-1] = math.hypot(line.error, line.systematic) / unit
         say(k + 1, len(sizes), "sizes")
     about = {"starts": starts, "cycles": cycles, "step": step, "velocity_cycles": velocity_cycles}
     return xr.Dataset({k: ("n", v) for k, v in found.items()}, {"n": list(sizes)}, about)

@@ -38,7 +38,7 @@ from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.recurrence import Course
-from exactcreep.studies.fates.fate import ended, followed, refuse_sliding
+from exactcreep.studies.fates.computed import computed, refuse_sliding
 from exactcreep.studies.pool import Signals, pool_of
 
 CONFIDENCE = 0.95
@@ -336,13 +336,13 @@ def survival(
     chain: Chain,
     amplitude: Number,
     *,
-    starts: int = 100,
+    starts: Number = 100,
     size: Number = SIZE,
-    cycles: int = 10_000,
-    seed: int = 0,
-    dormant: int = 500,
+    cycles: Number = 10_000,
+    seed: Number = 0,
+    dormant: Number = 500,
     executor: Executor | None = None,
-    workers: int | None = None,
+    workers: Number | None = None,
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> Survival:
@@ -421,7 +421,7 @@ def survival(
 
 
 def _all_lives(
-    whole: _Task, executor: Executor | None, workers: int | None, say: Callable[..., None]
+    whole: _Task, executor: Executor | None, workers: Number | None, say: Callable[..., None]
 ) -> list[Life]:
     """Return the lives of all starts, computed in parallel, in their order."""
     found: dict[int, list[Life]] = {}
@@ -453,10 +453,8 @@ def lives_of(task: _Task, signals: Signals | None = None) -> list[Life]:
 
 def _life(task: _Task, number: int, limits: Limits) -> Life:
     start, seed = start_of(task.chain, task.size, task.seed, number)
-    experiment = Experiment.of(task.chain, task.drive, start=start, seed=seed, record=())
     course = Course(task.chain, task.drive, start, seed, task.dormant)
-    stop, reason = followed(course, limits)
-    found = ended(experiment, course, stop, reason)
+    found, stop = computed(course, start, limits)
     return Life(
         outcome=found.outcome.value,
         evidence=found.evidence.value,

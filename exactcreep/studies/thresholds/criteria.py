@@ -11,7 +11,6 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -23,25 +22,17 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import BITS_PER_DIGIT
 from exactcreep.progress import Hearer, reporter
+from exactcreep.quasistatic.decimals import magnitude
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import advance
-from exactcreep.studies.thresholds.deciding import log2
-from exactcreep.studies.thresholds.edges import (
-    MOST_DIGITS,
-    SPARE,
-    Asked,
-    Edge,
-    Search,
-    Threshold,
-    text_of,
-    unit_of,
-)
+from exactcreep.studies.thresholds.edges import MOST_DIGITS, SPARE, Search
 from exactcreep.studies.thresholds.half_life import HalfLife, half_life
 from exactcreep.studies.thresholds.horizon import Question
 from exactcreep.studies.thresholds.intercept import Intercept, intercept
 from exactcreep.studies.thresholds.lasting import MOST_CYCLES, Lasting
+from exactcreep.studies.thresholds.span import Span, text_of
+from exactcreep.studies.thresholds.threshold import Edge, Threshold
 
 _SEED_SIZE = Fraction(1, 10**6)  # of seeded tensions: far below a slip, far above rounding
 _SHORT = 5  # sliders: longer chains creep chaotically, and for a while only
@@ -61,22 +52,22 @@ def threshold(
     chain: Chain,
     *,
     criterion: str | None = None,
-    cycles: int | None = None,
-    digits: int | None = None,
+    cycles: Number | None = None,
+    digits: Number | None = None,
     low: Number | None = None,
     high: Number | None = None,
-    points: int | None = None,
+    points: Number | None = None,
     bracket: tuple[Any, Any] | None = None,
     windows: bool | None = None,
-    refine: int | None = None,
+    refine: Number | None = None,
     start_tension: Number | None = None,
-    seeds: int | None = None,
+    seeds: Number | None = None,
     solver: str | None = None,
-    starts: int | None = None,
+    starts: Number | None = None,
     size: Number | None = None,
-    seed: int | None = None,
+    seed: Number | None = None,
     fit: tuple[Any, Any] | None = None,
-    workers: int | None = None,
+    workers: Number | None = None,
     progress: Hearer = None,
     max_seconds: Number | None = None,
 ) -> Threshold | HalfLife | Intercept:
@@ -197,23 +188,16 @@ def threshold(
     if abs(chain.tan_alpha) >= chain.mu_s:
         allowed = f"must be less than mu_s = {nearest_float(chain.mu_s)}, or the chain slides"
         raise InputError("tan_alpha", chain.tan_alpha, allowed)
-    if bracket is not None and (low is not None or high is not None):
-        raise InputError("bracket", bracket, "must not be given together with the ends of a scan")
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     if criterion == "intercept":
-        return intercept(chain, limits=limits, say=say, **given)
+        return intercept(chain, limits, say, **given)
     if chain.sigma_mu != 0:
         allowed = f"must be 0 with the criterion {criterion}; intercept tells of disorder"
         raise InputError("sigma_mu", chain.sigma_mu, allowed)
-    span = _bracket(given.pop("bracket", None))
-    scans = _scans(chain, given.pop("low", None), given.pop("high", None))
+    span = Span.of(chain, *(given.pop(name, None) for name in ("low", "high", "bracket")))
     if criterion == "survival":
-        ends = (scans[0][0], scans[-1][1])
-        return half_life(
-            chain, bracket=span, ends=ends, free=low is None, limits=limits, say=say, **given
-        )
-    free = low is None and span is None
-    return _edge(criterion, chain, span, scans, free, limits, say, **given)
+        return half_life(chain, span, limits, say, **given)
+    return _edge(criterion, chain, span, limits, say, **given)
 
 
 def _fitting(chain: Chain, given: dict[str, Any]) -> str:
@@ -228,22 +212,20 @@ def _fitting(chain: Chain, given: dict[str, Any]) -> str:
 def _edge(
     criterion: str,
     chain: Chain,
-    span: tuple[Fraction, Fraction] | None,
-    scans: list[tuple[Fraction, Fraction]],
-    free: bool,
+    span: Span,
     limits: Limits,
     say: Callable[..., None],
     *,
-    cycles: Any = 20,
-    digits: Any = 15,
-    points: Any = 1000,
-    windows: Any = False,
-    refine: Any = 0,
-    start_tension: Any = 0,
-    seeds: Any = 0,
-    solver: Any = "certified",
+    cycles: Number = 20,
+    digits: Number = 15,
+    points: Number = 1000,
+    windows: bool = False,
+    refine: Number = 0,
+    start_tension: Number = 0,
+    seeds: Number = 0,
+    solver: str = "certified",
 ) -> Threshold:
-    """Return the lowest edge of a chain; `free`: the scan may begin lower if need be."""
+    """Return the lowest edge of a chain."""
     lasting = criterion == "lasting"
     known = [name for name in MOST_DIGITS if name in SOLVERS and not (lasting and name == "mpmath")]
     if not isinstance(solver, str) or solver not in known:
@@ -251,125 +233,94 @@ def _edge(
     if not isinstance(windows, bool):
         raise InputError("windows", windows, "must be true or false")
     size = exact_number(start_tension, "start_tension")
-    asked = Asked(
+    most = MOST_CYCLES if lasting else whole_number(cycles, "cycles", least=1, most=10**7)
+    asked = Threshold(
         chain=chain,
         criterion=criterion,
-        cycles=MOST_CYCLES if lasting else whole_number(cycles, "cycles", least=1, most=10**7),
+        cycles=most,
         digits=whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver]),
-        points=whole_number(points, "points", least=1, most=10**7),
-        windows=windows,
-        refine=whole_number(refine, "refine", least=0),
-        seeds=whole_number(seeds, "seeds", least=0, most=10**6),
         solver=solver,
-        relaxed=size == 0,
-        say=say,
+        compare=_compared(chain, criterion, most, relaxed=size == 0),
     )
-    if asked.refine and not windows:
+    steps = whole_number(points, "points", least=1, most=10**7)
+    count = whole_number(refine, "refine", least=0)
+    number = whole_number(seeds, "seeds", least=0, most=10**6)
+    if count and not windows:
         raise InputError("refine", refine, "needs windows")
-    if span is not None and windows:
+    if span.bracket is not None and windows:
         raise InputError("windows", windows, "needs a scan, and a bracket skips it")
     if chain.n == 1:
-        return _single(asked)
+        return replace(
+            asked,
+            outcome_at_lower=Outcome.AT_REST,
+            outcome_evidence=Evidence.PROVED,
+            evidence=Evidence.PROVED,
+        )
     if chain.mu_s == chain.mu_d:
+        for field, value in (("windows", windows), ("seeds", number)):
+            if value:
+                allowed = "has no meaning with mu_s = mu_d: there is one edge, whatever the start"
+                raise InputError(field, value, allowed)
         return _sliding(asked)
     start = State.prepared(chain, [size] * (chain.n - 1))
-    question = Question(chain, asked.cycles, start, limits)
+    question = Question(chain, most, start, limits)
     if lasting:
-        question = Lasting(chain, asked.cycles, start, limits, solver)
-    search = Search(asked, question, scans, span)
+        question = Lasting(chain, most, start, limits, solver)
+    search = Search(asked, question, span, steps, say, windows, count)
     try:
-        if free and question.creeps(scans[0][0]):
-            scans = search.scans = [(Fraction(0), scans[0][0])]
+        if span.free and question.creeps(span.scans[0][0]):
+            span = search.span = replace(span, scans=[(Fraction(0), span.scans[0][0])])
         found = search.threshold()
     except OutOfTime as limit:
         return search.unfinished(str(limit))
-    if not asked.seeds:
-        return found
     preparations: dict[int, Edge | None] = {}
-    for seed in range(1, asked.seeds + 1):
+    for seed in range(1, number + 1):
         begin = State.perturbed(chain, abs(size) or _SEED_SIZE, start_seed=seed)
-        other = Search(replace(asked, windows=False), replace(question, start=begin), scans, span)
+        other = Search(asked, replace(question, start=begin), span, steps, say)
         try:
-            preparations[seed] = other.edge().edge
+            preparations[seed] = other.refined(*other.first_bracket()).edge
         except InputError:
             preparations[seed] = None
         except OutOfTime as limit:
             return replace(found, preparations=preparations, reason=str(limit))
-        say("preparations", seed, asked.seeds, "starts")
-    return replace(found, preparations=preparations)
+        say("preparations", seed, number, "starts")
+    return replace(found, preparations=preparations) if number else found
 
 
-def _bracket(given: Any) -> tuple[Fraction, Fraction] | None:
-    if given is None:
-        return None
-    try:
-        first, second = given
-    except (TypeError, ValueError):
-        raise InputError("bracket", given, "must be two numbers") from None
-    low, high = exact_number(first, "bracket"), exact_number(second, "bracket")
-    if not 0 <= low < high:
-        raise InputError("bracket", f"{first} {second}", "must be two numbers, 0 <= LO < HI")
-    return low, high
+def _compared(chain: Chain, criterion: str, cycles: int, *, relaxed: bool) -> str:
+    """Return which law an edge may be compared with."""
+    if chain.n == 1:
+        return "no law: one slider has no spring"
+    if chain.mu_s == chain.mu_d:
+        return "Eq. (seuil), which is exact without slips"
+    if chain.n == 2 and relaxed:
+        return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
+    if criterion == "horizon":
+        return f"no law: it says what happens in cycle {cycles}, and creep may end later"
+    return "no law: Eq. (seuil) is about long chains, and about the intercept of v(A)"
 
 
-def _scans(chain: Chain, low: Any, high: Any) -> list[tuple[Fraction, Fraction]]:
-    """Return the ends of one scan after the other; nothing here decides where the edge is."""
-    tangent, cosine = abs(chain.tan_alpha), Fraction(chain.cos_alpha)
-    law = chain.n * (chain.mu_d - tangent) * cosine / (2 * chain.l0)
-    first_slip = (chain.mu_s - tangent) * cosine / chain.l0
-    begin = (law if law > 0 else first_slip) / 2 if low is None else exact_number(low, "from")
-    if begin < 0:
-        raise InputError("from", low, "must not be negative")
-    if high is not None:
-        end = exact_number(high, "to")
-        if begin >= end:
-            raise InputError("to", high, f"must exceed from = {nearest_float(begin)}")
-        return [(begin, end)]
-    ends = [end for end in sorted([2 * law, chain.n * first_slip]) if end > begin]
-    return list(pairwise([begin, *(ends or [2 * begin])]))
-
-
-def _single(asked: Asked) -> Threshold:
-    """Return that one slider, which has no spring, stays at rest at any amplitude."""
-    return asked.answer(
-        lower=None,
-        upper=None,
-        outcome_at_lower=Outcome.AT_REST,
-        outcome_evidence=Evidence.PROVED,
-        evidence=Evidence.PROVED,
-    )
-
-
-def _sliding(asked: Asked) -> Threshold:
+def _sliding(asked: Threshold) -> Threshold:
     """Return N m/(2 l0), where the chain slides with theta: mu_s = mu_d."""
     chain = asked.chain
-    if asked.windows or asked.seeds:
-        field = "windows" if asked.windows else "seeds"
-        allowed = "has no meaning with mu_s = mu_d: there is one edge, whatever the start"
-        raise InputError(field, True if asked.windows else asked.seeds, allowed)
     tangent = abs(chain.tan_alpha)
     # N (mu_d - tan) cos / (2 l0) = sqrt(square), floored exactly
     square = (chain.n * (chain.mu_d - tangent) / (2 * chain.l0)) ** 2 / (1 + tangent**2)
-    wide = Fraction(10) ** (2 * math.floor(log2(square) / (2 * BITS_PER_DIGIT)) - 40)
-    near = Fraction(math.isqrt(math.floor(square / wide))) * Fraction(10) ** (
-        math.floor(log2(square) / (2 * BITS_PER_DIGIT)) - 20
-    )
-    unit = unit_of(near, asked.digits + SPARE)
+    unit = Fraction(10) ** (magnitude(square) // 2 + 1 - asked.digits - SPARE)
     below = math.isqrt(math.floor(square / unit**2))
-    exact = (below * unit) ** 2 == square
     cycles = min(asked.cycles, 20)  # it repeats from the second on
     simulation = solver_named("sliding", {}).simulation(
         chain, State.relaxed(chain), 0, ("x_G", "slips")
     )
     followed = advance(simulation, Cycles(below * unit, cycles), 2 * cycles)
     moves = bool(np.any(followed.recorded["slips"][-2:]))
-    return asked.answer(
+    return replace(
+        asked,
         solver="sliding",
         lower=text_of(below, unit),
         upper=text_of(below + 1, unit),
         outcome_at_lower=Outcome.CYCLING if moves else Outcome.AT_REST,
-        outcome_evidence=Evidence.COMPUTED,
         evidence=Evidence.PROVED,
         stable_digits=asked.digits if asked.criterion == "horizon" else None,
-        report={"exact": exact},
+        report={"exact": (below * unit) ** 2 == square},
     )

@@ -14,27 +14,27 @@ from typing import Any
 
 import xarray as xr
 
-from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
+from exactcreep.limits import Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import (
     InputError,
+    Number,
     exact_number,
     nearest_float,
-    plain_data,
     whole_number,
 )
-from exactcreep.model.outcome import Evidence
-from exactcreep.studies.fates.fate import refuse_sliding
+from exactcreep.studies.fates.computed import refuse_sliding
 from exactcreep.studies.fates.survival import SIZE, Share, survival
-from exactcreep.studies.thresholds.edges import beside, single_values
+from exactcreep.studies.thresholds.beside import Measured, single_values
+from exactcreep.studies.thresholds.span import Span, bisected
 
 _STEP = Fraction(23, 20)  # from one amplitude of the scan to the next
 _LOWER = 10  # halvings of the lower end of a scan, if half of the starts creep there
 _REFINED = 4  # bisections for each end of an interval
 
 
-@dataclass(frozen=True, eq=False)
-class HalfLife:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class HalfLife(Measured):
     """The amplitude at which half of the starts still creep at the horizon.
 
     Attributes
@@ -62,35 +62,19 @@ class HalfLife:
     True
     """
 
-    chain: Chain
     starts: int
-    cycles: int
-    seed: int
-    size: Fraction
     amplitude: float | None
     low: float | None
     high: float | None
     shares: dict[float, Share]
-    reason: str = ""
 
     criterion = "survival"
     compare = "no law: this amplitude grows with the horizon"
 
-    @property
-    def evidence(self) -> Evidence:
-        """Measured with float64: `COMPUTED`; `UNDECIDED` if a limit ended the search."""
-        return Evidence.UNDECIDED if self.reason else Evidence.COMPUTED
-
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""
-        names = ("criterion", "amplitude", "low", "high", "starts", "cycles", "seed")
         shares = [{"amplitude": a} | share._asdict() for a, share in sorted(self.shares.items())]
-        return plain_data(
-            {name: getattr(self, name) for name in names}
-            | {"size": nearest_float(self.size), "evidence": self.evidence.value}
-            | beside(self.chain, self.compare)
-            | {"shares": shares, "reason": self.reason}
-        )
+        return super().summary() | {"shares": shares}
 
     def dataset(self) -> xr.Dataset:
         """Return the shares along ``amplitude``, and all single values as attributes."""
@@ -135,22 +119,19 @@ class _Tried:
         """Return whether clearly more than half creep."""
         return self.share(amplitude).low > 0.5
 
-    def given_bracket(self, low: Fraction, high: Fraction) -> tuple[Fraction, Fraction]:
-        """Return a bracket, if one half lies between its ends."""
-        if not (self.fewer(low) and self.more(high)):
-            allowed = "must straddle one half: clearly fewer creep at LO, clearly more at HI"
-            shares = f", not {self.share(low).share:.3g} and {self.share(high).share:.3g}"
-            shown = f"{nearest_float(low)} {nearest_float(high)}"
-            raise InputError("bracket", shown, allowed + shares)
-        return low, high
-
-    def scanned(self, low: Fraction, high: Fraction, free: bool) -> tuple[Fraction, Fraction]:
-        """Return the first amplitudes of a scan upwards between which one half is passed.
-
-        `free`: it may begin lower if need be.
-        """
+    def bracket(self, span: Span) -> tuple[Fraction, Fraction]:
+        """Return amplitudes between which one half is passed: those given, or of a scan upwards."""
+        if span.bracket is not None:
+            low, high = span.bracket
+            if not (self.fewer(low) and self.more(high)):
+                allowed = "must straddle one half: clearly fewer creep at LO, clearly more at HI"
+                shares = f", not {self.share(low).share:.3g} and {self.share(high).share:.3g}"
+                shown = f"{nearest_float(low)} {nearest_float(high)}"
+                raise InputError("bracket", shown, allowed + shares)
+            return low, high
+        low, high = span.scans[0][0], span.scans[-1][1]
         below = max(low, high / 10**6)
-        for _ in range(_LOWER * free):
+        for _ in range(_LOWER * span.free):
             if self.fewer(below):
                 break
             below /= 2
@@ -185,43 +166,21 @@ class _Tried:
 
 def half_life(
     chain: Chain,
-    *,
-    bracket: tuple[Fraction, Fraction] | None = None,
-    ends: tuple[Fraction, Fraction],
-    free: bool,
-    starts: int = 40,
-    size: Any = SIZE,
-    cycles: int = 4000,
-    seed: int = 0,
-    digits: int = 3,
-    workers: int | None = None,
-    limits: Limits = NO_LIMITS,
+    span: Span,
+    limits: Limits,
     say: Callable[..., None],
+    *,
+    starts: Number = 40,
+    size: Number = SIZE,
+    cycles: Number = 4000,
+    seed: Number = 0,
+    digits: Number = 3,
+    workers: Number | None = None,
 ) -> HalfLife:
     """Return the amplitude at which half of the starts still creep after `cycles` cycles.
 
-    Parameters
-    ----------
-    chain : Chain
-        Without disorder.
-    bracket : pair of Fraction, optional
-        Amplitudes: clearly fewer than half creep at the first, clearly more at the second.
-    ends : pair of Fraction
-        Of the scan for such a bracket.
-    free : bool
-        Whether the scan may begin lower if need be.
-    starts, size, cycles, seed, workers
-        As of `survival`.
-    digits : int
-        Bisection ends at a relative width of ``10**-digits``.
-    limits : Limits
-    say : callable
-
-    Returns
-    -------
-    HalfLife
-        The amplitude and its interval; where the share crosses one half more than once, one of the
-        crossings. Out of time, what is known.
+    The arguments are those of `threshold`. Where the share crosses one half more than once, it is
+    one of the crossings. Out of time, what is known is returned.
 
     Raises
     ------
@@ -232,28 +191,31 @@ def half_life(
     if chain.n < 2:
         raise InputError("n", chain.n, "must be at least 2: one slider has no spring")
     width = Fraction(1, 10 ** whole_number(digits, "digits", least=1, most=12))
-    given = {"starts": starts, "size": size, "cycles": cycles, "seed": seed, "workers": workers}
-    tried = _Tried(chain, given, limits, say)
+    given = {
+        "starts": whole_number(starts, "starts", least=1),
+        "cycles": whole_number(cycles, "cycles", least=1),
+        "seed": whole_number(seed, "seed", least=0),
+    }
+    tried = _Tried(chain, {**given, "size": size, "workers": workers}, limits, say)
     at, fewer, more, reason = None, None, None, ""
     try:
-        below, above = tried.given_bracket(*bracket) if bracket else tried.scanned(*ends, free)
-        while above - below > width * above:
-            middle = (below + above) / 2
-            if tried.share(middle).share < 0.5:
-                below = middle
-            else:
-                above = middle
+        below, above = tried.bracket(span)
+        *_, (below, above) = bisected(below, above, width, lambda a: tried.share(a).share >= 0.5)
         at = nearest_float((below + above) / 2)
         fewer = tried.end(below, width, tried.fewer)
         more = tried.end(above, width, tried.more)
     except OutOfTime as limit:
         reason = str(limit)
-        surely = [a for a in sorted(tried.shares) if tried.more(a)]
-        more = surely[0] if surely else None
+        more = min((a for a in tried.shares if tried.more(a)), default=None)
         less = [a for a in tried.shares if tried.fewer(a) and (more is None or a < more)]
         fewer = max(less, default=None)
-    low, high = (None if end is None else nearest_float(end) for end in (fewer, more))
-    shares = {nearest_float(amplitude): share for amplitude, share in tried.shares.items()}
     return HalfLife(
-        chain, starts, cycles, seed, exact_number(size, "size"), at, low, high, shares, reason
+        chain=chain,
+        **given,
+        size=exact_number(size, "size"),
+        amplitude=at,
+        low=None if fewer is None else nearest_float(fewer),
+        high=None if more is None else nearest_float(more),
+        shares={nearest_float(amplitude): share for amplitude, share in tried.shares.items()},
+        reason=reason,
     )

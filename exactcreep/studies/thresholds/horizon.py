@@ -14,7 +14,6 @@ from fractions import Fraction
 from itertools import pairwise
 from typing import Any, ClassVar, NamedTuple
 
-import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
@@ -26,8 +25,9 @@ from exactcreep.model.state import State
 from exactcreep.quasistatic.decimals import Enclosure, enclosure
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
-from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
-from exactcreep.studies.fates.proof import Recurrence, lone
+from exactcreep.studies.eventlog import LoggedRearrangement
+from exactcreep.studies.fates.proof import logged, lone
+from exactcreep.studies.fates.result import Fate
 
 MOST_EVENTS = 10**6
 """Events for each slider (at least 20) after which a run is given up: no edge is so far up."""
@@ -51,7 +51,7 @@ class Trial(NamedTuple):
     log: list[LoggedRearrangement]
     tensions: tuple[NDArray[Any], NDArray[Any]]
     outcome: Outcome | None = None  # of a fate
-    fate: Recurrence | None = None
+    fate: Fate | None = None
 
     @property
     def change(self) -> float:
@@ -98,21 +98,18 @@ class Question:
         record = ("x_G", "tension", "events")
         simulation = algorithm.simulation(self.chain, self.start, 0, record)
         stretch = self._followed(simulation, amplitude)
-        recorded = dict(stretch.recorded)
-        if solver != "exact":  # a time leads to the root of a condition: no more is asked of it
-            times = [enclosure(time).middle for time in recorded["event_time"].tolist()]
-            recorded["event_time"] = np.array([*times, None], dtype=object)[:-1]
-        tensions = list(recorded["tension"][-3:])
+        tensions = list(stretch.recorded["tension"][-3:])
         if len(tensions) < 3:
             tensions = [self.start.tensions, *tensions[-2:]]
         evidence = simulation.evidence
         creeps = stretch.stop is Stop.RUNAWAY
         if not creeps:
-            known = self._advance(recorded["x_G"].tolist())
+            known = self._advance(stretch.recorded["x_G"].tolist())
             creeps = known.middle > ADVANCE
             if abs(known.middle - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
                 evidence = Evidence.UNDECIDED
-        return Trial(creeps, evidence, rearrangements(recorded), (tensions[0], tensions[-1]))
+        log = logged(stretch.recorded)
+        return Trial(creeps, evidence, log, (tensions[0], tensions[-1]))
 
     def _followed(self, simulation: Simulation, amplitude: Fraction) -> Stretch:
         """Take a simulation through all cycles, or to a runaway.
@@ -155,7 +152,7 @@ def last_outcome(trial: Trial, half_cycles: int) -> tuple[Outcome | None, Eviden
         return Outcome.AT_REST, trial.evidence
     moves: Counter[int] = Counter()
     for one in last:
-        if not lone(tuple(event.signature for event in one.events)):
+        if not lone(one.itinerary):
             break
         moves.update(dict(zip(one.events[0].sliders, one.events[0].signs, strict=True)))
     else:
@@ -198,5 +195,4 @@ def transient(changes: list[tuple[int, float]]) -> dict[str, Any]:
 
 
 def weaker(a: Evidence, b: Evidence) -> Evidence:
-    order = list(Evidence)
-    return order[max(order.index(a), order.index(b))]
+    return max(a, b, key=list(Evidence).index)

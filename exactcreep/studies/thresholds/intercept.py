@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -17,22 +16,23 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats
 
-from exactcreep.laws import LAWS
-from exactcreep.limits import NO_LIMITS, Limits, Stop
+from exactcreep.laws import LAWS, law_values
+from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import (
     InputError,
+    Number,
     exact_number,
     nearest_float,
-    plain_data,
     whole_number,
 )
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import creep
-from exactcreep.studies.fates.fate import refuse_sliding
+from exactcreep.studies.fates.computed import refuse_sliding
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
-from exactcreep.studies.thresholds.edges import beside, single_values
+from exactcreep.studies.thresholds.beside import Measured, single_values
+from exactcreep.studies.thresholds.span import two_numbers
 
 FEWEST_POINTS = 8
 """Amplitudes of a straight line."""
@@ -40,8 +40,8 @@ UNLIKELY = 0.01
 """Probability of a chi2 as large, below which a line is not believed."""
 
 
-@dataclass(frozen=True, eq=False)
-class Intercept:
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Intercept(Measured):
     """Where the straight part of v(A) meets zero.
 
     Attributes
@@ -78,13 +78,9 @@ class Intercept:
     (1.3, 'undecided')
     """
 
-    chain: Chain
     amplitudes: NDArray[np.float64]
     velocities: NDArray[np.float64]
     errors: NDArray[np.float64]
-    cycles: int
-    seed: int
-    size: Fraction
     fit: tuple[float, float]
     law_seuil: float
     law_slope: float
@@ -95,77 +91,33 @@ class Intercept:
     slope_error: float = math.nan
     chi2: float = math.nan
     chi2_probability: float = math.nan
-    reason: str = ""
 
     criterion = "intercept"
     compare = "the intercept with Eq. (seuil), a law of long chains; the slope with (N + 3 - 2i) l0"
 
-    @property
-    def evidence(self) -> Evidence:
-        """Measured with float64: `COMPUTED`; `UNDECIDED` where v(A) is no straight line.
-
-        And where a limit ended the measurement.
-        """
-        return Evidence.UNDECIDED if self.reason else Evidence.COMPUTED
-
-    def summary(self) -> dict[str, Any]:
-        """Return everything by names, ready for JSON."""
-        names = (
-            "criterion", "intercept", "error", "systematic", "slope", "slope_error", "chi2",
-            "chi2_probability", "law_slope", "cycles", "seed", "fit", "reason",
-        )  # fmt: skip
-        return plain_data(
-            {name: getattr(self, name) for name in names}
-            | {"size": nearest_float(self.size), "evidence": self.evidence.value}
-            | beside(self.chain, self.compare)
-            | {name: getattr(self, name) for name in _COLUMNS}
-        )
-
     def dataset(self) -> xr.Dataset:
         """Return what was measured along ``amplitude``, and all single values as attributes."""
-        columns = {name: ("amplitude", getattr(self, name)) for name in _COLUMNS[1:]}
+        columns = {name: ("amplitude", getattr(self, name)) for name in ("velocities", "errors")}
         about = single_values(self.chain, self.summary())
         return xr.Dataset(columns, {"amplitude": self.amplitudes}, about)
 
 
-_COLUMNS = ("amplitudes", "velocities", "errors")
-
-
 def intercept(
     chain: Chain,
-    *,
-    fit: tuple[Any, Any] = ("1.2", "2"),
-    points: int = 12,
-    cycles: int = 400,
-    size: Any = SIZE,
-    seed: int = 0,
-    limits: Limits = NO_LIMITS,
+    limits: Limits,
     say: Callable[..., None],
+    *,
+    fit: Any = ("1.2", "2"),
+    points: Number = 12,
+    cycles: Number = 400,
+    size: Number = SIZE,
+    seed: Number = 0,
 ) -> Intercept:
     """Return the amplitude at which the straight part of v(A) meets zero.
 
-    Parameters
-    ----------
-    chain : Chain
-        Of a slope below mu_d; negative slopes mean the mirror image.
-    fit : pair of numbers
-        The range of the line, in units of Eq. (seuil).
-    points : int
-        Amplitudes, equally spaced over the range: at least 8.
-    cycles : int
-        Of each of them.
-    size : number
-        Tensions of a start are uniform in (-size, size), unit m g.
-    seed : int
-        Below 2**32. Amplitude k, from 1, has the start and the disorder of start k of `survival`.
-    limits : Limits
-    say : callable
-
-    Returns
-    -------
-    Intercept
-        With its standard error, the shift over two other ranges, chi2, and the laws beside. Out of
-        time, the velocities that are known, and the line through them if they are 8 or more.
+    The arguments are those of `threshold`. Amplitude k, from 1, has the start and the disorder of
+    start k of `survival`. Out of time, the velocities that are known are returned, and the line
+    through them if they are 8 or more.
 
     Raises
     ------
@@ -177,20 +129,16 @@ def intercept(
         raise InputError("tan_alpha", chain.tan_alpha, "must be less than mu_d in size")
     if chain.n < 2:
         raise InputError("n", chain.n, "must be at least 2: one slider has no spring")
-    low, high = _range(fit)
+    low, high = map(nearest_float, two_numbers(fit, "fit", positive=True))
     count = whole_number(points, "points", least=FEWEST_POINTS, most=10_000)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)
     spread = exact_number(size, "size")
-    about = {name: nearest_float(getattr(chain, name)) for name in ("l0", "mu_d", "tan_alpha")}
-    downhill = math.copysign(1.0, about["tan_alpha"])
-    about["tan_alpha"] = abs(about["tan_alpha"])
-    law = float(_law("seuil")(n=chain.n, mu_s=nearest_float(chain.mu_s), **about))
-    try:
-        law_slope = float(_law("vitesse")(n=chain.n, amplitude=1.0, **about))
-    except ValueError:  # two plateaus are as near to the slope
-        law_slope = math.nan
+    about = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha), "amplitude": 1}
+    (law,) = law_values(LAWS["seuil"].printed, about)
+    slopes = law_values(LAWS["vitesse"].printed, about)
     amplitudes = law * np.linspace(low, high, count)
     velocities, errors = np.full(count, math.nan), np.full(count, math.nan)
+    downhill = math.copysign(1.0, nearest_float(chain.tan_alpha))
     over = ""
     for done, k in enumerate([*range(0, count, 2), *range(1, count, 2)]):
         start, disorder = start_of(chain, spread, key, k + 1)
@@ -215,9 +163,18 @@ def intercept(
         line = _fitted(*measured)
     line["reason"] = over or line.get("reason", "")
     return Intercept(
-        chain, *measured, cycles, key, spread, (low, high), law_seuil=law, law_slope=law_slope,
+        chain=chain,
+        amplitudes=measured[0],
+        velocities=measured[1],
+        errors=measured[2],
+        cycles=drive.cycles,
+        seed=key,
+        size=spread,
+        fit=(low, high),
+        law_seuil=law,
+        law_slope=slopes[0] if len(slopes) == 1 else math.nan,
         **line,
-    )  # fmt: skip
+    )
 
 
 def _fitted(
@@ -231,58 +188,33 @@ def _fitted(
     errors[unknown] = errors[~unknown].max()
     # a chain that has settled moves without scatter: its weight is that of the surest other
     scatter = errors[errors > 0]
-    weighed = np.maximum(errors, scatter.min() if scatter.size else 1.0)
-    line, covariance, chi2 = _line(amplitudes, velocities, weighed)
-    at = -line[1] / line[0]
-    turn = np.array([-at, -1.0]) / line[0]  # derivative of the intercept
+    weights = 1 / np.maximum(errors, scatter.min() if scatter.size else 1.0)
+
+    def line(part: slice) -> Any:
+        x, y = amplitudes[part], velocities[part]
+        return np.polyfit(x, y, 1, w=weights[part], cov="unscaled")
+
+    (slope, ordinate), covariance = line(slice(None))
+    at = -ordinate / slope
     half = (count + 1) // 2
-    parts = (slice(None, half), slice(-half, None))
-    others = [_line(amplitudes[p], velocities[p], weighed[p])[0] for p in parts]
+    others = [line(part)[0] for part in (slice(None, half), slice(-half, None))]
     found: dict[str, Any] = {
         "intercept": float(at),
         "systematic": float(max(abs(-b / a - at) for a, b in others)),
-        "slope": float(line[0]),
+        "slope": float(slope),
     }
     if not scatter.size:
         why = "every chain has settled: v(A) has steps, and no errors to weigh them by"
         return found | {"reason": why}
+    chi2 = float(np.sum(((slope * amplitudes + ordinate - velocities) * weights) ** 2))
     probability = float(stats.chi2.sf(chi2, count - 2))
     if probability < UNLIKELY:
         why = f"chi2 is {chi2:.3g} for {count - 2} degrees of freedom: v(A) is no straight line"
         found["reason"] = why
+    turn = np.array([-at, -1.0]) / slope  # derivative of the intercept
     return found | {
         "error": float(math.sqrt(turn @ covariance @ turn)),
         "slope_error": float(math.sqrt(covariance[0, 0])),
         "chi2": chi2,
         "chi2_probability": probability,
     }
-
-
-def _law(label: str) -> Callable[..., Any]:
-    form = LAWS[label].printed
-    assert form is not None
-    return form
-
-
-def _range(fit: Any) -> tuple[float, float]:
-    try:
-        first, second = fit
-    except (TypeError, ValueError):
-        raise InputError("fit", fit, "must be two numbers") from None
-    low, high = (nearest_float(exact_number(value, "fit")) for value in (first, second))
-    if not 0 < low < high:
-        raise InputError("fit", f"{first} {second}", "must be two numbers, 0 < LO < HI")
-    return low, high
-
-
-def _line(
-    x: NDArray[np.float64], y: NDArray[np.float64], errors: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Return slope and ordinate of the weighted line, their covariance, and chi2."""
-    size = float(x.max())  # so that both columns are of one size
-    design = np.column_stack([x / size, np.ones_like(x)]) / errors[:, None]
-    covariance = np.linalg.inv(design.T @ design)
-    found = covariance @ (design.T @ (y / errors))
-    chi2 = float(np.sum((design @ found - y / errors) ** 2))
-    back = np.diag([1 / size, 1.0])
-    return back @ found, back @ covariance @ back, chi2

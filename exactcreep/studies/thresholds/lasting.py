@@ -12,11 +12,11 @@ from exactcreep.limits import OutOfTime, Stop
 from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.recurrence import Course
 from exactcreep.studies.eventlog import LoggedRearrangement
-from exactcreep.studies.fates.fate import Fate, ended, followed
-from exactcreep.studies.fates.proof import recurrence
+from exactcreep.studies.fates.computed import computed
+from exactcreep.studies.fates.proof import proved
+from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.thresholds.horizon import Question, Trial
 
 MOST_CYCLES = 10_000
@@ -44,12 +44,10 @@ class Lasting(Question):
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
         """Return the fate in float64, and where x_G has come to apart from a steady advance."""
         drive = Cycles(amplitude, self.cycles)
-        experiment = Experiment.of(self.chain, drive, solver="exact", start=start, record=())
         course = Course(self.chain, drive, start)
-        stop, reason = followed(course, self.limits)
+        found, stop = computed(course, start, self.limits)
         if stop is Stop.DEADLINE:
-            raise OutOfTime(reason)
-        found = ended(experiment, course, stop, reason)
+            raise OutOfTime(found.reason)
         steady = found.cycles * (found.advance or 0.0) / (found.period or 1)
         return found, float(course.simulation.state().displacements.mean()) - steady
 
@@ -104,13 +102,11 @@ class Lasting(Question):
             trial = past.tried(amplitude, solver, options)
             return trial._replace(creeps=found.outcome not in _IDLE, outcome=found.outcome)
         drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
-        proved = recurrence(self.chain, drive, self.start, self.limits)
-        if proved.outcome is Outcome.LIMIT:
+        found, log = proved(self.chain, drive, self.start, self.limits)
+        if found.outcome is Outcome.LIMIT:
             self.limits.require()
-        creeps = proved.outcome not in _IDLE
-        tensions = np.array([]), np.array([])
-        log = list(proved.log)
-        return Trial(creeps, proved.evidence, log, tensions, proved.outcome, proved)
+        creeps, tensions = found.outcome not in _IDLE, (np.array([]), np.array([]))
+        return Trial(creeps, found.evidence, log, tensions, found.outcome, found)
 
 
 def side_by_side(one: Trial, other: Trial) -> list[list[LoggedRearrangement]]:

@@ -1,0 +1,116 @@
+"""What is known of the fate of a chain: the result of both ways to find it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Any
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.contacts import Itinerary
+from exactcreep.model.numbers import nearest_float
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
+from exactcreep.quasistatic.decimals import Enclosure
+
+Period = tuple[tuple[int, Itinerary], ...]
+"""The rearrangements of one period: each with its half-cycle, from 1, and its itinerary."""
+
+
+@dataclass(frozen=True)
+class Fate:
+    """What a chain does in the end.
+
+    Attributes
+    ----------
+    chain : Chain
+    amplitude : Fraction
+        Of the cycles.
+    start : State
+    solver : str
+    outcome : Outcome
+        `AT_REST`, `CYCLING` (locked: slips return the same tensions without an advance),
+        `CREEPING` (the same tensions after a period, with an advance), `RUNAWAY`, or `LIMIT` (it
+        has not settled, and `reason` says what ended the search).
+    evidence : Evidence
+        `PROVED`: for ever. `COMPUTED`: the float64 chain came back to the same state bit for bit.
+        `UNDECIDED`: it came back to within rounding, or a comparison lay within its bound.
+    cycles : int
+        Whole cycles that were followed.
+    settled_after : int or None
+        The number m of cycles from which on the tensions at the ends of cycles repeat:
+        ``T(k + period) = T(k)`` for every k >= m, and for no smaller m. Where a proved cycle has
+        avalanches the tensions only tend to it: the itinerary repeats after m cycles. None: not
+        settled.
+    period : int or None
+        Cycles.
+    advance : float or None
+        Of x_G over a period, unit ``g tau_dyn**2``; 0 at rest or locked.
+    last_advance : int
+        The last cycle, up to `settled_after` if that is known, in which x_G advanced down the
+        incline (on the level, either way); 0: none.
+    itinerary : tuple or None
+        The rearrangements of one period: each with its half-cycle, from 1, and its itinerary.
+    advance_enclosure : Enclosure or None
+        The advance, of a solver that encloses it.
+    reason : str
+        For a runaway what proves it, for a limit which it is; else how the chain returns, if not
+        exactly.
+    report : mapping
+        What only this solver knows.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain, fate
+    >>> found = fate(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001")
+    >>> found.outcome.value, found.evidence.value, found.period
+    ('creeping', 'proved', 1)
+    """
+
+    chain: Chain
+    amplitude: Fraction
+    start: State
+    solver: str
+    outcome: Outcome
+    evidence: Evidence
+    cycles: int
+    settled_after: int | None = None
+    period: int | None = None
+    advance: float | None = None
+    last_advance: int = 0
+    itinerary: Period | None = None
+    advance_enclosure: Enclosure | None = None
+    reason: str = ""
+    report: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def velocity(self) -> float | None:
+        """The advance per half-cycle once it has settled."""
+        return None if self.advance is None or not self.period else self.advance / self.period / 2
+
+    def summary(self) -> dict[str, Any]:
+        """Return everything by names, ready for JSON."""
+        names = ("cycles", "settled_after", "period", "advance", "velocity", "last_advance")
+        out: dict[str, Any] = {
+            "n": self.chain.n,
+            "amplitude": nearest_float(self.amplitude),
+            "solver": self.solver,
+            "outcome": self.outcome.value,
+            "evidence": self.evidence.value,
+        } | {name: getattr(self, name) for name in names}
+        if self.advance_enclosure is not None:
+            middle, radius = self.advance_enclosure
+            out["advance_enclosure"] = [str(middle - radius), str(middle + radius)]
+        if self.itinerary is not None:
+            out["itinerary"] = [
+                {"half_cycle": half, "events": [f"{kind} {movers(*who)}" for kind, *who in events]}
+                for half, events in self.itinerary
+            ]
+        return out | {"reason": self.reason, "report": dict(self.report)}
+
+
+def movers(sliders: Sequence[int], signs: Sequence[int]) -> str:
+    """Return who moves in an event, and which way: ``1 up, 5 down``."""
+    pairs = zip(sliders, signs, strict=True)
+    return ", ".join(f"{n} {'down' if sign > 0 else 'up'}" for n, sign in pairs)

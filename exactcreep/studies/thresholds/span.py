@@ -1,0 +1,110 @@
+"""Amplitudes: where a threshold is looked for, how a bracket is narrowed, decimals that enclose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from decimal import Decimal
+from fractions import Fraction
+from itertools import pairwise
+from typing import Any
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float
+from exactcreep.quasistatic.decimals import magnitude
+
+Bracket = tuple[Fraction, Fraction]
+
+
+@dataclass(frozen=True)
+class Span:
+    """Where a threshold is looked for.
+
+    Attributes
+    ----------
+    bracket : pair of Fraction or None
+        The chain does not creep at the first, and creeps at the second.
+    scans : list of (Fraction, Fraction)
+        Without a bracket: ends of one scan after the other, until creep is found.
+    free : bool
+        Whether the first scan may begin lower if need be.
+    """
+
+    bracket: Bracket | None
+    scans: list[Bracket]
+    free: bool
+
+    @classmethod
+    def of(cls, chain: Chain, low: Number | None, high: Number | None, bracket: Any) -> Span:
+        """Return the span that is asked for; the default decides nothing about where the edge is.
+
+        Raises
+        ------
+        InputError
+            If an end is negative, or a range is empty.
+        """
+        between = None
+        if bracket is not None:
+            if low is not None or high is not None:
+                allowed = "must not be given together with the ends of a scan"
+                raise InputError("bracket", bracket, allowed)
+            between = two_numbers(bracket, "bracket")
+        tangent, cosine = abs(chain.tan_alpha), Fraction(chain.cos_alpha)
+        law = chain.n * (chain.mu_d - tangent) * cosine / (2 * chain.l0)
+        first_slip = (chain.mu_s - tangent) * cosine / chain.l0
+        begin = (law if law > 0 else first_slip) / 2 if low is None else exact_number(low, "from")
+        if begin < 0:
+            raise InputError("from", low, "must not be negative")
+        if high is None:
+            ends = [end for end in sorted([2 * law, chain.n * first_slip]) if end > begin]
+            ends = ends or [2 * begin]
+        else:
+            ends = [exact_number(high, "to")]
+            if begin >= ends[0]:
+                raise InputError("to", high, f"must exceed from = {nearest_float(begin)}")
+        scans = list(pairwise([begin, *ends]))
+        return cls(between, scans, low is None and between is None)
+
+
+def two_numbers(given: Any, field: str, *, positive: bool = False) -> Bracket:
+    """Return two ascending numbers that are not negative.
+
+    Raises
+    ------
+    InputError
+        If they are something else.
+    """
+    try:
+        first, second = given
+    except (TypeError, ValueError):
+        raise InputError(field, given, "must be two numbers") from None
+    low, high = exact_number(first, field), exact_number(second, field)
+    if not 0 <= low < high or (positive and low == 0):
+        allowed = f"must be two numbers, 0 {'<' if positive else '<='} LO < HI"
+        raise InputError(field, f"{first} {second}", allowed)
+    return low, high
+
+
+def bisected(
+    low: Fraction, high: Fraction, width: Fraction, above: Callable[[Fraction], bool]
+) -> Iterator[Bracket]:
+    """Yield a bracket and those within it, at whose ends `above` differs, to a relative width."""
+    yield low, high
+    while high - low > width * high:
+        middle = (low + high) / 2
+        if above(middle):
+            high = middle
+        else:
+            low = middle
+        yield low, high
+
+
+def unit_of(value: Fraction, digits: int) -> Fraction:
+    """Return one unit of the last of `digits` significant decimal digits of `value` > 0."""
+    return Fraction(10) ** (magnitude(value) + 1 - digits)
+
+
+def text_of(count: int, unit: Fraction) -> str:
+    """Return ``count * unit`` as a decimal; `unit` is a power of ten."""
+    digits = len(str(unit.denominator)) - len(str(unit.numerator))
+    return str(Decimal((int(count < 0), tuple(map(int, str(abs(count)))), -digits)))
