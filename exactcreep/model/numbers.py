@@ -198,8 +198,10 @@ def whole_number(value: Any, field: str, *, least: int, most: int | None = None)
         number = exact_number(value, field)
     except InputError:
         raise InputError(field, value, allowed) from None
-    if number.denominator != 1 or number < least or (most is not None and number > most):
+    if number.denominator != 1:
         raise InputError(field, value, allowed)
+    if number < least or (most is not None and number > most):
+        raise InputError(field, int(number), allowed)
     return int(number)
 
 

@@ -186,7 +186,8 @@ class TestRefusals:
         line = words.split()
         solver = [] if "--solver" in line else ["--solver", "exact"]
         digits = [] if "--digits" in line else ["--digits", "9"]
-        status = cli.status(["threshold", *line, *solver, *digits])
+        points = [] if "--points" in line else ["--points", "50"]
+        status = cli.status(["threshold", *line, *solver, *digits, *points])
         said = capsys.readouterr()
         assert status == 2
         assert said.out == ""
