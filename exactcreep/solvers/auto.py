@@ -399,7 +399,7 @@ def _with_inertia(
     else:  # what a theorem knows exactly has no statistical error
         statistical = 0.0 if limit.known_by == "exact" else math.nan
     # rounding takes a chain that does not settle to another of its courses: that is no bias
-    bias = PROMISE if statistical == 0 and not (pilot and pilot.settled == "rest") else 0.0
+    bias = PROMISE if statistical < PROMISE and not (pilot and pilot.settled == "rest") else 0.0
     said = "the chain itself, in float64: no bias"
     return (
         Candidate("exact", bias, "promised", said, statistical),

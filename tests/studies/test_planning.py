@@ -20,6 +20,7 @@ from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
+from exactcreep.motion.rounding_error import PROMISE
 from exactcreep.quasistatic.creep import AccuracyWarning, creep
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import KNOWN_BY, choose
@@ -397,6 +398,27 @@ def test_a_silent_beginning_of_a_path_proves_nothing():
     assert (found.known_by, found.bias > 1) == ("measured", True)
     others = [creep(chain, season(), seed=seed, record=()).velocity for seed in range(1, 9)]
     assert abs(np.mean(others) - auto.velocity) <= told["relative_error"] * auto.velocity
+
+
+@pytest.mark.parametrize(("n", "size", "rounding"), [(3, 0.002, 1e-11), (6, 0.003, 0.02)])
+def test_a_path_without_disorder_has_no_error_but_that_of_rounding(n, size, rounding):
+    path = Path((size * np.random.default_rng(1).standard_normal(120)).tolist())
+    chain = chain_of(n=n, sigma_mu=0)
+    exact = rung(choose(chain, path, accuracy="0.001", record=("x_G",)), "exact")
+    near = State.prepared(chain, [1e-15 * (-1) ** i for i in range(n - 1)])
+    one, other = (creep(chain, path, start=start, record=()).velocity for start in (None, near))
+    assert PROMISE <= exact.error < rounding
+    assert abs(one - other) <= exact.error * one
+
+
+def test_a_path_with_disorder_is_followed_by_as_many_seeds_as_decide():
+    path = Path((0.003 * np.random.default_rng(1).standard_normal(120)).tolist())
+    biases = []
+    for accuracy, name in (("0.3", "sliding"), ("0.001", "exact")):
+        choice = choose(chain_of(), path, accuracy=accuracy, record=("x_G",))
+        assert choice.name == name
+        biases.append((rung(choice, "sliding").bias, choice.pilot.difference_error))
+    assert biases[1][1] < 0.6 * biases[0][1]
 
 
 def test_a_long_path_is_looked_at_all_over():
