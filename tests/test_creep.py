@@ -526,6 +526,24 @@ def test_of_two_runs_with_one_checkpoint_the_second_does_not_begin(tmp_path: Pat
     assert same(resume(file), whole)
 
 
+def test_a_checkpoint_of_many_members_is_written_when_it_is_due_and_not_for_each(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write, written = checkpoints.write_file, []
+
+    def counted(*arguments: object, **options: object) -> None:
+        written.append(arguments)
+        write(*arguments, **options)
+
+    monkeypatch.setattr(checkpoints, "write_file", counted)
+    members = [Experiment.of(TWO, Cycles("0.01", 2), seed=seed) for seed in range(9)]
+    whole = loop.run_members(members, keeper=loop.Keeper.of(tmp_path / "run.ckpt", 10**9))
+    assert len(written) == 2
+    saved = loop.Saved.read(tmp_path / "run.ckpt")
+    again = loop.run_members(saved.experiments, captured=saved.captured)
+    assert all(map(same, again, whole))
+
+
 def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> None:
     chain = Chain(8, 1, "1/1000", "101/1000", tan_alpha="-3/5000")
     tensions = [Fraction(t, 100) for t in (-3, 18, -18, -14, -2, 0, -2)]

@@ -326,7 +326,9 @@ class Keeper:
         """Return whether the file is older than it should be."""
         return time.monotonic() - self._last >= self.every
 
-    def keep(self, members: Sequence[tuple[Experiment, Mapping[str, Any] | None]]) -> None:
+    def keep(
+        self, experiments: Sequence[Experiment], captured: Sequence[Mapping[str, Any] | None]
+    ) -> None:
         """Write the file; if that fails now, but did not at first, warn, and be due again.
 
         Raises
@@ -338,8 +340,8 @@ class Keeper:
             "version": __version__,
             "note": dict(self.note),
             "members": [
-                {"experiment": experiment.description(), "captured": captured}
-                for experiment, captured in members
+                {"experiment": experiment.description(), "captured": how_far}
+                for experiment, how_far in zip(experiments, captured, strict=True)
             ],
         }
         started = math.isfinite(self._last)
@@ -365,7 +367,6 @@ def run_members(
     limits: Limits = NO_LIMITS,
     keeper: Keeper | None = None,
     captured: Sequence[Mapping[str, Any] | None] | None = None,
-    finished: Callable[[int, Creep], None] | None = None,
 ) -> list[Creep]:
     """Run experiments one after the other and return their results.
 
@@ -381,8 +382,6 @@ def run_members(
         Of the checkpoint.
     captured : sequence, optional
         How far each has come, from `Saved`.
-    finished : callable, optional
-        Called with the index and the result of each experiment.
 
     Raises
     ------
@@ -392,11 +391,10 @@ def run_members(
     kept: list[Mapping[str, Any] | None] = list(captured or [None] * len(experiments))
     results: list[Creep] = []
 
-    def save(march: March, index: int, *, if_due: bool) -> None:
-        if keeper is None or (if_due and not keeper.due()):
-            return
-        kept[index] = march.capture()
-        keeper.keep(list(zip(experiments, kept, strict=True)))
+    def save(march: March, index: int) -> None:
+        if keeper is not None and keeper.due():
+            kept[index] = march.capture()
+            keeper.keep(experiments, kept)
 
     with interrupts.deferred() as interrupted:
         limits = replace(limits.begun(), interrupted=interrupted)
@@ -407,19 +405,22 @@ def run_members(
             march = March(experiment, kept[index], limits.memory)
             show = _Teller(progress, march, index + 1, len(experiments))
             if not march.ended:
-                save(march, index, if_due=True)
+                save(march, index)
                 compiling = _warm_up(experiment, limits, partial(show, "compiling"))
                 limits = limits.later(compiling if index else time.perf_counter() - begin)
-                hear = partial(show, "running"), partial(save, march, index, if_due=True)
+                hear = partial(show, "running"), partial(save, march, index)
                 _advance(march, limits, begin + compiling, hear)
-                save(march, index, if_due=False)
+                if keeper is not None:
+                    kept[index] = march.capture()
             result = march.result()
             _warn(result)
             results.append(result)
             if interrupted():
-                raise Interrupted(results)
-            if finished is not None:
-                finished(index, result)
+                break
+        if keeper is not None:
+            keeper.keep(experiments, kept)
+        if interrupted():
+            raise Interrupted(results)
     return results
 
 
