@@ -1,4 +1,4 @@
-"""How far a computation has come: a bar where somebody looks on, lines or nothing elsewhere."""
+"""How far a computation has come: a bar on terminals and in notebooks, else lines or nothing."""
 
 from __future__ import annotations
 

@@ -33,9 +33,9 @@ SECONDS_PER_DAY = 86400
 DAYS_PER_YEAR = Fraction(1461, 4)
 MILLIMETRES_PER_METRE = 1000
 FRICTION = (Fraction(9, 10), Fraction(1), Fraction(11, 10))
-"""Shares of the friction for which a descent is told."""
+"""Factors on all friction for which the rate of a descent is computed."""
 MANY_CONTACTS = 100
-"""So many, at least, show what is due to few of them."""
+"""With so many contacts, or more, a chain creeps like a continuous solid."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -174,7 +174,7 @@ class Solid:
         self, temperatures: Drive, *, time_unit: Number | None = None, solver: str = "sliding",
         **options: Any,
     ) -> Descent:
-        """Return how far the solid creeps under these temperatures, and what that hangs on.
+        """Return how far the solid creeps under these temperatures, and what that depends on.
 
         Parameters
         ----------
@@ -400,7 +400,7 @@ class Descent(Shown):
         )
 
     def lines(self) -> list[tuple[str, str]]:
-        """Return what there is to say, as pairs of a name and a sentence."""
+        """Return the descent and what it depends on, as pairs of a name and a sentence."""
         few, many = self.contacts
         error = self.error
         known = f" (standard error {error:.2g})" if math.isfinite(error) else ""

@@ -124,7 +124,7 @@ def print_summary(
     title: str,
     descent: Descent | None = None,
 ) -> None:
-    """Print what a run came to, the paper's prediction beside the measured value."""
+    """Print the results of a run, the paper's prediction beside the measured value."""
     from rich.console import Console
 
     console = Console(highlight=False)
@@ -236,19 +236,19 @@ def _evidence(result: Creep) -> str:
 def grouped(
     settings: Sequence[Mapping[str, Any]], told: Sequence[Any]
 ) -> list[tuple[list[str], list[int]]]:
-    """Return the members of which the same is told, and which differ in neighbouring values.
+    """Return groups of members with equal results whose settings are neighbours.
 
     Parameters
     ----------
     settings : sequence of mapping
-        What each member sets.
+        Keys and values of each member.
     told : sequence
-        What is told of each; equal if they are ``==``.
+        What is printed of each member; it is compared by ``==``.
 
     Returns
     -------
     list of (list of str, list of int)
-        What the members of a group set, key by key, ranges as ``first … last``; and which they are.
+        Of each group the values of every key, a range as ``first … last``, and its members.
     """
     rows: list[tuple[list[list[Any]], list[int]]] = []
     for number, (setting, _) in enumerate(zip(settings, told, strict=False)):

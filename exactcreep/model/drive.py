@@ -23,7 +23,7 @@ from exactcreep.model.numbers import (
 from exactcreep.model.representation import Shown, drawn
 
 MOST_TARGETS = 10**12
-"""More is a slip of the pen. Their numbers are exact in float64 so far."""
+"""More is a mistake; up to here the number of a target is exact in float64."""
 _DRAWN = 40  # targets in a small picture
 
 

@@ -28,10 +28,7 @@ class Evidence(Enum):
 
     @classmethod
     def of(cls, undecided: int, best: Evidence) -> Evidence:
-        """Return what comparisons are worth of which so many were settled by the model's rules.
-
-        `best` is what they are worth if none was.
-        """
+        """Return UNDECIDED if the model's rules settled some of the comparisons, else `best`."""
         return cls.UNDECIDED if undecided else best
 
 

@@ -38,14 +38,14 @@ MOST_BYTES = 64 * 2**20
 MOST_ROWS = 1_000_000
 """A century of hours."""
 MOST_FAULTS = 20
-"""So many of a file's faults are told; of more, how many they are."""
+"""Faults of a file that a message lists; it gives the number of the others."""
 FEWEST_REGULAR = 10
 """Rows from which on there is a usual step."""
 GAP = 1.5
 """A step longer than this many usual ones (their median) is a gap."""
 ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
 LIKE_KELVIN = (180, 400)
-"""No weather and no roof is as warm as this in degrees Celsius, nor so cold in kelvin as less."""
+"""Weather and roofs lie between these in kelvin, and below the first in degrees Celsius."""
 DATES = {
     "iso": "2024-01-31T13:00",
     "day first": "31.01.2024 13:00",
@@ -212,11 +212,6 @@ class TemperatureRecord(Listed):
         if not isinstance(file, (str, os.PathLike)):
             raise InputError("file", file, "must be the path of a CSV file")
         columns = {"time_column": time_column, "temperature_column": temperature_column}
-        for name, text in columns.items():
-            if not isinstance(text, str) or not text.strip():
-                raise InputError(name, text, "must be the name of a column")
-        if time_column.strip() == temperature_column.strip():
-            raise InputError("temperature_column", temperature_column, "must not be time_column")
         options = {
             "unit": unit,
             "decimal": decimal,
@@ -225,14 +220,7 @@ class TemperatureRecord(Listed):
             "duplicates": duplicates,
             "gaps": gaps,
         }
-        for name, text in options.items():
-            if not isinstance(text, str) or text not in CHOICES[name]:
-                *most, last = (f'"{choice}"' for choice in CHOICES[name])
-                raise InputError(name, text, f"must be {', '.join(most)} or {last}")
-        if not isinstance(delimiter, str) or len(delimiter) != 1 or delimiter in '"\r\n':
-            raise InputError("delimiter", delimiter, 'must be one character, e.g. "," or ";"')
-        if decimal == delimiter:
-            raise InputError("decimal", decimal, "must not be the delimiter as well")
+        _check_options(columns, options, delimiter)
         expansion = positive_number(kappa, "kappa")
         reference = exact_number(T0, "T0")
         if reference < ABSOLUTE_ZERO[unit]:
@@ -488,6 +476,24 @@ class TemperatureRecord(Listed):
         return kept
 
 
+def _check_options(columns: dict[str, str], options: dict[str, str], delimiter: str) -> None:
+    """Raise `InputError` unless a record can be read as these options say."""
+    for name, text in columns.items():
+        if not isinstance(text, str) or not text.strip():
+            raise InputError(name, text, "must be the name of a column")
+    if len({text.strip() for text in columns.values()}) == 1:
+        text = columns["temperature_column"]
+        raise InputError("temperature_column", text, "must not be time_column")
+    for name, text in options.items():
+        if not isinstance(text, str) or text not in CHOICES[name]:
+            *most, last = (f'"{choice}"' for choice in CHOICES[name])
+            raise InputError(name, text, f"must be {', '.join(most)} or {last}")
+    if not isinstance(delimiter, str) or len(delimiter) != 1 or delimiter in '"\r\n':
+        raise InputError("delimiter", delimiter, 'must be one character, e.g. "," or ";"')
+    if options["decimal"] == delimiter:
+        raise InputError("decimal", delimiter, "must not be the delimiter as well")
+
+
 def _lines_of(content: bytes, file: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
     """Yield the line number and the fields of every row that is not blank, the header first."""
     if file.lower().endswith(".gz"):
@@ -549,7 +555,7 @@ def _sort(moment: Fraction | datetime.datetime) -> str:
 
 
 def _one_of(values: list[Fraction | None], policy: str) -> Fraction | None:
-    """Return what counts of the temperatures of one time."""
+    """Return the temperature of a time from those of its rows, as `duplicates` says."""
     known = [value for value in values if value is not None]
     if not known:
         return None
@@ -596,7 +602,7 @@ def _doubt(temperatures: Sequence[Fraction], unit: str, shown: str) -> None:
 
 
 def _refuse(faults: Sequence[InputError]) -> None:
-    """Raise one `InputError` that tells of all faults; beyond `MOST_FAULTS`, how many they are."""
+    """Raise one `InputError` that lists all faults; beyond `MOST_FAULTS`, their number."""
     if not faults:
         return
     first, *others = faults
