@@ -51,6 +51,8 @@ ABBREVIATIONS: Mapping[str, Callable[..., Number]] = MappingProxyType(
 )
 """Names that a formula may use beside the `VOCABULARY`: m, a, D, and steps = N + 3 - 2i."""
 _PIVOT = ("n", "tan_alpha", "mu_d")
+_pivot = elementwise(pivot)
+_KINDS = {"n": "of two sliders", "sigma_mu": "without disorder"}
 
 
 def _arguments(function: Callable[..., Number]) -> tuple[str, ...]:
@@ -84,20 +86,26 @@ class Form:
         return _arguments(self.function)
 
     @cached_property
+    def _short(self) -> dict[str, tuple[str, ...]]:
+        """The abbreviations that the formula uses, and what they are made of."""
+        return {
+            name: _arguments(ABBREVIATIONS[name]) for name in self._written if name in ABBREVIATIONS
+        }
+
+    @cached_property
     def required(self) -> tuple[str, ...]:
         """Parameters without which the form has no value."""
         contained: set[str] = set()
         for name in self._written:
-            short = ABBREVIATIONS.get(name)
-            contained.update((name,) if short is None else _arguments(short))
-        if "steps" in self._written:
+            contained.update(self._short.get(name, (name,)))
+        if "steps" in self._short:
             contained.remove("i")
         return tuple(name for name in VOCABULARY if name in contained)
 
     @cached_property
     def optional(self) -> tuple[str, ...]:
         """Parameters that are used or examined if they are given."""
-        further = {"i", *_PIVOT, *self.only} if "steps" in self._written else set(self.only)
+        further = {"i", *_PIVOT, *self.only} if "steps" in self._short else set(self.only)
         return tuple(name for name in VOCABULARY if name in further.difference(self.required))
 
     def __call__(self, **parameters: Number) -> Number:
@@ -120,20 +128,20 @@ class Form:
             raise TypeError(f"missing parameter {', '.join(missing)} of {self.text}")
         known = (name for name in self.required + self.optional if name in parameters)
         used = {name: real(parameters[name], name) for name in known}
-        if "steps" in self._written and "i" not in used:
+        if "steps" in self._short and "i" not in used:
             missing = [name for name in _PIVOT if name not in used]
             if missing:
                 found = " and ".join(missing)
                 raise TypeError(f"missing parameter i (or {found}, to find the pivot)")
             # decided on the values as given, before any of them is rounded
-            used["i"] = elementwise(pivot)(*(used[name] for name in _PIVOT))
+            used["i"] = _pivot(*(used[name] for name in _PIVOT))
         values = coerced(used)
         for name, value in self.only.items():
             if name in values and np.any(values[name] != value):
-                raise ValueError(f"{name} must be {value} in this law, not {values[name]}")
-        for name in ABBREVIATIONS.keys() & set(self._written):
-            short = ABBREVIATIONS[name]
-            values[name] = short(**{part: values[part] for part in _arguments(short)})
+                kind = _KINDS[name]
+                raise ValueError(f"{name} must be {value} in a law {kind}, not {values[name]}")
+        for name, parts in self._short.items():
+            values[name] = ABBREVIATIONS[name](*(values[part] for part in parts))
         return self.function(**{name: values[name] for name in self._written})
 
 

@@ -18,7 +18,6 @@ from exactcreep.model.numbers import (
     InputError,
     Number,
     Scalar,
-    exact_number,
     nearest_float,
     number_from_zero,
     number_of_floats,
@@ -230,14 +229,9 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
         raise InputError("tensions", tensions, allowed) from None
     if size != count:
         raise InputError("tensions", size, allowed)
-    if (isinstance(given, np.ndarray) and given.dtype == np.float64 and given.ndim == 1) or (
-        isinstance(given, list) and all(type(value) is float for value in given)
-    ):
-        floats = np.array(given, dtype=np.float64) + 0.0  # what they denote; a zero has no sign
-        stray = np.flatnonzero(~np.isfinite(floats))
-        if stray.size:
-            exact_number(floats[stray[0]], f"tensions[{stray[0]}]")
-        return floats
+    floating = isinstance(given, np.ndarray) and given.dtype == np.float64 and given.ndim == 1
+    if floating and np.isfinite(given).all():
+        return np.asarray(np.add(given, 0.0))  # what they denote; a zero has no sign
     values = [number_of_floats(value, f"tensions[{i}]") for i, value in enumerate(given)]
     floats = np.array([nearest_float(value) for value in values], dtype=np.float64)
     if all(Fraction(f) == value for f, value in zip(floats.tolist(), values, strict=True)):

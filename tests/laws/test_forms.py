@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from exactcreep import laws
-from exactcreep.laws import LAWS, VOCABULARY
+from exactcreep.laws import LAWS, VOCABULARY, law_values
 from tests.laws.parameters import (
     F,
     context,
@@ -95,3 +95,11 @@ def test_laws_are_frozen_and_their_vocabulary_is_read_only() -> None:
         for form in (law.printed, law.corrected, law.exact):
             if form is not None:
                 assert set(form.required + form.optional) <= set(VOCABULARY)
+
+
+def test_a_plateau_that_is_named_counts_instead_of_the_pivot() -> None:
+    given = {"n": F(6), "l0": F(1000), "mu_d": F(1, 2), "tan_alpha": F(1, 5)}
+    given["amplitude"] = F(1, 100)
+    form = LAWS["vitesse"].printed
+    assert law_values(form, given) == law_values(form, given | {"i": F(3)}) == (30.0,)
+    assert law_values(form, given | {"i": F(2)}) == (50.0,)
