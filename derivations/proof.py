@@ -89,15 +89,16 @@ class Verification:
 
     def proved(self, text: str, truth: bool, how: str) -> None:
         """Record a statement decided symbolically or by exact arithmetic on a complete set."""
-        if not bool(truth):
-            raise Refuted(f"{self.subject}: {text}")
-        self.claims.append(Claim(text, "proved", how))
+        self._decided(truth, Claim(text, "proved", how))
 
     def verified(self, text: str, truth: bool, how: str) -> None:
         """Record a statement checked over the range of cases that `how` names."""
+        self._decided(truth, Claim(text, "verified", how))
+
+    def _decided(self, truth: bool, claim: Claim) -> None:
         if not bool(truth):
-            raise Refuted(f"{self.subject}: {text}")
-        self.claims.append(Claim(text, "verified", how))
+            raise Refuted(f"{self.subject}: {claim.text}")
+        self.claims.append(claim)
 
     def argued(self, text: str, how: str) -> None:
         """Record what follows in words from claims that stand before it, named in `how`."""

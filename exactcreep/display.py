@@ -122,8 +122,8 @@ class _Watched(AbstractContextManager["_Watched"]):
     Within a computation that is told of, or is not to be, only callables are told of its parts.
     """
 
-    def __init__(self, progress: Hearer, name: str) -> None:
-        self.progress, self.name = progress, name
+    def __init__(self, progress: Hearer) -> None:
+        self.progress = progress
         self.display: Display | None = None
         self.begin = time.monotonic()
 
@@ -141,7 +141,7 @@ class _Watched(AbstractContextManager["_Watched"]):
         if self.display is None:
             if time.monotonic() - self.begin < _SHORT:
                 return
-            self.display = Display(self.name).__enter__()
+            self.display = Display().__enter__()
         self.display.show(progress)
 
     def __enter__(self) -> _Watched:
@@ -163,7 +163,7 @@ def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
 
     @functools.wraps(computation)
     def watched(*args: P.args, **words: P.kwargs) -> T:
-        with _Watched(words.get("progress"), "") as one:  # type: ignore[arg-type]
+        with _Watched(words.get("progress")) as one:  # type: ignore[arg-type]
             words["progress"] = one.hear
             return computation(*args, **words)
 

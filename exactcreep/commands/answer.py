@@ -85,15 +85,15 @@ def answered(
     return found
 
 
-def print_rows(rows: Rows) -> None:
-    """Print names and what they stand for, in two columns."""
+def print_rows(rows: Rows, *, soft_wrap: bool = True) -> None:
+    """Print names and what they stand for, in two columns; a terminal wraps lines by default."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table.grid(padding=(0, 2))
     for name, said in rows:
         table.add_row(name, str(said))
-    Console(highlight=False).print(table, soft_wrap=True)
+    Console(highlight=False).print(table, soft_wrap=soft_wrap)
 
 
 def json_of_run(
@@ -131,7 +131,7 @@ def print_summary(
     print_heading(console, scene, title)
     console.print(_described(results[0], bool(settings and settings[0])), soft_wrap=True)
     if len(settings) == 1 and not settings[0]:
-        _print_one(console, results[0], descent)
+        _print_one(results[0], descent)
     else:
         _print_members(console, results, settings)
 
@@ -181,42 +181,38 @@ def _predicted(result: Creep, digits: int = 6) -> tuple[str, str, tuple[float, .
     return f"paper, Eq. ({found.label})", printed, found.printed
 
 
-def _print_one(console: Any, result: Creep, descent: Descent | None) -> None:
-    from rich.table import Table
-
-    table = Table.grid(padding=(0, 2))
+def _print_one(result: Creep, descent: Descent | None) -> None:
+    rows: Rows = []
     target = "half-cycle" if result.drive.cyclic else "target"
     since = "" if result.since is None else f" since cycle {result.since}"
     remark = f": {result.reason}" if result.reason else ""
-    table.add_row("outcome", result.outcome.value + since + remark)
-    table.add_row(f"velocity per {result.drive.per}", measured(result))
+    rows.append(("outcome", result.outcome.value + since + remark))
+    rows.append((f"velocity per {result.drive.per}", measured(result)))
     if result.velocity_reason and math.isfinite(result.velocity):
-        table.add_row("  standard error", f"not known: {result.velocity_reason}")
+        rows.append(("  standard error", f"not known: {result.velocity_reason}"))
     elif math.isnan(result.velocity):
-        table.add_row("  because", result.velocity_reason)
+        rows.append(("  because", result.velocity_reason))
     law = _predicted(result)
     if law is not None:
         below = not any(found > 0 for found in law[2]) and result.chain.tan_alpha > 0
-        table.add_row(f"  {law[0]}", law[1] + (" (below its threshold: none)" if below else ""))
-    for name, said in () if descent is None else descent.lines():
-        table.add_row(name, said)
-    table.add_row("evidence", _evidence(result))
+        rows.append((f"  {law[0]}", law[1] + (" (below its threshold: none)" if below else "")))
+    rows += [] if descent is None else descent.lines()
+    rows.append(("evidence", _evidence(result)))
     if "chosen" in result.report:
         from exactcreep.solvers.auto import accuracy_told
 
-        table.add_row("solver chosen", f"{result.report['chosen']}: {result.report['reason']}")
-        table.add_row("accuracy", accuracy_told(result.report))
-    table.add_row(
+        rows.append(("solver chosen", f"{result.report['chosen']}: {result.report['reason']}"))
+        rows.append(("accuracy", accuracy_told(result.report)))
+    rows.append((
         "counts",
         f"{result.half_cycles} {target}s, {result.rearrangements} rearrangements,"
         f" {result.event_count} events, {result.slip_count} slips",
-    )
+    ))  # fmt: skip
     if result.long_rearrangements:
-        table.add_row("accuracy", _accuracy(result.long_rearrangements))
-    for name, count in result.warnings.items():
-        table.add_row("outside the model", f"{name}: {count}")
-    table.add_row("time", f"{result.seconds:.3g} s")
-    console.print(table)
+        rows.append(("accuracy", _accuracy(result.long_rearrangements)))
+    rows += [("outside the model", f"{name}: {count}") for name, count in result.warnings.items()]
+    rows.append(("time", f"{result.seconds:.3g} s"))
+    print_rows(rows, soft_wrap=False)
 
 
 def _accuracy(count: int) -> str:
