@@ -13,6 +13,7 @@ One drawn below `mu_d` acts as `mu_d`: a contact never holds less at rest than i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
@@ -110,6 +111,9 @@ def start_direction(force: Any, threshold: Any, sign: Callable[[Any], int]) -> i
     return -1 if sign(-force - threshold) > 0 else 0
 
 
+_BLOCK = 16  # contacts of a slider that are drawn together
+
+
 class Field(Protocol):
     """What thresholds ask of an arithmetic."""
 
@@ -146,13 +150,21 @@ class Contacts:
         self.seed = seed
         self._mean = nearest_float(chain.mu_s)
         self._scales: dict[Field, tuple[Any, Any]] = {}  # cos(alpha) and mu_s cos(alpha)
+        self._drawn: dict[int, tuple[int, list[float]]] = {}  # of a slider: from which contact on
 
     def coefficient(self, slider: int, draw: int) -> float | Fraction:
         """Return the static coefficient, as drawn, of contact `draw` (from 0) of `slider` (from 1).
 
         A float64 is the value exactly; with ``sigma_mu = 0`` it is the rational `mu_s`.
         """
-        return disorder.static_coefficient(self.chain, self.seed, slider, draw)
+        first, drawn = self._drawn.get(slider, (0, []))
+        if not first <= draw < first + len(drawn):
+            one = disorder.static_coefficient(self.chain, self.seed, slider, draw)
+            if self.chain.sigma_mu == 0:
+                return one
+            first, drawn = draw, self.coefficients(slider, draw, _BLOCK).tolist()
+            self._drawn[slider] = first, drawn
+        return drawn[draw - first]
 
     def coefficients(self, slider: int, first: int, count: int) -> NDArray[np.float64]:
         """Return the coefficients of contacts ``first .. first + count - 1``, shape (count,)."""
@@ -166,6 +178,8 @@ class Contacts:
 
     def is_low(self, coefficient: Any) -> bool:
         """Return whether a drawn coefficient lies below `mu_d`, and therefore acts as `mu_d`."""
+        if isinstance(coefficient, float):
+            return coefficient < self._least
         return _rational(coefficient) < self.chain.mu_d
 
     def threshold(self, slider: int, draw: int, arithmetic: Field) -> Any:
@@ -186,7 +200,9 @@ class Contacts:
         cosine, mean = self._scales[arithmetic]
         if self._is_constant(coefficient):
             return mean
-        return arithmetic.number(self.acting(coefficient)) * cosine
+        if self.is_low(coefficient):
+            coefficient = self.chain.mu_d
+        return arithmetic.number(coefficient) * cosine
 
     def thresholds(self, coefficients: NDArray[Any], arithmetic: Field) -> NDArray[Any]:
         """Return the forces that contacts with these coefficients hold at rest; see `holds`."""
@@ -224,6 +240,12 @@ class Contacts:
         if self.chain.sigma_mu == 0:
             excess[coefficients == self._mean] = self.chain.excess
         return np.asarray(excess)
+
+    @cached_property
+    def _least(self) -> float:
+        """The smallest float64 that is not below mu_d."""
+        near = nearest_float(self.chain.mu_d)
+        return near if Fraction(near) >= self.chain.mu_d else math.nextafter(near, math.inf)
 
     @cached_property
     def _floor(self) -> tuple[float, float]:

@@ -9,7 +9,8 @@ direction first. (Lohner's method, with the derivative of every event time in it
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +18,7 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.compiling import njit
 from exactcreep.motion.arithmetic import Balls, Undecided
 from exactcreep.motion.modes import Ends, modes
 
@@ -223,43 +225,83 @@ def orthogonal(
     """
     if not np.isfinite(rows).all() or not np.isfinite(unsure).all():
         raise Undecided("the derivative of a rearrangement is not enclosed")
-    axes, sizes = np.zeros((len(rows), len(rows))), np.empty(len(rows))
-    for block, columns in _blocks(rows):
-        size = len(block)
-        part = rows[np.ix_(block, columns)]
-        basis = np.ones((1, 1))
-        if size > 1:
-            order = np.argsort(-np.linalg.norm(part, axis=0), kind="stable")
-            basis, _ = np.linalg.qr(part[:, order], mode="complete")
+    axes, sizes = _turned(rows, unsure)
+    return axes, rounded_up(sizes)
+
+
+@njit(cache=True)
+def _turned(rows: Any, unsure: Any) -> tuple[Any, Any]:
+    n, k = rows.shape
+    axes, sizes = np.zeros((n, n)), np.empty(n)
+    # rows that have no column in common with any others keep their axes: a slip at one end of a
+    # long chain leaves those of the rest as they are
+    block = np.arange(n)
+    for c in range(k):
+        first = -1
+        for i in range(n):
+            if rows[i, c] != 0:
+                if first < 0:
+                    first = block[i]
+                elif block[i] != first:
+                    other = block[i]
+                    for j in range(n):
+                        if block[j] == other:
+                            block[j] = first
+    for chosen in range(n):
+        members = np.flatnonzero(block == chosen)
+        size = len(members)
+        if size == 0:
+            continue
+        part = rows[members]
+        lengths = np.sqrt((part * part).sum(axis=0))
+        columns = np.argsort(-lengths, kind="mergesort")[: np.count_nonzero(lengths)]
+        part = np.ascontiguousarray(part[:, columns])
+        basis = _basis(part)
+        turn = np.ascontiguousarray(basis.T)
         # products of non-negative numbers bound the rounding of those above, entry by entry
-        rounding = (size + 2) * 2.0**-52 * (abs(basis.T) @ abs(part))
-        reach = (abs(basis.T @ part) + rounding).sum(axis=1) + abs(basis.T) @ unsure[block]
-        defect = abs(basis.T @ basis - np.eye(size)).sum(axis=1).max() + size**2 * 2.0**-50
-        sizes[block] = rounded_up(reach + 2 * defect * reach.max())
-        axes[np.ix_(block, block)] = basis
+        rounding = (size + 2) * 2.0**-52 * (np.abs(turn) @ np.abs(part))
+        reach = (np.abs(turn @ part) + rounding).sum(axis=1) + np.abs(turn) @ unsure[members]
+        off = np.abs(turn @ basis - np.eye(size)).sum(axis=1)
+        most, defect = reach.max(), off.max()
+        defect += size**2 * 2.0**-50
+        for j in range(size):
+            sizes[members[j]] = reach[j] + 2 * defect * most
+            for i in range(size):
+                axes[members[i], members[j]] = basis[i, j]
     return axes, sizes
 
 
-def _blocks(
-    middles: NDArray[np.float64],
-) -> Iterator[tuple[NDArray[np.int64], NDArray[np.int64]]]:
-    """Yield rows and columns that have no entry in common with any other rows and columns.
-
-    A slip at one end of a long chain leaves the axes of the rest as they are.
-    """
-    joined: list[tuple[list[int], int]] = []  # rows, and a bit for each of their columns
-    for i, bits in enumerate(np.packbits(middles != 0, axis=1)):
-        rows, columns = [i], int.from_bytes(bits.tobytes(), "big")
-        apart = []
-        for block in joined:
-            if block[1] & columns:
-                rows, columns = block[0] + rows, block[1] | columns
-            else:
-                apart.append(block)
-        joined = [*apart, (rows, columns)]
-    for members, _ in joined:
-        chosen = np.array(sorted(members), dtype=np.int64)
-        yield chosen, np.flatnonzero(middles[chosen].any(axis=0))
+@njit(cache=True)
+def _basis(part: Any) -> Any:
+    """Return orthonormal columns, the first along the first columns of `part` (Gram, Schmidt)."""
+    size, k = part.shape
+    basis, count = np.zeros((size, size)), 0
+    for c in range(k + size):
+        if count == size:
+            break
+        one = np.zeros(size)
+        if c < k:
+            one[:] = part[:, c]
+            least = 1e-10
+        else:  # unit vectors, as far as these are missing
+            one[c - k] = 1.0
+            least = math.sqrt(0.5 / size)
+        for again in range(2):  # what the first round leaves is not orthogonal enough
+            before = math.sqrt((one * one).sum())
+            for j in range(count):
+                share = 0.0
+                for i in range(size):
+                    share += one[i] * basis[i, j]
+                for i in range(size):
+                    one[i] -= share * basis[i, j]
+            after = math.sqrt((one * one).sum())
+            if not after > (0.5 if again else least) * before:
+                break
+            one /= after
+        else:
+            basis[:, count] = one
+            count += 1
+    return basis
 
 
 _TINY = 2.0**-900

@@ -224,11 +224,32 @@ class RunMotion:
         Guarantee: in float64 the error is a few ulp of the largest entry of the run (of the
         largest *change*, for short times); in balls it is enclosed.
         """
+        if self.arithmetic.encloses:
+            return self._moved_balls(t)
         sin, cos = self._half_angles(t)
         product, back = self.arithmetic.product, self.modes.backward
         displacements = product(back, self._modal_displacements(t, sin, cos))
         velocities = self.velocities + product(back, self._modal_gains(t, sin, cos))
         return displacements, velocities
+
+    def _moved_balls(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
+        """Return what `moved` does, in balls: lists and products of two columns cost least."""
+        speeds, pulls = self.velocities.tolist(), self.accelerations.tolist()
+        pairs = zip(speeds, pulls, strict=True)
+        modal = (self.modes.forward * flint.arb_mat(list(pairs))).tolist()
+        half, ways = t / 2, []
+        for w, (v, a) in zip(self.modes.frequencies.tolist(), modal, strict=True):
+            if w == 0:
+                ways.append([(v + a * half) * t, a * t])
+                continue
+            sin, cos = (w * half).sin_cos()
+            stretched = sin / w
+            way = 2 * stretched * (a * stretched + v * cos)
+            ways.append([way, 2 * sin * (a * cos / w - v * sin)])
+        moved = (self.modes.backward * flint.arb_mat(ways)).tolist()
+        vector = self.arithmetic.vector
+        gained = [v + gain for v, (_, gain) in zip(speeds, moved, strict=True)]
+        return vector([x for x, _ in moved]), vector(gained)
 
     def slider(self, n: int, t: Any) -> tuple[Any, Any, Any]:
         """Return displacement, velocity and acceleration of slider `n` (from 0) of the run."""

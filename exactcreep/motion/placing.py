@@ -9,10 +9,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
 from typing import Any
 
 import flint
 
+from exactcreep.motion.arithmetic import balls_of
 from exactcreep.motion.modes import Run
 
 NEAREST = 2.0**-8
@@ -67,17 +70,13 @@ def placed(
             if side and n in run.sliders:
                 i = n - run.first
                 function = [f - side * row[i] for f, row in zip(function, rows, strict=False)]
-    factors = [math.factorial(k) for k in range(order + 1)]
-    poly = flint.arb_poly([x / k for x, k in zip(function, factors, strict=True)])
+    poly = flint.arb_poly([x / k for x, k in zip(function, _factorials(order), strict=True)])
     rate = poly.derivative()
     between = flint.arb(0, radius)
     slope = rate(between) + rest * order / flint.arb(radius)
     if slope.contains(0):
         return None
-    near, known = flint.arb(0), -math.log2(radius)
-    while known < bits:
-        near = (near - poly(near) / rate(near)).mid()
-        known *= 2
+    near = _newton(poly, rate, bits, radius)
     root = near - (poly(near) + rest) / slope
     if not root.overlaps(between):
         raise AssertionError("the enclosure of an event does not hold a state of the set")
@@ -87,10 +86,31 @@ def placed(
     across = flint.arb_mat(1, order + 1, powers)
     found = []
     for run, rows in series:
-        moved = (across * flint.arb_mat(rows[:-1])).entries()
-        fast = (across * flint.arb_mat(rows[1:])).entries()
-        found.append((run.first, [x + rest for x in moved], [x + rest for x in fast]))
+        p = run.motion.p
+        both = flint.arb_mat([now + after for now, after in pairwise(rows)])
+        moved = [x + rest for x in (across * both).entries()]
+        found.append((run.first, moved[:p], moved[p:]))
     return at + root, found
+
+
+def _newton(poly: Any, rate: Any, bits: int, radius: float) -> Any:
+    """Return the root of a polynomial that is `radius` at most, as well as its slope wants it.
+
+    One more step with the slope in all of the radius gains what the slope is known to.
+    """
+    near, known = flint.arb(0), -math.log2(radius)
+    most = bits - known + 16
+    while known < most:
+        known *= 2
+        with balls_of(min(bits, math.ceil(known) + 64)).active():
+            near = (near - poly(near) / rate(near)).mid()
+    return near
+
+
+@lru_cache(maxsize=256)
+def _factorials(order: int) -> list[int]:
+    """Return ``0!`` .. ``order!``."""
+    return [math.factorial(k) for k in range(order + 1)]
 
 
 def _derivatives(run: Run, at: Any, order: int) -> list[list[Any]]:
