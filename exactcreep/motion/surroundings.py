@@ -86,14 +86,16 @@ class Surroundings:
 
     def balls(self, radii: Any) -> list[Any]:
         """Return radii as numbers."""
-        unit, ball = flint.arb(2) ** self.exponent, flint.arb
-        return [(ball(x) * unit).upper() for x in np.asarray(radii).tolist()]
+        unit, ball = flint.arb((1, self.exponent)), flint.arb
+        radii = radii if isinstance(radii, list) else radii.tolist()
+        return [(ball(x) * unit).upper() for x in radii]
 
     def at_target(self) -> None:
         """Take theta to a given value."""
         self.forces[0] += self.theta
         self.forces[-1] -= self.theta
-        self.errors[0, [0, -1]] += self.theta_error
+        self.errors[0, 0] += self.theta_error
+        self.errors[0, -1] += self.theta_error
         self._ramped()
         self.theta[:] = self.theta_error = 0.0
 
@@ -107,8 +109,8 @@ class Surroundings:
         else:
             self.theta -= self.forces[-1]
         self.theta_error += self.errors[0, 0 if first else -1]
-        self.forces[[0, -1]] = 0.0
-        self.errors[0, [0, -1]] = 0.0
+        for end in (0, -1):
+            self.forces[end] = self.errors[0, end] = 0.0
         if len(ends) == 1:
             other = -1 if first else 0
             self.forces[other], self.errors[0, other] = both, error
@@ -116,7 +118,8 @@ class Surroundings:
 
     def _ramped(self) -> None:
         """Add the rounding of a sum of two."""
-        self.errors[0, [0, -1]] += 2.0**-52 * abs(self.forces[[0, -1]]).sum(axis=1)
+        for end in (0, -1):
+            self.errors[0, end] += 2.0**-52 * float(abs(self.forces[end]).sum())
         self.theta_error += 2.0**-52 * float(abs(self.theta).sum())
 
     def renew(self, forces: Sequence[Any], speeds: Mapping[int, Any], theta: Any) -> None:

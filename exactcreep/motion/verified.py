@@ -472,12 +472,17 @@ def _bend(rows: Any, moving: Any, at: Any, springs: Any, factor: float) -> None:
 
 
 @njit(cache=True)
-def spans(forces: Any, speeds: Any, errors: Any) -> tuple[float, float, float]:
-    """Return the farthest that forces, and velocities, may lie from the middle's, and a share.
+def spans(
+    forces: Any, speeds: Any, errors: Any, theta: Any, theta_error: float
+) -> tuple[float, float]:
+    """Return the farthest that any force, velocity or l0 theta may lie from the middle's.
 
-    The share is that of the errors in it, where it is largest.
+    And the share of the errors in it, where that is largest.
     """
-    widest, share = np.zeros(2), 0.0
+    widest, share = 0.0, 0.0
+    for c in range(len(theta)):
+        widest += abs(theta[c])
+    widest = (widest + theta_error) * (1 + WARY)
     for way, rows in enumerate((forces, speeds)):
         total, error = 0.0, 0.0
         for i in range(len(rows)):
@@ -485,7 +490,7 @@ def spans(forces: Any, speeds: Any, errors: Any) -> tuple[float, float, float]:
             for c in range(rows.shape[1]):
                 size += abs(rows[i, c])
             total, error = max(total, size), max(error, errors[way, i])
-            widest[way] = max(widest[way], (size + errors[way, i]) * (1 + WARY))
+            widest = max(widest, (size + errors[way, i]) * (1 + WARY))
         if error > share * total:
             share = error / total if total > 0 else 1.0
-    return widest[0], widest[1], share
+    return widest, share

@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from itertools import accumulate
 from typing import Any, ClassVar
 
 import flint
@@ -111,7 +112,7 @@ class Carried(Mechanics):
         flow.forces, flow.velocities, flow.moved = wide.forces, wide.velocities, wide.moved
         self.displacements = self._widen(self.displacements, self.set.of_displacements())
         self.theta = self.known_theta()
-        self.set, self.since = None, self.stretch
+        self.set, self.since, self._runs = None, self.stretch, None
 
     def _renew(self) -> None:
         """Put the set together again around a middle without errors."""
@@ -141,22 +142,24 @@ class Carried(Mechanics):
         """Note how far states lie from the middle."""
         beside = self.set
         assert beside is not None
-        force, speed, share = spans(beside.forces, beside.speeds, beside.errors)
-        widest = max(force, speed, beside.of_theta())
+        theta = beside.theta, beside.theta_error
+        widest, share = spans(beside.forces, beside.speeds, beside.errors, *theta)
         if not math.isfinite(widest):
             raise Undecided("the derivative of a rearrangement is not enclosed")
         (self.slack,) = beside.balls([widest])
-        self.far = float(np.ldexp(widest, beside.exponent)) + TINY
+        self.far = math.ldexp(widest, max(beside.exponent, -2000)) + TINY
         if share > MOST_ERROR:
             self.since = self.stretch
 
     def _tensions(self, forces: NDArray[Any]) -> NDArray[Any]:
-        return self.arithmetic.vector(np.cumsum(forces - self.weight)[:-1])
+        bare = [force - self.weight for force in forces.tolist()[:-1]]
+        return self.arithmetic.vector(accumulate(bare))
 
     def _shape(self, flow: Flow) -> tuple[NDArray[Any], NDArray[Any]]:
-        tensions, displacements = super()._shape(flow)
+        if self.exact is not None:
+            return super()._shape(flow)
         # the middle is taken anew now and then, by its forces
-        return tensions if self.exact is not None else self._tensions(flow.forces), displacements
+        return self._tensions(flow.forces), self._displaced(flow)
 
     def state(self) -> State:
         """Return the present states."""
@@ -226,23 +229,21 @@ class Carried(Mechanics):
                 self._renew()
             yield event
 
-    def first_event(self, flow: Flow, runs: list[Run]) -> FirstEvent | None:
+    def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event, of the middle; see `Mechanics.first_event`."""
         # at the precision limit, where nothing is asked again, balls hold every state
-        if self.exact is None and not self.assume and not self._may_run_away(flow, runs):
-            found = self._proved(flow, runs)
-            if found is not None and (self.set is None or self._is_steep(flow, runs, found)):
+        if self.exact is None and not self.assume and not self._may_run_away(flow):
+            found = self._proved(flow)
+            if found is not None and (self.set is None or self._is_steep(flow, found)):
                 return found
         if self.set is not None:
             self._give_up(flow)
-            runs = flow.runs()
-        return super().first_event(flow, runs)
+        return super().first_event(flow)
 
-    def _may_run_away(self, flow: Flow, runs: list[Run]) -> bool:
-        whole = len(runs) == 1 and runs[0].motion.has_zero_mode
-        return whole and int(flow.signs[0]) * self.chain.tan_alpha >= self.chain.mu_d
+    def _may_run_away(self, flow: Flow) -> bool:
+        return bool(flow.signs.all()) and int(flow.signs[0]) * self.chain.tan_alpha >= self.chain.mu_d
 
-    def _proved(self, flow: Flow, runs: list[Run]) -> FirstEvent | None:
+    def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return what float64 proves to come first, at its time in the middle; None: nothing."""
         n = self.chain.n
         moving = np.flatnonzero(flow.signs).tolist()
@@ -271,18 +272,18 @@ class Carried(Mechanics):
         try:
             if len(moving) == 1 and n > 1:
                 return self._placed_alone(flow, moving[0], acting)
-            return self._placed(flow, runs, acting)
+            return self._placed(flow, acting)
         except Undecided:  # the middle is not known well enough
             return None
 
-    def _is_steep(self, flow: Flow, runs: list[Run], found: FirstEvent) -> bool:
+    def _is_steep(self, flow: Flow, found: FirstEvent) -> bool:
         """Return whether the event's slope is far from zero in all states, as `_set_follows` needs.
 
         It is not where an event nearly grazes: the float64 bracket of its time is too wide there.
         """
         (slider, side), pace = self.foreseen
-        ways, speeds = np.zeros((2, self.chain.n + 2))
-        shifts = found.shifts or [(run.first, *run.motion.moved(found.time)) for run in runs]
+        ways, speeds = [0.0] * (self.chain.n + 2), [0.0] * (self.chain.n + 2)
+        shifts = found.shifts or [(run.first, *run.motion.moved(found.time)) for run in self.runs]
         for first, displacements, velocities in shifts:
             for k, (x, v) in enumerate(zip(displacements, velocities, strict=True), first + 1):
                 ways[k], speeds[k] = float(x), float(v)
@@ -322,12 +323,12 @@ class Carried(Mechanics):
             raise AssertionError("the enclosure of an event does not hold a state of the set")
         return found
 
-    def _placed(self, flow: Flow, runs: list[Run], acting: tuple[int, int]) -> FirstEvent | None:
+    def _placed(self, flow: Flow, acting: tuple[int, int]) -> FirstEvent | None:
         """Return the event, and where it finds the middle."""
         slider, side = acting
         self.evaluations += 1
         room = self.thresholds[slider] - side * flow.forces[slider]
-        found = placed(runs, acting, room, *self.bracket)
+        found = placed(self.runs, acting, room, *self.bracket)
         if found is None:
             return None
         time, shifts = found
@@ -335,11 +336,11 @@ class Carried(Mechanics):
         event = event_of(time, list(stops), list(starts), self.chain.n if self.mirrored else None)
         return replace(event, shifts=tuple(shifts))
 
-    def advance(self, flow: Flow, runs: list[Run], found: FirstEvent) -> NDArray[Any]:
+    def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
         """Let the middle move to its event, and the set along with it."""
         begin, signs = self.time, flow.signs.copy()
         wide = self._wide(flow) if self.keep and not bool(found.time == 0) else None
-        arrived = super().advance(flow, runs, found)
+        arrived = super().advance(flow, found)
         if not bool(found.time == 0):
             self.since = self.since + 1 if self.exact is None else 0
             if self.set is not None:
@@ -372,7 +373,7 @@ class Carried(Mechanics):
             late,
             unsure,
             pace,
-            float(np.ldexp(1.0, max(self.set.exponent, -1000))),
+            math.ldexp(1.0, max(self.set.exponent, -1000)),
             slider,
             side,
             n - 1 - slider if self.mirrored else -1,

@@ -48,19 +48,19 @@ class Middle(Mechanics):
         super().__init__(chain, seed, arithmetic, state)
         self.foreseen = deque()
 
-    def first_event(self, flow: Flow, runs: list[Run]) -> FirstEvent | None:
+    def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event; one that is foreseen needs no search, only its time."""
         known = self.foreseen.popleft() if self.foreseen else None
         if known is not None and known.shifts is None and not bool(known.time == 0):
-            found = self._timed(flow, runs, known)
+            found = self._timed(flow, known)
             if found is not None:
                 return found
-        return super().first_event(flow, runs)
+        return super().first_event(flow)
 
-    def _timed(self, flow: Flow, runs: list[Run], known: FirstEvent) -> FirstEvent | None:
+    def _timed(self, flow: Flow, known: FirstEvent) -> FirstEvent | None:
         """Return the known event at its time for this state, None if no root can be isolated."""
         acting = (known.stops[0], 0) if known.stops else known.starts[0]
-        search = Search(flow, runs, self.thresholds, {}, half=self.mirrored, only=[acting])
+        search = Search(flow, self.runs, self.thresholds, {}, half=self.mirrored, only=[acting])
         (watch,) = search.watches
         watch.safe, watch.last = known.time.lower(), known.time.upper()
         watch.steepness = watch.slope
@@ -171,14 +171,14 @@ class Enclosed(Mechanics):
         self.signatures.append(event.signature)
         return event
 
-    def advance(self, flow: Flow, runs: list[Run], found: FirstEvent) -> NDArray[Any]:
+    def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
         """Let the sliders move to the event, and note what the derivative needs."""
         signs = flow.signs.copy()
         self.found.append(found)
         if self.keep and self.start is not None and not bool(found.time == 0):
             later = self.time + found.time
-            self.pieces.append(flow.piece(self.time, later, self.start, runs))
-        arrived = super().advance(flow, runs, found)
+            self.pieces.append(flow.piece(self.time, later, self.start, self.runs))
+        arrived = super().advance(flow, found)
         if self.passages is None or bool(found.time == 0):
             return arrived
         acting = [*found.stops, *(n for n, _ in found.starts)]
@@ -187,7 +187,7 @@ class Enclosed(Mechanics):
             self.passages = None  # a tie that was assumed
             return arrived
         slider, side = (found.stops[0], 0) if found.stops else found.starts[0]
-        shapes = tuple((run.first, run.motion.p, run.motion.ends) for run in runs)
+        shapes = tuple((run.first, run.motion.p, run.motion.ends) for run in self.runs)
         accelerations = flow.forces - self.friction * signs
         velocities = flow.velocities.copy()
         self.passages.append(

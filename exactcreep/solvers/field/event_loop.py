@@ -144,6 +144,7 @@ class Mechanics:
         self.fresh = True
         self.way = 0
         self.flow: Flow | None = None
+        self._runs: list[Run] | None = None
         self.time: Any = arithmetic.number(0)
         self.crossed: dict[int, Fraction] = {}  # sliders that have just crossed their threshold
         self.announced = True
@@ -344,12 +345,12 @@ class Mechanics:
             yield self._event(EventKind.START, *self._departing())
             yield None
         while self.flow is not None and not self.runaway:
-            runs = self.flow.runs()
-            found = self.first_event(self.flow, runs)
+            self._runs = None
+            found = self.first_event(self.flow)
             if found is None:
                 self.runaway, self.proof = True, NEVER_STOPS
                 return
-            speeds = self.advance(self.flow, runs, found)
+            speeds = self.advance(self.flow, found)
             yield from self.resolve(self.flow, found, speeds)
             if not self.flow.signs.any():
                 self.rest(self.flow)
@@ -382,7 +383,15 @@ class Mechanics:
         numbers = tuple(n + 1 for n in sliders)
         return Event(self.time, kind, numbers, tuple(signs), residual)
 
-    def first_event(self, flow: Flow, runs: list[Run]) -> FirstEvent | None:
+    @property
+    def runs(self) -> list[Run]:
+        """The runs of the chain in motion, from the last event on; a lone slip asks for none."""
+        if self._runs is None:
+            assert self.flow is not None
+            self._runs = self.flow.runs()
+        return self._runs
+
+    def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event from here on; None if the chain has run away."""
         moving = np.flatnonzero(flow.signs).tolist()
         found = self._exact_slips(moving) if self.exact is not None else None
@@ -393,8 +402,8 @@ class Mechanics:
         }
         touching = self._touching(flow)
         horizon = None
-        if len(runs) == 1 and runs[0].motion.has_zero_mode:
-            horizon = self._escape(flow, runs[0])
+        if flow.signs.all():
+            horizon = self._escape(flow, self.runs[0])
             if horizon is not None and bool(horizon == 0):
                 return None
         elif len(moving) == 1:
@@ -403,7 +412,7 @@ class Mechanics:
             )
             self.tally.undecided += undecided
             return found
-        return self._search(flow, runs, excess, touching, horizon)
+        return self._search(flow, excess, touching, horizon)
 
     def _touching(self, flow: Flow) -> set[tuple[int, int]]:
         """Return the resting sliders that are known to be exactly at threshold, and the side."""
@@ -499,7 +508,6 @@ class Mechanics:
     def _search(
         self,
         flow: Flow,
-        runs: list[Run],
         excess: dict[int, Any],
         touching: set[tuple[int, int]],
         horizon: Any,
@@ -508,7 +516,7 @@ class Mechanics:
         watches = self._coarse(flow, excess, touching, horizon)
         search = Search(
             flow,
-            runs,
+            self.runs,
             self.thresholds,
             excess,
             touching,
@@ -524,7 +532,7 @@ class Mechanics:
         if not watches:
             if horizon is None:
                 raise SearchLimit("nothing ever happens, and no bound proves it")
-            flow.advance(runs, horizon)
+            flow.advance(self.runs, horizon)
             self.time = self.time + horizon
             return None
         time = root_time(search, watches[0])
@@ -564,7 +572,7 @@ class Mechanics:
                     return found
         return None
 
-    def advance(self, flow: Flow, runs: list[Run], found: FirstEvent) -> NDArray[Any]:
+    def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
         """Let the sliders move to the event, and return their velocities there."""
         if bool(found.time == 0):
             return flow.velocities.copy()
@@ -576,11 +584,11 @@ class Mechanics:
         if not found.exact:
             self.exact = None
         if found.shifts is None or self.residuals:
-            speeds = np.concatenate([run.motion.moved(found.time)[1] for run in runs])
+            speeds = np.concatenate([run.motion.moved(found.time)[1] for run in self.runs])
         else:
             speeds = None
         if found.shifts is None:
-            flow.advance(runs, found.time)
+            flow.advance(self.runs, found.time)
         else:
             for first, displacements, velocities in found.shifts:
                 flow.shift(first, self.arithmetic.vector(displacements))
@@ -656,13 +664,17 @@ class Mechanics:
         if not flow.touched:
             return self.tensions, self.displacements
         low, high = min(flow.touched), max(flow.touched) + 1
-        displacements = self.displacements.copy()
-        displacements[low:high] = displacements[low:high] + flow.moved[low:high]
         tensions = self.tensions.copy()
         first, last = max(low - 1, 0), min(high, self.chain.n - 1)
         change = np.diff(flow.moved[first : last + 1])
         tensions[first:last] = tensions[first:last] + change
-        return tensions, displacements
+        return tensions, self._displaced(flow)
+
+    def _displaced(self, flow: Flow) -> NDArray[Any]:
+        displacements = self.displacements.copy()
+        for n in flow.touched:
+            displacements[n] = displacements[n] + flow.moved[n]
+        return displacements
 
     def state(self) -> State:
         """Return the present state."""
