@@ -110,7 +110,6 @@ def start_direction(force: Any, threshold: Any, sign: Callable[[Any], int]) -> i
         return 1
     return -1 if sign(-force - threshold) > 0 else 0
 
-
 _BLOCK = 16  # contacts of a slider that are drawn together
 
 

@@ -24,7 +24,7 @@ from exactcreep.model.contacts import Event
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.first_event import FirstEvent, lone_event
-from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of
+from exactcreep.motion.modes import Flow, ModalPiece, forces_of
 from exactcreep.motion.placing import placed
 from exactcreep.motion.solution import Motion
 from exactcreep.motion.surroundings import Surroundings
@@ -241,7 +241,8 @@ class Carried(Mechanics):
         return super().first_event(flow)
 
     def _may_run_away(self, flow: Flow) -> bool:
-        return bool(flow.signs.all()) and int(flow.signs[0]) * self.chain.tan_alpha >= self.chain.mu_d
+        steep = int(flow.signs[0]) * self.chain.tan_alpha >= self.chain.mu_d
+        return steep and bool(flow.signs.all())
 
     def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return what float64 proves to come first, at its time in the middle; None: nothing."""

@@ -23,7 +23,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
 from exactcreep.motion.enclosure import ZERO, Box, Passage, Row, Spread
 from exactcreep.motion.first_event import FirstEvent, Search, root_time
-from exactcreep.motion.modes import Flow, ModalPiece, Run
+from exactcreep.motion.modes import Flow, ModalPiece
 from exactcreep.motion.solution import Motion
 from exactcreep.solvers.field.event_loop import Mechanics
 
