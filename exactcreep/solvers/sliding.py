@@ -53,6 +53,7 @@ from exactcreep.solvers.solver import (
     Tally,
     refuse_records,
 )
+from exactcreep.solvers.tables import TargetRows
 
 RECORDED = ("x_G", "x", "tension", "slips")
 """What the sliding limit can record: it has no events in time."""
@@ -106,7 +107,7 @@ class _Ways(NamedTuple):
     shares: NDArray[Any]  # of the spring between two pivots that go to the lower one
 
 
-class _Chain(NamedTuple):
+class _Configuration(NamedTuple):
     """Everything that changes: springs, sliders, and what is counted."""
 
     extension: NDArray[Any]
@@ -115,15 +116,6 @@ class _Chain(NamedTuple):
     sliding: NDArray[np.int8]
     slips: NDArray[np.int64]  # in this half-cycle
     totals: NDArray[Any]  # extension of the shared spring, half-cycles with one, starts, stops
-
-
-class _Rows(NamedTuple):
-    """What is recorded at every target; no rows of what nobody asked for."""
-
-    x_G: NDArray[Any]
-    x: NDArray[Any]
-    tension: NDArray[Any]
-    slips: NDArray[np.int64]
 
 
 @register_jitable
@@ -265,7 +257,7 @@ class SlidingSimulation(Simulation):
             x = x + self._array(shift)
             self._relaxed = True
         place = self._place(state.theta)
-        self._chain = _Chain(
+        self._chain = _Configuration(
             extension=self._array([value + place for value in given]),
             x=x,
             carry=carry,
@@ -296,16 +288,7 @@ class SlidingSimulation(Simulation):
             return Stretch(0, {}, lost, _not_held_because(self.chain))
         self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n = self.chain.n
-
-        def rows(name: str, width: int, dtype: Any) -> NDArray[Any]:
-            return np.empty((count if name in self.record else 0, width), dtype=dtype)
-
-        kept = _Rows(
-            np.empty(count, dtype=self._kind),
-            rows("x", n, self._kind),
-            rows("tension", n - 1, self._kind),
-            rows("slips", n, np.int64),
-        )
+        rows = TargetRows.empty(self.record, count, n, self._kind)
         follow = _follow if self.exact else _follow_floats
         before = self._chain.totals.copy()
         done, events, most = 0, 0, 1
@@ -313,25 +296,20 @@ class SlidingSimulation(Simulation):
         while stop is None:
             if not self.exact:  # no slider starts or stops more than once in a half-cycle
                 most = max(1, min(_PAUSE // n, (limits.events_left - events) // (2 * n)))
-            part = slice(done, min(done + most, count))
-            theta = self._targets(drive, first + done, part.stop - done)
+            until = min(done + most, count)
+            theta = self._targets(drive, first + done, until - done)
             places, start = self._l0 * theta, self._place(self._theta)
-            own = _Rows(*(values[part] for values in kept))
+            own = rows.part(done, until)
             self._way = int(follow(places, start, self._way, self._ways, self._chain, own))
             self._theta = theta[-1] if self.exact else float(theta[-1])
-            done = part.stop
+            done = until
             _, gave_way, starts, stops = (self._chain.totals - before).tolist()
             events = int(starts + stops)
             stop = Stop.DONE if done == count else limits.stop(events)
         self.tally.undecided += int(gave_way)
         self.tally.slips += int(starts)
         self.tally.events += events
-        recorded = {
-            name: values[:done]
-            for name, values in kept._asdict().items()
-            if name == "x_G" or name in self.record
-        }
-        return Stretch(done, recorded, stop, limits.reason(stop))
+        return Stretch(done, rows.recorded(self.record, done), stop, limits.reason(stop))
 
     def _targets(self, drive: Drive, first: int, count: int) -> NDArray[Any]:
         if not self.exact:

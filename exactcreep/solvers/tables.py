@@ -141,6 +141,35 @@ class HalfCycle(NamedTuple):
     ]
 
 
+class TargetRows(NamedTuple):
+    """Arrays that a simulation fills target by target; no rows of what is not recorded."""
+
+    x_G: NDArray[Any]
+    x: NDArray[Any]
+    tension: NDArray[Any]
+    slips: NDArray[np.int64]
+
+    @classmethod
+    def empty(cls, record: tuple[str, ...], count: int, n: int, dtype: Any = float) -> TargetRows:
+        """Return room for `record` at `count` targets of `n` sliders, in numbers of `dtype`."""
+        rows = {name: count if name in record else 0 for name in ("x", "tension", "slips")}
+        return cls(
+            np.empty(count, dtype),
+            np.empty((rows["x"], n), dtype),
+            np.empty((rows["tension"], n - 1), dtype),
+            np.empty((rows["slips"], n), np.int64),
+        )
+
+    def part(self, first: int, last: int | None = None) -> TargetRows:
+        """Return the rows from `first` on, up to before `last`."""
+        return TargetRows(*(values[first:last] for values in self))
+
+    def recorded(self, record: tuple[str, ...], done: int) -> dict[str, NDArray[Any]]:
+        """Return the rows of the first `done` targets by name."""
+        rows = self._asdict().items()
+        return {name: row[:done] for name, row in rows if name == "x_G" or name in record}
+
+
 class EventRow(NamedTuple):
     """A row for each slider of an event; those of one event differ in slider and sign alone."""
 

@@ -10,8 +10,8 @@ the second order. See `steps` for the steps themselves.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -45,50 +45,24 @@ from exactcreep.solvers.tables import (
     EventRow,
     RearrangementRow,
     SlipRow,
+    TargetRows,
     joined,
     logged_events,
     record_arrays,
 )
-from exactcreep.solvers.verlet.steps import (
-    CEILING,
-    EVENTS,
-    INFINITE,
-    MOST_STEPS,
-    MOVING,
-    NOW,
-    OLD_B,
-    REST,
-    ROW,
-    RUNAWAY,
-    SIGN,
-    SLIDER,
-    SPRINGS,
-    STEPS,
-    B,
-    Laws,
-    Work,
-    X,
-    Y,
-    advance,
-    follow,
-    ramp,
-    release,
-    trace,
-)
+from exactcreep.solvers.verlet import steps
+from exactcreep.solvers.verlet.steps import NOW, SLIDER, B, Laws, Work, X, Y
 
-_REASONS = {
-    STEPS: f"a rearrangement did not end within {MOST_STEPS:.0e} steps; dt may be too large",
-    RUNAWAY: NEVER_STOPS,
-    INFINITE: "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)",
+_TOO_LONG = f"a rearrangement did not end within {steps.MOST_STEPS:.0e} steps; dt may be too large"
+_INFINITE = "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)"
+_ENDINGS = {
+    steps.REST: (Stop.DONE, ""),
+    steps.EVENTS: (Stop.BUDGET, ""),
+    steps.RUNAWAY: (Stop.RUNAWAY, NEVER_STOPS),
+    steps.STEPS: (Stop.LIMIT, _TOO_LONG),
+    steps.INFINITE: (Stop.LIMIT, _INFINITE),
 }
-_OUTCOMES = {RUNAWAY: Outcome.RUNAWAY, STEPS: Outcome.LIMIT, INFINITE: Outcome.LIMIT}
-_STOPS = {
-    REST: Stop.DONE,
-    EVENTS: Stop.BUDGET,
-    RUNAWAY: Stop.RUNAWAY,
-    STEPS: Stop.LIMIT,
-    INFINITE: Stop.LIMIT,
-}
+"""Why the compiled steps return for good; else they want to be called again."""
 
 
 def _laws(chain: Chain, state: State, seed: int, dt: float, locate: bool) -> Laws:
@@ -126,20 +100,21 @@ def _work(chain: Chain, state: State, laws: Laws, keep_events: bool) -> Work:
     inner["threshold"] = np.where(coefficients < laws.mu_d, laws.friction, held)
     now = np.zeros(1, dtype=NOW)
     now["theta"] = float(state.theta)
-    lanes = np.zeros((OLD_B + 1, n + 2))
-    lanes[CEILING] = math.inf
-    lanes[CEILING, 1 : n + 1] = inner["threshold"]
-    lanes[SPRINGS, 1 : n + 1] = 2.0
-    lanes[SPRINGS, 1] -= 1.0
-    lanes[SPRINGS, n] -= 1.0
+    lanes = np.zeros((steps.OLD_B + 1, n + 2))
+    lanes[steps.CEILING] = math.inf
+    lanes[steps.CEILING, 1 : n + 1] = inner["threshold"]
+    lanes[steps.SPRINGS, 1 : n + 1] = 2.0
+    lanes[steps.SPRINGS, 1] -= 1.0
+    lanes[steps.SPRINGS, n] -= 1.0
     return Work(
         sliders=sliders,
         lanes=lanes,
         movers=np.zeros(n + 1, dtype=np.int64),
         now=now,
         windows=np.zeros(n + 2, dtype=np.int64),
+        near=np.zeros(n + 2, dtype=np.int64),
         hit=np.zeros(n + 2, dtype=np.int8),
-        rows=np.zeros(2 * n + 4096 if keep_events else 0, dtype=ROW),
+        rows=np.zeros(2 * n + 4096 if keep_events else 0, dtype=steps.ROW),
         written=np.zeros(1, dtype=np.int64),
         spent=np.zeros(1, dtype=np.int64),
     )
@@ -160,93 +135,45 @@ def _state(laws: Laws, work: Work) -> State:
     )
 
 
-def _scaled_velocities(work: Work) -> NDArray[np.float64]:
-    """Return the velocities times dt, shape (n + 2,)."""
+def _velocities(laws: Laws, work: Work) -> NDArray[np.float64]:
+    inner = work.lanes[:, 1 : laws.n + 1]
     with np.errstate(invalid="ignore"):  # not finite where dt was too large
-        velocities: NDArray[np.float64] = work.lanes[Y] + 0.5 * work.lanes[B]
+        velocities: NDArray[np.float64] = (inner[Y] + 0.5 * inner[B]) / laws.dt
     return velocities
 
 
-def _forces(laws: Laws, base: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return F_n, shape (n,), of all sliders; `x` has a ghost at either end."""
-    pull: NDArray[np.float64] = np.diff(base) + laws.weight
-    full = x.copy()
-    full[0], full[-1] = full[1], full[-2]
-    return pull + ((full[:-2] + full[2:]) - 2.0 * full[1:-1])
-
-
-@dataclass(frozen=True, eq=False)
-class _Rest:
-    """Where the chain rested before the rearrangement; shared by its pieces."""
-
-    laws: Laws
-    base: NDArray[np.float64]
-    displacement: NDArray[np.float64]
-
-
 class _Course:
-    """The motion between two events: the steps, repeated when somebody asks, and joined smoothly.
+    """The motion between two events: the steps, taken again when somebody asks.
 
     Between two steps it is the velocity Verlet step of a shorter length.
     """
 
-    def __init__(self, rest: _Rest, work: Work, t_min: float) -> None:
-        self.t_min = t_min
-        self.t_max = t_min
-        self._rest = rest
-        self._low, self._high = int(work.now["low"][0]), int(work.now["high"][0])
-        moved = slice(self._low - 1, self._high + 2)
-        self._x = work.lanes[X, moved].copy()
-        self._w = _scaled_velocities(work)[moved]
-        self._sign = work.lanes[SIGN, moved].copy()
-        self._pull = np.diff(rest.base)[self._low - 1 : self._high] + rest.laws.weight
-        self._kept: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
-
-    def _steps(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        if self._kept is None:
-            laws = self._rest.laws
-            count = math.floor((self.t_max - self.t_min) / laws.dt)
-            xs = np.zeros((count + 1, self._x.size))
-            ws = np.zeros((count + 1, self._x.size))
-            xs[0], ws[0] = self._x, self._w
-            b = np.zeros(self._x.size)
-            trace(laws, self._sign, self._pull, self._low, b, xs, ws)
-            self._kept = xs, ws
-        return self._kept
-
-    def _push(self, x: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return dt**2 times the acceleration of the sliders of this piece, 0 at rest."""
-        laws = self._rest.laws
-        full = x.copy()
-        if self._low == 1:
-            full[0] = full[1]
-        if self._high == laws.n:
-            full[-1] = full[-2]
-        force = self._pull + ((full[:-2] + full[2:]) - 2.0 * full[1:-1])
-        sign = self._sign[1:-1]
-        b = np.zeros_like(x)
-        b[1:-1] = np.where(sign != 0.0, laws.dt**2 * (force - laws.friction * sign), 0.0)
-        return b
+    def __init__(self, chain: Chain, laws: Laws, work: Work, rest: NDArray[Any], t: float) -> None:
+        self.t_min = self.t_max = t
+        self._chain, self._laws = chain, laws
+        self._moved = slice(int(work.now["low"][0]) - 1, int(work.now["high"][0]) + 2)
+        self._lanes = work.lanes[:, self._moved].copy()
+        self._work = work._replace(
+            sliders=rest,
+            lanes=work.lanes[:, :0],
+            movers=work.movers[: int(work.now["movers"][0])].copy(),
+            now=work.now.copy(),
+            rows=work.rows[:0],
+        )
 
     def __call__(self, t: Any) -> Motion:
         """Return the motion at the time `t`."""
-        rest, laws = self._rest, self._rest.laws
-        xs, ws = self._steps()
-        passed = (float(t) - self.t_min) / laws.dt
-        step = min(math.floor(passed), len(xs) - 1)
-        part = passed - step
-        b = self._push(xs[step])
-        local = xs[step] + part * (ws[step] + 0.5 * part * b)
-        speed = (ws[step] + 0.5 * part * (b + self._push(local))) / laws.dt
-        x = np.zeros(laws.n + 2)
-        velocities = np.zeros(laws.n + 2)
-        x[self._low - 1 : self._high + 2] = local
-        velocities[self._low - 1 : self._high + 2] = speed
-        return Motion(rest.displacement + x[1:-1], velocities[1:-1], _forces(laws, rest.base, x))
+        lanes = np.zeros((len(self._lanes), self._chain.n + 2))
+        lanes[:, self._moved] = self._lanes
+        work = self._work._replace(lanes=lanes)
+        steps.glide(self._laws, work, (float(t) - self.t_min) / self._laws.dt)
+        state = _state(self._laws, work)
+        velocities = _velocities(self._laws, work)
+        return Motion(state.displacements, velocities, state.forces(self._chain))
 
 
 def _new_events(work: Work) -> list[Event]:
-    """Return the events whose rows have been written, and clear the rows."""
+    """Return the events that have been written down, and make room for others."""
     rows = work.rows[: int(work.written[0])]
     columns = EVENT_TABLE.arrays(rows)
     work.written[0] = 0
@@ -370,53 +297,34 @@ class VerletSimulation(Simulation):
         self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
     ) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1` of the drive."""
-        work, n = self._work, self._chain.n
+        work, record = self._work, self._record
         targets = drive.targets(first, count, self._seed)
-        wanted = np.array([name in self._record for name in ("x", "tension", "slips")])
-        x_G = np.empty(count)
-        x = np.empty((count if wanted[0] else 0, n))
-        tension = np.empty((count if wanted[1] else 0, n - 1))
-        slips = np.empty((count if wanted[2] else 0, n), dtype=np.int64)
+        rows = TargetRows.empty(record, count, self._chain.n)
         logs: list[dict[str, NDArray[Any]]] = []
-        tables = [name for name in ("rearrangements", "slip_table") if name in self._record]
+        tables = [name for name in ("rearrangements", "slip_table") if name in record]
         kept = [name for table in tables for name in LOGS[table].columns]
         done = 0
         begun = events = int(work.now["events"][0])
         stop: Stop | None = None
         while stop is None:
             work.spent[0] = 0
-            code, more = follow(
-                self._laws,
-                work,
-                targets[done:],
-                first + done,
-                begun + limits.events_left - events,
-                x_G[done:],
-                x[done:],
-                tension[done:],
-                slips[done:],
-                wanted,
-            )
+            budget = begun + limits.events_left - events
+            own = rows.part(done)
+            code, more = steps.follow(self._laws, work, targets[done:], first + done, budget, own)
             done += more
             written = work.rows[: int(work.written[0])]
-            if "events" in self._record:
+            if "events" in record:
                 logs.append(EVENT_TABLE.arrays(written))
             if tables:
-                moves = work.now["phase"][0] == MOVING
-                found = self._tables.take(written, moves=moves)
+                found = self._tables.take(written, moves=work.now["phase"][0] == steps.MOVING)
                 logs.append({name: found[name] for name in kept})
             work.written[0] = 0
             events = int(work.now["events"][0])
-            stop = _STOPS.get(code) or limits.stop(events - begun)
+            stop, reason = _ENDINGS.get(code, (None, ""))
+            stop = stop or limits.stop(events - begun)
         self._count()
-        recorded: dict[str, NDArray[Any]] = {"x_G": x_G[:done]}
-        for name, values, asked in zip(
-            ("x", "tension", "slips"), (x, tension, slips), wanted, strict=True
-        ):
-            if asked:
-                recorded[name] = values[:done]
-        recorded |= joined(logs)
-        return Stretch(done, recorded, stop, _REASONS.get(code) or limits.reason(stop))
+        recorded = rows.recorded(record, done) | joined(logs)
+        return Stretch(done, recorded, stop, reason or limits.reason(stop))
 
     def state(self) -> State:
         """Return the present state."""
@@ -495,16 +403,6 @@ class Verlet(Solver):
         """Return a simulation that starts from `state`."""
         return VerletSimulation(chain, state, seed, record, self.dt, bool(self.locate))
 
-    def _start(
-        self, chain: Chain, state: State, direction: int, seed: int
-    ) -> tuple[Laws, Work]:
-        """Return the chain at theta_c with the first sliders set in motion (if any ever are)."""
-        simulation = self.simulation(chain, state, seed, ("events",))
-        laws, work = simulation._laws, simulation._work
-        if release(laws, work) == 0 and direction != 0:
-            ramp(laws, work, float(direction), math.inf)
-        return laws, work
-
     def rearrange(
         self,
         chain: Chain,
@@ -516,65 +414,56 @@ class Verlet(Solver):
         """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange."""
         if limits.at < math.inf:
             limits = limits.later(compiled(self, chain.n))
-        laws, work = self._start(chain, state, direction, seed)
-        n = chain.n
-        base = work.sliders["base"][: n + 1].copy()
-        rest = _Rest(laws, base, work.sliders["displacement"][1 : n + 1].copy())
-        tensions = base[1:n] - work.now["shift"][0]
-        initial = State(
-            tensions=tensions,
+        simulation = self.simulation(chain, state, seed, ("events",))
+        laws, work = simulation._laws, simulation._work
+        if steps.release(laws, work) == 0 and direction != 0:
+            steps.ramp(laws, work, float(direction), math.inf)
+        initial = replace(
+            _state(laws, work),
             displacements=state.displacements,
             coefficients=state.coefficients,
             draws=state.draws,
-            theta=float(work.now["theta"][0]),
         )
+        rest = work.sliders.copy()
         events = _new_events(work)
-        courses = [_Course(rest, work, 0.0) for _ in events]
-        code = REST
-        limit = ""
-        while work.now["phase"][0] == MOVING and code not in _OUTCOMES:
-            if (stop := limits.stop(len(events))) is not None:
-                limit = limits.reason(stop)
+        courses = [_Course(chain, laws, work, rest, 0.0) for _ in events]
+        stop, reason = None, ""
+        while work.now["phase"][0] == steps.MOVING and stop is None:
+            stop = limits.stop(len(events))
+            if stop is not None:
+                reason = limits.reason(stop)
                 break
             work.spent[0] = 0
-            code = advance(laws, work, work.now["events"][0] + 1)
+            code = steps.advance(laws, work, work.now["events"][0] + 1)
             new = _new_events(work)
             events += new
-            if code != REST:
-                courses += [_Course(rest, work, float(event.time)) for event in new]
+            if code != steps.REST:
+                courses += [_Course(chain, laws, work, rest, float(event.time)) for event in new]
+            if code in (steps.RUNAWAY, steps.STEPS, steps.INFINITE):
+                stop, reason = _ENDINGS[code]
         ends = [float(event.time) for event in events[1:]]
-        ended = work.now["phase"][0] != MOVING
-        if not ended:
+        if stop is not None:
             ends.append(float(work.now["origin"][0] + work.now["step"][0] * laws.dt))
         for course, end in zip(courses, ends, strict=False):
             course.t_max = end
+        outcome = Outcome.AT_REST if stop is None else Outcome.LIMIT
         undecided = int(work.now["undecided"][0])
         return Rearrangement(
             chain=chain,
             initial=initial,
             events=tuple(events),
-            outcome=Outcome.AT_REST if ended else _OUTCOMES.get(code, Outcome.LIMIT),
+            outcome=Outcome.RUNAWAY if stop is Stop.RUNAWAY else outcome,
             decided=Evidence.of(undecided, Evidence.COMPUTED),
             state=_state(laws, work),
-            velocities=_scaled_velocities(work)[1 : n + 1] / laws.dt,
+            velocities=_velocities(laws, work),
             motion=Solution(
                 courses[: len(ends)],
-                Motion(initial.displacements, np.zeros(n), initial.forces(chain)),
+                Motion(initial.displacements, np.zeros(chain.n), initial.forces(chain)),
             ),
             undecided=undecided,
             draws_below_mu_d=int(work.now["below"][0]),
             solver=self.name,
             seed=seed,
             report=_report(laws, work),
-            reason=limit or ("" if ended else _REASONS[code]),
+            reason=reason,
         )
-
-    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
-        """Yield the events of `rearrange` one by one, each when it happens."""
-        laws, work = self._start(chain, state, direction, seed)
-        yield from _new_events(work)
-        code = REST
-        while work.now["phase"][0] == MOVING and code not in _OUTCOMES:
-            work.spent[0] = 0
-            code = advance(laws, work, work.now["events"][0] + 1)
-            yield from _new_events(work)

@@ -84,6 +84,7 @@ NOW = np.dtype(
         ("steps", np.int64),
         ("phase", np.int64),
         ("movers", np.int64),
+        ("near", np.int64),  # movers and their neighbours: the sliders in windows
         ("low", np.int64),  # the sliders that have moved in this rearrangement
         ("high", np.int64),
         ("rearrangements", np.int64),
@@ -115,6 +116,7 @@ class Work(NamedTuple):
     movers: NDArray[np.int64]  # ascending
     now: NDArray[Any]  # one NOW
     windows: NDArray[np.int64]  # first and last slider of every window
+    near: NDArray[np.int64]  # the sliders in windows, ascending
     hit: NDArray[np.int8]  # 1: the slider stops or starts; 2: it has just stopped
     rows: NDArray[Any]  # of ROW: one for every slider of an event, if events are kept
     written: NDArray[np.int64]  # how many rows
@@ -160,6 +162,12 @@ def _at(lanes, i):
     """Return F_i of a moving slider or a neighbour of one."""
     inner = (lanes[X, i - 1] + lanes[X, i + 1]) - lanes[SPRINGS, i] * lanes[X, i]
     return lanes[PULL, i] + inner
+
+
+@_compiled
+def _velocity(lanes, i):
+    """Return the velocity of slider i at the end of the step, times dt."""
+    return lanes[Y, i] + 0.5 * lanes[B, i]
 
 
 @_compiled
@@ -338,19 +346,24 @@ def ramp(laws, work, way, room):
 @_compiled
 def _lay_out(laws, work):
     """Lay windows around the movers, a neighbour at either side; return how many."""
-    movers = work.now[0].movers
+    now = work.now[0]
     windows = 0
+    now.near = 0
     k = 0
-    while k < movers:
+    while k < now.movers:
         low = work.movers[k]
         high = low
-        while k + 1 < movers and work.movers[k + 1] - high <= _GAP:
+        while k + 1 < now.movers and work.movers[k + 1] - high <= _GAP:
             k += 1
             high = work.movers[k]
         k += 1
-        work.windows[2 * windows] = max(low - 1, 1)
-        work.windows[2 * windows + 1] = min(high + 1, laws.n)
+        low, high = max(low - 1, 1), min(high + 1, laws.n)
+        work.windows[2 * windows] = low
+        work.windows[2 * windows + 1] = high
         windows += 1
+        for i in range(low, high + 1):
+            work.near[now.near] = i
+            now.near += 1
     return windows
 
 
@@ -435,129 +448,141 @@ def _together(work, windows, most):
                     break
                 steps += 1  # the only window goes on without being laid out again
     if found:
-        for k in range(windows):
-            for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-                late = lanes[SIGN, i] * (lanes[Y, i] + 0.5 * lanes[B, i]) < lanes[FLOOR, i]
-                work.hit[i] = late | (abs(_at(lanes, i)) > lanes[CEILING, i])
+        for i in work.near[: work.now[0].near]:
+            late = lanes[SIGN, i] * _velocity(lanes, i) < lanes[FLOOR, i]
+            work.hit[i] = late | (abs(_at(lanes, i)) > lanes[CEILING, i])
     return steps, found
 
 
 @_compiled
-def _within(work, windows, part):
-    """Take the windows to the fraction `part` of a step; return whether a slider is hit.
+def _stepped(laws, work, most):
+    """Step the movers until one stops or a neighbour starts; returns as `_alone`."""
+    windows = _lay_out(laws, work)
+    if work.now[0].movers == 1:
+        return _alone(laws, work, most)
+    return _together(work, windows, most)
+
+
+@_compiled
+def _go_back(work):
+    """Take the last step back, and keep where it began."""
+    lanes = work.lanes
+    near = work.near[: work.now[0].near]
+    for i in near:
+        lanes[X, i] -= lanes[Y, i]
+        lanes[OLD_X, i] = lanes[X, i]
+    for i in near:
+        lanes[OLD_B, i] = lanes[MASS, i] * _at(lanes, i) - lanes[DRAG, i]
+        lanes[OLD_W, i] = lanes[Y, i] - 0.5 * lanes[OLD_B, i]
+
+
+@_compiled
+def _within(work, part):
+    """Go on to the fraction `part` of the step that was taken back; return if a slider is hit.
 
     Within the step the motion is the velocity Verlet step of a shorter length.
     """
     lanes = work.lanes
+    near = work.near[: work.now[0].near]
     half = 0.5 * part
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            advance = part * (lanes[OLD_W, i] + half * lanes[OLD_B, i])
-            lanes[X, i] = lanes[OLD_X, i] + advance
+    for i in near:
+        lanes[X, i] = lanes[OLD_X, i] + part * (lanes[OLD_W, i] + half * lanes[OLD_B, i])
     found = False
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            force = _at(lanes, i)
-            b = lanes[MASS, i] * force - lanes[DRAG, i]
-            w = lanes[OLD_W, i] + half * (lanes[OLD_B, i] + b)
-            lanes[B, i] = b
-            lanes[Y, i] = w - 0.5 * b
-            hit = (lanes[SIGN, i] * w < lanes[FLOOR, i]) | (abs(force) > lanes[CEILING, i])
-            work.hit[i] = hit
-            found |= hit
+    for i in near:
+        force = _at(lanes, i)
+        b = lanes[MASS, i] * force - lanes[DRAG, i]
+        w = lanes[OLD_W, i] + half * (lanes[OLD_B, i] + b)
+        lanes[B, i] = b
+        lanes[Y, i] = w - 0.5 * b
+        hit = (lanes[SIGN, i] * w < lanes[FLOOR, i]) | (abs(force) > lanes[CEILING, i])
+        work.hit[i] = hit
+        found |= hit
     return found
 
 
 @_compiled
-def _locate(work, windows):
+def _locate(work):
     """Go back to the first event inside the last step.
 
     Returns the fraction of the step, and whether there is an event.
     """
-    lanes = work.lanes
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            lanes[X, i] -= lanes[Y, i]
-            lanes[OLD_X, i] = lanes[X, i]
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            lanes[OLD_B, i] = lanes[MASS, i] * _at(lanes, i) - lanes[DRAG, i]
-            lanes[OLD_W, i] = lanes[Y, i] - 0.5 * lanes[OLD_B, i]
+    _go_back(work)
     low = 0.0
     high = 1.0
-    if not _within(work, windows, high):
+    if not _within(work, high):
         return high, False  # only a rounding error hit this step: the next one will be hit
     while high - low > _BISECTED:
         middle = 0.5 * (low + high)
-        if _within(work, windows, middle):
+        if _within(work, middle):
             high = middle
         else:
             low = middle
-    return high, _within(work, windows, high)
+    return high, _within(work, high)
 
 
 @_compiled
-def _ties(laws, work, windows):
+def glide(laws, work, steps):
+    """Take a chain in motion so many steps on, the last of them in part, whatever happens then."""
+    taken, _ = _stepped(laws, work, max(math.ceil(steps), 1))
+    _go_back(work)
+    _within(work, steps - (taken - 1))
+
+
+@_compiled
+def _ties(laws, work):
     """Let what cannot be told apart from an event at this instant take part in it."""
     now = work.now[0]
     lanes = work.lanes
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            if work.hit[i] != 0:
-                continue
-            sign = lanes[SIGN, i]
-            if sign != 0.0:
-                if laws.locate:
-                    w = lanes[Y, i] + 0.5 * lanes[B, i]
-                    size = abs(lanes[OLD_W, i]) + abs(lanes[OLD_B, i])
-                    if sign * w <= 4.0 * _EPS * size:
-                        now.undecided += 1
-                        work.hit[i] = 1
-                continue
-            force = _at(lanes, i)
-            if lanes[CEILING, i] - abs(force) <= _rounding(work, laws, i):
-                # together with the event if the force is on the rise; else at threshold: it stays
-                now.undecided += 1
-                pace = lanes[Y, i - 1] + 0.5 * lanes[B, i - 1]
-                pace += lanes[Y, i + 1] + 0.5 * lanes[B, i + 1]
-                if pace * force > 0.0:
+    for i in work.near[: now.near]:
+        if work.hit[i] != 0:
+            continue
+        sign = lanes[SIGN, i]
+        if sign != 0.0:
+            if laws.locate:
+                size = abs(lanes[OLD_W, i]) + abs(lanes[OLD_B, i])
+                if sign * _velocity(lanes, i) <= 4.0 * _EPS * size:
+                    now.undecided += 1
                     work.hit[i] = 1
+            continue
+        force = _at(lanes, i)
+        if lanes[CEILING, i] - abs(force) <= _rounding(work, laws, i):
+            # together with the event if the force is on the rise; else at threshold: it stays
+            now.undecided += 1
+            if (_velocity(lanes, i - 1) + _velocity(lanes, i + 1)) * force > 0.0:
+                work.hit[i] = 1
 
 
 @_compiled
-def _resolve(laws, work, windows):
+def _resolve(laws, work):
     """Stop, draw and start what the event asks for, in this order."""
     now = work.now[0]
     lanes = work.lanes
     time = now.origin + now.step * laws.dt
-    _ties(laws, work, windows)
+    _ties(laws, work)
     stopped = 0
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            if work.hit[i] == 1 and lanes[SIGN, i] != 0.0:
-                speed = abs(lanes[Y, i] + 0.5 * lanes[B, i]) / laws.dt
-                _write(work, time, _STOP, i, lanes[SIGN, i], speed)
-                _stop(laws, work, i)
-                work.hit[i] = 2
-                stopped += 1
+    for i in work.near[: now.near]:
+        if work.hit[i] == 1 and lanes[SIGN, i] != 0.0:
+            _write(work, time, _STOP, i, lanes[SIGN, i], abs(_velocity(lanes, i)) / laws.dt)
+            _stop(laws, work, i)
+            work.hit[i] = 2
+            stopped += 1
     if stopped > 0:
         _close_event(now)
         _discharge(work)
     started = 0
-    for k in range(windows):
-        for i in range(work.windows[2 * k], work.windows[2 * k + 1] + 1):
-            if lanes[SIGN, i] != 0.0:
-                continue
-            force = _at(lanes, i)
-            excess = abs(force) - lanes[CEILING, i]
-            if work.hit[i] == 2 and abs(excess) <= _rounding(work, laws, i):
-                now.undecided += 1
-            if work.hit[i] == 1 or excess > 0.0:
-                started += 1
-                sign = math.copysign(1.0, force)
-                _start(laws, work, i, sign)
-                # one that has just stopped may exceed its threshold
-                _write(work, time, _START, i, sign, 0.0 if work.hit[i] == 2 else abs(excess))
+    for i in work.near[: now.near]:
+        if lanes[SIGN, i] != 0.0:
+            continue
+        force = _at(lanes, i)
+        excess = abs(force) - lanes[CEILING, i]
+        if work.hit[i] == 2 and abs(excess) <= _rounding(work, laws, i):
+            now.undecided += 1
+        if work.hit[i] == 1 or excess > 0.0:
+            started += 1
+            sign = math.copysign(1.0, force)
+            _start(laws, work, i, sign)
+            # one that has just stopped may exceed its threshold
+            _write(work, time, _START, i, sign, 0.0 if work.hit[i] == 2 else abs(excess))
     if started > 0:
         _close_event(now)
 
@@ -589,11 +614,11 @@ def _never_stops(laws, work):
     for i in range(1, n + 1):
         if lanes[SIGN, i] != sign:
             return False
-        mean += lanes[Y, i] + 0.5 * lanes[B, i]
+        mean += _velocity(lanes, i)
     mean /= n * laws.dt
     twice = 0.0
     for i in range(1, n + 1):
-        twice += ((lanes[Y, i] + 0.5 * lanes[B, i]) / laws.dt - mean) ** 2
+        twice += (_velocity(lanes, i) / laws.dt - mean) ** 2
     for i in range(1, n):
         tension = sliders[i].base - work.now[0].shift + (lanes[X, i + 1] - lanes[X, i])
         twice += tension**2
@@ -634,30 +659,25 @@ def advance(laws, work, last_event):
             return PAUSED
         if work.rows.size > 0 and work.written[0] + 2 * laws.n + 2 > work.rows.size:
             return ROWS
-        windows = _lay_out(laws, work)
         most = _LOOK if laws.runs_away and now.movers == laws.n else _SURVEY
         most = min(most, _PAUSE // (4 * now.movers) + 1)
-        movers = now.movers
-        if movers == 1:
-            steps, found = _alone(laws, work, most)
-        else:
-            steps, found = _together(work, windows, most)
-        work.spent[0] += steps * movers
+        steps, found = _stepped(laws, work, most)
+        work.spent[0] += steps * now.movers
         now.steps += steps
         now.steps_here += steps
         now.step += steps
         if found and laws.locate:
-            part, found = _locate(work, windows)
+            part, found = _locate(work)
             now.origin += (now.step - 1 + part) * laws.dt
             now.step = 0
         if found:
-            _resolve(laws, work, windows)
+            _resolve(laws, work)
     _come_to_rest(laws, work)
     return REST
 
 
 @_compiled
-def follow(laws, work, targets, first, budget, x_G, x, tension, slips, wanted):
+def follow(laws, work, targets, first, budget, rows):
     """Take the chain to the targets; return why it returns and how many were reached."""
     n = laws.n
     now = work.now[0]
@@ -688,40 +708,16 @@ def follow(laws, work, targets, first, budget, x_G, x, tension, slips, wanted):
         total = sliders[(n + 1) // 2].displacement if n % 2 == 1 else 0.0
         for i in range(1, n // 2 + 1):  # in pairs: exactly 0 for a mirror-symmetric chain
             total += sliders[i].displacement + sliders[n + 1 - i].displacement
-        x_G[done] = total / n
-        if wanted[0]:
+        rows.x_G[done] = total / n
+        if len(rows.x) > 0:
             for i in range(1, n + 1):
-                x[done, i - 1] = sliders[i].displacement
-        if wanted[1]:
+                rows.x[done, i - 1] = sliders[i].displacement
+        if len(rows.tension) > 0:
             for i in range(1, n):
-                tension[done, i - 1] = sliders[i].base - goal
-        if wanted[2]:
+                rows.tension[done, i - 1] = sliders[i].base - goal
+        if len(rows.slips) > 0:
             for i in range(1, n + 1):
-                slips[done, i - 1] = sliders[i].slips
+                rows.slips[done, i - 1] = sliders[i].slips
                 sliders[i].slips = 0
         done += 1
     return REST, done
-
-
-@_compiled
-def trace(laws, sign, pull, low, b, xs, ws):
-    """Repeat the steps of the sliders low .. low + size - 1, from the first rows of `xs`, `ws`.
-
-    The entries before and after are their neighbours, which do not move; `b` holds zeros.
-    """
-    size = pull.size
-    steps = len(xs) - 1
-    for step in range(steps + 1):
-        for j in range(1, size + 1):
-            i = low + j - 1
-            left = xs[step, j - 1] if i > 1 else xs[step, j]
-            right = xs[step, j + 1] if i < laws.n else xs[step, j]
-            before = b[j]
-            if sign[j] != 0.0:
-                force = pull[j - 1] + ((left + right) - 2.0 * xs[step, j])
-                b[j] = laws.dt * laws.dt * (force - laws.friction * sign[j])
-            if step > 0:
-                ws[step, j] = ws[step - 1, j] + 0.5 * (before + b[j])
-        if step < steps:
-            for j in range(size + 2):
-                xs[step + 1, j] = xs[step, j] + (ws[step, j] + 0.5 * b[j])
