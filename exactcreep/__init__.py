@@ -60,8 +60,8 @@ if TYPE_CHECKING:
     from exactcreep.solvers.registry import iterate as iterate
     from exactcreep.solvers.registry import rearrange as rearrange
     from exactcreep.solvers.solver import Rearrangement as Rearrangement
-    from exactcreep.studies.audit import Audit as Audit
-    from exactcreep.studies.audit import audit as audit
+    from exactcreep.studies.audits.audit import Audit as Audit
+    from exactcreep.studies.audits.audit import audit as audit
     from exactcreep.studies.compare import Comparison as Comparison
     from exactcreep.studies.compare import compare as compare
     from exactcreep.studies.fates.fate import fate as fate
@@ -81,7 +81,7 @@ if TYPE_CHECKING:
 # Where each public name lives; it is imported when it is first used, so that a command line
 # that only prints its help does not wait for a compiler. "module:" alone is the module itself.
 _HOMES = {
-    "Audit": "studies.audit:Audit",
+    "Audit": "studies.audits.audit:Audit",
     "Chain": "model.chain:Chain",
     "Comparison": "studies.compare:Comparison",
     "Creep": "quasistatic.result:Creep",
@@ -117,7 +117,7 @@ _HOMES = {
     "Survival": "studies.fates.survival:Survival",
     "TemperatureRecord": "model.temperature_record:TemperatureRecord",
     "Threshold": "studies.thresholds.threshold:Threshold",
-    "audit": "studies.audit:audit",
+    "audit": "studies.audits.audit:audit",
     "compare": "studies.compare:compare",
     "creep": "quasistatic.creep:creep",
     "disorder": "model.disorder:",

@@ -33,7 +33,7 @@ def audit(
     was over before everything was looked at.
     """
     from exactcreep.commands.answer import as_json
-    from exactcreep.studies.audit import audit_file
+    from exactcreep.studies.audits.audit import audit_file
 
     with Display(quiet=json) as display:
         audits = audit_file(file, max_seconds=max_seconds, progress=display.show)

@@ -27,7 +27,7 @@ from exactcreep.solvers.auto import KNOWN_BY, choose
 from exactcreep.solvers.exact.solver import Exact
 from exactcreep.solvers.pilot import pilot_run
 from exactcreep.solvers.sliding import Sliding
-from exactcreep.studies.audit import audit
+from exactcreep.studies.audits.audit import audit
 from exactcreep.studies.plan import plan, plan_scene
 
 HAIR = Fraction(1, 10**9)

@@ -1,0 +1,1 @@
+"""What a finished run claims, made again from its events and compared."""
