@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,10 +54,12 @@ def answered(
     plot: Path | None,
     json: bool,
     force: bool,
+    about: Mapping[str, Any] | None = None,
 ) -> Any:
     """Carry out a study, save its dataset, draw it, and print one JSON object, or the rows.
 
-    The files are checked before: nothing is computed that could not be kept.
+    The files are checked before: nothing is computed that could not be kept. The object begins
+    with what it is `about`; what prints tables by itself returns no rows.
     """
     import typer
 
@@ -76,9 +78,10 @@ def answered(
     if plot is not None:
         draw(found, plot)
     if json:
-        typer.echo(as_json(found.summary()))
+        typer.echo(as_json({**(about or {})} | found.summary()))
         return found
-    print_rows(rows(found))
+    if said := rows(found):
+        print_rows(said)
     for path in (out, plot):
         if path is not None:
             typer.echo(f"written: {path}")
@@ -115,6 +118,26 @@ def print_heading(console: Any, scene: str, title: str) -> None:
 
     words = f": {escape(title)}" if title else ""
     console.print(f"[bold]{escape(scene)}[/bold]{words}", soft_wrap=True)
+
+
+def print_table(
+    console: Any,
+    names: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    right: Sequence[str] = (),
+    wrapped: Sequence[str] = (),
+    **style: Any,
+) -> None:
+    """Print rows under the names of their columns, which stand to the right, or may be wrapped."""
+    from rich.table import Table
+
+    table = Table(box=None, padding=(0, 1), header_style="bold", **style)
+    for name in names:
+        justify: Any = "right" if name in right else "left"
+        table.add_column(name, justify=justify, no_wrap=name not in wrapped)
+    for row in rows:
+        table.add_row(*row)
+    console.print(table)
 
 
 def print_summary(
@@ -272,27 +295,21 @@ def _range(values: Sequence[Any]) -> str:
 def _print_members(
     console: Any, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]
 ) -> None:
-    from rich.table import Table
-
     from exactcreep.quasistatic.result import known_of
 
-    table = Table(box=None, padding=(0, 1), header_style="bold")
-    for key in settings[0]:
-        table.add_column(key.rpartition(".")[2], no_wrap=True)
-    for name in ("velocity", "paper", "outcome", "slips"):
-        justify: Any = "right" if name in ("paper", "slips") else "left"
-        table.add_column(name, justify=justify, no_wrap=True)
-    table.add_column("", no_wrap=True)
     told = []
     for result in results:
         law = _predicted(result, digits=4)
         paper = law[1] if law is not None else ""
         numbers = measured(result, digits=4), paper, result.outcome.value, str(result.slip_count)
         told.append(numbers)
-    for setting, members in grouped(settings, told):
-        many = f"({len(members)} members)" if len(members) > 1 else ""
-        table.add_row(*setting, *told[members[0]], many)
-    console.print(table)
+    rows = [
+        (*setting, *told[members[0]], f"({len(members)} members)" * (len(members) > 1))
+        for setting, members in grouped(settings, told)
+    ]
+    keys = [key.rpartition(".")[2] for key in settings[0]]
+    names = (*keys, "velocity", "paper", "outcome", "slips", "")
+    print_table(console, names, rows, right=("paper", "slips"))
     outcomes = Counter(result.outcome.value for result in results)
     evidence = Counter(result.evidence.value for result in results)
     missing = len(settings) - len(results)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,15 +11,16 @@ import typer
 from exactcreep.commands.options import (
     Force,
     Json,
+    Plot,
     SceneName,
     Seeds,
     Settings,
     parsed_seeds,
     parsed_settings,
 )
-from exactcreep.display import Display
 
 if TYPE_CHECKING:
+    from exactcreep.commands.answer import Rows
     from exactcreep.studies.compare import Comparison, Standing
     from exactcreep.studies.partings import Partings
 
@@ -42,9 +44,7 @@ def compare(
         typer.Option(metavar="LIST", help="Compare several time steps, e.g. 0.1,0.03,0.01."),
     ] = None,
     json: Json = False,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the errors to this PNG or PDF file.")
-    ] = None,
+    plot: Plot = None,
     force: Force = False,
 ) -> None:
     """Show where exact and Verlet part from the certified solver, with the same disorder.
@@ -62,73 +62,74 @@ def compare(
 
         exactcreep compare six-sliders-cycles --seeds 16 --dts 0.1,0.03,0.01 --plot partings.png
     """
-    from exactcreep.commands.answer import as_json
-    from exactcreep.figures.comparison import draw_comparison, draw_partings
-    from exactcreep.model.numbers import whole_number
-    from exactcreep.quasistatic.files import check_plot
+    from exactcreep.commands.answer import answered
     from exactcreep.scene import load_scene
-    from exactcreep.studies.compare import compare as measured
-    from exactcreep.studies.partings import Partings
+    from exactcreep.studies import compare as study
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))
-    if plot is not None:
-        check_plot(plot, force=force)
     chosen = wanted.settings()[0]
-    with Display(quiet=json) as display:
-        found = measured(
-            wanted.experiment(chosen),
-            dt=dt,
-            locate=locate,
-            digits=whole_number(digits, "digits", least=1),
-            events=whole_number(events, "events", least=1),
-            seeds=parsed_seeds(seeds),
-            dts=None if dts is None else [part.strip() for part in dts.split(",")],
-            progress=display.show,
-        )
-    if plot is not None:
-        title = wanted.title or wanted.name
-        if isinstance(found, Partings):
-            draw_partings([found], plot, title=title)
-        else:
-            draw_comparison(found, plot, title=title)
-    if json:
-        typer.echo(as_json({"scene": wanted.name, "set": chosen} | found.summary()))
-        return
+    measured = partial(
+        study.compare,
+        wanted.experiment(chosen),
+        dt=dt,
+        locate=locate,
+        digits=digits,
+        events=events,
+        seeds=parsed_seeds(seeds),
+        dts=None if dts is None else [part.strip() for part in dts.split(",")],
+    )
+    show = partial(_print, name=wanted.name, title=wanted.title)
+    draw = partial(_draw, title=wanted.title or wanted.name)
+    about = {"scene": wanted.name, "set": chosen}
+    answered(measured, show, draw, plot=plot, json=json, force=force, about=about)
+
+
+def _draw(found: Comparison | Partings, plot: Path, title: str) -> None:
+    from exactcreep.figures.comparison import draw_comparison, draw_partings
+    from exactcreep.studies.partings import Partings
+
     if isinstance(found, Partings):
-        _print_partings(found, wanted.name, wanted.title)
+        draw_partings([found], plot, title=title)
     else:
-        _print(found, wanted.name, wanted.title)
-    if plot is not None:
-        typer.echo(f"written: {plot}")
+        draw_comparison(found, plot, title=title)
 
 
-def _print_partings(found: Partings, name: str, title: str) -> None:
+def _print(found: Comparison | Partings, name: str, title: str) -> Rows:
     from rich.console import Console
-    from rich.table import Table
 
     from exactcreep.commands.answer import print_heading
+    from exactcreep.studies.partings import Partings
 
     console = Console(highlight=False)
     print_heading(console, name, title)
+    if isinstance(found, Partings):
+        _print_partings(console, found)
+    else:
+        _print_comparison(console, found)
+    return []
+
+
+def _print_partings(console: Any, found: Partings) -> None:
+    from exactcreep.commands.answer import print_table
+
     certified = f"{len(found.seeds)} seeds: {found.events} certified events in all"
     if found.undecided:
         certified += f" ({found.undecided} seeds undecided)"
     velocities = f"velocities over {found.half_cycles} targets each at the least"
     console.print(f"{certified}; {velocities}", soft_wrap=True)
-    table = Table(box=None, padding=(0, 1), header_style="bold", pad_edge=False)
-    for head in ("", "parted", "after", "wrong per 1000", "error", "bias %"):
-        table.add_column(head, justify="right" if head else "left", no_wrap=True)
-    for one in found.contestants:
-        rate, bias = (1000 * x for x in one.rate), one.bias
-        table.add_row(
+    rows = [
+        (
             one.contestant.short,
             str(one.parted),
             f"{one.agreed.value:.0f}",
-            "{:.1f} ({:.1f} to {:.1f})".format(*rate),
+            "{:.1f} ({:.1f} to {:.1f})".format(*(1000 * x for x in one.rate)),
             f"{one.error.value:.1e}",
-            f"{100 * bias.value:+.2f} ± {50 * (bias.upper - bias.lower):.2f}",
+            f"{100 * one.bias.value:+.2f} ± {50 * (one.bias.upper - one.bias.lower):.2f}",
         )
-    console.print(table)
+        for one in found.contestants
+    ]
+    names = ("parted", "after", "wrong per 1000", "error", "bias %")
+    print_table(console, ("", *names), rows, right=names, pad_edge=False)
     for label, locate in (("Verlet", False), ("with located events", True)):
         order = found.order(locate=locate)
         if order.value == order.value:  # it is known
@@ -144,29 +145,18 @@ def _print_partings(found: Partings, name: str, title: str) -> None:
     )
 
 
-def _print(found: Comparison, name: str, title: str) -> None:
-    from rich.console import Console
-    from rich.table import Table
+def _print_comparison(console: Any, found: Comparison) -> None:
+    from exactcreep.commands.answer import print_table
 
-    from exactcreep.commands.answer import print_heading
-
-    console = Console(highlight=False)
-    print_heading(console, name, title)
     console.print(
         f"certified: {found.events} events in {found.rearrangements} rearrangements, "
         f"{found.half_cycles} half-cycles ({found.evidence.value})",
         soft_wrap=True,
     )
-    table = Table(box=None, padding=(0, 1), header_style="bold", pad_edge=False)
-    table.add_column("", no_wrap=True)
-    rows: dict[str, list[str]] = {}
-    for standing in found.contestants:
-        table.add_column(standing.contestant.label, no_wrap=True)
-        for key, text in _rows(standing).items():
-            rows.setdefault(key, []).append(text)
-    for key, texts in rows.items():
-        table.add_row(key, *texts)
-    console.print(table)
+    columns = [_rows(standing) for standing in found.contestants]
+    names = ["", *(standing.contestant.label for standing in found.contestants)]
+    rows = [(key, *(column[key] for column in columns)) for key in columns[0]]
+    print_table(console, names, rows, pad_edge=False)
     for standing in found.contestants:
         if standing.creep.course:
             console.print(f"{standing.contestant.solver}: {standing.creep.course}", soft_wrap=True)

@@ -36,9 +36,8 @@ def envelope(
     Exit status: 0 every promise was kept or flagged, 1 one was not, 2 bad input.
     """
     from rich.console import Console
-    from rich.table import Table
 
-    from exactcreep.commands.answer import as_json
+    from exactcreep.commands.answer import as_json, print_table
     from exactcreep.model.numbers import InputError
     from exactcreep.quasistatic.files import check_output, output_directory, write_file
     from exactcreep.studies.envelope import defects, to_csv
@@ -60,19 +59,19 @@ def envelope(
         summaries = [cell.summary() for cell in cells]
         typer.echo(as_json({"cells": summaries, "broken": len(broken)}))
     else:
-        table = Table(box=None, padding=(0, 1), header_style="bold")
-        for name in ("extreme", "solver", "error", "of one", "astray", "events", "seconds",
-                     "outcome", "verdict"):  # fmt: skip
-            table.add_column(name, no_wrap=name != "extreme")
-        for cell in cells:
-            astray = f"{cell.astray}/{cell.compared}" if cell.compared else "-"
-            one = "-" if math.isnan(cell.worst) else f"{cell.worst:.1e}"
-            table.add_row(
-                f"{cell.quantity} = {cell.value}", cell.solver, f"{cell.error:.1e}", one, astray,
+        names = ("extreme", "solver", "error", "of one", "astray", "events", "seconds", "outcome",
+                 "verdict")  # fmt: skip
+        rows = [
+            (
+                f"{cell.quantity} = {cell.value}", cell.solver, f"{cell.error:.1e}",
+                "-" if math.isnan(cell.worst) else f"{cell.worst:.1e}",
+                f"{cell.astray}/{cell.compared}" if cell.compared else "-",
                 str(cell.events), f"{cell.seconds:.2g}", cell.outcome, cell.verdict,
-            )  # fmt: skip
+            )
+            for cell in cells
+        ]  # fmt: skip
         console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH)
-        console.print(table)
+        print_table(console, names, rows, wrapped=["extreme"])
         counts = Counter(cell.verdict for cell in cells)
         told = ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
         console.print(

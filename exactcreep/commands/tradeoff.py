@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
+from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -11,15 +12,16 @@ import typer
 from exactcreep.commands.options import (
     Force,
     Json,
+    Plot,
     SceneName,
     Seeds,
     Settings,
     parsed_seeds,
     parsed_settings,
 )
-from exactcreep.display import Display
 
 if TYPE_CHECKING:
+    from exactcreep.commands.answer import Rows
     from exactcreep.studies.tradeoff import Score, Tradeoff
 
 
@@ -31,10 +33,7 @@ def tradeoff(
     settings: Settings = None,
     seeds: Seeds = None,
     json: Json = False,
-    plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw error against time to this PNG or PDF file."),
-    ] = None,
+    plot: Plot = None,
     force: Force = False,
 ) -> None:
     """Measure what time buys which accuracy, for a scene on this machine.
@@ -47,53 +46,38 @@ def tradeoff(
 
         exactcreep tradeoff thirty-sliders-cycles --budget 300 --seeds 16 --json
     """
-    from rich.console import Console
-
-    from exactcreep.commands.answer import as_json, print_heading
+    from exactcreep.commands.answer import answered
     from exactcreep.figures.comparison import draw_tradeoff
-    from exactcreep.quasistatic.files import check_plot
     from exactcreep.scene import load_scene
-    from exactcreep.studies.tradeoff import tradeoff as measure
+    from exactcreep.studies import tradeoff as study
 
     wanted = load_scene(scene).with_settings(parsed_settings(settings))
-    if plot is not None:
-        check_plot(plot, force=force)
     chosen = wanted.settings()[0]
-    experiment = wanted.experiment(chosen)
-    with Display(quiet=json) as display:
-        measured = measure(
-            experiment, budget=budget, seeds=parsed_seeds(seeds), progress=display.show
-        )
-    if plot is not None:
-        draw_tradeoff(measured, plot, title=wanted.title or wanted.name)
-    if json:
-        typer.echo(as_json({"scene": wanted.name, "set": chosen} | measured.summary()))
-        return
+    measured = partial(
+        study.tradeoff, wanted.experiment(chosen), budget=budget, seeds=parsed_seeds(seeds)
+    )
+    show = partial(_print, name=wanted.name, title=wanted.title, chosen=chosen)
+    draw = partial(draw_tradeoff, title=wanted.title or wanted.name)
+    about = {"scene": wanted.name, "set": chosen}
+    answered(measured, show, draw, plot=plot, json=json, force=force, about=about)
+
+
+def _print(measured: Tradeoff, name: str, title: str, chosen: Mapping[str, Any]) -> Rows:
+    from rich.console import Console
+
+    from exactcreep.commands.answer import print_heading, print_table
+
     console = Console(highlight=False)
-    print_heading(console, wanted.name, wanted.title)
+    print_heading(console, name, title)
     if chosen:
         told = ", ".join(f"{key} = {value}" for key, value in chosen.items())
         console.print(f"first member: {told}", soft_wrap=True)
-    _print(console, measured)
-    if plot is not None:
-        console.print(f"written: {plot}")
-
-
-def _print(console: Any, measured: Tradeoff) -> None:
-    from rich.table import Table
-
-    table = Table(
-        box=None, padding=(0, 1), header_style="bold", collapse_padding=True, pad_edge=False
-    )
-    names = ("", "time", "± %", "/exact", "error", "wrong %", "agreed", "bias %", "kB")
-    for name in names:
-        table.add_column(name, justify="right" if name else "left", no_wrap=True)
-    for score in measured.scores:
-        table.add_row(*_row(score, measured))
-    console.print(table)
-    notes = [f"{one.contestant.label}: {note}" for one in measured.scores for note in one.notes]
-    for note in notes:
-        console.print(note, style="dim", soft_wrap=True)
+    names = ("time", "± %", "/exact", "error", "wrong %", "agreed", "bias %", "kB")
+    rows = [_row(score, measured) for score in measured.scores]
+    print_table(console, ("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
+    for one in measured.scores:
+        for note in one.notes:
+            console.print(f"{one.contestant.label}: {note}", style="dim", soft_wrap=True)
     console.print(
         "time: per half-cycle, median, and half the distance of the quartiles; error: of positions"
         " after one rearrangement, median over those with the right events; wrong: rearrangements"
@@ -107,6 +91,7 @@ def _print(console: Any, measured: Tradeoff) -> None:
         soft_wrap=True,
     )
     console.print(f"[bold]{measured.advice}[/bold]", soft_wrap=True)
+    return []
 
 
 def _row(score: Score, measured: Tradeoff) -> tuple[str, ...]:

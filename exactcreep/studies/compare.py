@@ -14,10 +14,9 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from exactcreep.display import shows_progress
-from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.contacts import Event, EventKind
-from exactcreep.model.drive import Drive, Path
+from exactcreep.model.contacts import Event
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
@@ -32,11 +31,7 @@ from exactcreep.studies.contest import (
     MOST_EVENTS,
     Agreement,
     Contestant,
-    Walk,
-    agree,
-    beyond,
-    broken_drive,
-    walk,
+    Standard,
 )
 from exactcreep.studies.eventlog import LoggedEvent
 from exactcreep.studies.partings import DEFAULT_SEEDS, DEFAULT_STEPS, Partings, partings
@@ -269,6 +264,7 @@ def compare(
     """
     experiment = _experiment(chain, drive, seed, start)
     most = whole_number(events, "events", least=1, most=MOST_EVENTS)
+    digits = whole_number(digits, "digits", least=1)
     say = reporter(progress)
     if seeds is not None or dts is not None:
         return partings(
@@ -281,27 +277,18 @@ def compare(
         )
     verlet = {"dt": dt, **({"locate": True} if locate else {})}
     contestants = Contestant("exact"), Contestant("verlet", verlet)
-    certified = Contestant("certified", {"digits": digits})
-    for one in (*contestants, certified):
+    for one in (*contestants, Contestant("certified", {"digits": digits})):
         one.algorithm()
-    path, ends = broken_drive(experiment, most)
     say("certified", 0.0)
-    truth = walk(
-        certified,
-        experiment,
-        path,
-        path.half_cycles,
-        enough=most,
-        limits=Limits(beyond(MOST_EVENTS)),
-        say=lambda done: say("certified", min(1.0, done / most)),
+    truth = Standard(
+        experiment, digits, most, say=lambda done: say("certified", min(1.0, done / most))
     )
-    if truth.reached == 0:
+    if truth.walk.reached == 0:
         raise InputError("scene", "a first rearrangement without end", "must come to rest once")
     standings = []
     for contestant in contestants:
         say(contestant.solver, 0.0)
-        limits = Limits(beyond(len(truth.events)))
-        own = walk(contestant, experiment, path, truth.reached, limits=limits)
+        agreement = truth.agreement(contestant)
         run = creep(
             experiment.chain,
             experiment.drive,
@@ -315,27 +302,22 @@ def compare(
             ),
             **contestant.options,
         )
-        agreement = agree(own, truth)
-        standings.append(
-            Standing(
-                agreed=agreement.agreed,
-                own=_placed(agreement.own, ends),
-                known=_placed(agreement.known, ends),
-                compared=agreement.compared,
-                errors=agreement.errors,
-                contestant=contestant,
-                tie=_tie(experiment, path, truth, agreement) if agreement.differs else None,
-                creep=run,
-            )
-        )
-    radii = [enclosure(value).radius for value in truth.x.ravel().tolist()]
+        tie = _tie(truth, agreement) if agreement.differs else None
+        placed = {
+            name: event and event._replace(half_cycle=truth.ends[event.half_cycle - 1])
+            for name, event in (("own", agreement.own), ("known", agreement.known))
+        }
+        known = {**vars(agreement), **placed}
+        standings.append(Standing(**known, contestant=contestant, tie=tie, creep=run))
+    certified = truth.walk
+    radii = [enclosure(value).radius for value in certified.x.ravel().tolist()]
     return Comparison(
         experiment=experiment,
         digits=digits,
-        events=sum(event.half_cycle <= truth.reached for event in truth.events),
-        rearrangements=sum(one.half_cycle <= truth.reached for one in truth.log),
-        half_cycles=ends[truth.reached - 1],
-        evidence=truth.evidence,
+        events=truth.events,
+        rearrangements=sum(one.half_cycle <= certified.reached for one in certified.log),
+        half_cycles=truth.ends[certified.reached - 1],
+        evidence=certified.evidence,
         radius=nearest_float(max(radii)),
         contestants=tuple(standings),
     )
@@ -351,20 +333,16 @@ def _experiment(chain: Any, drive: Any, seed: Any, start: Any) -> Experiment:
     return chain
 
 
-def _placed(event: LoggedEvent | None, ends: Sequence[int]) -> LoggedEvent | None:
-    """Return an event with the half-cycle of the drive instead of that of the broken drive."""
-    return None if event is None else event._replace(half_cycle=ends[event.half_cycle - 1])
-
-
-def _tie(experiment: Experiment, path: Path, truth: Walk, agreement: Agreement) -> Tie:
+def _tie(truth: Standard, agreement: Agreement) -> Tie:
     """Return how close the certified motion comes to the other side's event."""
+    experiment, path, log = truth.experiment, truth.path, truth.walk.log
     chain, own, certified = experiment.chain, agreement.own, agreement.known
     course = Course(chain, experiment.initial, FLOAT64, seed=experiment.seed, refine=False)
     claimed = own if own is not None and not _later(own, certified) else certified
     assert claimed is not None  # two runs that differ have an event that does
     other = certified if claimed is own else own
     half_cycle = 1
-    for one in truth.log[: claimed.rearrangement]:
+    for one in log[: claimed.rearrangement]:
         for target in range(half_cycle, one.half_cycle):
             course.ramp(course.load_of(path.theta[target - 1]))
         half_cycle = one.half_cycle
@@ -378,7 +356,7 @@ def _tie(experiment: Experiment, path: Path, truth: Walk, agreement: Agreement) 
             there = course.starting_load(other.event.sliders[0] - 1, other.event.signs[0])
         margin = abs(course.starting_load(slider, sign) - there)
         return Tie("load", slider + 1, float(margin), None)
-    shared = _plain(truth.log[claimed.rearrangement].events[: claimed.number])
+    shared = _plain(log[claimed.rearrangement].events[: claimed.number])
     flow = course.enter(shared)
     runs, last = flow.runs(), shared[-1]
     claimed_time = _instant(claimed.event.time)
@@ -387,10 +365,7 @@ def _tie(experiment: Experiment, path: Path, truth: Walk, agreement: Agreement) 
         apart = abs(claimed_time - _instant(other.event.time))
     since = max(claimed_time - last.time, 0.0)
     moving = {n for run in runs for n in run.sliders}
-    if claimed.event.kind is EventKind.STOP and slider in moving:
-        _, velocity, _ = slider_motion(runs, slider, since)
-        return Tie("velocity", slider + 1, abs(float(velocity)), apart)
-    if slider in moving:  # it starts on one side only because it has stopped there
+    if slider in moving:  # it stops, or starts on one side only because it has stopped there
         _, velocity, _ = slider_motion(runs, slider, since)
         return Tie("velocity", slider + 1, abs(float(velocity)), apart)
     margin = course.margin(flow, runs, slider, sign, since)[0]

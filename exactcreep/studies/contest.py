@@ -295,6 +295,58 @@ def broken_drive(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
     return Path(theta), ends
 
 
+class Standard:
+    """The certified walk along the drive of an experiment, which others are held against.
+
+    All follow the broken drive, whose breakpoints let positions be compared after each
+    rearrangement.
+
+    Parameters
+    ----------
+    experiment : Experiment
+    digits : int
+        Of the certified solver.
+    events : int
+        About how many of its events to compare; the drive may end before.
+    say : callable, optional
+        See `walk`.
+
+    Attributes
+    ----------
+    path : Path
+        The broken drive.
+    ends : list of int
+        The half-cycle of the drive that each of its targets belongs to.
+    walk : Walk
+    """
+
+    def __init__(
+        self,
+        experiment: Experiment,
+        digits: int,
+        events: int,
+        say: Callable[[int], None] | None = None,
+    ) -> None:
+        self.experiment = experiment
+        self.path, self.ends = broken_drive(experiment, events)
+        certified = Contestant("certified", {"digits": digits})
+        until, limits = self.path.half_cycles, Limits(beyond(MOST_EVENTS))
+        self.walk = walk(
+            certified, experiment, self.path, until, enough=events, limits=limits, say=say
+        )
+
+    @property
+    def events(self) -> int:
+        """How many events are compared: those on the way to a target that was reached."""
+        return sum(event.half_cycle <= self.walk.reached for event in self.walk.events)
+
+    def agreement(self, contestant: Contestant) -> Agreement:
+        """Return how far a contestant agrees with the certified walk."""
+        limits = Limits(beyond(len(self.walk.events)))
+        own = walk(contestant, self.experiment, self.path, self.walk.reached, limits=limits)
+        return agree(own, self.walk)
+
+
 def positions(
     contestant: Contestant, experiment: Experiment, until: int, limits: Limits = NO_LIMITS
 ) -> NDArray[np.float64]:

@@ -12,8 +12,6 @@ Runs are limited by their events, never by the clock: every machine comes to the
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -24,6 +22,7 @@ from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, Path
@@ -68,6 +67,8 @@ certified run has more events than it may have, is undecided or was refused.
 """
 
 
+_SEED = 1
+"""Of the disorder."""
 _LONGEST = 2000
 """Events of a rearrangement that is compared."""
 _ASTRAY = 2_000_000
@@ -106,9 +107,9 @@ class Extreme:
     known: Callable[[Creep], float] | None = None
     promise: float | None = None
 
-    def start(self, seed: int) -> State:
+    def start(self) -> State:
         """Return the state it starts from."""
-        return State.prepared(self.chain, [self.tension] * (self.chain.n - 1), seed=seed)
+        return State.prepared(self.chain, [self.tension] * (self.chain.n - 1), seed=_SEED)
 
 
 @dataclass(frozen=True)
@@ -140,17 +141,17 @@ class Cell:
     quantity: str
     value: str
     solver: str
-    error: float
-    allowed: float
-    worst: float
-    compared: int
-    astray: int
-    events: int
-    half_cycles: int
-    seconds: float
-    outcome: str
-    evidence: str
-    verdict: str
+    error: float = math.nan
+    allowed: float = math.nan
+    worst: float = math.nan
+    compared: int = 0
+    astray: int = 0
+    events: int = 0
+    half_cycles: int = 0
+    seconds: float = 0.0
+    outcome: str = ""
+    evidence: str = ""
+    verdict: str = NO_TRUTH
     remark: str = ""
 
     def summary(self) -> dict[str, Any]:
@@ -169,9 +170,9 @@ def extremes(*, quick: bool = False) -> list[Extreme]:
     return list(_extremes(quick))
 
 
-def _chain(n: int = 3, l0: Any = 1000, mu_d: Any = "0.5", mu_s: Any = "0.6", sigma_mu: Any = "0.01",
-           tan_alpha: Any = "0.25") -> Chain:  # fmt: skip
-    return Chain(n, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
+def _chain(n: int = 3, l0: Any = 1000, **changed: Any) -> Chain:
+    usual: dict[str, Any] = {"mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
+    return Chain(n, l0, **usual | changed)
 
 
 def _cycles(chain: Chain, reach: Any, cycles: int = 2) -> Cycles:
@@ -235,7 +236,7 @@ def _extremes(quick: bool) -> Iterator[Extreme]:
         yield Extreme("tie by symmetry", f"N = {n}", chain, _cycles(chain, 1))
     chain = _chain(3, sigma_mu=0, tan_alpha="0.2")
     yield Extreme("tie by numbers", "tan_alpha = 1/5", chain, _cycles(chain, 1))
-    chain = _chain(4, 5, 1, "1.2", 0, "3/4")
+    chain = _chain(4, 5, mu_d=1, mu_s="1.2", sigma_mu=0, tan_alpha="3/4")
     yield Extreme("tie by numbers", "tan_alpha = 3/4", chain, _cycles(chain, 2))
     slips = 10**5 if quick else 10**6
     chain = _chain(2, "1e15", sigma_mu=0)
@@ -303,7 +304,6 @@ def _truth(chain: Chain, drive: Drive) -> Creep:
 def envelope(
     *,
     quick: bool = False,
-    seed: int = 1,
     most_events: int = MOST_EVENTS,
     most_compared: int | None = None,
     progress: Callable[[Progress], None] | None = None,
@@ -315,8 +315,6 @@ def envelope(
     ----------
     quick : bool
         See `extremes`.
-    seed : int
-        Of the disorder.
     most_events : int
         Of the certified solver at each extreme, in its run, and in the rearrangements that are
         compared one by one. What has more has no truth.
@@ -342,7 +340,7 @@ def envelope(
     for number, extreme in enumerate(every):
         text = f"{extreme.quantity} = {extreme.value}"
         report("running", number, len(every), "extremes", text=text)
-        cells.extend(_cells(extreme, seed, most, steps))
+        cells.extend(_cells(extreme, most, steps))
     return cells
 
 
@@ -364,40 +362,40 @@ class Truth(NamedTuple):
         return cls(ran)
 
 
-def _cells(extreme: Extreme, seed: int, most_events: int, most_compared: int) -> Iterator[Cell]:
+def _cells(extreme: Extreme, most_events: int, most_compared: int) -> Iterator[Cell]:
     if extreme.known is not None:  # the other solvers need hours for what the law knows
         exact = CONTESTANTS[0]
-        yield _cell(extreme, exact, _ran(extreme, exact, seed, None), Truth(None))
+        yield _cell(extreme, exact, _ran(extreme, exact, None), Truth(None))
         return
     best = Contestant(extreme.truth, {"digits": 30} if extreme.truth == "certified" else {})
-    ran = _ran(extreme, best, seed, most_events)
+    ran = _ran(extreme, best, most_events)
     truth = Truth.of(ran)
     yield _cell(extreme, best, ran, truth)
     steps: list[tuple[Rest, Walk]] = []
     if extreme.truth == "certified" and not isinstance(ran, InputError):
-        steps = list(_steps(extreme, best, seed, most_events, most_compared))
+        steps = list(_steps(extreme, best, most_events, most_compared))
     for contestant in CONTESTANTS:
-        ran = _ran(extreme, contestant, seed, most_events if truth.run is None else _ASTRAY)
+        ran = _ran(extreme, contestant, most_events if truth.run is None else _ASTRAY)
         cell = _cell(extreme, contestant, ran, truth)
-        yield _stepwise(cell, extreme.chain, steps, contestant, seed)
+        yield _stepwise(cell, extreme.chain, steps, contestant)
 
 
-def _rearranged(chain: Chain, rest: Rest, contestant: Contestant, seed: int) -> Rearrangement:
+def _rearranged(chain: Chain, rest: Rest, contestant: Contestant) -> Rearrangement:
     return rearrange(
-        chain, rest.state, direction=rest.way, seed=seed, solver=contestant.solver,
+        chain, rest.state, direction=rest.way, seed=_SEED, solver=contestant.solver,
         max_events=2 * _LONGEST, **contestant.options,
     )  # fmt: skip
 
 
 def _steps(
-    extreme: Extreme, best: Contestant, seed: int, most_events: int, most: int
+    extreme: Extreme, best: Contestant, most_events: int, most: int
 ) -> Iterator[tuple[Rest, Walk]]:
     """Yield the first rests along the way of the exact solver, and what is proved to follow."""
-    start = extreme.start(seed)
-    experiment = Experiment.of(extreme.chain, extreme.drive, seed=seed, start=start)
+    start = extreme.start()
+    experiment = Experiment.of(extreme.chain, extreme.drive, seed=_SEED, start=start)
     events = 0
     for rest in islice(rests_along(experiment, _LONGEST), most):
-        found = _rearranged(extreme.chain, rest, best, seed)
+        found = _rearranged(extreme.chain, rest, best)
         if settled(found):
             yield rest, Walk.of(found, tensions=True)
         events += len(found.events)
@@ -406,11 +404,7 @@ def _steps(
 
 
 def _stepwise(
-    cell: Cell,
-    chain: Chain,
-    steps: Sequence[tuple[Rest, Walk]],
-    contestant: Contestant,
-    seed: int,
+    cell: Cell, chain: Chain, steps: Sequence[tuple[Rest, Walk]], contestant: Contestant
 ) -> Cell:
     """Return a cell with what comes of single rearrangements, and judged by it, too."""
     worst, compared, astray = math.nan, 0, 0
@@ -418,7 +412,7 @@ def _stepwise(
     force = _largest_force(chain)
     for rest, proved in steps:
         try:
-            found = _rearranged(chain, rest, contestant, seed)
+            found = _rearranged(chain, rest, contestant)
         except InputError:
             break
         compared += 1
@@ -438,15 +432,15 @@ def _stepwise(
 
 
 def _ran(
-    extreme: Extreme, contestant: Contestant, seed: int, most_events: int | None
+    extreme: Extreme, contestant: Contestant, most_events: int | None
 ) -> Creep | InputError:
     """Return a solver's run, or why it refused."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", PhysicsWarning)  # they are counted in the result
             return creep(
-                extreme.chain, extreme.drive, seed=seed, solver=contestant.solver,
-                start=extreme.start(seed), record=(), max_events=most_events,
+                extreme.chain, extreme.drive, seed=_SEED, solver=contestant.solver,
+                start=extreme.start(), record=(), max_events=most_events,
                 **contestant.options,
             )  # fmt: skip
     except InputError as refusal:
@@ -459,17 +453,22 @@ def _cell(
     """Return how a run stands beside the truth."""
     name = (extreme.quantity, extreme.value, contestant.solver)
     if isinstance(result, InputError):
-        return Cell(*name, math.nan, math.nan, math.nan, 0, 0, 0, 0, 0.0, "", "", REFUSED,
-                    str(result))  # fmt: skip
+        return Cell(*name, verdict=REFUSED, remark=str(result))
     allowed = _allowed(extreme, contestant.solver, result)
     error, remark = _error(extreme, result, truth)
     told = ", ".join(f"{name}: {count}" for name, count in result.warnings.items())
     return Cell(
-        *name, error, allowed, math.nan, 0, 0,
-        result.event_count, result.half_cycles, result.seconds,
-        result.outcome.value, result.evidence.value,
-        _verdict(result, error, allowed, truth.run), "; ".join(filter(None, (remark, told))),
-    )  # fmt: skip
+        *name,
+        error,
+        allowed,
+        events=result.event_count,
+        half_cycles=result.half_cycles,
+        seconds=result.seconds,
+        outcome=result.outcome.value,
+        evidence=result.evidence.value,
+        verdict=_verdict(result, error, allowed, truth.run),
+        remark="; ".join(filter(None, (remark, told))),
+    )
 
 
 def _largest_force(chain: Chain) -> float:
@@ -530,11 +529,6 @@ def defects(cells: Sequence[Cell]) -> list[Cell]:
 
 def to_csv(cells: Sequence[Cell]) -> str:
     """Return the table as CSV, one row for each extreme and solver."""
-    names = list(Cell.__dataclass_fields__)
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(names)
-    for cell in cells:
-        values = [getattr(cell, name) for name in names]
-        writer.writerow(f"{v:.6g}" if isinstance(v, float) else v for v in values)
-    return text.getvalue()
+    table = pd.DataFrame([vars(cell) for cell in cells])
+    text: str = table.to_csv(index=False, float_format="%.6g", na_rep="nan", lineterminator="\n")
+    return text

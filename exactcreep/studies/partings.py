@@ -28,18 +28,16 @@ from exactcreep.model.numbers import (
     plain_data,
     whole_number,
 )
+from exactcreep.model.outcome import Evidence
 from exactcreep.progress import reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.solver import advance
 from exactcreep.studies.contest import (
     MOST_EVENTS,
     Contestant,
-    agree,
-    beyond,
-    broken_drive,
+    Standard,
     mean_velocity,
     positions,
-    walk,
 )
 
 FEWEST_SEEDS = 2
@@ -345,8 +343,7 @@ def partings(
     field = [Contestant("exact")]
     field += [Contestant("verlet", {"dt": dt}) for dt in steps]
     field += [Contestant("verlet", {"dt": dt, "locate": True}) for dt in steps]
-    certified = Contestant("certified", {"digits": digits})
-    for one in (*field, certified):
+    for one in (*field, Contestant("certified", {"digits": digits})):
         one.algorithm()
     members = experiments_of(experiment, seeds)
     tell = say if say is not None else reporter(None)
@@ -355,17 +352,13 @@ def partings(
     spans = []
     for number, member in enumerate(members):
         tell(f"seed {member.seed}", number / len(members))
-        path, _ = broken_drive(member, most)
-        enough = Limits(beyond(MOST_EVENTS))
-        truth = walk(certified, member, path, path.half_cycles, enough=most, limits=enough)
-        compared += sum(event.half_cycle <= truth.reached for event in truth.events)
-        undecided += truth.evidence.value == "undecided"
+        truth = Standard(member, digits, most)
+        compared += truth.events
+        undecided += truth.walk.evidence is Evidence.UNDECIDED
         spans.append(_span(member))
         exact = mean_velocity(positions(field[0], member, spans[-1]), member)
         for contestant, kept in zip(field, courses, strict=True):
-            limits = Limits(beyond(len(truth.events)))
-            found = agree(walk(contestant, member, path, truth.reached, limits=limits), truth)
-            velocity = exact
+            found, velocity = truth.agreement(contestant), exact
             if contestant is not field[0]:
                 velocity = mean_velocity(positions(contestant, member, spans[-1]), member)
             before = found.errors[: found.compared]

@@ -291,7 +291,6 @@ def tradeoff(
     seeds: int | Sequence[int] | None = None,
     progress: Callable[[Progress], None] | None = None,
     contestants: Sequence[Contestant] | None = None,
-    truth: Contestant = TRUTH,
 ) -> Tradeoff:
     """Return the measured trade between time and accuracy for an experiment.
 
@@ -308,8 +307,6 @@ def tradeoff(
         Called with a `Progress`.
     contestants : sequence of Contestant, optional
         Default: `ladder`.
-    truth : Contestant
-        What to compare single rearrangements and events with; ``mpmath`` for a second opinion.
 
     Raises
     ------
@@ -338,7 +335,7 @@ def tradeoff(
     def tell(what: str, share: float) -> None:
         report("measuring", share, text=what)
 
-    race = _Race(members, scores, seconds, tell, truth)
+    race = _Race(members, scores, seconds, tell)
     race.warm_up()
     race.take_times()
     has_slips = not (chain.mu_s == chain.mu_d and chain.sigma_mu == 0)
@@ -357,7 +354,6 @@ def tradeoff(
         left_out=race.left_out,
         no_truth=race.no_truth,
         seconds=time.perf_counter() - begin,
-        truth=truth,
         seeds=tuple(member.seed for member in members),
     )
 
@@ -371,7 +367,6 @@ class _Race:
         scores: list[Score],
         budget: float,
         tell: Callable[[str, float], None],
-        truth: Contestant,
     ) -> None:
         self.members = members
         self.experiment = members[0]
@@ -380,7 +375,6 @@ class _Race:
         self.exact = next((one for one in scores if one.contestant.solver == "exact"), None)
         self.budget = budget
         self.tell = tell
-        self.truth = truth
         self.velocity = math.nan
         self.velocity_error = math.nan
         self.events_compared = 0
@@ -449,7 +443,7 @@ class _Race:
         took: list[list[float]] = [[] for _ in racing]
         paces: list[list[float]] = [[] for _ in racing]
         errors: list[list[float]] = [[] for _ in racing]
-        exact, truth = solver_named("exact", {}), self.truth.algorithm()
+        exact, truth = solver_named("exact", {}), TRUTH.algorithm()
         pace_of_truth = 0.0
         for count, (seed, (state, way)) in enumerate(self._rests()):
             fraction = max(count / _SAMPLES, (time.perf_counter() - begin) / share)
@@ -504,7 +498,7 @@ class _Race:
         """Compare the events from the start of the scene with the truth."""
         share = self.budget * _SHARES["events"]
         self.tell("certified events", 0.6)
-        truth = self._events(self.truth, _LONGEST_LOG, share / 2)
+        truth = self._events(TRUTH, _LONGEST_LOG, share / 2)
         self.events_compared = len(truth.events)
         for place, score in enumerate(self.scores):
             contestant = score.contestant
