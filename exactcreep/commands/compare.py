@@ -63,6 +63,7 @@ def compare(
         exactcreep compare six-sliders-cycles --seeds 16 --dts 0.1,0.03,0.01 --plot partings.png
     """
     from exactcreep.commands.answer import answered
+    from exactcreep.model.numbers import whole_number
     from exactcreep.scene import load_scene
     from exactcreep.studies import compare as study
 
@@ -73,8 +74,8 @@ def compare(
         wanted.experiment(chosen),
         dt=dt,
         locate=locate,
-        digits=digits,
-        events=events,
+        digits=whole_number(digits, "digits", least=1),
+        events=whole_number(events, "events", least=1),
         seeds=parsed_seeds(seeds),
         dts=None if dts is None else [part.strip() for part in dts.split(",")],
     )

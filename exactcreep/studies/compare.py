@@ -264,7 +264,6 @@ def compare(
     """
     experiment = _experiment(chain, drive, seed, start)
     most = whole_number(events, "events", least=1, most=MOST_EVENTS)
-    digits = whole_number(digits, "digits", least=1)
     say = reporter(progress)
     if seeds is not None or dts is not None:
         return partings(
