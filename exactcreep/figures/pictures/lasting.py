@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from importlib.resources import files
 from itertools import groupby
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -36,22 +37,21 @@ from exactcreep.figures.drawing import (
     points,
 )
 from exactcreep.figures.style import INKS, picture
-from exactcreep.figures.tables import Cell, Row, Table, beside, cells, table_of
+from exactcreep.figures.tables import Row, Table, beside, cells, table_of
 from exactcreep.laws import EDGES, LAWS, law_values
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Outcome
-from exactcreep.quasistatic.creep import creep
+from exactcreep.model.state import State
 from exactcreep.studies.fates.fate import fate
 from exactcreep.studies.fates.survival import survival
 from exactcreep.studies.thresholds.criteria import threshold
+from exactcreep.studies.thresholds.horizon import Question
 from exactcreep.studies.thresholds.intercept import Intercept
 
 Say = Callable[..., None]
 RATIO = r"$A_\theta/A_\theta^*$, $A_\theta^*$ of the paper"
 HORIZON = 20
 """Cycles after which the criterion ``horizon`` looks whether x_G still advances."""
-_ADVANCE = 1e-6
 _SEARCHED = 0.8, 1.6  # units of Eq. (seuil)
 _BOUNDS = ("no_lasting_creep", "at_rest", "locked_ends")
 _NAMES = {
@@ -115,38 +115,35 @@ def thresholds(
         Told how many sizes are done.
     """
     shipped = lasting_edges()
-    found: dict[str, list[float]] = {
-        name: [] for name in ("horizon", "lasting", "survival", "intercept", "intercept_error")
-    }
-    for k, n in enumerate(sizes):
+    rows = []
+    for n in sizes:
         unit = _in_units(n)
-        lasting = float(Fraction(shipped[n]["upper"])) / unit if n in shipped else np.nan
-        found["lasting"].append(lasting)
-        found["horizon"].append(_horizon(n, unit, step))
-        found["survival"].append(_half(n, unit, step, starts, cycles) if n > 5 else np.nan)
-        found["intercept"].append(np.nan)
-        found["intercept_error"].append(np.nan)
+        row = dict.fromkeys(("lasting", "survival", "intercept", "intercept_error"), math.nan)
+        row["horizon"] = _horizon(n, unit, step)
+        if n in shipped:
+            row["lasting"] = float(Fraction(shipped[n]["upper"])) / unit
+        if n > 5:
+            row["survival"] = _half(n, unit, step, starts, cycles)
         if 5 < n <= most_velocity:
             line = threshold(
                 chain_of(n, "0.01"), criterion="intercept", cycles=velocity_cycles, points=8,
                 progress=False,
             )  # fmt: skip
             assert isinstance(line, Intercept)
-            found["intercept"][-1] = line.intercept / unit
-            found["intercept_error"][-1] = math.hypot(line.error, line.systematic) / unit
-        say(k + 1, len(sizes), "sizes")
+            row["intercept"] = line.intercept / unit
+            row["intercept_error"] = math.hypot(line.error, line.systematic) / unit
+        rows.append(row)
+        say(len(rows), len(sizes), "sizes")
     about = {"starts": starts, "cycles": cycles, "step": step, "velocity_cycles": velocity_cycles}
-    return xr.Dataset({k: ("n", v) for k, v in found.items()}, {"n": list(sizes)}, about)
+    columns = {name: ("n", [row[name] for row in rows]) for name in rows[0]}
+    return xr.Dataset(columns, {"n": list(sizes)}, about)
 
 
 def _horizon(n: int, unit: float, step: float) -> float:
     """Return the first amplitude of a scan at which x_G advances in cycle `HORIZON`."""
-    for ratio in np.arange(0.9, 2.0, step).tolist():
-        run = creep(chain_of(n), Cycles(ratio * unit, HORIZON), record=("x_G",))
-        x_g = run.recorded["x_G"]
-        if x_g[-1] - x_g[-3] > _ADVANCE:
-            return float(ratio)
-    return float("nan")
+    question = Question(chain_of(n), HORIZON, State.relaxed(chain_of(n)))
+    ratios = np.arange(0.9, 2.0, step).tolist()
+    return next((x for x in ratios if question.creeps(Fraction(x * unit))), math.nan)
 
 
 def _half(n: int, unit: float, step: float, starts: int, cycles: int) -> float:
@@ -278,20 +275,25 @@ def _kind(outcome: Outcome, period: int | None) -> int:
 def fate_tables(data: Data) -> list[Table]:
     """Return the ranges of amplitudes of one kind of fate, and how wide they are."""
     dataset = data[_MAP]
-    ratios = dataset["ratio"].to_numpy()
     rows = []
     for n in dataset["n"].to_numpy().tolist():
-        kinds = dataset["kind"].sel(n=n).to_numpy().tolist()
-        for kind, group in groupby(range(ratios.size), key=kinds.__getitem__):
-            within = list(group)
-            first, last = ratios[within[0]], ratios[within[-1]]
-            ends = {"n": n, "from": round(float(first), 6), "to": round(float(last), 6)}
-            rows.append(Row(ends, float(last - first), np.nan, (), (), _KINDS[kind]))
+        for kind, first, last in _ranges(dataset, n):
+            ends = {"n": n, "from": round(first, 6), "to": round(last, 6)}
+            rows.append(Row(ends, last - first, np.nan, (), (), _KINDS[kind]))
     title = (
         "Fates of relaxed chains over A / Eq. (seuil), float64; measured: how wide each range is"
     )
     note = f"Not settled: within {dataset.attrs['cycles']} cycles."
     return [Table(_MAP, title, "-", "", tuple(rows), note, "Eq. (seuil)")]
+
+
+def _ranges(dataset: xr.Dataset, n: int) -> Iterator[tuple[int, float, float]]:
+    """Yield the ranges of one kind of fate: the kind, the first and the last amplitude."""
+    kinds = dataset["kind"].sel(n=n).to_numpy().tolist()
+    pairs = zip(kinds, dataset["ratio"].to_numpy().tolist(), strict=True)
+    for kind, group in groupby(pairs, key=itemgetter(0)):
+        within = [ratio for _, ratio in group]
+        yield kind, within[0], within[-1]
 
 
 def draw_fates(data: Data, tables: list[Table]) -> Figure:
@@ -303,11 +305,9 @@ def draw_fates(data: Data, tables: list[Table]) -> Figure:
     axes = figure.subplots()
     sizes = dataset["n"].to_numpy().tolist()
     for n in sizes:
-        kinds = dataset["kind"].sel(n=n).to_numpy().tolist()
-        for kind, group in groupby(range(ratios.size), key=kinds.__getitem__):
-            within = list(group)
-            begin, end = ratios[within[0]] - half, ratios[within[-1]] + half
-            axes.barh(n, end - begin, 0.8, begin, color=_SHADES[kind], linewidth=0)
+        for kind, first, last in _ranges(dataset, n):
+            width = last - first + 2 * half
+            axes.barh(n, width, 0.8, first - half, color=_SHADES[kind], linewidth=0)
         bounds = _bounds(n)
         for name, dash in zip(_BOUNDS, _DASHES, strict=True):
             axes.plot([bounds[name]] * 2, [n - 0.48, n + 0.48], color="black", linestyle=dash)
@@ -349,22 +349,20 @@ def lifetimes(
     say : callable
         Told how many sizes are done.
     """
-    shape = (len(sizes), len(ratios))
-    lived, died = np.zeros(shape), np.zeros(shape, dtype=np.int64)
-    rate, low, high = np.zeros((3, *shape))
-    for k, n in enumerate(sizes):
+    rows = []
+    for n in sizes:
         edge = law_values(EDGES["locked_ends"].form, chain_of(n).parameters())[0]
-        for j, ratio in enumerate(ratios):
-            found = survival(chain_of(n), ratio * edge, starts=starts, cycles=cycles)
-            lived[k, j], died[k, j] = found.cycles_lived, found.lifetimes.size
-            rate[k, j], low[k, j], high[k, j] = found.rate
-        say(k + 1, len(sizes), "sizes")
-    values = {"lived": lived, "deaths": died, "rate": rate, "rate_low": low, "rate_high": high}
-    return xr.Dataset(
-        {name: (("n", "ratio"), value) for name, value in values.items()},
+        every = [survival(chain_of(n), x * edge, starts=starts, cycles=cycles) for x in ratios]
+        rows.append([(one.cycles_lived, one.lifetimes.size, *one.rate) for one in every])
+        say(len(rows), len(sizes), "sizes")
+    names = ("lived", "deaths", "rate", "rate_low", "rate_high")
+    columns = zip(names, np.moveaxis(np.array(rows), -1, 0), strict=True)
+    found = xr.Dataset(
+        {name: (("n", "ratio"), values) for name, values in columns},
         {"n": list(sizes), "ratio": list(ratios)},
         {"starts": starts, "cycles": cycles},
     )
+    return found.assign(deaths=found["deaths"].astype(np.int64))
 
 
 def lifetime_tables(data: Data) -> list[Table]:
@@ -421,6 +419,9 @@ def _draw_lives(axes: Axes, x: NDArray[np.float64], here: xr.Dataset, ink: str, 
 # --- the velocity near the threshold -------------------------------------------------------------
 
 _NEAR = "chain-near-threshold"
+_NEAR_REMARK = (
+    "near A* rare advances make up the velocity, which the law of the sliding limit neglects"
+)
 
 
 def near_tables(data: Data) -> list[Table]:
@@ -437,12 +438,8 @@ def near_tables(data: Data) -> list[Table]:
         varied = {"sigma_mu": sigma, "amplitude": amplitude}
         cell = same[0]._replace(varied=varied, velocity=float(v.mean()), error=error)
         row = beside(cell, law)
-        rows.append(replace(row, remark=_near_remark(cell, row)) if row.departs else row)
+        rows.append(replace(row, remark=_NEAR_REMARK) if row.departs else row)
     return [table_of(_NEAR, title, rows, law, note=BELOW_THRESHOLD)]
-
-
-def _near_remark(cell: Cell, row: Row) -> str:
-    return "near A* rare advances make up the velocity, which the law of the sliding limit neglects"
 
 
 def draw_near(data: Data, tables: list[Table]) -> Figure:
@@ -453,7 +450,8 @@ def draw_near(data: Data, tables: list[Table]) -> Figure:
     (one,) = tables
     for sigma, style in ((0.0, CYCLES), (0.01, RANDOM)):
         rows = [row for row in one.rows if float(row.varied["sigma_mu"]) == sigma]
-        shown = [_relative(row, unit) for row in rows]
+        x = [{"ratio": float(row.varied["amplitude"]) / unit} for row in rows]
+        shown = [replace(row, varied=ratio) for row, ratio in zip(rows, x, strict=True)]
         points(axes, shown, "ratio", **style, label=rf"$\sigma_\mu = {sigma:g}$")
     parameters = cells(data[_NEAR])[0].parameters
     ratios = np.linspace(0.9, 1.16, 521)
@@ -468,8 +466,3 @@ def draw_near(data: Data, tables: list[Table]) -> Figure:
     axes.set_ylabel(VELOCITY)
     axes.legend(loc="lower right")
     return figure
-
-
-def _relative(row: Row, unit: float) -> Row:
-    varied: Mapping[str, Any] = {**row.varied, "ratio": float(row.varied["amplitude"]) / unit}
-    return Row(varied, row.measured, row.error, row.printed, row.exact, row.remark)

@@ -202,10 +202,8 @@ class Survival:
 
     def _share(self, which: NDArray[np.bool_]) -> Share:
         count, of = int(which.sum()), self.starts
-        tail = (1 - CONFIDENCE) / 2
-        low = stats.beta.ppf(tail, count, of - count + 1) if count else 0.0
-        high = stats.beta.ppf(1 - tail, count + 1, of - count) if count < of else 1.0
-        return Share(count, count / of, float(low), float(high))
+        between = stats.binomtest(count, of).proportion_ci(CONFIDENCE, method="exact")
+        return Share(count, count / of, float(between.low), float(between.high))
 
     @property
     def alive(self) -> Share:
@@ -269,16 +267,9 @@ class Survival:
         }
 
     def _about(self) -> dict[str, Any]:
+        names = ("amplitude", "size", "starts", "cycles", "seed", "dormant")
         return plain_data(
-            {
-                **self.chain.parameters(),
-                "amplitude": self.amplitude,
-                "size": self.size,
-                "starts": self.starts,
-                "cycles": self.cycles,
-                "seed": self.seed,
-                "dormant": self.dormant,
-            }
+            self.chain.parameters() | {name: getattr(self, name) for name in names}
         )
 
     def dataset(self) -> xr.Dataset:
