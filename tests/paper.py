@@ -13,9 +13,9 @@ def paper_chain(n: int, sigma_mu: str = "0.01", **changed: object) -> Chain:
     return Chain(n=n, sigma_mu=sigma_mu, **(PAPER | changed))
 
 
-def captions(n: int) -> Chain:
-    """Return a chain as in the captions, without random coefficients."""
-    return paper_chain(n, "0")
+def captions(n: int, sigma_mu: str = "0", **changed: object) -> Chain:
+    """Return a chain as in the captions, without random coefficients unless told otherwise."""
+    return paper_chain(n, sigma_mu, **changed)
 
 
 def event_rows(stretch: Stretch) -> list[tuple[int, ...]]:

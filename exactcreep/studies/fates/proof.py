@@ -66,7 +66,7 @@ _NONE = Fraction(1, 2**40)  # no advance: less than any slip
 _SQUARINGS = 12  # of a matrix, for a bound of its norm
 
 
-class _Course(CertifiedSimulation):
+class _Leaping(CertifiedSimulation):
     """A certified simulation that raises its precision in leaps: most of a transient is lost."""
 
     leap = 4
@@ -83,18 +83,18 @@ def proved(
 
     The times of events are the middles of their enclosures.
     """
-    search = _Search(chain, drive, start, limits)
-    return search.fate(say), search.log
+    proof = _Proof(chain, drive, start, limits)
+    return proof.fate(say), proof.log
 
 
-class _Search:
+class _Proof:
     """One certified course, looked at after every cycle."""
 
     def __init__(self, chain: Chain, drive: Cycles, start: State, limits: Limits) -> None:
         self.chain, self.drive, self.start, self.limits = chain, drive, start, limits
         digits = max(1, math.floor((BITS - 64) / BITS_PER_DIGIT))
         solver = Certified(digits=digits, most_digits=30_000)
-        self.simulation = _Course(chain, start, 0, ("events",), solver)
+        self.simulation = _Leaping(chain, start, 0, ("events",), solver)
         self.halves: list[HalfCycle] = []
         self.log: list[LoggedRearrangement] = []
         self.travel: list[Enclosure] = []  # x_G at the ends of cycles, from the start on

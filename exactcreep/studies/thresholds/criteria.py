@@ -26,7 +26,7 @@ from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.decimals import magnitude
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import advance
-from exactcreep.studies.thresholds.edges import MOST_DIGITS, SPARE, Search
+from exactcreep.studies.thresholds.edges import MOST_DIGITS, SPARE, EdgeSearch
 from exactcreep.studies.thresholds.half_life import HalfLife, half_life
 from exactcreep.studies.thresholds.horizon import Question
 from exactcreep.studies.thresholds.intercept import Intercept, intercept
@@ -266,7 +266,7 @@ def _edge(
     question = Question(chain, most, start, limits)
     if lasting:
         question = Lasting(chain, most, start, limits, solver)
-    search = Search(asked, question, span, steps, say, windows, count)
+    search = EdgeSearch(asked, question, span, steps, say, windows, count)
     try:
         if span.free and question.creeps(span.scans[0][0]):
             span = search.span = replace(span, scans=[(Fraction(0), span.scans[0][0])])
@@ -276,7 +276,7 @@ def _edge(
     preparations: dict[int, Edge | None] = {}
     for seed in range(1, number + 1):
         begin = State.perturbed(chain, abs(size) or _SEED_SIZE, start_seed=seed)
-        other = Search(asked, replace(question, start=begin), span, steps, say)
+        other = EdgeSearch(asked, replace(question, start=begin), span, steps, say)
         try:
             preparations[seed] = other.refined(*other.first_bracket()).edge
         except InputError:

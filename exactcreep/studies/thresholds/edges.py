@@ -48,7 +48,7 @@ class Refined(NamedTuple):
 
 
 @dataclass
-class Search:
+class EdgeSearch:
     """The search for an edge: scan, bisection, the deciding event's root, two deciding runs.
 
     Attributes
@@ -341,7 +341,7 @@ class Search:
             lasts or not self._tried(lower, doubled).creeps
         ):
             return shown
-        again = Search(self.asked, doubled, self.span, self.points, self.say)
+        again = EdgeSearch(self.asked, doubled, self.span, self.points, self.say)
         try:
             low, high = again.first_bracket()
         except InputError:

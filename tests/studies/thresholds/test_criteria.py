@@ -25,9 +25,11 @@ from exactcreep import (
 from exactcreep.limits import Limits
 from exactcreep.studies.thresholds import criteria as thresholds
 from exactcreep.studies.thresholds.criteria import CRITERIA
+from exactcreep.studies.thresholds.intercept import _fitted
 from exactcreep.studies.thresholds.lasting import Lasting
 from exactcreep.studies.thresholds.threshold import Threshold
 from tests.conftest import Command
+from tests.paper import captions
 
 GIVEN = {
     "cycles": 20, "digits": 3, "low": "0.0001", "high": "0.01", "points": 9,
@@ -38,24 +40,20 @@ GIVEN = {
 ACCEPTED = {"criterion", "progress", "max_seconds", "chain"}
 
 
-def chain_of(n: int, sigma_mu: str = "0", tan_alpha: str = "0.25", mu_s: str = "0.6") -> Chain:
-    return Chain(n, 1000, "0.5", mu_s, sigma_mu, tan_alpha=tan_alpha)
-
-
 # --- which criterion, and which arguments --------------------------------------------------------
 
 
 @pytest.mark.parametrize(
     ("chain", "given", "criterion"),
     [
-        (chain_of(2), {"cycles": 20}, "horizon"),
-        (chain_of(6), {"cycles": 20}, "horizon"),
-        (chain_of(2), {}, "lasting"),
-        (chain_of(5), {}, "lasting"),
-        (chain_of(6), {}, "survival"),
-        (chain_of(9, mu_s="0.5"), {}, "lasting"),
-        (chain_of(2, "0.01"), {}, "intercept"),
-        (chain_of(6, "0.01"), {}, "intercept"),
+        (captions(2), {"cycles": 20}, "horizon"),
+        (captions(6), {"cycles": 20}, "horizon"),
+        (captions(2), {}, "lasting"),
+        (captions(5), {}, "lasting"),
+        (captions(6), {}, "survival"),
+        (captions(9, mu_s="0.5"), {}, "lasting"),
+        (captions(2, "0.01"), {}, "intercept"),
+        (captions(6, "0.01"), {}, "intercept"),
     ],
 )
 def test_the_criterion_is_the_one_that_suits_the_chain(
@@ -75,7 +73,7 @@ def test_every_argument_is_used_by_a_criterion_and_tried_here() -> None:
 def test_an_argument_that_a_criterion_does_not_use_is_refused(criterion: str, name: str) -> None:
     if name in CRITERIA[criterion]:
         return
-    chain = chain_of(3, "0.01" if criterion == "intercept" else "0")
+    chain = captions(3, "0.01" if criterion == "intercept" else "0")
     with pytest.raises(InputError, match=f"criterion {criterion}") as told:
         threshold(chain, criterion=criterion, **{name: GIVEN[name]})  # type: ignore[arg-type]
     assert told.value.field == {"low": "from", "high": "to"}.get(name, name)
@@ -95,13 +93,13 @@ def test_the_help_names_the_criteria_that_use_an_argument(
 
 def test_cycles_given_with_what_horizon_does_not_use_say_why_it_is_horizon() -> None:
     with pytest.raises(InputError, match="name the criterion"):
-        threshold(chain_of(6), cycles=500, starts=20)
+        threshold(captions(6), cycles=500, starts=20)
 
 
 def test_a_criterion_has_a_name_that_is_known() -> None:
     for name in ("forever", 3, []):
         with pytest.raises(InputError, match="horizon, lasting, survival, intercept"):
-            threshold(chain_of(3), criterion=name)  # type: ignore[arg-type]
+            threshold(captions(3), criterion=name)  # type: ignore[arg-type]
 
 
 # --- bad input, by every criterion ---------------------------------------------------------------
@@ -120,12 +118,12 @@ def of(criterion: str, chain: Chain, **given: object) -> Threshold | HalfLife | 
 @pytest.mark.parametrize("criterion", CRITERIA)
 def test_one_slider_rests_or_has_no_such_threshold(criterion: str) -> None:
     if criterion in ("horizon", "lasting"):
-        found = of(criterion, chain_of(1))
+        found = of(criterion, captions(1))
         assert (found.lower, found.outcome_at_lower) == (None, Outcome.AT_REST)
         assert found.evidence is Evidence.PROVED
     else:
         with pytest.raises(InputError, match="one slider has no spring"):
-            of(criterion, chain_of(1))
+            of(criterion, captions(1))
 
 
 @pytest.mark.parametrize("criterion", CRITERIA)
@@ -145,13 +143,13 @@ def test_without_slips_the_law_is_exact_or_the_reason_is_said(criterion: str) ->
 @pytest.mark.parametrize("slope", ["0", "0.6", "0.9", "-0.6"])
 def test_a_level_chain_and_one_that_slides_are_refused(criterion: str, slope: str) -> None:
     with pytest.raises(InputError) as told:
-        of(criterion, chain_of(3, tan_alpha=slope))
+        of(criterion, captions(3, tan_alpha=slope))
     assert told.value.field == "tan_alpha"
 
 
 @pytest.mark.parametrize("criterion", CRITERIA)
 def test_beyond_mu_d_a_chain_runs_away_from_its_first_slip_on(criterion: str) -> None:
-    chain = chain_of(2, tan_alpha="0.55")
+    chain = captions(2, tan_alpha="0.55")
     if criterion == "intercept":
         with pytest.raises(InputError, match="mu_d"):
             of(criterion, chain)
@@ -167,7 +165,7 @@ def test_beyond_mu_d_a_chain_runs_away_from_its_first_slip_on(criterion: str) ->
 
 @pytest.mark.parametrize("criterion", CRITERIA)
 def test_the_mirror_image_has_the_same_threshold(criterion: str) -> None:
-    one, other = (of(criterion, chain_of(3, tan_alpha=slope)) for slope in ("0.23", "-0.23"))
+    one, other = (of(criterion, captions(3, tan_alpha=slope)) for slope in ("0.23", "-0.23"))
     if criterion == "survival":  # the starts are not mirrored
         assert one.low < other.high
         assert other.low < one.high
@@ -182,9 +180,9 @@ def test_the_mirror_image_has_the_same_threshold(criterion: str) -> None:
 
 def test_a_start_that_is_not_at_rest_is_first_rearranged() -> None:
     for criterion in ("horizon", "lasting"):
-        found = of(criterion, chain_of(2), start_tension="1.5")
+        found = of(criterion, captions(2), start_tension="1.5")
         assert 0 < float(found.lower) < float(found.upper) < 0.35e-3
-    found = of("survival", chain_of(2), size=2)
+    found = of("survival", captions(2), size=2)
     assert found.low < found.amplitude < found.high
 
 
@@ -207,7 +205,7 @@ def test_amplitudes_from_nothing_to_beyond_one_are_scanned(criterion: str) -> No
 
 
 def test_windows_of_lasting_creep_are_edges_of_the_fate() -> None:
-    chain = chain_of(3)
+    chain = captions(3)
     found = threshold(chain, criterion="lasting", low="0.00045", high="0.00049", points=20,
                       windows=True, refine=1, digits=20)  # fmt: skip
     assert isinstance(found, Threshold)
@@ -223,7 +221,7 @@ def test_windows_of_lasting_creep_are_edges_of_the_fate() -> None:
 
 
 def test_where_starts_a_hair_apart_part_the_certified_fate_counts() -> None:
-    chain, amplitude = chain_of(4), Fraction("0.00065")
+    chain, amplitude = captions(4), Fraction("0.00065")
     question = Lasting(chain, 10_000, State.relaxed(chain))
     assert question.float_fate(amplitude).outcome is Outcome.CREEPING
     assert not question.creeps(amplitude)
@@ -231,7 +229,7 @@ def test_where_starts_a_hair_apart_part_the_certified_fate_counts() -> None:
 
 
 def test_where_no_certified_run_tells_either_an_amplitude_is_called_sensitive() -> None:
-    chain, amplitude = chain_of(6), Fraction("0.00098")
+    chain, amplitude = captions(6), Fraction("0.00098")
     question = Lasting(chain, 10_000, State.relaxed(chain))
     assert question.creeps(amplitude) == (
         question.float_fate(amplitude).outcome is not Outcome.CYCLING
@@ -243,7 +241,7 @@ def test_creep_that_does_not_settle_has_an_interval_and_no_edge(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(thresholds, "MOST_CYCLES", 1000)
-    chain = chain_of(6)
+    chain = captions(6)
     found = threshold(chain, criterion="lasting", low="0.00096", high="0.00104", points=8)
     assert isinstance(found, Threshold)
     assert found.evidence is Evidence.UNDECIDED
@@ -267,23 +265,23 @@ def test_creep_that_does_not_settle_has_an_interval_and_no_edge(
 def test_half_of_the_starts_of_two_sliders_live_half_the_size_below_their_edge() -> None:
     """Of tensions uniform in (-size, size), 1 - (a - l0 A)/size creep; a is the limit's."""
     edge = (0.6 - 0.25) * 4 / math.sqrt(17) - 1e-3 / 2
-    found = threshold(chain_of(2), criterion="survival", starts=60, cycles=20, digits=4)
+    found = threshold(captions(2), criterion="survival", starts=60, cycles=20, digits=4)
     assert isinstance(found, HalfLife)
     assert found.low < edge / 1000 < found.high
     assert found.low < found.amplitude < found.high
     assert found.high - found.low < 6e-7
     assert (found.evidence, found.reason) == (Evidence.COMPUTED, "")
-    given = threshold(chain_of(2), criterion="survival", starts=60, cycles=20, digits=4,
+    given = threshold(captions(2), criterion="survival", starts=60, cycles=20, digits=4,
                       bracket=(found.low, found.high))  # fmt: skip
     assert given.amplitude == pytest.approx(found.amplitude, rel=3e-4)
     for amplitude in (found.low, found.high):
-        lives = survival(chain_of(2), amplitude, starts=60, cycles=20)
+        lives = survival(captions(2), amplitude, starts=60, cycles=20)
         assert found.shares[amplitude] == lives.creeping
 
 
 def test_chaos_without_an_advance_is_no_creep_that_lives() -> None:
     """Thirty sliders, 6 % below Eq. (seuil), neither lock nor advance."""
-    chain = chain_of(30)
+    chain = captions(30)
     lives = survival(chain, Fraction("0.00342"), starts=4, cycles=200, seed=2)
     assert lives.alive.starts == 4
     assert lives.creeping.starts < 4
@@ -305,15 +303,30 @@ def test_chaos_without_an_advance_is_no_creep_that_lives() -> None:
 )
 def test_a_survival_that_cannot_be_half_is_refused(given: dict[str, object], field: str) -> None:
     with pytest.raises(InputError) as told:
-        threshold(chain_of(2), **{"criterion": "survival", "starts": 12, "cycles": 5} | given)  # type: ignore
+        threshold(captions(2), **{"criterion": "survival", "starts": 12, "cycles": 5} | given)  # type: ignore
     assert told.value.field == field
 
 
 # --- intercept -----------------------------------------------------------------------------------
 
 
+def test_the_error_of_an_intercept_is_its_scatter_over_measurements() -> None:
+    random, x = np.random.default_rng(5), np.linspace(0.004, 0.007, 12)
+    errors = random.uniform(0.05, 0.5, 12)
+    fits = [
+        _fitted(x, 15_000 * (x - 0.0036) + errors * random.standard_normal(12), errors.copy())
+        for _ in range(300)
+    ]
+    off = np.array([(fit["intercept"] - 0.0036) / fit["error"] for fit in fits])
+    assert abs(off.mean()) < 0.2
+    assert 0.9 < off.std() < 1.1
+    steep = np.array([(fit["slope"] - 15_000) / fit["slope_error"] for fit in fits])
+    assert 0.9 < steep.std() < 1.1
+    assert np.mean([fit["chi2"] for fit in fits]) == pytest.approx(10, abs=1)
+
+
 def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_laws() -> None:
-    found = threshold(chain_of(30, "0.01"), criterion="intercept", cycles=100)
+    found = threshold(captions(30, "0.01"), criterion="intercept", cycles=100)
     assert isinstance(found, Intercept)
     off = abs(found.intercept - found.law_seuil)
     assert off < 3 * math.hypot(found.error, found.systematic)
@@ -326,17 +339,17 @@ def test_thirty_sliders_with_disorder_have_the_intercept_and_the_slope_of_the_la
 
 
 def test_between_two_plateaus_no_law_has_a_slope() -> None:
-    found = of("intercept", chain_of(4, "0.01"))
+    found = of("intercept", captions(4, "0.01"))
     assert math.isnan(found.law_slope)
     assert found.summary()["law_slope"] is None
     assert found.slope > 0
 
 
 def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None:
-    stairs = threshold(chain_of(2), criterion="intercept", cycles=60)
+    stairs = threshold(captions(2), criterion="intercept", cycles=60)
     assert stairs.evidence is Evidence.UNDECIDED
     assert "steps" in stairs.reason
-    bent = threshold(chain_of(6, "0.01"), criterion="intercept", fit=("0.5", "3"), cycles=150)
+    bent = threshold(captions(6, "0.01"), criterion="intercept", fit=("0.5", "3"), cycles=150)
     assert bent.evidence is Evidence.UNDECIDED
     assert "chi2" in bent.reason
     assert bent.chi2_probability < 0.01
@@ -355,7 +368,7 @@ def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None
 )
 def test_a_line_that_cannot_be_drawn_is_refused(given: dict[str, object], field: str) -> None:
     with pytest.raises(InputError) as told:
-        threshold(chain_of(6, "0.01"), **{"criterion": "intercept"} | given)  # type: ignore
+        threshold(captions(6, "0.01"), **{"criterion": "intercept"} | given)  # type: ignore
     assert told.value.field == field
 
 
@@ -364,7 +377,7 @@ def test_a_line_that_cannot_be_drawn_is_refused(given: dict[str, object], field:
 
 @pytest.mark.parametrize("criterion", CRITERIA)
 def test_no_time_gives_nothing_but_says_so(criterion: str) -> None:
-    found = of(criterion, chain_of(6), max_seconds=0)
+    found = of(criterion, captions(6), max_seconds=0)
     assert found.reason == "max_seconds = 0 was reached"
     assert found.evidence is Evidence.UNDECIDED
     assert json.loads(json.dumps(found.summary()))["reason"] == found.reason
@@ -385,7 +398,7 @@ def test_a_half_life_out_of_time_keeps_the_sides_that_are_known(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def half(calls: int) -> HalfLife:
-        return told_until(monkeypatch, calls, chain_of(2), criterion="survival", starts=12,
+        return told_until(monkeypatch, calls, captions(2), criterion="survival", starts=12,
                           cycles=10, digits=3)  # type: ignore[return-value]  # fmt: skip
 
     whole = half(10**9)
@@ -408,9 +421,9 @@ def test_an_intercept_out_of_time_keeps_its_velocities_and_a_line_through_eight(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     given = {"criterion": "intercept", "cycles": 100}
-    whole = threshold(chain_of(6, "0.01"), **given)  # type: ignore[arg-type]
+    whole = threshold(captions(6, "0.01"), **given)  # type: ignore[arg-type]
     for calls in (2, 9):
-        found = told_until(monkeypatch, calls, chain_of(6, "0.01"), **given)
+        found = told_until(monkeypatch, calls, captions(6, "0.01"), **given)
         assert isinstance(found, Intercept)
         assert (found.reason, found.evidence) == ("interrupted", Evidence.UNDECIDED)
         assert set(zip(found.amplitudes, found.velocities, strict=True)) < set(

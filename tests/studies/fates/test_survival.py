@@ -14,8 +14,9 @@ from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, State, cree
 from exactcreep.studies.fates import survival as study
 from exactcreep.studies.fates.survival import Life, Survival
 from tests.conftest import Command
+from tests.paper import captions
 
-SIX = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25")
+SIX = captions(6)
 HORIZON = Fraction("0.00096428272")
 """The threshold of six sliders by horizon."""
 
@@ -88,7 +89,7 @@ def test_lifetimes_of_six_sliders_are_those_of_an_earlier_study(over: str, mean:
 
 
 def test_creep_that_is_periodic_counts_as_seen_up_to_the_horizon() -> None:
-    chain = replace_n(SIX, 3)
+    chain = captions(3)
     found = survival(chain, "0.00085", starts=5, cycles=10**6)
     assert found.fractions["creeping"].starts == 5
     assert found.censored.tolist() == [10**6] * 5
@@ -96,12 +97,11 @@ def test_creep_that_is_periodic_counts_as_seen_up_to_the_horizon() -> None:
     assert found.rate.high == pytest.approx(-np.log(0.025) / (5 * 10**6))
 
 
-@pytest.mark.parametrize("deaths", [0, 1, 7, 19, 20])
-def test_intervals_of_shares_are_those_of_clopper_and_pearson(deaths: int) -> None:
-    found = made(np.full(deaths, 10), np.full(20 - deaths, 30))
-    for share, count in ((found.fractions["locked"], deaths), (found.alive, 20 - deaths)):
-        known = stats.binomtest(count, 20).proportion_ci(0.95, method="exact")
-        assert share == pytest.approx((count, count / 20, known.low, known.high))
+def test_where_all_starts_do_alike_the_interval_ends_at_its_closed_form() -> None:
+    found = made(np.array([]), np.full(20, 30))
+    bound = 0.025 ** (1 / 20)  # a share with which all twenty do alike in one case of forty
+    assert found.fractions["locked"] == pytest.approx((0, 0, 0, 1 - bound))
+    assert found.alive == pytest.approx((20, 1, bound, 1))
 
 
 def test_a_life_is_that_of_its_start_followed_alone(six: Survival) -> None:
@@ -189,17 +189,13 @@ def test_lifetimes_at_a_constant_rate_pass_for_exponential_and_others_do_not() -
 
 
 def test_the_time_limit_censors_what_it_cut_short() -> None:
-    chain = replace_n(SIX, 30)
+    chain = captions(30)
     found = survival(chain, "0.0045", starts=6, cycles=10**9, max_seconds=0.3)
     assert found.reason == "max_seconds = 0.3 was reached"
     assert found.lifetimes.size == 0
     assert found.censored.size == 6
     assert found.censored.max() > 0
     assert found.evidence in (Evidence.COMPUTED, Evidence.UNDECIDED)
-
-
-def replace_n(chain: Chain, n: int) -> Chain:
-    return Chain(**(chain.parameters() | {"n": n}))  # type: ignore[arg-type]
 
 
 def test_the_dataset_holds_every_start_and_how_to_make_it_again(six: Survival) -> None:

@@ -7,15 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, State, creep, fate
+from exactcreep import Cycles, Evidence, InputError, Outcome, State, creep, fate
 from exactcreep.solvers.exact import recurrence
 from exactcreep.studies.fates.result import Fate
 from tests.conftest import Command
-
-
-def chain_of(n: int, **changed: str) -> Chain:
-    given = {"l0": "1000", "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"} | changed
-    return Chain(n, **given)  # type: ignore[arg-type]
+from tests.paper import captions
 
 
 def tensions(found: Fate, cycles: int) -> np.ndarray:
@@ -36,7 +32,7 @@ def tensions(found: Fate, cycles: int) -> np.ndarray:
     ],
 )
 def test_tensions_repeat_from_settled_after_on_and_not_before(n: int, amplitude: str) -> None:
-    found = fate(chain_of(n), amplitude, solver="exact")
+    found = fate(captions(n), amplitude, solver="exact")
     assert found.evidence is Evidence.COMPUTED
     settled, period = found.settled_after, found.period
     assert settled is not None
@@ -53,7 +49,7 @@ def test_tensions_repeat_from_settled_after_on_and_not_before(n: int, amplitude:
 
 
 def test_the_advance_of_a_period_is_that_of_a_run() -> None:
-    found = fate(chain_of(3), "0.00085", solver="exact")
+    found = fate(captions(3), "0.00085", solver="exact")
     assert (found.outcome, found.period) == (Outcome.CREEPING, 15)
     first = 2 * found.settled_after
     run = creep(found.chain, Cycles("0.00085", found.settled_after + 15))
@@ -63,7 +59,7 @@ def test_the_advance_of_a_period_is_that_of_a_run() -> None:
 
 
 def test_the_itinerary_is_that_of_the_next_period() -> None:
-    found = fate(chain_of(5), "0.000759", solver="exact")
+    found = fate(captions(5), "0.000759", solver="exact")
     assert found.outcome is Outcome.CYCLING
     assert found.advance == 0
     # four slips of either end, each a rearrangement of its own, in either half-cycle
@@ -74,7 +70,7 @@ def test_the_itinerary_is_that_of_the_next_period() -> None:
 
 
 def test_a_chain_that_returns_to_within_rounding_alone_is_undecided() -> None:
-    found = fate(chain_of(4), "0.00095", solver="exact")
+    found = fate(captions(4), "0.00095", solver="exact")
     assert (found.outcome, found.period) == (Outcome.CREEPING, 1)
     assert found.evidence is Evidence.UNDECIDED
     assert "not bit for bit" in found.reason
@@ -86,7 +82,7 @@ def test_a_chain_that_returns_to_within_rounding_alone_is_undecided() -> None:
 
 
 def test_what_comes_to_its_cycle_from_either_side_has_the_shortest_period() -> None:
-    found = fate(chain_of(5), "0.000765", solver="exact")
+    found = fate(captions(5), "0.000765", solver="exact")
     assert (found.outcome, found.period) == (Outcome.CREEPING, 1)
     at_ends = tensions(found, found.settled_after + 30)
     once = np.abs(at_ends[1:] - at_ends[:-1]).max(axis=1)
@@ -98,7 +94,7 @@ def test_what_comes_to_its_cycle_from_either_side_has_the_shortest_period() -> N
 
 def test_creep_that_turns_round_by_an_irrational_angle_never_settles() -> None:
     """Three sliders: every cycle moves the tensions on by .00996... mod 2D, and by no fraction."""
-    found = fate(chain_of(3), "0.0008", cycles=3000, solver="exact")
+    found = fate(captions(3), "0.0008", cycles=3000, solver="exact")
     assert found.outcome is Outcome.LIMIT
     assert found.last_advance == 3000
     at_ends = tensions(found, 3000)[1000:]
@@ -112,7 +108,7 @@ def test_creep_that_turns_round_by_an_irrational_angle_never_settles() -> None:
     [(1000, "0.0003"), (1000, "0.0005"), (1000, "0.0007"), (1000, "0.01"), (10, "1.5")],
 )
 def test_two_relaxed_sliders_creep_by_the_staircase(l0: int, amplitude: str) -> None:
-    chain = chain_of(2, l0=str(l0))
+    chain = captions(2, l0=str(l0))
     found = fate(chain, amplitude, solver="exact")
     force = float(chain.mu_s) * chain.cos_alpha - chain.sin_alpha
     step = 2 * chain.excess
@@ -123,12 +119,12 @@ def test_two_relaxed_sliders_creep_by_the_staircase(l0: int, amplitude: str) -> 
 
 @pytest.mark.parametrize(("amplitude", "outcome"), [("0.0003", "at_rest"), ("0.001", "cycling")])
 def test_a_level_chain_creeps_nowhere(amplitude: str, outcome: str) -> None:
-    found = fate(chain_of(4, tan_alpha="0"), amplitude, solver="exact")
+    found = fate(captions(4, tan_alpha="0"), amplitude, solver="exact")
     assert (found.outcome.value, found.advance) == (outcome, 0)
 
 
 def test_a_course_that_does_not_settle_comes_back_as_a_limit() -> None:
-    found = fate(chain_of(30), "0.0045", cycles=60, solver="exact")
+    found = fate(captions(30), "0.0045", cycles=60, solver="exact")
     assert found.outcome is Outcome.LIMIT
     assert (found.settled_after, found.period, found.advance) == (None, None, None)
     assert (found.cycles, found.last_advance) == (60, 60)
@@ -136,33 +132,33 @@ def test_a_course_that_does_not_settle_comes_back_as_a_limit() -> None:
 
 
 def test_a_time_limit_comes_back_with_what_is_known() -> None:
-    found = fate(chain_of(30), "0.0045", cycles=10**9, solver="exact", max_seconds=0.2)
+    found = fate(captions(30), "0.0045", cycles=10**9, solver="exact", max_seconds=0.2)
     assert found.outcome is Outcome.LIMIT
     assert found.reason == "max_seconds = 0.2 was reached"
     assert 0 < found.last_advance <= found.cycles + 1
 
 
 def test_a_stuck_chain_rests_from_the_beginning() -> None:
-    found = fate(chain_of(4), 0, solver="exact")
+    found = fate(captions(4), 0, solver="exact")
     assert (found.outcome, found.settled_after, found.period) == (Outcome.AT_REST, 0, 1)
     assert (found.advance, found.itinerary) == (0, ())
 
 
 def test_one_slider_rests_or_runs_away() -> None:
-    assert fate(chain_of(1), "0.1", solver="exact").outcome is Outcome.AT_REST
-    assert fate(chain_of(1, tan_alpha="0.7"), "0.1", solver="exact").outcome is Outcome.RUNAWAY
+    assert fate(captions(1), "0.1", solver="exact").outcome is Outcome.AT_REST
+    assert fate(captions(1, tan_alpha="0.7"), "0.1", solver="exact").outcome is Outcome.RUNAWAY
 
 
 def test_a_steep_chain_runs_away() -> None:
-    found = fate(chain_of(3, tan_alpha="0.55"), "0.001", solver="exact")
+    found = fate(captions(3, tan_alpha="0.55"), "0.001", solver="exact")
     assert found.outcome is Outcome.RUNAWAY
     assert "stop ever again" in found.reason
     assert found.settled_after is None
 
 
 def test_the_mirror_image_has_the_mirrored_fate() -> None:
-    one = fate(chain_of(3), "0.00085", solver="exact")
-    other = fate(chain_of(3, tan_alpha="-0.25"), "0.00085", solver="exact")
+    one = fate(captions(3), "0.00085", solver="exact")
+    other = fate(captions(3, tan_alpha="-0.25"), "0.00085", solver="exact")
     assert other.advance == -one.advance
     assert replace(other, chain=one.chain, start=one.start, advance=one.advance, itinerary=()) == (
         replace(one, itinerary=())
@@ -181,7 +177,7 @@ def test_the_mirror_image_has_the_mirrored_fate() -> None:
 
 
 def test_a_start_that_is_not_at_rest_is_first_rearranged() -> None:
-    chain = chain_of(2)
+    chain = captions(2)
     found = fate(chain, 0, start=State.prepared(chain, ["1.5"]), solver="exact")
     assert (found.outcome, found.settled_after, found.last_advance) == (Outcome.AT_REST, 1, 1)
     assert found.report["events"] > 0
@@ -189,7 +185,7 @@ def test_a_start_that_is_not_at_rest_is_first_rearranged() -> None:
 
 def test_two_sliders_creep_where_their_law_says() -> None:
     """l0 A > a - |r0| with a = mu_s c - s, r0 the tension mod 2D."""
-    chain = chain_of(2)
+    chain = captions(2)
     a = float(chain.mu_s) * chain.cos_alpha - chain.sin_alpha
     for tension in (0.0, 0.03, -0.05, 0.09):
         start = State.prepared(chain, [tension])
@@ -209,7 +205,7 @@ def test_two_sliders_creep_where_their_law_says() -> None:
 )
 def test_what_has_no_fate_is_refused(changed: dict[str, str], amplitude: str, field: str) -> None:
     with pytest.raises(InputError) as error:
-        fate(chain_of(3, **changed), amplitude, solver="exact")
+        fate(captions(3, **changed), amplitude, solver="exact")
     assert error.value.field == field
     if field == "sigma_mu":
         assert "survival" in str(error.value)
@@ -217,12 +213,12 @@ def test_what_has_no_fate_is_refused(changed: dict[str, str], amplitude: str, fi
 
 def test_a_solver_that_finds_no_fate_is_refused() -> None:
     with pytest.raises(InputError, match="exact"):
-        fate(chain_of(3), "0.001", solver="verlet")
+        fate(captions(3), "0.001", solver="verlet")
 
 
 def test_a_longer_period_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recurrence, "MOST_PERIOD", 14)
-    assert fate(chain_of(3), "0.00085", cycles=2000, solver="exact").outcome is Outcome.LIMIT
+    assert fate(captions(3), "0.00085", cycles=2000, solver="exact").outcome is Outcome.LIMIT
 
 
 def test_the_command_prints_what_the_function_returns(command: Command, tmp_path: Path) -> None:
@@ -230,7 +226,7 @@ def test_the_command_prints_what_the_function_returns(command: Command, tmp_path
     words = ["fate", "--n", "3", "--amplitude", "0.00085", "--solver", "exact", "--plot", str(plot)]
     told = command(*words, "--json")
     assert told.code == 0
-    assert told.json == fate(chain_of(3), "0.00085", solver="exact").summary()
+    assert told.json == fate(captions(3), "0.00085", solver="exact").summary()
     assert told.json["itinerary"][0]["events"] == ["start 3 down", "stop 3 down"]
     assert plot.stat().st_size > 10_000
     shown = command(*words, "--force").out

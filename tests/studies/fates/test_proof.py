@@ -7,16 +7,12 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Cycles, Evidence, Outcome, creep, fate, threshold
+from exactcreep import Cycles, Evidence, Outcome, creep, fate, threshold
 from exactcreep.studies.eventlog import rearrangements
 from exactcreep.studies.fates import proof as fate_proof
 from exactcreep.studies.fates.result import Fate
 from tests.oracle.rearrangement import integrate
-
-
-def chain_of(n: int, **changed: str) -> Chain:
-    given = {"l0": "1000", "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"} | changed
-    return Chain(n, **given)  # type: ignore[arg-type]
+from tests.paper import captions
 
 
 def told(found: Fate) -> tuple[object, ...]:
@@ -38,13 +34,13 @@ def told(found: Fate) -> tuple[object, ...]:
 def test_a_fate_is_proved_for_ever(
     n: int, amplitude: str, outcome: Outcome, period: int, settled: int
 ) -> None:
-    found = fate(chain_of(n), amplitude)
+    found = fate(captions(n), amplitude)
     assert told(found) == (outcome, Evidence.PROVED, period, settled)
 
 
 @pytest.mark.parametrize(("n", "amplitude"), [(2, "0.0004"), (3, "0.00066")])
 def test_float64_agrees_with_a_proved_advance(n: int, amplitude: str) -> None:
-    proved, computed = (fate(chain_of(n), amplitude, solver=s) for s in ("certified", "exact"))
+    proved, computed = (fate(captions(n), amplitude, solver=s) for s in ("certified", "exact"))
     assert proved.evidence is Evidence.PROVED
     assert proved.period == computed.period
     middle, radius = proved.advance_enclosure
@@ -53,25 +49,25 @@ def test_float64_agrees_with_a_proved_advance(n: int, amplitude: str) -> None:
 
 
 def test_a_chain_of_one_rests() -> None:
-    assert told(fate(chain_of(1), "0.01")) == (Outcome.AT_REST, Evidence.PROVED, 1, 0)
+    assert told(fate(captions(1), "0.01")) == (Outcome.AT_REST, Evidence.PROVED, 1, 0)
 
 
 def test_what_has_not_settled_is_not_proved() -> None:
-    found = fate(chain_of(6), "0.00099", cycles=5)
+    found = fate(captions(6), "0.00099", cycles=5)
     assert (found.outcome, found.evidence) == (Outcome.LIMIT, Evidence.UNDECIDED)
     assert found.reason == "not settled within 5 cycles"
 
 
 def test_a_set_that_is_too_small_is_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fate_proof, "_ROOM", 0.5)
-    found = fate(chain_of(4), "0.0007", cycles=70)
+    found = fate(captions(4), "0.0007", cycles=70)
     assert found.evidence is Evidence.UNDECIDED
     assert "may leave the set" in found.reason
 
 
 def test_a_period_without_the_symmetry_is_no_proof(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(fate_proof, "mirrored", lambda one, n: ())
-    assert fate(chain_of(3), "0.0007", cycles=30).evidence is Evidence.UNDECIDED
+    assert fate(captions(3), "0.0007", cycles=30).evidence is Evidence.UNDECIDED
 
 
 def test_the_lone_slips_between_avalanches_are_added_up() -> None:
@@ -99,7 +95,7 @@ def test_a_bound_of_the_largest_singular_value_holds() -> None:
 
 def test_the_lasting_edge_of_three_sliders_is_that_of_the_horizon() -> None:
     lasting, horizon = (
-        threshold(chain_of(3), criterion=criterion, digits=20, points=200)
+        threshold(captions(3), criterion=criterion, digits=20, points=200)
         for criterion in ("lasting", "horizon")
     )
     assert (lasting.lower, lasting.upper) == (horizon.lower, horizon.upper)
@@ -111,7 +107,7 @@ def test_the_lasting_edge_of_three_sliders_is_that_of_the_horizon() -> None:
 @pytest.mark.slow
 def test_five_sliders_creep_for_ever_from_later_than_they_pass_a_horizon() -> None:
     found = threshold(
-        chain_of(5), criterion="lasting", digits=20, bracket=("0.0007597", "0.00075971")
+        captions(5), criterion="lasting", digits=20, bracket=("0.0007597", "0.00075971")
     )
     assert found.evidence is Evidence.PROVED
     below, above = found.fates
@@ -121,9 +117,9 @@ def test_five_sliders_creep_for_ever_from_later_than_they_pass_a_horizon() -> No
 
 def test_four_sliders_lock_above_the_horizon_threshold() -> None:
     # float64 has them creep for ever there
-    found = fate(chain_of(4), "0.00065")
+    found = fate(captions(4), "0.00065")
     assert told(found) == (Outcome.CYCLING, Evidence.PROVED, 1, 75)
-    assert fate(chain_of(4), "0.00065", solver="exact").outcome is Outcome.CREEPING
+    assert fate(captions(4), "0.00065", solver="exact").outcome is Outcome.CREEPING
 
 
 class Integrated(NamedTuple):
@@ -184,7 +180,7 @@ def settled_fates(seed: int, count: int, first: int, last: int, cycles: int) -> 
             "mu_s": f"{mu_d + rng.uniform(0.05, 0.2):.3f}",
             "tan_alpha": f"{mu_d * rng.uniform(0.3, 0.9):.3f}",
         }
-        chain = chain_of(int(rng.integers(2, 6)), **changed)
+        chain = captions(int(rng.integers(2, 6)), **changed)
         law = chain.n * float(chain.mu_d - chain.tan_alpha) * chain.cos_alpha / 2000
         amplitude = f"{law * rng.uniform(1, 2.5):.6f}"
         if fate(chain, amplitude, cycles=600, solver="exact").outcome in (
@@ -215,7 +211,7 @@ def test_an_integration_goes_through_the_proved_period(count: int, cycles: int) 
 
 @pytest.mark.parametrize(("count", "cycles"), [(0, 12), WHOLE])
 def test_an_integration_of_the_invariant_cycle_closes_it(count: int, cycles: int) -> None:
-    for found in (fate(chain_of(3), "0.0007"), *settled_fates(6, count, 0, 10, cycles)):
+    for found in (fate(captions(3), "0.0007"), *settled_fates(6, count, 0, 10, cycles)):
         assert found.period is not None
         end = creep(found.chain, Cycles(found.amplitude, found.cycles), solver="certified").state
         tensions = np.array([float(x) for x in end.tensions])
