@@ -226,6 +226,8 @@ def orthogonal(
     if not np.isfinite(rows).all() or not np.isfinite(unsure).all():
         raise Undecided("the derivative of a rearrangement is not enclosed")
     axes, sizes = _turned(rows, unsure)
+    if not np.isfinite(sizes).all():
+        raise Undecided("the derivative of a rearrangement is not enclosed")
     return axes, rounded_up(sizes)
 
 
@@ -254,7 +256,8 @@ def _turned(rows: Any, unsure: Any) -> tuple[Any, Any]:
             continue
         part = rows[members]
         lengths = np.sqrt((part * part).sum(axis=0))
-        columns = np.argsort(-lengths, kind="mergesort")[: np.count_nonzero(lengths)]
+        order = np.argsort(-lengths, kind="mergesort")
+        columns = order[np.abs(part).sum(axis=0)[order] > 0]  # where squares underflow, too
         part = np.ascontiguousarray(part[:, columns])
         basis = _basis(part)
         turn = np.ascontiguousarray(basis.T)
@@ -264,6 +267,8 @@ def _turned(rows: Any, unsure: Any) -> tuple[Any, Any]:
         off = np.abs(turn @ basis - np.eye(size)).sum(axis=1)
         most, defect = reach.max(), off.max()
         defect += size**2 * 2.0**-50
+        if not defect < 0.5:  # the bound below sums a geometric series
+            most = np.inf
         for j in range(size):
             sizes[members[j]] = reach[j] + 2 * defect * most
             for i in range(size):

@@ -6,8 +6,8 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep.motion.arithmetic import balls_of
-from exactcreep.motion.enclosure import Box
+from exactcreep.motion.arithmetic import Undecided, balls_of
+from exactcreep.motion.enclosure import Box, orthogonal
 
 
 def turned(random, groups, size):
@@ -60,3 +60,20 @@ def test_what_a_motion_does_not_touch_keeps_its_axes_and_its_width():
         assert np.array_equal(axes[3:, 3:], np.eye(27))
         unit = 2.0 ** (carried.exponent - box.exponent)
         assert (carried.widths[3:] * unit <= box.widths[3:] * (1 + 1e-6)).all()
+
+
+@pytest.mark.parametrize("thin", [1e-150, 1e-180, 1e-250, 1e-300])
+def test_a_box_holds_what_is_so_thin_that_its_square_is_zero(thin):
+    rows = np.array([[1.0, 0.0], [0.0, thin]])
+    axes, sizes = orthogonal(rows, np.zeros(2))
+    with balls_of(3000).active():
+        for corner in ([1.0, 1.0], [1.0, -1.0]):
+            state = flint.arb_mat(as_rows(rows)) * flint.arb_mat([[flint.arb(x)] for x in corner])
+            inside = flint.arb_mat(as_rows(axes)).solve(state).entries()
+            for y, size in zip(inside, sizes.tolist(), strict=True):
+                assert abs(y) <= flint.arb(size)
+
+
+def test_a_set_too_wide_for_floats_is_not_enclosed():
+    with pytest.raises(Undecided, match="not enclosed"):
+        orthogonal(np.full((2, 3), 1e308), np.zeros(2))
