@@ -153,7 +153,7 @@ def test_nothing_is_overwritten_without_force(
         ([*QUICK, "--solver", "verlet", "--dt", "5e-324"], "whose square is a float64"),
         ([*QUICK, "--seed", "1.5"], "run.seed = '1.5': must be a whole number"),
         ([*QUICK, "--record", "velocity"], "run.record = 'velocity': must be among x_G"),
-        ([*QUICK, "--max-events", "-1"], "max_events = '-1': must be a whole number"),
+        ([*QUICK, "--max-events", "-1"], "max_events = -1: must be a whole number"),
         ([*QUICK, "--max-seconds", "nan"], "max_seconds = 'nan': must be a finite number"),
         ([*QUICK, "--out", "no/such/run.nc"], "must lie in a directory that exists"),
         ([*QUICK, "--out", "."], "out = '.': must be a file, not a directory"),
