@@ -8,6 +8,8 @@ exist (``None`` where they do not)::
     >>> LAWS["seuil"].printed(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(7, 24))
     Fraction(3, 1000)
 
+``EDGES[label]`` is a theorem beyond the paper: an amplitude of cycles between two fates of a chain.
+
 Every form takes keyword arguments out of one vocabulary, :data:`VOCABULARY`, which describes the
 chain and its drive; a form uses what it contains (``form.required``, ``form.optional``) and a
 description of the same chain may name the rest. Velocities are ``tau_th <v_G>``, the displacement

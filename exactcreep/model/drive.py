@@ -114,11 +114,9 @@ class Cycles(Drive):
 
     @property
     def half_cycles(self) -> int:
-        """Number of targets, 2 `cycles`."""
         return 2 * self.cycles
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
-        """Return theta_first .. theta_(first + count - 1) as float64, shape (count,)."""
         q = np.arange(first, first + count)
         return np.where(q % 2 == 1, 1.0, -1.0) * nearest_float(self.amplitude)
 
@@ -161,11 +159,9 @@ class GaussianSteps(Drive):
 
     @property
     def half_cycles(self) -> int:
-        """Number of targets, `steps`."""
         return self.steps
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
-        """Return theta_first .. theta_(first + count - 1), shape (count,)."""
         return disorder.dilations(self, seed, first, count)
 
     def exact_target(self, q: int, seed: int = 0) -> Fraction:
@@ -181,7 +177,6 @@ class Listed(Drive):
 
     @property
     def half_cycles(self) -> int:
-        """Number of targets, the length of `theta`."""
         return len(self.theta)
 
     @cached_property
@@ -189,11 +184,9 @@ class Listed(Drive):
         return np.array([nearest_float(value) for value in self.theta])
 
     def targets(self, first: int, count: int, seed: int = 0) -> NDArray[np.float64]:
-        """Return theta_first .. theta_(first + count - 1) as float64, shape (count,)."""
         return self._floats[first - 1 : first - 1 + count].copy()
 
     def exact_target(self, q: int, seed: int = 0) -> Fraction:
-        """Return theta_q exactly."""
         return self.theta[q - 1]
 
 
