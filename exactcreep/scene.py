@@ -13,8 +13,8 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, is_dataclass
 from importlib import resources
 from inspect import signature
 from pathlib import Path as FilePath
@@ -37,12 +37,18 @@ _DEEPEST = 8  # tables within tables
 _DEEPEST_KEY = 100
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
-CHAIN_KEYS = tuple(field.name for field in fields(Chain))
-PHYSICAL_KEYS = {
-    name: taken.default is taken.empty for name, taken in signature(physical).parameters.items()
-}
-PHYSICAL_KEYS["time_unit"] = False
-"""The keys of ``[physical]``, and whether each is required."""
+
+def _keys_of(make: Callable[..., Any]) -> dict[str, bool]:
+    """Return the keys of a table from which something is made, and whether each is required.
+
+    Arguments that are None by default are not for users: files keep a drive by them.
+    """
+    taken = signature(make).parameters.values()
+    return {each.name: each.default is each.empty for each in taken if each.default is not None}
+
+
+CHAIN_KEYS = _keys_of(Chain)
+PHYSICAL_KEYS = _keys_of(physical) | {"time_unit": False}
 IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_theta"}
 """Keys of ``[drive]`` beside ``[physical]``: temperatures (K) for dilations."""
 RUN_KEYS = ("solver", "seed", "burn_in", "record", "start")
@@ -137,7 +143,7 @@ class Scene:
             raise InputError("vary", varied, "must be a table, [vary]")
         vary = dict(_flattened(varied))
         _known(tables["chain"], CHAIN_KEYS, "chain.")
-        _known(tables.get("physical", {}), tuple(PHYSICAL_KEYS), "physical.")
+        _known(tables.get("physical", {}), PHYSICAL_KEYS, "physical.")
         _known(tables["run"], _run_keys(), "run.")
         scene = cls(name, title, tables, vary, folder or FilePath())
         for key, values in vary.items():
@@ -150,7 +156,7 @@ class Scene:
                 allowed = "must not be given beside [physical], which makes the chain"
                 raise InputError(key, value, allowed)
         kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
-        keys = [key for kind in kinds if kind is not None for key in _drive_keys(kind)]
+        keys = [key for kind in kinds if kind is not None for key in _keys_of(drive_of_kind(kind))]
         if "physical" in tables:
             keys += [kelvin for kelvin, name in IN_KELVIN.items() if name in keys]
         if keys:
@@ -164,7 +170,7 @@ class Scene:
         known += [f"run.{name}" for name in _run_keys()]
         known += [f"run.start.{name}" for name in START_KEYS]
         known += ["drive.kind", *(f"drive.{name}" for name in IN_KELVIN)]
-        known += sorted({f"drive.{name}" for kind in DRIVES for name in _drive_keys(kind)})
+        known += sorted({f"drive.{name}" for kind in DRIVES.values() for name in _keys_of(kind)})
         if key not in known:
             near = difflib.get_close_matches(key, known, 1, 0.3)
             hint = f"; did you mean {near[0]}?" if near else ""
@@ -316,7 +322,7 @@ def _printable(key: str) -> str:
     return key if key.isprintable() and len(key) <= 80 else repr(key[:60])
 
 
-def _known(table: Mapping[str, Any], known: Sequence[str], prefix: str) -> None:
+def _known(table: Mapping[str, Any], known: Iterable[str], prefix: str) -> None:
     """Raise InputError if `table` has a key that is not `known`, naming the nearest one."""
     for key in table:
         if key not in known:
@@ -328,22 +334,9 @@ def _known(table: Mapping[str, Any], known: Sequence[str], prefix: str) -> None:
 
 
 def _run_keys() -> tuple[str, ...]:
-    options = {
-        field.name
-        for solver in SOLVERS.values()
-        if is_dataclass(solver)
-        for field in fields(solver)  # type: ignore[arg-type]
-    }
+    solvers = [solver for solver in SOLVERS.values() if is_dataclass(solver)]
+    options = {name for solver in solvers for name in signature(solver).parameters}
     return (*RUN_KEYS, *sorted(options))
-
-
-def _drive_keys(kind: Any) -> dict[str, bool]:
-    """Return the keys of a ``[drive]`` table of a kind, and whether each is required.
-
-    Arguments that are None by default are not for users: files keep a drive by them.
-    """
-    taken = signature(drive_of_kind(kind)).parameters.values()
-    return {each.name: each.default is each.empty for each in taken if each.default is not None}
 
 
 def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:
@@ -377,39 +370,42 @@ def _named(table: str, build: Callable[[], Any]) -> Any:
         raise InputError(field, error.value, error.allowed) from None
 
 
-def _required(table: Mapping[str, Any], names: tuple[str, ...]) -> None:
+def _required(table: Mapping[str, Any], keys: Mapping[str, bool]) -> None:
+    names = [name for name, required in keys.items() if required]
     for name in names:
         if name not in table:
             raise InputError(name, None, "is missing; " + ", ".join(names) + " are required")
 
 
 def _chain(table: Mapping[str, Any]) -> Chain:
-    _required(table, tuple(name for name in CHAIN_KEYS if name != "sigma_mu"))
+    _required(table, CHAIN_KEYS)
     return Chain(**table)
 
 
 def _solid(table: Mapping[str, Any]) -> Solid:
-    _required(table, tuple(name for name, required in PHYSICAL_KEYS.items() if required))
+    _required(table, PHYSICAL_KEYS)
     return physical(**{name: value for name, value in table.items() if name != "time_unit"})
 
 
 def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None = None) -> Drive:
     given = dict(table)
-    _required(given, ("kind",))
+    _required(given, {"kind": True})
     kind = given.pop("kind")
-    keys = _drive_keys(kind)
+    keys = _keys_of(drive_of_kind(kind))
     for kelvin, name in IN_KELVIN.items():
         if solid is None or kelvin not in given:
             continue
         if name in given:
             raise InputError(kelvin, given[kelvin], f"must not be given together with {name}")
         given[name] = exact_number(given.pop(kelvin), kelvin) * solid.kappa
-    _known(given, tuple(keys), "drive.")
-    if solid is not None and "kappa" in keys and exact_number(
-        given.setdefault("kappa", solid.kappa), "kappa"
-    ) != solid.kappa:
+    _known(given, keys, "drive.")
+    if (
+        solid is not None
+        and "kappa" in keys
+        and exact_number(given.setdefault("kappa", solid.kappa), "kappa") != solid.kappa
+    ):
         raise InputError("kappa", given["kappa"], "must be physical.kappa, or be left out")
-    _required(given, tuple(name for name, required in keys.items() if required))
+    _required(given, keys)
     if isinstance(given.get("file"), str):
         # a path in a scene is meant from where the scene is, not from where the program was started
         given["file"] = folder / given["file"]
