@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from exactcreep.model.deviates import (
     CELL,
     CENTRAL,
@@ -21,7 +23,7 @@ from exactcreep.model.deviates import (
     philox,
 )
 from exactcreep.model.disorder import STREAM_COEFFICIENT
-from exactcreep.solvers.exact.layout import compiled, inlined
+from exactcreep.solvers.exact.layout import COEFFICIENT, DRAWS, EXCESS, PAD, compiled, inlined
 from exactcreep.solvers.exact.simd import (
     WIDTH,
     below,
@@ -101,3 +103,43 @@ def fill(deviate, row, seed, slider, batch):
     e, f, g, h = philox(seed, STREAM_COEFFICIENT, slider, 2 * batch + 1)
     q = upper_bits(a, b, c, d, e, f, g, h) * spread(CELL) + spread(CENTRE)
     write_deviates(q, deviate, row, BATCH * batch % KEPT)
+
+
+@inlined
+def coefficient(now, deviate):
+    """Return the static coefficient of a deviate, and how far it lies above mu_d."""
+    mu = now.mean + now.width * deviate
+    return mu, (mu - now.mu_d) - now.mu_d_low
+
+
+@inlined
+def renew(cell, now, i, deviate):
+    """Give slider i the static coefficient of a deviate."""
+    mu, above = coefficient(now, deviate)
+    cell[COEFFICIENT, i] = mu
+    if above < 0.0:
+        now.below += 1
+        above = 0.0
+    cell[EXCESS, i] = above * now.cosine
+
+
+@inlined
+def draw_ahead(deviate, now, i, k):
+    """Make the batch after that of draw k.
+
+    Nobody waits for it: the processor makes it while it goes on with the batch at hand.
+    """
+    fill(deviate, i, np.uint64(now.seed), i + 1 - PAD, k // BATCH + 1)
+
+
+@inlined
+def draw(cell, count, deviate, now, i):
+    """Give slider i its next static coefficient."""
+    k = count[DRAWS, i]
+    count[DRAWS, i] = k + 1
+    if now.constant == 1:
+        cell[EXCESS, i] = now.mean_excess
+        return
+    if k % BATCH == 0:
+        draw_ahead(deviate, now, i, k)
+    renew(cell, now, i, deviate[i, k % KEPT])

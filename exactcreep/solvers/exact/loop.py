@@ -23,12 +23,12 @@ import math
 import numpy as np
 
 from exactcreep.solvers.exact import rows
-from exactcreep.solvers.exact.draws import BATCH, KEPT, fill
+from exactcreep.solvers.exact.draws import BATCH, draw, fill
+from exactcreep.solvers.exact.end_slips import end_slips, next_start
 from exactcreep.solvers.exact.layout import (
     AT_REST,
     BUDGET,
     CLUSTER,
-    COEFFICIENT,
     DONE,
     DOUBTED,
     DRAWS,
@@ -65,15 +65,9 @@ from exactcreep.solvers.exact.layout import (
 from exactcreep.solvers.exact.local_clocks import advance, at_once
 from exactcreep.solvers.exact.simd import (
     align_stack,
-    below,
-    choose,
-    lane_of,
-    magnitude,
-    spread,
-    together,
 )
 from exactcreep.solvers.exact.taylor import step
-from exactcreep.solvers.exact.two_floats import plus, two_sum
+from exactcreep.solvers.exact.two_floats import add, plus, two_sum
 
 _CALM = 64
 """Steps without an event after which the whole chain's modes are looked at."""
@@ -85,11 +79,10 @@ MODES_WORK = 6
 """Of a look at the modes, for every mode and slider."""
 
 
-@inlined
-def _log(now, log, kind, i, sign, residual):
-    if now.logging & LOGS_EVENTS == 0:
-        return
-    row = log.events[now.logged]
+@compiled
+def _write(now, events, kind, i, sign, residual):
+    """Write an event of slider i to the log."""
+    row = events[now.logged]
     row.half_cycle = now.target
     row.rearrangement = now.rearrangements - 1
     row.number = now.number
@@ -101,46 +94,6 @@ def _log(now, log, kind, i, sign, residual):
     row.theta_low = now.theta_low
     row.residual = residual
     now.logged += 1
-
-
-@inlined
-def _coefficient(now, deviate):
-    """Return the static coefficient of a deviate, and how far it lies above mu_d."""
-    mu = now.mean + now.width * deviate
-    return mu, (mu - now.mu_d) - now.mu_d_low
-
-
-@inlined
-def _renew(cell, now, i, deviate):
-    """Give slider i the static coefficient of a deviate."""
-    mu, above = _coefficient(now, deviate)
-    cell[COEFFICIENT, i] = mu
-    if above < 0.0:
-        now.below += 1
-        above = 0.0
-    cell[EXCESS, i] = above * now.cosine
-
-
-@inlined
-def _draw_ahead(deviate, now, i, k):
-    """Make the batch after that of draw k.
-
-    Nobody waits for it: the processor makes it while it goes on with the batch at hand.
-    """
-    fill(deviate, i, np.uint64(now.seed), i + 1 - PAD, k // BATCH + 1)
-
-
-@inlined
-def _draw(cell, count, deviate, now, i):
-    """Give slider i its next static coefficient."""
-    k = count[DRAWS, i]
-    count[DRAWS, i] = k + 1
-    if now.constant == 1:
-        cell[EXCESS, i] = now.mean_excess
-        return
-    if k % BATCH == 0:
-        _draw_ahead(deviate, now, i, k)
-    _renew(cell, now, i, deviate[i, k % KEPT])
 
 
 @inlined
@@ -185,19 +138,21 @@ def _start(cell, now, log, i, sign, drive, residual):
         now.first = min(now.first, i)
         now.last = max(now.last, i)
     rows.start(cell, now, log.tables, i)
-    _log(now, log, START, i, sign, residual)
+    if now.logging & LOGS_EVENTS != 0:
+        _write(now, log.events, START, i, sign, residual)
 
 
 @inlined
 def _stop(cell, count, deviate, now, log, i, residual):
-    _log(now, log, STOP, i, cell[SIDE, i], residual)
+    if now.logging & LOGS_EVENTS != 0:
+        _write(now, log.events, STOP, i, cell[SIDE, i], residual)
     cell[SIDE, i] = 0.0
     cell[SPEED, i] = 0.0
     cell[FRESH, i] = 0.0
     now.moving -= 1
     now.slips += 1
     count[SLIPS, i] += 1
-    _draw(cell, count, deviate, now, i)
+    draw(cell, count, deviate, now, i)
     rows.stop(cell, now, log.tables, i)
 
 
@@ -220,17 +175,14 @@ def _settle(cell, now, log):
     for i in range(max(first - 1, PAD), min(last + 2, PAD + now.n)):
         # the neighbours' sum first: the mirror image adds the same two numbers
         total, error = two_sum(cell[X, i - 1], cell[X, i + 1])
-        high, low = plus(cell[FORCE, i], cell[FORCE_LOW, i] + error, total)
-        high, low = plus(high, low, -cell[STIFFNESS, i] * cell[X, i])
-        cell[FORCE, i] = high
-        cell[FORCE_LOW, i] = low
-        cell[REST, i] = high  # at sliders 1 and N once theta is known again
+        cell[FORCE_LOW, i] += error
+        add(cell, FORCE, FORCE_LOW, i, total)
+        add(cell, FORCE, FORCE_LOW, i, -cell[STIFFNESS, i] * cell[X, i])
+        cell[REST, i] = cell[FORCE, i]  # at sliders 1 and N once theta is known again
     for i in range(first, last + 1):
         moved = cell[X, i]
         if moved != 0.0:
-            high, low = plus(cell[TRAVEL, i], cell[TRAVEL_LOW, i], moved)
-            cell[TRAVEL, i] = high
-            cell[TRAVEL_LOW, i] = low
+            add(cell, TRAVEL, TRAVEL_LOW, i, moved)
             now.total, now.total_low = plus(now.total, now.total_low, moved)
             cell[X, i] = 0.0
     if now.number > PROMISED_EVENTS:
@@ -239,8 +191,8 @@ def _settle(cell, now, log):
 
 
 @inlined
-def _after_event(cell, now, log):
-    """Choose the stage that goes on from the present set of movers."""
+def _decompose(cell, now, log):
+    """End an event: choose how to go on with the sliders that move now, if any do."""
     now.events += 1
     if now.moving == 0:
         _settle(cell, now, log)
@@ -270,52 +222,10 @@ def _stopped_exceeds(cell, now, i, pull):
 
 
 @inlined
-def _next_start(cell, now, target, target_low):
-    """Return which end starts before the target, and at which ``l0 theta``.
-
-    Returns
-    -------
-    top, end : bool
-        Whether slider 1, slider N starts.
-    theta, theta_low : float
-        The critical ``l0 theta``; the target if neither starts.
-    undecided : bool
-        Whether a comparison lay within its rounding bound.
-    """
-    top = PAD
-    end = PAD + now.n - 1
-    theta = now.theta
-    theta_low = now.theta_low
-    far = (target - theta) + (target_low - theta_low)
-    up = 1.0 if far > 0.0 else -1.0
-    room_top = now.friction + cell[EXCESS, top]
-    room_end = now.friction + cell[EXCESS, end]
-    # slider 1 starts with sign -up at f_1 + up room, slider N with sign up at up room - f_N
-    top_high, top_low = plus(cell[FORCE, top], cell[FORCE_LOW, top], up * room_top)
-    end_high, end_low = plus(-cell[FORCE, end], -cell[FORCE_LOW, end], up * room_end)
-    far_top = max(up * ((top_high - theta) + (top_low - theta_low)), 0.0)
-    far_end = max(up * ((end_high - theta) + (end_low - theta_low)), 0.0)
-    far *= up
-    # the rooms, and what the slips since the last change of direction may have rounded away
-    bound = 2.0 * ULP * (room_top + room_end + abs(top_high) + abs(end_high))
-    nearest = min(far_top, far_end)
-    if now.n == 1 or far == 0.0 or nearest >= far - bound:
-        near = now.n > 1 and far > 0.0 and nearest <= far + bound
-        return False, False, target, target_low, near
-    apart = far_top - far_end
-    together = abs(apart) <= bound
-    if nearest == 0.0:
-        return together or apart < 0.0, together or apart > 0.0, theta, theta_low, together
-    if apart <= 0.0:
-        return True, together, top_high, top_low, together
-    return together, True, end_high, end_low, together
-
-
-@inlined
 def _ramp(cell, now, log, target, target_low):
     """Move theta towards the target; return whether a slider has started before it."""
     up = 1.0 if (target - now.theta) + (target_low - now.theta_low) > 0.0 else -1.0
-    top, end, theta, theta_low, undecided = _next_start(cell, now, target, target_low)
+    top, end, theta, theta_low, undecided = next_start(cell, now, target, target_low)
     now.theta = theta
     now.theta_low = theta_low
     if undecided:
@@ -330,185 +240,8 @@ def _ramp(cell, now, log, target, target_low):
         i = PAD + now.n - 1
         _start(cell, now, log, i, up, cell[EXCESS, i], 0.0)
     now.number += 1
-    _after_event(cell, now, log)
+    _decompose(cell, now, log)
     return True
-
-
-@inlined
-def _plus_in_lanes(high, low, term):
-    """Return in every lane the two floats of `plus`."""
-    total = high + term
-    # the rounding error is exact either way; from the larger term it is known sooner
-    grew = below(magnitude(high), magnitude(term))
-    error = choose(grew, high - (total - term), term - (total - high)) + low
-    result = total + error
-    return result, error - (result - total)
-
-
-@inlined
-def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
-    """Let the end that starts first slip, again and again, as long as that is plain.
-
-    Each slip adds the same length to four sums of two floats: they stay in registers, in four
-    lanes of a vector. That the same end starts next, before the target and with nobody else, is
-    read off rounded forces; what comes closer than `slack`, which exceeds their rounding and the
-    bounds of all comparisons in `_next_start` and `_end_slips`, is left to these. Both ways give
-    the same bits.
-    """
-    n = now.n
-    constant = now.constant == 1
-    mean_excess = now.mean_excess
-    friction = now.friction
-    up = 1.0 if (target - now.theta) + (target_low - now.theta_low) > 0.0 else -1.0
-    i = PAD
-    other = PAD + n - 1
-    neighbour = PAD + 1
-    way = 1.0
-    # up times the critical l0 theta of both ends
-    first = friction + cell[EXCESS, i] + up * cell[FORCE, i]
-    second = friction + cell[EXCESS, other] - up * cell[FORCE, other]
-    if second < first:
-        first, second = second, first
-        i, other = other, i
-        neighbour = i - 1
-        way = -1.0
-    side = -up * way
-    excess = cell[EXCESS, i]
-    spare = cell[EXCESS, neighbour]
-    between = side * (cell[FORCE, i] + cell[FORCE, neighbour])  # a slip does not change it
-    scale = abs(target) + abs(now.theta) + 8.0 * friction + cell[EXCESS, other] + spare
-    scale += abs(cell[FORCE, i]) + abs(cell[FORCE, other]) + abs(cell[FORCE, neighbour])
-    slack = 64.0 * ULP * scale
-    if first <= up * now.theta + slack:
-        return
-    reach = up * target - slack
-    most = 1.9 * friction
-    # the neighbour starts where theta_c and the excess come to this
-    wall = 2.0 * friction + spare - between
-    if n == 2:
-        # it is the other end and feels theta itself: what counts is the excess alone
-        most = min(most, spare + between, wall)
-        wall = np.inf
-    else:
-        reach = min(reach, second - slack)
-        wall -= slack
-    most -= slack
-    high = together(
-        cell[FORCE, i], cell[FORCE, neighbour], cell[TRAVEL, i], now.total, 0.0, 0.0, 0.0, 0.0
-    )
-    low = together(
-        cell[FORCE_LOW, i],
-        cell[FORCE_LOW, neighbour],
-        cell[TRAVEL_LOW, i],
-        now.total_low,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-    )
-    ways = together(-side, side, side, side, 0.0, 0.0, 0.0, 0.0)
-    high_before = high
-    low_before = low
-    excess_before = excess
-    k = count[DRAWS, i]
-    slips = 0
-    allowed = (stop_at - now.events + 1) // 2
-    while slips < allowed:
-        theta = (friction + excess) - side * lane_of(high, 0)
-        if not (slack < excess < most and theta < reach and theta + excess < wall):
-            break
-        high_before = high
-        low_before = low
-        excess_before = excess
-        high, low = _plus_in_lanes(high, low, ways * spread(2.0 * excess))
-        slips += 1
-        if not constant:
-            if k % BATCH == 0:
-                _draw_ahead(deviate, now, i, k)
-            _, above = _coefficient(now, deviate[i, k % KEPT])
-            excess = max(above, 0.0) * now.cosine
-        else:
-            excess = mean_excess
-        k += 1
-    if slips == 0:
-        return
-    cell[FORCE, i] = lane_of(high, 0)
-    cell[FORCE_LOW, i] = lane_of(low, 0)
-    cell[FORCE, neighbour] = lane_of(high, 1)
-    cell[FORCE_LOW, neighbour] = lane_of(low, 1)
-    cell[REST, neighbour] = lane_of(high, 1)
-    cell[TRAVEL, i] = lane_of(high, 2)
-    cell[TRAVEL_LOW, i] = lane_of(low, 2)
-    now.total = lane_of(high, 3)
-    now.total_low = lane_of(low, 3)
-    now.theta, now.theta_low = plus(
-        way * lane_of(high_before, 0), way * lane_of(low_before, 0), up * (friction + excess_before)
-    )
-    count[DRAWS, i] = k
-    if constant:
-        cell[EXCESS, i] = mean_excess
-    else:
-        _renew(cell, now, i, deviate[i, (k - 1) % KEPT])
-    count[SLIPS, i] += slips
-    now.slips += slips
-    now.rearrangements += slips
-    now.events += 2 * slips
-
-
-@compiled
-def _end_slips(cell, count, deviate, now, log, target, target_low, stop_at):
-    """Ramp towards the target through rearrangements that are one slip of slider 1 or N.
-
-    Does what `_ramp`, `_lone` and `_settle` do, without the steps that such a slip can skip;
-    leaves everything else, comparisons within their bounds included, to them.
-    """
-    last = PAD + now.n - 1
-    friction = now.friction
-    pair = now.n == 2
-    tables = log.tables
-    while now.events < stop_at:
-        if tables is None:
-            _same_end_slips(cell, count, deviate, now, target, target_low, stop_at)
-            if now.events >= stop_at:
-                return
-        top, end, theta, theta_low, undecided = _next_start(cell, now, target, target_low)
-        if undecided or top == end:
-            return
-        i = PAD if top else last
-        neighbour = PAD + 1 if top else last - 1
-        side = 1.0 if end == ((target - theta) + (target_low - theta_low) > 0.0) else -1.0
-        drive = cell[EXCESS, i]
-        length = 2.0 * drive
-        pull = cell[REST, neighbour]
-        if pair:
-            way = 1.0 if top else -1.0
-            low = cell[FORCE_LOW, neighbour] + way * theta_low
-            pull, _ = plus(cell[FORCE, neighbour], low, way * theta)
-        room = friction + cell[EXCESS, neighbour] - side * pull
-        bound = 8.0 * ULP * (2.0 * friction + drive + length + drive)
-        if room <= length + bound or drive >= 1.9 * friction:
-            return
-        now.theta = theta
-        now.theta_low = theta_low
-        rows.at_theta(cell, now, tables)
-        moved = side * length
-        high, low = plus(cell[FORCE, i], cell[FORCE_LOW, i], -moved)
-        cell[FORCE, i] = high
-        cell[FORCE_LOW, i] = low
-        high, low = plus(cell[FORCE, neighbour], cell[FORCE_LOW, neighbour], moved)
-        cell[FORCE, neighbour] = high
-        cell[FORCE_LOW, neighbour] = low
-        cell[REST, neighbour] = high
-        high, low = plus(cell[TRAVEL, i], cell[TRAVEL_LOW, i], moved)
-        cell[TRAVEL, i] = high
-        cell[TRAVEL_LOW, i] = low
-        now.total, now.total_low = plus(now.total, now.total_low, moved)
-        _draw(cell, count, deviate, now, i)
-        rows.end_slip(cell, now, tables, i, side if end else -side, moved)
-        count[SLIPS, i] += 1
-        now.slips += 1
-        now.rearrangements += 1
-        now.events += 2
 
 
 @inlined
@@ -536,7 +269,7 @@ def _unstable(cell, now, log):
     now.stage = AT_REST
     if began:
         now.number += 1
-        _after_event(cell, now, log)
+        _decompose(cell, now, log)
     return began
 
 
@@ -596,7 +329,7 @@ def _lone(cell, count, deviate, now, log):
             _start(cell, now, log, i, turn, abs(pull) - friction, 0.0)
             now.events += 1
             now.number += 1
-        _after_event(cell, now, log)
+        _decompose(cell, now, log)
         return False
     # a neighbour starts at once with everything else unchanged
     faster = math.sqrt(max(speed * speed + room * (2.0 * drive - stiff * room), 0.0))
@@ -622,7 +355,7 @@ def _lone(cell, count, deviate, now, log):
         cell[FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
         cell[DRIVE, i] = drive
     now.number += 1
-    _after_event(cell, now, log)
+    _decompose(cell, now, log)
     return False
 
 
@@ -688,6 +421,19 @@ def _no_mode_stops(cell, series, now):
 
 
 @inlined
+def _runs_away(cell, series, now):
+    """Return whether it is proved that the moving chain never stops; looked at now and then."""
+    if now.moving < now.n or now.downhill == 0:
+        return False
+    if _never_stops(cell, now):
+        return True
+    if now.calm <= _CALM or now.calm % _CALM != 0:
+        return False
+    now.work += MODES_WORK * now.n**2
+    return _no_mode_stops(cell, series, now)
+
+
+@inlined
 def _long(now):
     """Return whether the movers stand far enough apart for clocks of their own."""
     apart = now.last - now.first
@@ -695,15 +441,8 @@ def _long(now):
 
 
 @inlined
-def _cluster(cell, count, deviate, clock, series, now, log):
-    """Advance several movers to their first event and resolve it; return True for a runaway."""
-    if now.moving == now.n and now.downhill != 0:
-        if _never_stops(cell, now):
-            return True
-        if now.calm > _CALM and now.calm % _CALM == 0:
-            now.work += MODES_WORK * now.n ** 2
-            if _no_mode_stops(cell, series, now):
-                return True
+def _to_first_event(cell, count, clock, series, now):
+    """Advance several movers to their first event; return of how many sliders, and the residual."""
     now.calm += 1
     now.work += STEP_WORK
     events = np.int64(-1)
@@ -716,21 +455,30 @@ def _cluster(cell, count, deviate, clock, series, now, log):
     if events < 0:
         now.work += STRIP_WORK * ((now.last - now.first + 10) // 8)
         now.retry -= now.retry > 0
-        t, events, residual = step(
-            cell, count, series, now, now.first - 1, now.last + 1
-        )
+        t, events, residual = step(cell, count, series, now, now.first - 1, now.last + 1)
     now.time += t
-    if events == 0:
-        return False
-    now.calm = 0
-    for k in range(1, events):  # ascending
+    return events, residual
+
+
+@inlined
+def _in_order(count, events):
+    """Sort the columns in ``count[EVENT]``: which of them was found first must not matter."""
+    for k in range(1, events):
         i = count[EVENT, k]
         while k > 0 and count[EVENT, k - 1] > i:
             count[EVENT, k] = count[EVENT, k - 1]
             k -= 1
         count[EVENT, k] = i
-    # all that stop are frozen and draw, then all are tested with the same forces
-    friction = now.friction
+
+
+@inlined
+def _resolve(cell, count, deviate, now, log, events, residual):
+    """Let the sliders of an event stop and start by the contact law.
+
+    All that stop are frozen and draw, then all are tested with the same forces.
+    """
+    now.calm = 0
+    _in_order(count, events)
     stops = 0
     for k in range(events):
         i = count[EVENT, k]
@@ -742,27 +490,35 @@ def _cluster(cell, count, deviate, clock, series, now, log):
         now.number += 1
     starts = 0
     for k in range(events):
-        i = count[EVENT, k]
-        if i < 0:
-            i = -i
-            pull = _present_force(cell, i)
+        i = abs(count[EVENT, k])
+        pull = _present_force(cell, i)
+        turn = 1.0 if pull > 0.0 else -1.0
+        drive, missed = cell[EXCESS, i], residual
+        if count[EVENT, k] < 0:
             turn = _stopped_exceeds(cell, now, i, pull)
-            if turn != 0.0:
-                _start(cell, now, log, i, turn, abs(pull) - friction, 0.0)
-                starts += 1
-        else:
-            sign = 1.0 if _present_force(cell, i) > 0.0 else -1.0
-            _start(cell, now, log, i, sign, cell[EXCESS, i], residual)
+            drive, missed = abs(pull) - now.friction, 0.0
+        if turn != 0.0:
+            _start(cell, now, log, i, turn, drive, missed)
             starts += 1
     if starts > 0:
         now.number += 1
         if stops > 0:
             now.events += 1
-    _after_event(cell, now, log)
-    if clock is not None:
-        short = now.last - now.first < LEAST_LONG // 2
-        if now.local == 1 and (short or now.stage != CLUSTER):
-            at_once(cell, clock, now)
+    _decompose(cell, now, log)
+
+
+@inlined
+def _cluster(cell, count, deviate, clock, series, now, log):
+    """Advance several movers to their first event and resolve it; return True for a runaway."""
+    if _runs_away(cell, series, now):
+        return True
+    events, residual = _to_first_event(cell, count, clock, series, now)
+    if events > 0:
+        _resolve(cell, count, deviate, now, log, events, residual)
+        if clock is not None:
+            short = now.last - now.first < LEAST_LONG // 2
+            if now.local == 1 and (short or now.stage != CLUSTER):
+                at_once(cell, clock, now)
     return False
 
 
@@ -823,7 +579,7 @@ def follow(
             return LOG_FULL, reached
         if stage == AT_REST:
             if now.logging & LOGS_EVENTS == 0 and now.n > 1 and not single:
-                _end_slips(
+                end_slips(
                     cell, count, deviate, now, log, theta[reached], theta_low[reached],
                     min(stop_at, now.events + 2 * slips_at_most),
                 )  # fmt: skip

@@ -133,8 +133,8 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
 
 
 @lru_cache(maxsize=64)
-def _constants(chain: Chain) -> NDArray[Any]:
-    """Return what `Work.now` of all simulations of a chain begins with."""
+def _constants(chain: Chain) -> NDArray[np.int64]:
+    """Return what `Work.now` of all simulations of a chain begins with, as bits."""
     made = np.zeros(1, dtype=NOW)
     now = made[0]
     now["friction"] = chain.friction
@@ -150,7 +150,7 @@ def _constants(chain: Chain) -> NDArray[Any]:
     now["target"] = 1
     if chain.may_run_away:
         now["downhill"] = 1 if chain.tan_alpha >= 0 else -1
-    return made
+    return made.view(np.int64)
 
 
 def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Work | None = None) -> Work:
@@ -159,7 +159,7 @@ def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Work | None 
     They are those of `used`, if that is given: of a chain as long that logged as much.
     """
     work = _room(chain.n, logging) if used is None else used
-    work.now[:] = _constants(chain)
+    work.now.view(np.int64)[:] = _constants(chain)  # field by field it takes longer
     now = work.now[0]
     now["theta"], now["theta_low"] = rest.load
     now["total"] = rest.numbers[PLACE].sum()

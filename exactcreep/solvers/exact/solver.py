@@ -271,7 +271,8 @@ class ExactSimulation(Simulation):
         """Return the rows of the event log, and empty it."""
         count = int(self.work.now["logged"][0])
         self.work.now["logged"] = 0
-        return self.work.log.events[:count].copy()
+        rows = self.work.log.events[:count]
+        return rows.view(np.uint8).copy().view(rows.dtype)  # field by field it takes longer
 
     def _drain_tables(self) -> dict[str, NDArray[Any]]:
         """Return the rows of the tables of rearrangements and slips, and empty these."""

@@ -37,3 +37,9 @@ def plus(high, low, term):
     error += low
     result = total + error
     return result, error - (result - total)
+
+
+@inlined
+def add(table, row, row_low, i, term):
+    """Add a term to the number that two rows of a table hold in column i."""
+    table[row, i], table[row_low, i] = plus(table[row, i], table[row_low, i], term)
