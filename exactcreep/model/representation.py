@@ -44,13 +44,15 @@ class Shown:
     def _repr_html_(self) -> str:
         rows = "".join(
             f'<tr><th style="text-align:left">{escape(name)}</th>'
-            f'<td style="text-align:left">{escape(text(value).strip(_QUOTE))}</td></tr>'
+            f'<td style="text-align:left">{escape(_bare(value))}</td></tr>'
             for name, value in _known(self._facts())
         )
         return f"<div><b>{escape(self._called())}</b>{self._picture()}<table>{rows}</table></div>"
 
 
-_QUOTE = "'"
+def _bare(value: Any) -> str:
+    """Return a value in short without the quotes of a text."""
+    return value if isinstance(value, str) else text(value).strip("'")
 
 
 def _known(facts: Mapping[str, Any]) -> list[tuple[str, Any]]:
@@ -134,9 +136,9 @@ def drawn(y: ArrayLike, x: ArrayLike | None = None, *, dots: bool = False) -> st
     places = [f"{a:.1f},{b:.1f}" for a, b in zip(across.tolist(), up.tolist(), strict=True)]
     if dots:
         marks = (place.split(",") for place in places)
-        inside = "".join(f'<circle cx="{a}" cy="{b}" r="2" fill="#0072B2"/>' for a, b in marks)
+        inside = "".join(f'<circle cx="{a}" cy="{b}" r="2" fill="#2f8fd0"/>' for a, b in marks)
     else:
-        inside = f'<polyline points="{" ".join(places)}" fill="none" stroke="#0072B2"/>'
+        inside = f'<polyline points="{" ".join(places)}" fill="none" stroke="#2f8fd0"/>'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{_WIDTH}" height="{_HEIGHT}"'
         f' style="display:block">{inside}</svg>'

@@ -465,6 +465,10 @@ class TemperatureRecord(Listed):
         """Return when targets are reached, in units of `times`; the start has the first row's."""
         return self._clock[targets]
 
+    def _facts(self) -> dict[str, Any]:
+        names = ("file", "kappa", "T0", "unit", "origin", "theta")
+        return {name: getattr(self, name) for name in names}
+
     def parameters(self) -> dict[str, Any]:
         """Return what a scene names, and theta, times, origin and the digest of the file.
 
