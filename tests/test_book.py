@@ -70,6 +70,18 @@ def test_every_link_between_pages_leads_to_a_page() -> None:
     assert [(path, link) for path, link in links if not (path.parent / link).exists()] == []
 
 
+def test_every_module_that_a_page_names_is_there() -> None:
+    homes = (BOOK.parent, BOOK.parent / "exactcreep", BOOK)
+    named = [
+        (path.name, file)
+        for path in [*PAGES, BOOK.parent / "README.md"]
+        for file in re.findall(r"`([\w/]+\.(?:py|json|toml))`", path.read_text(encoding="utf-8"))
+    ]
+    assert named
+    absent = [pair for pair in named if not any((home / pair[1]).exists() for home in homes)]
+    assert absent == []
+
+
 def digest(path: Path) -> str:
     """Return the digest of a notebook's code and of what it put out."""
     cells = json.loads(path.read_text(encoding="utf-8"))["cells"]
