@@ -10,6 +10,7 @@ from urllib.parse import parse_qsl, urlsplit
 import typer
 
 HOST = "127.0.0.1"
+_KINDS = {"<": "text/html", "{": "application/json"}  # by how a text begins
 
 
 def explore(
@@ -63,30 +64,26 @@ class _Visit(BaseHTTPRequestHandler):
 
         if (self.headers["Host"] or "").rpartition(":")[0] not in (HOST, "localhost"):
             # a page of somebody else, whose name was made to lead here
-            self._answer(403, "text/plain", "this page is for this machine alone")
+            self._answer(403, "this page is for this machine alone")
             return
         asked = urlsplit(self.path)
-        kind = "application/json"
+        given = dict(parse_qsl(asked.query, keep_blank_values=True))
         try:
-            given = dict(parse_qsl(asked.query, keep_blank_values=True))
             text = explorer.answer(asked.path.removeprefix("/"), given)
-            if text is None:
-                self._answer(404, "text/plain", "there is no such page")
-                return
-            self._answer(200, kind if text.startswith("{") else "text/html", text)
+            self._answer(404 if text is None else 200, text or "there is no such page")
         except InputError as error:
             told = {"field": error.field, "sentence": str(error)}
-            self._answer(400, kind, explorer.as_text(told))
+            self._answer(400, explorer.as_text(told))
         except (BrokenPipeError, ConnectionResetError):
             pass  # the reader has gone
         except Exception as error:
             told = {"sentence": f"{type(error).__name__}: {error} (a defect)"}
-            self._answer(500, kind, explorer.as_text(told))
+            self._answer(500, explorer.as_text(told))
 
     do_GET = reply  # the name by which the library calls it
 
-    def _answer(self, status: int, kind: str, text: str) -> None:
-        body = text.encode()
+    def _answer(self, status: int, text: str) -> None:
+        body, kind = text.encode(), _KINDS.get(text[:1], "text/plain")
         self.send_response(status)
         self.send_header("Content-Type", f"{kind}; charset=utf-8")
         self.send_header("Content-Length", str(len(body)))

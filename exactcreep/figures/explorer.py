@@ -11,8 +11,6 @@ import json
 import math
 import warnings
 from collections.abc import Mapping
-from dataclasses import replace
-from functools import cache
 from importlib import resources
 from threading import Lock
 from typing import Any, NamedTuple
@@ -24,13 +22,12 @@ from exactcreep import laws
 from exactcreep.figures.animation import Avalanche, contacts_at, find_avalanche
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import InputError, nearest_float, ratio_text, whole_number
+from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, creep
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
-from exactcreep.solvers.solver import TWO_SLIDERS
 from exactcreep.studies.fates.fate import fate
 
 MOST_EVENTS = 40_000
@@ -48,17 +45,9 @@ _ALONE = Lock()  # what is done to warnings is done to those of all threads
 
 
 class Control(NamedTuple):
-    """A slider of the page.
+    """A slider of the page; its field takes any number that the model allows.
 
-    Attributes
-    ----------
-    name, label : str
-    least, most, step : float
-        Where the slider goes; its field takes any number that the model allows. A logarithmic
-        slider has the exponents of ten.
-    value : str
-        At the beginning.
-    logarithmic : bool
+    A logarithmic one has the exponents of ten.
     """
 
     name: str
@@ -118,8 +107,6 @@ def course(experiment: Experiment) -> dict[str, Any]:
     InputError
         If the solver cannot follow the chain.
     """
-    for length in experiment.algorithm.compiles(experiment.chain.n):
-        _compiled(experiment.solver, length)
     with _ALONE, warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # `told` says it
         run = creep(
@@ -205,8 +192,7 @@ def fate_told(experiment: Experiment) -> str:
         told += f" after {found.cycles} cycles"
     else:
         told += f": settled after {found.settled_after} cycles, period {found.period}"
-        if found.advance:
-            told += f", advance {found.advance:.6g} per period"
+        told += f", advance {found.advance:.6g} per period" if found.advance else ""
     return told + (f"; {found.reason}" if found.reason else "")
 
 
@@ -220,16 +206,14 @@ def answer(what: str, given: Mapping[str, str]) -> str | None:
     """
     if not what:
         return page()
-    fields = dict(given)
-    number = fields.pop("rearrangement", "0")
-    if what not in ("course", "fate", "avalanche", "saved"):
+    if what in ("course", "fate"):
+        experiment = experiment_of(given)
+        return as_text(course(experiment) if what == "course" else {"told": fate_told(experiment)})
+    if what not in ("avalanche", "saved"):
         return None
-    experiment = experiment_of(fields)
-    if what == "course":
-        return as_text(course(experiment))
-    if what == "fate":
-        return as_text({"told": fate_told(experiment)})
-    found = find_avalanche(experiment, whole_number(number, "rearrangement", least=0))
+    fields = dict(given)
+    number = whole_number(fields.pop("rearrangement", "0"), "rearrangement", least=0)
+    found = find_avalanche(experiment_of(fields), number)
     return as_text(avalanche(found)) if what == "avalanche" else saved(found)
 
 
@@ -258,12 +242,6 @@ def as_text(data: Mapping[str, Any]) -> str:
 # --- parts ----------------------------------------------------------------------------------------
 
 
-@cache
-def _compiled(solver: str, length: int) -> None:
-    """Have compiled, or loaded, what a run needs, so that its seconds are its own."""
-    creep(replace(TWO_SLIDERS, n=length), Cycles("1/500", 1), solver=solver, record=_RECORD)
-
-
 def _packed(values: ArrayLike) -> dict[str, str]:
     """Return an array as text: its numbers are to be seen, and float32 is fine enough."""
     array: NDArray[Any] = np.asarray(values)
@@ -290,14 +268,7 @@ def _told(run: Creep) -> str:
 
 def _described(experiment: Experiment) -> str:
     """Return the parameters of an experiment in one line."""
-    given = experiment.chain.parameters() | experiment.drive.parameters()
-    given |= {"seed": experiment.seed, "solver": experiment.solver}
-    shown = (
-        f"{name} = {ratio_text(value) if hasattr(value, 'denominator') else value}"
-        for name, value in given.items()
-        if not isinstance(value, (list, tuple, np.ndarray))
-    )
-    return ", ".join(shown)
+    return f"{experiment.chain}, {experiment.drive}, seed {experiment.seed}, {experiment.solver}"
 
 
 def _law(experiment: Experiment) -> dict[str, Any] | None:
@@ -307,20 +278,19 @@ def _law(experiment: Experiment) -> dict[str, Any] | None:
         return None
     threshold = float(chain.n * (abs(chain.mu_d) - abs(chain.tan_alpha)) / (2 * chain.l0))
     here = nearest_float(drive.amplitude)
-    amplitudes = np.linspace(0, max(1.25 * here, 2 * threshold, 1e-9), _LAW_POINTS)
-    curves: dict[str, list[list[float]]] = {}
-    for amplitude in amplitudes.tolist():
-        told = laws.prediction(chain, Cycles(amplitude, 1), experiment.start)
-        if told is None:
-            return None
-        for name in ("printed", "staircase"):
-            values = getattr(told, name)
-            values = (values,) if isinstance(values, float) else values or ()
-            for one, value in enumerate(values):
-                lines = curves.setdefault(name, [])
-                if len(lines) <= one:
-                    lines.append([])
-                # what is printed holds from the threshold on
-                downhill = chain.tan_alpha >= 0
-                lines[one].append(max(value, 0.0) if downhill else min(value, 0.0))
+    amplitudes = np.linspace(0, max(1.25 * here, 2 * threshold, 1e-9), _LAW_POINTS + 1)[1:]
+    drives = [Cycles(amplitude, 1) for amplitude in amplitudes.tolist()]
+    told = [found for d in drives if (found := laws.prediction(chain, d, experiment.start))]
+    if len(told) < len(drives):
+        return None
+    values: dict[str, list[tuple[float, ...]]] = {
+        "printed": [one.printed for one in told],
+        "staircase": [() if one.staircase is None else (one.staircase,) for one in told],
+    }
+    # what is printed holds from the threshold on
+    bound = max if chain.tan_alpha >= 0 else min
+    curves = {
+        name: [[bound(value, 0.0) for value in line] for line in zip(*rows, strict=True)]
+        for name, rows in values.items()
+    }
     return {"amplitude": here, "amplitudes": amplitudes.tolist(), "curves": curves}

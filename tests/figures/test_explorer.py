@@ -17,6 +17,8 @@ import pytest
 from exactcreep.commands.explore import page_server
 from exactcreep.figures import explorer
 from exactcreep.figures.animation import find_avalanche
+from exactcreep.laws import prediction
+from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.creep import creep
 from tests.conftest import Command
@@ -92,6 +94,9 @@ def test_the_point_lies_over_the_curve_of_the_law() -> None:
     assert law["amplitude"] == 0.003
     assert law["amplitudes"][-1] >= 1.25 * 0.003
     assert min(law["curves"]["printed"][0]) == 0 < law["curves"]["printed"][0][-1]
+    chain = explorer.experiment_of(SMALL).chain
+    drawn = [prediction(chain, Cycles(amplitude, 1)) for amplitude in law["amplitudes"]]
+    assert law["curves"]["printed"][0] == [max(one.printed[0], 0) for one in drawn if one]
     two = explorer.course(explorer.experiment_of({"n": "2", "sigma_mu": "0"}))["law"]
     assert set(two["curves"]) == {"printed", "staircase"}
     steep = explorer.course(explorer.experiment_of({"n": "2", "tan_alpha": "0.55"}))
