@@ -13,7 +13,6 @@ from pathlib import Path
 
 import sympy as sp
 from numpydoc.docscrape import NumpyDocString
-from sphinx.pycode import ModuleAnalyzer
 from typer.cli import get_docs_for_click
 from typer.main import get_command
 
@@ -89,22 +88,7 @@ def _escaped(found):
     return "".join("\\" + sign for sign in found[0])
 
 
-# --- words, tables, scenes, commands --------------------------------------------------------------
-
-
-def _members_of(kind):
-    """Yield every member of an enumeration with the sentences below it."""
-    said = ModuleAnalyzer.for_module(kind.__module__).find_attr_docs()
-    for member in kind:
-        yield member, " ".join(said[kind.__name__, member.name]).strip()
-
-
-def words(name):
-    """Return the table of an enumeration's words and what they mean."""
-    kind = getattr(exactcreep, name)
-    return _table(
-        [name, "meaning"], [(f"`{member.value}`", text) for member, text in _members_of(kind)]
-    )
+# --- tables, scenes, commands --------------------------------------------------------------------
 
 
 def columns(_):
@@ -271,7 +255,6 @@ def _prose(text):
 
 PARTS = {
     "public": public,
-    "words": words,
     "columns": columns,
     "keys": keys,
     "scenes": scenes,
