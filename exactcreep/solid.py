@@ -141,7 +141,7 @@ class Solid:
         """
         return velocity * _unit(self._daily(period), velocity)
 
-    def per_year(self, velocity: Any, time_unit: Number) -> float:
+    def per_year(self, velocity: float, time_unit: Number) -> float:
         """Return a velocity per unit of a drive's clock, of so many seconds, in mm per year."""
         daily = self._daily(2 * positive_number(time_unit, "time_unit"))
         return float(velocity) * nearest_float(daily * DAYS_PER_YEAR)

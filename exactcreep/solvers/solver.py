@@ -17,7 +17,7 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
 from exactcreep.model.drive import Cycles, Drive
-from exactcreep.model.numbers import InputError, same_numbers
+from exactcreep.model.numbers import InputError, Scalar, same_numbers
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.representation import Shown, drawn
 from exactcreep.model.state import State
@@ -166,12 +166,12 @@ class Rearrangement(Shown):
         return tuple(event.signature for event in self.events)
 
     @property
-    def duration(self) -> Any:
+    def duration(self) -> Scalar:
         """Time of the last event, 0 if there is none; unit tau_dyn."""
         return self.events[-1].time if self.events else 0
 
     @property
-    def theta(self) -> Any:
+    def theta(self) -> Scalar:
         """The dilation theta_c at which the chain rearranges."""
         return self.initial.theta
 

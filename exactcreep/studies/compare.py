@@ -201,7 +201,7 @@ def compare(
     digits: int = 30,
     events: int = 1000,
     seeds: int | Sequence[int] | None = None,
-    dts: Sequence[Any] | None = None,
+    dts: Sequence[Number] | None = None,
     progress: Hearer = None,
 ) -> Comparison | Partings:
     """Return how exact and Verlet fare beside the certified solver, with the same disorder.
