@@ -88,7 +88,7 @@ def pressed() -> bool:
         (Limits(events=0), Stop.BUDGET, "max_events = 0 was reached"),
         (Limits(events=20, used=11), Stop.BUDGET, "max_events = 20 was reached"),
         (Limits(bytes=0), Stop.BUDGET, "max_bytes = 0 was reached by what is recorded"),
-        (Limits(at=0.0, why="it is late"), Stop.DEADLINE, "it is late"),
+        (Limits(at=0.0, seconds=2.0), Stop.DEADLINE, "max_seconds = 2 was reached"),
         (Limits(interrupted=pressed), Stop.DEADLINE, "interrupted"),
         (NO_LIMITS, Stop.DONE, ""),
     ],
