@@ -49,10 +49,10 @@ def test_long_lists_are_shown_by_their_ends() -> None:
 def test_what_a_notebook_shows_is_well_formed_and_escaped() -> None:
     class Sign(Shown):
         def _facts(self) -> dict[str, object]:
-            return {"<a>": "b & c", "nothing": None, "empty": ""}
+            return {"<a>": "b & c's", "nothing": None, "empty": ""}
 
     page = ET.fromstring(Sign()._repr_html_())
-    assert [cell.text for row in page.iter("tr") for cell in row] == ["<a>", "b & c"]
+    assert [cell.text for row in page.iter("tr") for cell in row] == ["<a>", "b & c's"]
     for made in (CHAIN, Cycles(1, 3), State.relaxed(CHAIN)):
         page = ET.fromstring(made._repr_html_())
         assert page.find("{http://www.w3.org/2000/svg}svg") is not None

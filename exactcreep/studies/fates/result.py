@@ -11,6 +11,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Itinerary
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.representation import Shown
 from exactcreep.model.state import State
 from exactcreep.quasistatic.decimals import Enclosure
 
@@ -18,8 +19,8 @@ Period = tuple[tuple[int, Itinerary], ...]
 """The rearrangements of one period: each with its half-cycle, from 1, and its itinerary."""
 
 
-@dataclass(frozen=True)
-class Fate:
+@dataclass(frozen=True, repr=False)
+class Fate(Shown):
     """What a chain does in the end.
 
     Attributes
@@ -88,6 +89,11 @@ class Fate:
     def velocity(self) -> float | None:
         """The advance per half-cycle once it has settled."""
         return None if self.advance is None or not self.period else self.advance / self.period / 2
+
+    def _facts(self) -> dict[str, Any]:
+        names = ("amplitude", "solver", "outcome", "evidence", "cycles", "settled_after", "period")
+        told = {name: getattr(self, name) for name in (*names, "advance", "reason")}
+        return {"n": self.chain.n, **told}
 
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""
