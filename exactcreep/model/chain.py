@@ -149,6 +149,11 @@ class Chain(Shown):
         """Whether the whole chain may accelerate for ever: |tan_alpha| >= mu_d, as rationals."""
         return abs(self.tan_alpha) >= self.mu_d
 
+    @property
+    def slides(self) -> bool:
+        """Whether sliders follow theta without slips: no static excess, and no disorder."""
+        return self.mu_s == self.mu_d and self.sigma_mu == 0
+
     def mirrored(self) -> Chain:
         """Return the mirror image: the incline tilted the other way."""
         return Chain(

@@ -227,7 +227,7 @@ def choose(
     laws = () if predicted is None else predicted.values
     limit = _from_theorems(chain, drive, start, seed, laws)
     needs_trajectory = any(name in record for name in _TRAJECTORIES)
-    silent = limit is None or (limit.applies and not _has_no_excess(chain) and limit.bias > 0)
+    silent = limit is None or (limit.applies and not chain.slides and limit.bias > 0)
     if silent and not (limit and limit.bias <= wanted):
         pilot = pilot_run(chain, drive, start=start, seed=seed, accuracy=wanted, limits=limits)
         measured = _from_pilot(pilot, drive)
@@ -298,10 +298,6 @@ def _inapplicable(name: str, why: str) -> Candidate:
     return Candidate(name, math.nan, "unknown", why, math.nan, applies=False)
 
 
-def _has_no_excess(chain: Chain) -> bool:
-    return chain.mu_s == chain.mu_d and chain.sigma_mu == 0
-
-
 def _two_sliders(chain: Chain) -> bool:
     return chain.n == 2 and chain.sigma_mu == 0 and 0 < abs(chain.tan_alpha) < chain.mu_d
 
@@ -312,14 +308,14 @@ def _from_theorems(
     """Return what theorems say of the sliding limit; None if they are silent."""
     if chain.n == 1 and abs(chain.tan_alpha) <= chain.mu_d:
         return Candidate("sliding", 0.0, "exact", "a single slider rests for ever")
-    if chain.may_run_away and not _has_no_excess(chain):
+    if chain.may_run_away and not chain.slides:
         return _inapplicable("sliding", "|tan_alpha| >= mu_d: inertia decides")
     if chain.may_run_away:
         return Candidate("sliding", 0.0, "exact", "|tan_alpha| >= mu_s = mu_d: nothing holds")
-    if not (_has_no_excess(chain) or _two_sliders(chain)):
+    if not (chain.slides or _two_sliders(chain)):
         return None
     velocity, scatter = surveyed(chain, drive, start, seed)
-    if _has_no_excess(chain):
+    if chain.slides:
         indices = pivots(chain.n, chain.tan_alpha, chain.mu_d)
         reason, error, known_by = "mu_s = mu_d: the sliding limit is the chain", 0.0, "exact"
         if len(indices) > 1:
@@ -391,7 +387,7 @@ def _with_inertia(
     chain: Chain, drive: Drive, pilot: Pilot | None, limit: Candidate
 ) -> tuple[Candidate, Candidate]:
     """Return the rungs exact and certified."""
-    if _has_no_excess(chain):
+    if chain.slides:
         why = "mu_s = mu_d: there are no slips"
         return _inapplicable("exact", why), _inapplicable("certified", why)
     if pilot is not None:
@@ -412,7 +408,7 @@ def _course(
 ) -> Choice:
     """Return how to follow x_G and the tensions at every target to `accuracy`, or refuse."""
     law = _inapplicable("law", "it gives a velocity only")
-    if _has_no_excess(chain) or (chain.n == 1 and not chain.may_run_away):
+    if chain.slides or (chain.n == 1 and not chain.may_run_away):
         limit = _from_theorems(chain, drive, start, seed, ())
         assert limit is not None
         limit = replace(limit, statistical=0.0)
@@ -612,7 +608,7 @@ class AutoSimulation(Simulation):
         if self._inner is None:
             return Evidence.COMPUTED
         found = self._inner.evidence
-        approximate = self._chosen in ("law", "sliding") and not _has_no_excess(self.chain)
+        approximate = self._chosen in ("law", "sliding") and not self.chain.slides
         return Evidence.COMPUTED if approximate and found is Evidence.PROVED else found
 
     def report(self) -> dict[str, Any]:

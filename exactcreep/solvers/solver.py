@@ -445,7 +445,7 @@ def warm_up(solver: Solver, lengths: Sequence[int], record: tuple[str, ...] = ()
 
 def refuse_no_slips(chain: Chain) -> None:
     """Raise `InputError` for a chain that slides without slips, which only `sliding` follows."""
-    if not chain.sigma_mu and chain.mu_s == chain.mu_d:
+    if chain.slides:
         raise InputError(
             "mu_s",
             chain.mu_s,

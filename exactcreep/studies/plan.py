@@ -355,7 +355,7 @@ def _needs(
     if inertia:
         slips = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
         why_inertia = slips
-    elif chain.mu_s == chain.mu_d and chain.sigma_mu == 0:
+    elif chain.slides:
         why_inertia = "mu_s = mu_d: sliders slide with theta, and never accelerate"
     else:
         why_inertia = "within the accuracy it does not change the velocity"

@@ -22,7 +22,7 @@ import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import zip_longest
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -276,7 +276,7 @@ def ladder(
     chain: Chain, time_steps: Sequence[str] = TIME_STEPS, digits: Sequence[int] = DIGITS
 ) -> list[Contestant]:
     """Return the contestants for a chain: without a static excess, the sliding limit alone."""
-    if chain.mu_s == chain.mu_d and chain.sigma_mu == 0:
+    if chain.slides:
         return [Contestant("sliding")]
     found = [Contestant("exact"), Contestant("sliding")]
     found += [Contestant("verlet", {"dt": dt}) for dt in time_steps]
@@ -338,8 +338,7 @@ def tradeoff(
     race = _Race(members, scores, seconds, tell)
     race.warm_up()
     race.take_times()
-    has_slips = not (chain.mu_s == chain.mu_d and chain.sigma_mu == 0)
-    if has_slips:
+    if not chain.slides:
         race.compare_rearrangements()
         race.compare_events()
         race.measure_bias()
@@ -368,8 +367,7 @@ class _Race:
         budget: float,
         tell: Callable[[str, float], None],
     ) -> None:
-        self.members = members
-        self.experiment = members[0]
+        self.members, self.experiment = members, members[0]
         self.scores = scores
         self.timed = [one for one in scores if one.contestant.solver in _COMPILED]
         self.exact = next((one for one in scores if one.contestant.solver == "exact"), None)
@@ -410,7 +408,7 @@ class _Race:
         cycles = sum(one.half_cycles for one in exact)
         self.events_per_half_cycle = sum(one.events for one in exact) / cycles if cycles else 0.0
         for score, lap in zip(self.timed, laps, strict=True):
-            times = [one.seconds for one in lap.splits if one.half_cycles]
+            times = [one.took / one.half_cycles for one in lap.splits if one.half_cycles]
             if not times:
                 # less than a half-cycle within the time: by the events that it managed
                 pace = self.events_per_half_cycle
@@ -419,7 +417,7 @@ class _Race:
             if times and times[0] > 0:
                 self._take_down(score, times)
             pairs = [
-                a.seconds / b.seconds
+                a.took / a.half_cycles / (b.took / b.half_cycles)
                 for a, b in zip(lap.splits, exact, strict=False)
                 if a.half_cycles and b.half_cycles
             ]
@@ -573,18 +571,12 @@ class _Race:
                 tracemalloc.stop()
 
 
-@dataclass(frozen=True)
-class _Split:
-    """What one turn of a contestant came to."""
+class _Split(NamedTuple):
+    """What a contestant did in one turn: seconds, and how far it came."""
 
     took: float
     half_cycles: int
     events: int
-
-    @property
-    def seconds(self) -> float:
-        """Per half-cycle."""
-        return self.took / self.half_cycles
 
 
 class _Lap:

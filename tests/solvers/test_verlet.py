@@ -14,7 +14,7 @@ from exactcreep.model.drive import Cycles, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.solvers.registry import iterate, rearrange
+from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.verlet.solver import Verlet
 
 PAPER = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
@@ -433,16 +433,6 @@ def test_the_state_between_two_events_is_the_one_of_the_moment():
         bare = np.diff(state.displacements) - 1000 * state.theta
         assert state.tensions == pytest.approx(bare, rel=0, abs=1e-12)
     assert len({part.tobytes() for part in tensions}) > 20
-
-
-def test_events_one_by_one_are_the_events_of_the_whole_rearrangement():
-    chain = paper(10, tan_alpha="0.45")
-    state = State.relaxed(chain, 4)
-    for _ in range(6):
-        whole = rearrange(chain, state, direction=1, seed=4, solver="verlet", locate=True)
-        single = iterate(chain, state, direction=1, seed=4, solver="verlet", locate=True)
-        assert tuple(single) == whole.events
-        state = whole.state
 
 
 # Records and counts

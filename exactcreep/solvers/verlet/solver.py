@@ -113,7 +113,7 @@ def _work(chain: Chain, state: State, laws: Laws, keep_events: bool) -> Work:
         now=now,
         windows=np.zeros(n + 2, dtype=np.int64),
         near=np.zeros(n + 2, dtype=np.int64),
-        count=np.zeros(1, dtype=np.int64),
+        near_count=np.zeros(1, dtype=np.int64),
         hit=np.zeros(n + 2, dtype=np.int8),
         rows=np.zeros(2 * n + 4096 if keep_events else 0, dtype=steps.ROW),
         written=np.zeros(1, dtype=np.int64),

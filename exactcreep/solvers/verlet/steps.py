@@ -116,7 +116,7 @@ class Work(NamedTuple):
     now: NDArray[Any]  # one NOW
     windows: NDArray[np.int64]  # first and last slider of every window
     near: NDArray[np.int64]  # the sliders in windows: movers and their neighbours, ascending
-    count: NDArray[np.int64]  # of sliders in windows
+    near_count: NDArray[np.int64]  # how many they are
     hit: NDArray[np.int8]  # 1: the slider stops or starts; 2: it has just stopped
     rows: NDArray[Any]  # of ROW: one for every slider of an event, if events are kept
     written: NDArray[np.int64]  # how many rows
@@ -348,7 +348,7 @@ def _lay_out(laws, work):
     """Lay windows around the movers, a neighbour at either side; return how many."""
     now = work.now[0]
     windows = 0
-    work.count[0] = 0
+    work.near_count[0] = 0
     k = 0
     while k < now.movers:
         low = work.movers[k]
@@ -362,8 +362,8 @@ def _lay_out(laws, work):
         work.windows[2 * windows + 1] = high
         windows += 1
         for i in range(low, high + 1):
-            work.near[work.count[0]] = i
-            work.count[0] += 1
+            work.near[work.near_count[0]] = i
+            work.near_count[0] += 1
     return windows
 
 
@@ -448,7 +448,7 @@ def _together(work, windows, most):
                     break
                 steps += 1  # the only window goes on without being laid out again
     if found:
-        for i in work.near[: work.count[0]]:
+        for i in work.near[: work.near_count[0]]:
             late = lanes[SIGN, i] * _velocity(lanes, i) < lanes[FLOOR, i]
             work.hit[i] = late | (abs(_at(lanes, i)) > lanes[CEILING, i])
     return steps, found
@@ -467,7 +467,7 @@ def _stepped(laws, work, most):
 def _go_back(work):
     """Take the last step back, and keep where it began."""
     lanes = work.lanes
-    near = work.near[: work.count[0]]
+    near = work.near[: work.near_count[0]]
     for i in near:
         lanes[X, i] -= lanes[Y, i]
         lanes[OLD_X, i] = lanes[X, i]
@@ -483,7 +483,7 @@ def _within(work, part):
     Within the step the motion is the velocity Verlet step of a shorter length.
     """
     lanes = work.lanes
-    near = work.near[: work.count[0]]
+    near = work.near[: work.near_count[0]]
     half = 0.5 * part
     for i in near:
         lanes[X, i] = lanes[OLD_X, i] + part * (lanes[OLD_W, i] + half * lanes[OLD_B, i])
@@ -533,7 +533,7 @@ def _ties(laws, work):
     """Let what cannot be told apart from an event at this instant take part in it."""
     now = work.now[0]
     lanes = work.lanes
-    for i in work.near[: work.count[0]]:
+    for i in work.near[: work.near_count[0]]:
         if work.hit[i] != 0:
             continue
         sign = lanes[SIGN, i]
@@ -560,7 +560,7 @@ def _resolve(laws, work):
     time = now.origin + now.step * laws.dt
     _ties(laws, work)
     stopped = 0
-    for i in work.near[: work.count[0]]:
+    for i in work.near[: work.near_count[0]]:
         if work.hit[i] == 1 and lanes[SIGN, i] != 0.0:
             _write(work, time, _STOP, i, lanes[SIGN, i], abs(_velocity(lanes, i)) / laws.dt)
             _stop(laws, work, i)
@@ -570,7 +570,7 @@ def _resolve(laws, work):
         _close_event(now)
         _discharge(work)
     started = 0
-    for i in work.near[: work.count[0]]:
+    for i in work.near[: work.near_count[0]]:
         if lanes[SIGN, i] != 0.0:
             continue
         force = _at(lanes, i)

@@ -22,7 +22,7 @@ _SAYING = 0.1  # seconds between two reports of progress
 
 def refuse_sliding(chain: Chain) -> None:
     """Raise `InputError` for a chain that slides with theta without slips."""
-    if chain.sigma_mu == 0 and chain.mu_s == chain.mu_d:
+    if chain.slides:
         allowed = (
             "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
             ' creep(solver="sliding") tells how'
