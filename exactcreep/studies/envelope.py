@@ -30,6 +30,7 @@ from exactcreep.model.numbers import InputError, Number, nearest_float, plain_da
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.rounding_error import PROMISE
+from exactcreep.motion.runaway import LARGEST_DEVIATE
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.creep import PhysicsWarning, creep
 from exactcreep.quasistatic.decimals import enclosure, floats
@@ -474,7 +475,7 @@ def _cell(
 def _largest_force(chain: Chain) -> float:
     """Return the largest force at a contact, unit m g."""
     force = nearest_float((chain.mu_s + abs(chain.tan_alpha)) * Fraction(chain.cos_alpha))
-    return force + 9 * nearest_float(chain.sigma_mu)  # no deviate of 53 bits is larger
+    return force + LARGEST_DEVIATE * nearest_float(chain.sigma_mu)
 
 
 def _allowed(extreme: Extreme, solver: str, result: Creep) -> float:
