@@ -35,7 +35,7 @@ from exactcreep.model.state import State
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import TWO_SLIDERS, advance, warm_up
+from exactcreep.solvers.solver import TWO_SLIDERS, Rearrangement, advance, warm_up
 from exactcreep.solvers.statistics import standard_error
 from exactcreep.studies.contest import (
     Contestant,
@@ -436,11 +436,7 @@ class _Race:
         share = self.budget * _SHARES["rearrangements"]
         begin = time.perf_counter()
         chain = self.experiment.chain
-        racing = [one for one in self.scores if one.contestant.solver != "sliding"]
-        algorithms = [one.contestant.algorithm() for one in racing]
-        took: list[list[float]] = [[] for _ in racing]
-        paces: list[list[float]] = [[] for _ in racing]
-        errors: list[list[float]] = [[] for _ in racing]
+        trials = [_Trials(one) for one in self.scores if one.contestant.solver != "sliding"]
         exact, truth = solver_named("exact", {}), TRUTH.algorithm()
         pace_of_truth = 0.0
         for count, (seed, (state, way)) in enumerate(self._rests()):
@@ -462,27 +458,21 @@ class _Race:
                 self.no_truth += 1
                 continue
             known = Walk.of(proved)
-            for place, score in enumerate(racing):
-                if sum(took[place]) > share / (len(racing) + 1):
-                    continue
-                clock = time.perf_counter()
-                found = algorithms[place].rearrange(chain, state, way, seed)
-                took[place].append(time.perf_counter() - clock)
-                paces[place].append(took[place][-1] / max(len(found.events), 1))
-                agreement = agree(Walk.of(found), known)
-                score.compared += 1
-                if agreement.compared:
-                    errors[place].append(agreement.error_before)
-                else:
-                    score.different += 1
-        for score, values, pace_of_each in zip(racing, errors, paces, strict=True):
-            if values:
-                score.error, score.error_high = statistics.median(values), max(values)
-            if pace_of_each and score not in self.timed:
+            for own in trials:
+                if sum(own.took) <= share / (len(trials) + 1):
+                    clock = time.perf_counter()
+                    found = own.algorithm.rearrange(chain, state, way, seed)
+                    own.took.append(time.perf_counter() - clock)
+                    own.take(found, known)
+        for own in trials:
+            score = own.score
+            if own.errors:
+                score.error, score.error_high = statistics.median(own.errors), max(own.errors)
+            if own.paces and score not in self.timed:
                 score.notes.append("time per event of single rearrangements, times events")
-                self._take_down(score, [one * self.events_per_half_cycle for one in pace_of_each])
+                self._take_down(score, [one * self.events_per_half_cycle for one in own.paces])
         for score in self.scores:
-            if score not in racing:
+            if score.contestant.solver == "sliding":
                 score.notes.append("the sliding limit has no rearrangements")
 
     def _rests(self) -> Iterator[tuple[int, Rest]]:
@@ -569,6 +559,27 @@ class _Race:
                 score.memory = tracemalloc.get_traced_memory()[1]
             finally:
                 tracemalloc.stop()
+
+
+class _Trials:
+    """What single rearrangements have shown of a contestant."""
+
+    def __init__(self, score: Score) -> None:
+        self.score = score
+        self.algorithm = score.contestant.algorithm()
+        self.took: list[float] = []  # seconds
+        self.paces: list[float] = []  # seconds per event
+        self.errors: list[float] = []  # of those with the right events
+
+    def take(self, found: Rearrangement, known: Walk) -> None:
+        """Hold the last rearrangement against the one that is known."""
+        self.paces.append(self.took[-1] / max(len(found.events), 1))
+        agreement = agree(Walk.of(found), known)
+        self.score.compared += 1
+        if agreement.compared:
+            self.errors.append(agreement.error_before)
+        else:
+            self.score.different += 1
 
 
 class _Split(NamedTuple):
