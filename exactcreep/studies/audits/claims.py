@@ -101,6 +101,10 @@ def follow(
         twin=lambda: None, capture=dict,
     )  # fmt: skip
     march.simulation = followed  # type: ignore[assignment]
+    tables: dict[Schema[Any], list[Any]] = {
+        REARRANGEMENT_TABLE: auditor.rows,
+        SLIP_TABLE: auditor.slip_rows,
+    }
     r = 0
     for q in range(1, result.half_cycles + 1 + partial):
         known = result.drive.half_cycles >= q
@@ -119,6 +123,9 @@ def follow(
             auditor.ramp(arithmetic.number(theta), target, auditor.room, "a rearrangement")
             auditor.way *= ramped
             auditor.rearrangement(one.events, error, r + 1 < len(log) or not partial, q)
+            for table, rows in tables.items():
+                if not table.columns.keys() & columns.keys():
+                    rows.clear()  # nobody has recorded them
             r += 1
         auditor.place = (None, None)
         if q <= result.half_cycles:
@@ -136,8 +143,9 @@ def follow(
             march.take(Stretch(1, {"x_G": x_G, "x": state.displacements[None, :]}))
     if r < len(log):
         auditor.find("order", f"{len(log) - r} rearrangements belong to no half-cycle")
-    _compare_table(auditor, REARRANGEMENT_TABLE, auditor.rows, columns, partial=partial)
-    _compare_table(auditor, SLIP_TABLE, auditor.slip_rows, columns)
+    for table, rows in tables.items():
+        last_may_lack = partial and table is REARRANGEMENT_TABLE
+        _compare_table(auditor, table, rows, columns, partial=last_may_lack)
     if result.outcome is not Outcome.RUNAWAY:  # it goes on moving until that is proved
         compare_end(auditor, result.state)
     _compare_claims(auditor, result, march)
