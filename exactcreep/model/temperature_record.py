@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import csv
 import datetime
-import gzip
 import hashlib
-import io
 import itertools
 import math
 import os
-import re
 import warnings
-import zlib
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,18 +26,27 @@ from exactcreep.model.numbers import (
     nearest_float,
     positive_number,
 )
-from exactcreep.model.reading import content_of, text_of
+from exactcreep.model.reading import content_of
+from exactcreep.model.record_rows import (
+    DECIMAL,
+    GAP,
+    Reading,
+    Row,
+    filled,
+    gaps_in,
+    is_missing,
+    kind_of_time,
+    lines_of,
+    listed,
+    moment_of,
+    one_of,
+    refuse,
+)
 
 MOST_BYTES = 64 * 2**20
 """Size of a file of records, unpacked; more is another kind of file."""
 MOST_ROWS = 1_000_000
 """A century of hours."""
-MOST_FAULTS = 20
-"""Faults of a file that a message lists; it gives the number of the others."""
-FEWEST_REGULAR = 10
-"""Rows from which on there is a usual step."""
-GAP = 1.5
-"""A step longer than this many usual ones (their median) is a gap."""
 ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
 LIKE_KELVIN = (180, 400)
 """Weather and roofs lie between these in kelvin, and below the first in degrees Celsius."""
@@ -59,9 +63,6 @@ CHOICES = {
     "duplicates": ("refuse", "first", "last", "mean"),
     "gaps": ("refuse", "interpolate"),
 }
-_DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?")
-_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})\2(\d{4})(?:(?:T| +)(\d{1,2})(:.*))?")
-_MISSING = frozenset({"", "-", "--", "na", "n/a", "nan", "nat", "null", "none", "missing", "<na>"})
 
 
 class RecordWarning(UserWarning):
@@ -74,22 +75,6 @@ class RecordWarning(UserWarning):
     >>> told[0].category.__name__
     'RecordWarning'
     """
-
-
-class _Row(NamedTuple):
-    """A row of a record, as written."""
-
-    where: str
-    time: Any
-    temperature: Any
-
-
-class _Reading(NamedTuple):
-    """A time, the row that has it first, and the temperatures that rows have at it."""
-
-    row: _Row
-    moment: Fraction | datetime.datetime
-    values: list[Fraction | None]
 
 
 @dataclass(frozen=True, repr=False)
@@ -239,7 +224,7 @@ class TemperatureRecord(Listed):
         )
         if not dilations or len(moments) != len(dilations):
             raise InputError("times", len(moments), "must be as many as theta, at least one")
-        if origin and not isinstance(_moment(origin, "iso"), datetime.datetime):
+        if origin and not isinstance(moment_of(origin, "iso"), datetime.datetime):
             raise InputError("origin", origin, "must be a date such as 2024-01-31T13:00")
         vars(self).update(theta=dilations, times=moments, sha256=sha256, origin=origin or "")
 
@@ -277,22 +262,22 @@ class TemperatureRecord(Listed):
         for name in options:
             if name not in CHOICES or name == "decimal":
                 raise InputError(name, options[name], "is not an option of arrays")
-        given, moments = _listed(temperatures, "temperatures"), _listed(index, "times")
+        given, moments = listed(temperatures, "temperatures"), listed(index, "times")
         if len(moments) != len(given):
             raise InputError(
                 "times", len(moments), f"must be as many as temperatures, {len(given)}"
             )
         blank = cls("", kappa, T0, theta=[0], times=[0], sha256="", **options)
         rows = (
-            _Row(f"row {k}", *pair) for k, pair in enumerate(zip(moments, given, strict=True), 1)
+            Row(f"row {k}", *pair) for k, pair in enumerate(zip(moments, given, strict=True), 1)
         )
         text = "\n".join(f"{moment},{value}" for moment, value in zip(moments, given, strict=True))
         blank._take(rows, "(arrays)", hashlib.sha256(text.encode()).hexdigest())
         return blank
 
-    def _rows(self, content: bytes) -> Iterator[_Row | InputError]:
+    def _rows(self, content: bytes) -> Iterator[Row | InputError]:
         """Yield what every row of a CSV file says, or what is wrong with it."""
-        lines = _lines_of(content, self.file, self.delimiter)
+        lines = lines_of(content, self.file, self.delimiter, MOST_BYTES)
         header = next(lines, (0, []))[1]
         if not header:
             raise InputError("file", self.file, "must begin with a row that names the columns")
@@ -308,15 +293,15 @@ class TemperatureRecord(Listed):
         for row, (line, entries) in enumerate(lines, start=1):
             where = f"row {row} (line {line})"
             if len(entries) == len(header):
-                yield _Row(f"{where} of {self.file}", *(entries[place] for place in places))
+                yield Row(f"{where} of {self.file}", *(entries[place] for place in places))
             else:
                 allowed = f"{where} must have {len(header)} columns, not {len(entries)}"
                 yield InputError("file", self.file, allowed)
 
-    def _take(self, rows: Iterable[_Row | InputError], shown: str, sha256: str) -> None:
+    def _take(self, rows: Iterable[Row | InputError], shown: str, sha256: str) -> None:
         """Keep what rows say, or raise one `InputError` with all that is wrong with them."""
         faults: list[InputError] = []
-        kept: list[_Reading] = []
+        kept: list[Reading] = []
         for number, row in enumerate(rows, start=1):
             if number > MOST_ROWS:
                 raise InputError("file", shown, f"must have at most {MOST_ROWS} rows")
@@ -331,21 +316,21 @@ class TemperatureRecord(Listed):
             else (moment - start).total_seconds()
             for _, moment, _ in kept
         )
-        values = [_one_of(reading.values, self.duplicates) for reading in kept]
+        values = [one_of(reading.values, self.duplicates) for reading in kept]
         faults += self._faults_in_time([reading.row for reading in kept], times)
         if self.missing == "interpolate" and not faults:
             allowed, why = "missing", ": nothing to interpolate between at the ends"
             for k in (0, -1):
                 if values[k] is None:
                     faults.append(self._fault(kept[k].row, "temperature", allowed, why))
-        _refuse(faults)
-        temperatures = _filled(values, times)
+        refuse(faults)
+        temperatures = filled(values, times)
         _doubt(temperatures, self.unit, shown)
         dilations = tuple(self.kappa * (value - self.T0) for value in temperatures)
         origin = start.isoformat() if dated else ""
         vars(self).update(theta=dilations, times=times, sha256=sha256, origin=origin)
 
-    def _add(self, row: _Row, kept: list[_Reading]) -> Iterator[InputError]:
+    def _add(self, row: Row, kept: list[Reading]) -> Iterator[InputError]:
         """Add a row to the readings; yield what is wrong with it."""
         try:
             moment, value = self._time(row), self._temperature(row)
@@ -360,23 +345,23 @@ class TemperatureRecord(Listed):
         if value is None and self.missing == "refuse":
             yield self._fault(row, "temperature", "missing")
         before: Any = kept[-1].moment if kept else moment
-        if _sort(moment) != _sort(before):
+        if kind_of_time(moment) != kind_of_time(before):
             yield self._fault(row, "time", "must be of the same kind as the rows before")
         elif kept and moment == before and self.duplicates != "refuse":
             kept[-1].values.append(value)
         elif kept and not moment > before:
             yield self._fault(row, "time", "must be later than in the row before")
         else:
-            kept.append(_Reading(row, moment, [value]))
+            kept.append(Reading(row, moment, [value]))
 
-    def _faults_in_time(self, rows: Sequence[_Row], times: Sequence[float]) -> Iterator[InputError]:
+    def _faults_in_time(self, rows: Sequence[Row], times: Sequence[float]) -> Iterator[InputError]:
         """Yield what is wrong with times that increase: infinite ones, and gaps."""
         finite = [math.isfinite(seconds) for seconds in times]
         for row, known in zip(rows, finite, strict=True):
             if not known:
                 yield self._fault(row, "time", "must be below the largest float, 1.8e308,")
         if self.gaps == "refuse" and all(finite):
-            usual, places = _gaps(times)
+            usual, places = gaps_in(times)
             for k in places:
                 allowed = f"is {times[k] - times[k - 1]:g} after the row before"
                 further = (
@@ -385,17 +370,17 @@ class TemperatureRecord(Listed):
                 )
                 yield self._fault(rows[k], "time", allowed, further)
 
-    def _fault(self, row: _Row, what: str, allowed: str, further: str = "") -> InputError:
+    def _fault(self, row: Row, what: str, allowed: str, further: str = "") -> InputError:
         """Return what is wrong with the entry of a row in the column of times or temperatures."""
         column, entry = getattr(self, f"{what}_column").strip(), getattr(row, what)
         return InputError(column, entry, f"{allowed} in {row.where}{further}")
 
-    def _time(self, row: _Row) -> Fraction | datetime.datetime | None:
+    def _time(self, row: Row) -> Fraction | datetime.datetime | None:
         """Return a time: a number exactly, or a date; None where it is missing."""
-        if _is_missing(row.time):
+        if is_missing(row.time):
             return None
         try:
-            moment = _moment(self._with_point(row.time), self.date_order)
+            moment = moment_of(self._with_point(row.time), self.date_order)
         except ValueError:
             example = DATES[self.date_order]
             allowed = f"must be a number or a date such as {example}"
@@ -404,14 +389,14 @@ class TemperatureRecord(Listed):
             raise self._fault(row, "time", "must be a date of the years 1700 to 2200")
         return moment
 
-    def _temperature(self, row: _Row) -> Fraction | None:
+    def _temperature(self, row: Row) -> Fraction | None:
         """Return a temperature exactly, None where it is missing."""
-        if _is_missing(row.temperature):
+        if is_missing(row.temperature):
             return None
         entry = self._with_point(row.temperature)
-        if isinstance(entry, str) and not _DECIMAL.fullmatch(entry):
+        if isinstance(entry, str) and not DECIMAL.fullmatch(entry):
             named = "point" if self.decimal == "." else "comma"
-            commas = self.decimal == "." and _DECIMAL.fullmatch(entry.replace(",", ".", 1))
+            commas = self.decimal == "." and DECIMAL.fullmatch(entry.replace(",", ".", 1))
             further = '; decimal = "," reads decimal commas' if commas else ""
             raise self._fault(
                 row, "temperature", f"must be a number with a decimal {named}", further
@@ -426,7 +411,7 @@ class TemperatureRecord(Listed):
         if self.decimal == "." or not isinstance(entry, str):
             return entry
         swapped = entry.replace(",", ".", 1)
-        return swapped if "." not in entry and _DECIMAL.fullmatch(swapped) else entry
+        return swapped if "." not in entry and DECIMAL.fullmatch(swapped) else entry
 
     @cached_property
     def dates(self) -> NDArray[np.datetime64] | None:
@@ -451,7 +436,7 @@ class TemperatureRecord(Listed):
         """Return the stretches between the gaps (see `gaps`), each a record that begins at T0."""
         about = self.parameters()
         del about["kind"]
-        ends = [0, *_gaps(self.times)[1], len(self.times)]
+        ends = [0, *gaps_in(self.times)[1], len(self.times)]
         return tuple(
             TemperatureRecord(**about | {"theta": self.theta[a:b], "times": self.times[a:b]})
             for a, b in itertools.pairwise(ends)
@@ -498,98 +483,6 @@ def _check_options(columns: dict[str, str], options: dict[str, str], delimiter: 
         raise InputError("decimal", delimiter, "must not be the delimiter as well")
 
 
-def _lines_of(content: bytes, file: str, delimiter: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the line number and the fields of every row that is not blank, the header first."""
-    if file.lower().endswith(".gz"):
-        try:
-            with gzip.open(io.BytesIO(content)) as stream:
-                content = stream.read(MOST_BYTES + 1)
-        except (OSError, EOFError, zlib.error):
-            raise InputError("file", file, "must be packed by gzip, as its name says") from None
-        if len(content) > MOST_BYTES:
-            allowed = f"must have at most {MOST_BYTES // 2**20} MiB when it is unpacked"
-            raise InputError("file", file, allowed)
-    text = text_of(content, "file", file)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    try:
-        for entries in reader:
-            if any(entry.strip() for entry in entries):
-                yield reader.line_num, [entry.strip() for entry in entries]
-    except csv.Error as error:
-        allowed = f"must be a CSV file; line {reader.line_num}: {error}"
-        raise InputError("file", file, allowed) from None
-
-
-def _listed(values: Any, name: str) -> list[Any]:
-    """Return the entries of an array, dates as `datetime.datetime`."""
-    array = np.asarray(values)
-    if array.ndim != 1:
-        raise InputError(name, array.shape, "must have one dimension")
-    if array.dtype.kind == "M":
-        array = array.astype("datetime64[us]")
-    listed: list[Any] = array.tolist()
-    return listed
-
-
-def _is_missing(entry: Any) -> bool:
-    return str(entry).strip().lower() in _MISSING
-
-
-def _moment(entry: Any, order: str) -> Fraction | datetime.datetime:
-    """Return a time: a number exactly, or a date; raise `ValueError` for anything else."""
-    if isinstance(entry, datetime.datetime):
-        return entry
-    if not isinstance(entry, str) or _DECIMAL.fullmatch(entry):
-        return exact_number(entry, "time")
-    if order == "iso":
-        return datetime.datetime.fromisoformat(entry)
-    parts = _DATE.fullmatch(entry)
-    if parts is None:
-        raise ValueError("no such date")
-    day, month = (parts[1], parts[3]) if order == "day first" else (parts[3], parts[1])
-    clock = "" if parts[5] is None else f"T{parts[5]:0>2}{parts[6]}"
-    return datetime.datetime.fromisoformat(f"{parts[4]}-{month:0>2}-{day:0>2}{clock}")
-
-
-def _sort(moment: Fraction | datetime.datetime) -> str:
-    """Return which times can be compared with this one."""
-    if isinstance(moment, Fraction):
-        return "number"
-    return "date" if moment.tzinfo is None else "date of a zone"
-
-
-def _one_of(values: list[Fraction | None], policy: str) -> Fraction | None:
-    """Return the temperature of a time from those of its rows, as `duplicates` says."""
-    known = [value for value in values if value is not None]
-    if not known:
-        return None
-    if policy == "mean":
-        return sum(known, Fraction(0)) / len(known)
-    return known[-1] if policy == "last" else known[0]
-
-
-def _gaps(times: Sequence[float]) -> tuple[float, list[int]]:
-    """Return the usual step, and the rows that follow a gap."""
-    if len(times) < FEWEST_REGULAR:
-        return math.inf, []
-    steps = np.diff(times)
-    usual = float(np.median(steps))
-    return usual, (np.flatnonzero(steps > GAP * usual) + 1).tolist()
-
-
-def _filled(values: Sequence[Fraction | None], times: Sequence[float]) -> list[Fraction]:
-    """Return temperatures, those that are missing linear in time between their neighbours."""
-    known = [k for k, value in enumerate(values) if value is not None]
-    filled = [Fraction(0) if value is None else value for value in values]
-    for a, b in itertools.pairwise(known):
-        for k in range(a + 1, b):
-            share = (Fraction(times[k]) - Fraction(times[a])) / (
-                Fraction(times[b]) - Fraction(times[a])
-            )
-            filled[k] = filled[a] + share * (filled[b] - filled[a])
-    return filled
-
-
 def _doubt(temperatures: Sequence[Fraction], unit: str, shown: str) -> None:
     """Warn if all temperatures look like those of another unit."""
     low, high = LIKE_KELVIN
@@ -603,14 +496,3 @@ def _doubt(temperatures: Sequence[Fraction], unit: str, shown: str) -> None:
             RecordWarning,
             stacklevel=4,
         )
-
-
-def _refuse(faults: Sequence[InputError]) -> None:
-    """Raise one `InputError` that lists all faults; beyond `MOST_FAULTS`, their number."""
-    if not faults:
-        return
-    first, *others = faults
-    told = "".join(f"; {fault}" for fault in others[: MOST_FAULTS - 1])
-    more = len(faults) - MOST_FAULTS
-    rest = f"; and {more} more" if more > 0 else ""
-    raise InputError(first.field, first.value, f"{first.allowed}{told}{rest}")
