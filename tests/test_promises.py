@@ -94,7 +94,6 @@ PROMISES: dict[str, str] = {
     "`exactcreep reproduce all": "figures/test_figures.py::a_picture_is_written_with_its_data_and_table",
     "`show` looks into": "figures/test_show.py::a_portrait_shows_what_a_full_record_holds",
     "`animate` moves one avalanche": "figures/test_show.py::sliders_are_drawn_as_moving_exactly_while_they_move",
-    "The notebooks in": "test_notebooks.py::a_notebook_runs_and_its_assertions_hold",
     "What `[vary]` lists": "test_scene.py::members_are_all_combinations_and_the_first_key_varies_slowest",
     "`exactcreep sweep` runs": "studies/test_sweeps.py::a_cell_is_the_run_of_its_member",
     "The kernel releases Python's lock": "solvers/test_exact.py::other_threads_go_on_while_the_compiled_loop_runs",
