@@ -248,19 +248,20 @@ def pass_through(
     signs: Any,
     velocities: Any,
     accelerations: Any,
-    forces: Any,
-    speeds: Any,
-    moved: Any,
-    errors: Any,
     time: float,
     late: float,
     unsure: float,
     pace: float,
-    unit: float,
     slider: int,
     side: int,
     image: int,
-) -> Any:
+    forces: Any,
+    speeds: Any,
+    moved: Any,
+    errors: Any,
+    unit: float,
+    own: bool,
+) -> tuple[float, float]:
     """Take the rows of a set through a motion, and to its event; return how its time spreads.
 
     Parameters
@@ -269,10 +270,6 @@ def pass_through(
         The signs are those before the event.
     velocities, accelerations : ndarray, shape (n,)
         At the event, before it is resolved; zero at rest.
-    forces, speeds, moved : ndarray, shape (n, k)
-        A state is the middle plus these rows times ``[-1, 1]**k``; changed in place.
-    errors : ndarray, shape (3, n)
-        By how much the rows of forces, speeds, moved may fail to say where a state is; in place.
     time : float
         Of the motion.
     late : float
@@ -281,16 +278,24 @@ def pass_through(
         How far velocities and accelerations at one time are from those of any state of the set.
     pace : float
         Norms of all velocities and of all accelerations at the beginning, added up.
+    slider, side, image : int
+        Whose speed (side 0), or whose distance to the threshold on that side, reaches zero; its
+        mirror image does the same (-1: there is none).
+    forces, speeds, moved : ndarray, shape (n, k)
+        A state is the middle plus these rows times ``[-1, 1]**k``; changed in place.
+    errors : ndarray, shape (3, n)
+        By how much the rows of forces, speeds, moved may fail to say where a state is; in place.
     unit : float
         Of the rows.
-    slider, side, image : int
-        As in `Passage`; -1: no image.
+    own : bool
+        Whether the rows are those of the set, and say how late its states are; other rows, which
+        say how states part, are taken along.
 
     Returns
     -------
-    float
+    tuple of (float, float)
         How far the times lie from that of the middle, in units of the rows; nan: the event's slope
-        is not separated from zero, and nothing was done.
+        is not separated from zero, and nothing was done. And `late`, as the rows have it.
     """
     n, k = forces.shape
     rate = accelerations[slider]  # of what the event brings to zero
@@ -302,7 +307,7 @@ def pass_through(
     hurry = HURRY * pace * (1 + time)
     vague = 2 * (unsure + late * hurry) + 2.0**-50 * abs(rate)
     if not abs(rate) > 2 * vague:
-        return math.nan
+        return math.nan, late
     moving = np.flatnonzero(signs)
     p = len(moving)
     root = math.sqrt(p)
@@ -361,7 +366,9 @@ def pass_through(
     e_speed = of_speed + time * of_force + (1 + time) * rounding + lag
     e_way = (time + time * time / 2) * (of_speed + of_force) + (1 + time) ** 2 * rounding + lag
     apart = _apart(forces, errors, way, u, signs, at, e_speed, e_way, slider, side)
-    late = min(late, unit * apart / (abs(rate) - vague) * (1 + WARY) + 2.0**-50 * (1 + time))
+    if own:
+        by = unit * apart / (abs(rate) - vague) * (1 + WARY)
+        late = min(late, by + 2.0**-50 * (1 + time))
     vague = 2 * (unsure + late * hurry) + 2.0**-50 * abs(rate)
     lag = late * scale
     e_force, e_speed, e_way = e_force + lag, e_speed + lag, e_way + lag
@@ -414,7 +421,7 @@ def pass_through(
             constant = speeds if side == 0 else forces
             constant[m] = 0.0
             errors[1 if side == 0 else 0, m] = 0.0
-    return (spread + e_spread) * (1 + WARY)
+    return (spread + e_spread) * (1 + WARY), late
 
 
 @njit(cache=True)

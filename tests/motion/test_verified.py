@@ -8,6 +8,7 @@ import pytest
 
 from exactcreep.motion.arithmetic import balls_of
 from exactcreep.motion.first_event import Search, root_time
+from exactcreep.motion.lohner_set import LohnerSet, Passage
 from exactcreep.motion.modes import Flow
 from exactcreep.motion.placing import placed
 from exactcreep.motion.verified import first_event, pass_through
@@ -171,10 +172,19 @@ def test_nearby_states_are_where_the_rows_say_and_their_events_when():
             pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
             pace = np.linalg.norm(velocities) + np.linalg.norm(forces) + n * FRICTION
             after = rows.copy()
-            spread = pass_through(
-                springs_of(n), signs, fast, pulls, *after, errors, float(at), radius, UNSURE,
-                float(pace), unit, slider, side, -1,
-            )  # fmt: skip
+            passage = Passage(
+                signs, fast, pulls, float(at), radius, UNSURE, float(pace), slider, side, -1
+            )
+            spread, late = pass_through(springs_of(n), *passage, *after, errors, unit, True)
+            assert late <= radius
+            # the same columns one by one, as the derivative is taken along
+            for column in range(k):
+                alone, off = rows[:, :, [column]].copy(), np.zeros((3, n))
+                one = LohnerSet.spanned(np.vstack([alone[0], np.zeros((1, 1))]))
+                one.speeds, one.moved, one.errors = alone[1], alone[2], off
+                one.follow(springs_of(n), passage._replace(late=late), own=False)
+                turned = np.array([one.forces, one.speeds, one.moved])[:, :, 0]
+                assert (abs(turned - after[:, :, column]) <= off + errors + 1e-13).all()
             acting = after[1 if side == 0 else 0][slider]
             assert not acting.any()
             for corner, (other, flow) in zip(corners, others, strict=True):

@@ -24,11 +24,11 @@ from exactcreep.model.contacts import Event
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.first_event import FirstEvent, lone_event
+from exactcreep.motion.lohner_set import LohnerSet, Passage
 from exactcreep.motion.modes import Flow, ModalPiece, forces_of
 from exactcreep.motion.placing import placed
 from exactcreep.motion.solution import Motion
-from exactcreep.motion.surroundings import Surroundings
-from exactcreep.motion.verified import HURRY, first_event, pass_through, spans
+from exactcreep.motion.verified import HURRY, first_event, spans
 from exactcreep.solvers.field.event_loop import Mechanics, event_of
 
 STRETCH = 16
@@ -45,8 +45,10 @@ class Carried(Mechanics):
 
     Attributes
     ----------
-    set : Surroundings or None
+    set : LohnerSet or None
         None: the balls hold every state.
+    tangent : list of LohnerSet
+        Rows that are taken along with it: how states part, each a column of a derivative.
     """
 
     stretch: ClassVar[int] = STRETCH
@@ -65,7 +67,8 @@ class Carried(Mechanics):
         self.keep = keep
         self.start: Motion | None = None
         self.pieces: list[ModalPiece] = []
-        self.set: Surroundings | None = None
+        self.set: LohnerSet | None = None
+        self.tangent: list[LohnerSet] = []
         self.slack: Any = 0  # how far forces and l0 theta lie from the middle's
         self.far = 0.0  # so do velocities
         self.since = 0  # events since the set was put together
@@ -130,7 +133,7 @@ class Carried(Mechanics):
         theta = (self.l0 * self.theta).rad()
         self.theta = self.theta.mid()
         if self.set is None:
-            self.set = Surroundings(noise, speeds, theta)
+            self.set = LohnerSet(noise, speeds, theta)
         else:
             self.set.renew(noise, speeds, theta)
         if flow is None:
@@ -202,12 +205,12 @@ class Carried(Mechanics):
         self.crossing_ends = []
         moves = super().ramp(way, target)
         if self.set is not None and self.chain.n > 1:
-            if self.crossing_ends:
-                self.set.at_start(self.crossing_ends)
-                self._look_around()
-            elif not moves and target is not None:
-                self.set.at_target()
-                self._look_around()
+            for rows in (self.set, *self.tangent):
+                if self.crossing_ends:
+                    rows.at_start(self.crossing_ends)
+                elif not moves and target is not None:
+                    rows.at_target()
+            self._look_around()
         return moves
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
@@ -361,30 +364,16 @@ class Carried(Mechanics):
         time = float(found.time)
         late = (radius + abs(time - middle)) * (1 + 1e-9) + 2.0**-50 * time
         unsure += math.sqrt(len(moving)) * self.far * (3 + time)
-        spread = pass_through(
-            self.springs,
-            signs,
-            velocities,
-            accelerations,
-            self.set.forces,
-            self.set.speeds,
-            self.set.moved,
-            self.set.errors,
-            time,
-            late,
-            unsure,
-            pace,
-            math.ldexp(1.0, max(self.set.exponent, -1000)),
-            slider,
-            side,
-            n - 1 - slider if self.mirrored else -1,
+        image = n - 1 - slider if self.mirrored else -1
+        passage = Passage(
+            signs, velocities, accelerations, time, late, unsure, pace, slider, side, image
         )
-        if math.isfinite(spread):
-            (further,) = self.set.balls([spread])
-            self.time = self.time + flint.arb(0, further)
-            self._look_around()
-            return
-        raise Undecided("an event's slope is not separated from zero")
+        spread, late = self.set.follow(self.springs, passage)
+        for rows in self.tangent:
+            rows.follow(self.springs, passage._replace(late=late), own=False)
+        (further,) = self.set.balls([spread])
+        self.time = self.time + flint.arb(0, further)
+        self._look_around()
 
     # -- to go on later ------------------------------------------------------------------------
 
@@ -398,5 +387,5 @@ class Carried(Mechanics):
         super().take_over(captured)
         self.set, self.since = None, int(captured["since"])
         if captured["set"] is not None:
-            self.set = Surroundings.restored(captured["set"])
+            self.set = LohnerSet.restored(captured["set"])
             self._look_around()

@@ -18,29 +18,28 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
-from exactcreep.motion.enclosure import ZERO, Box, Row, Spread
+from exactcreep.motion.lohner_set import LohnerSet, scaled
 from exactcreep.motion.modes import Flow
-from exactcreep.solvers.field.enclosed import DERIVATIVE_BITS, Enclosed, Middle
+from exactcreep.solvers.field.carried import Carried
 from exactcreep.solvers.field.reference import FieldSimulation
 
+BITS = 128
+"""Of the product of the derivatives of short stretches."""
 
-class Nearby(Enclosed):
-    """`Enclosed` with the derivative of the present state in shape and load at the beginning.
 
-    It is ``tangent product``, over all states of the set.
+class Nearby(Carried):
+    """`Carried` with the derivative of the present state in shape and load at the beginning.
+
+    It is ``tangent product``, over all states of the set: the tangent's columns are a basis in
+    floats with bounds of their errors, the product is a matrix of balls.
     """
 
     stretch: ClassVar[int] = 2  # the set is much wider than that of a course
-    tangent: list[Row] | None = None
-    """Rows of forces, velocities of the sliders `fast`, l0 theta; the columns are a basis."""
     product: Any = None
-    """What the basis has to be multiplied by; columns of shape and load."""
-    turned: Spread | None = None
     rests = 0  # since the beginning
     half = 0  # the rest at which the shape is noted, and the derivative begins anew
     at_half: tuple[list[Any], Any] | None = None
@@ -55,106 +54,85 @@ class Nearby(Enclosed):
         load : float
             The loads lie within that distance of the present one.
         """
-        n = self.chain.n
-        rounding = [x.rad() for x in self.forces] + [(self.l0 * self.theta).rad()]
-        self._enclose(self.snapshot())
-        centre = self.centre
-        assert centre is not None
-        inner = spread.shape[0]
-        axes = [[ZERO] * (inner + 1 + n + 1) for _ in range(n + 1)]
-        for k in range(inner + 1):
-            column = spread[:, k] if k < inner else np.zeros(inner)
-            half = -sum((flint.arb(x) for x in column.tolist()), flint.arb(0)) / 2
-            shift = flint.arb(load if k == inner else 0)
-            values = [half + shift, *(flint.arb(x) for x in column.tolist()), half - shift]
-            for i, value in enumerate(values):
-                axes[i][k] = value
-        for i in range(n + 1):
-            axes[i][inner + 1 + i] = rounding[i].upper()
-        self.box = Box(axes, np.ones(inner + 1 + n + 1), 0)
-        self.reach = [ZERO] * n
+        n, inner = self.chain.n, len(spread)
+        noise = [x.rad() for x in (*self.forces.tolist(), self.l0 * self.theta)]
+        for numbers in (self.forces, self.displacements):
+            numbers[:] = [x.mid() for x in numbers.tolist()]
+        self.theta, self.tensions = self.theta.mid(), self._tensions(self.forces)
+        rows = np.zeros((n + 1, inner + 1 + n + 1))
+        rows[1 : n - 1, :inner] = spread
+        rows[[0, n - 1], :inner] = -spread.sum(axis=0) / 2
+        rows[0, inner], rows[n - 1, inner] = load, -load
+        rows[:, inner + 1 :] = np.diag(scaled(noise, 0))
+        self.set = LohnerSet.spanned(rows)
+        self.set.errors[0, [0, -1]] += n * 2.0**-52 * abs(spread).sum()
         self.fresh = False  # the present state is at rest
-        self._recentre(centre)
+        self._look_around()
         self.differentiate()
 
     def differentiate(self) -> None:
         """Let the derivative begin anew at the present state."""
         n = self.chain.n
-        unit, half = flint.arb(1), flint.arb(-1) / 2
-        rows = [[ZERO] * (n - 1) for _ in range(n + 1)]
-        for k in range(n - 2):
-            rows[0][k] = rows[n - 1][k] = half
-            rows[k + 1][k] = unit
-        rows[0][n - 2], rows[n - 1][n - 2] = unit, -unit
-        self.tangent = rows
-        self.product = _matrix(np.eye(n - 1))
+        rows = np.zeros((n + 1, n - 1))
+        rows[1 : n - 1, : n - 2] = np.eye(n - 2)
+        rows[[0, n - 1], : n - 2] = -0.5
+        rows[0, n - 2], rows[n - 1, n - 2] = 1.0, -1.0
+        self.tangent = _columns(rows, [])
+        self.product = flint.arb_mat(np.eye(n - 1).tolist())
 
     def derivative(self) -> Any:
         """Return the derivative of shape and load, over all states of the set, as an arb_mat."""
-        n = self.chain.n
-        assert self.tangent is not None
-        first, last = self.tangent[0], self.tangent[n - 1]
-        ramp = self.tangent[-1]  # the load is that at the same theta
-        load = [(a - b) / 2 + c for a, b, c in zip(first, last, ramp, strict=True)]
-        with balls_of(DERIVATIVE_BITS).active():
-            return flint.arb_mat([*self.tangent[1 : n - 1], load]) * self.product
+        with balls_of(BITS).active():
+            first, *shape, last, ramp = self._rows([])
+            # the load is that at the same theta
+            load = [(a - b) / 2 + c for a, b, c in zip(first, last, ramp, strict=True)]
+            return flint.arb_mat([*shape, load]) * self.product
 
-    def _ramp_set(self, centre: Middle, moves: bool) -> None:
-        super()._ramp_set(centre, moves)
-        if self.tangent is not None:
-            self.tangent = self._ramped(self.tangent, moves)
+    def _rows(self, fast: list[int]) -> list[list[Any]]:
+        """Return the tangent: rows of forces, speeds of the sliders `fast`, l0 theta."""
+        columns = []
+        for one in self.tangent:
+            numbers = [*one.forces[:, 0], *one.speeds[fast, 0], one.theta[0]]
+            errors = [*one.errors[0], *one.errors[1, fast], one.theta_error]
+            pairs = zip(map(float, numbers), map(float, errors), strict=True)
+            columns.append([flint.arb(x, error) for x, error in pairs])
+        return [list(row) for row in zip(*columns, strict=True)]
 
-    def _spread(self, limits: Limits = NO_LIMITS) -> Spread:
-        if self.tangent is not None:
-            n = self.chain.n
-            assert self.passages is not None
-            self.turned = Spread(self.tangent[:n], balls_of(DERIVATIVE_BITS))
-            for slider, row in zip(self.fast, self.tangent[n:-1], strict=True):
-                self.turned.velocities[slider] = row
-            for passage in self.passages:
-                self.turned.pass_through(passage)
-        return super()._spread(limits)
+    def _give_up(self, flow: Flow) -> None:
+        raise Undecided("what comes first is not proved of all states")
+
+    def _renew(self) -> None:
+        super()._renew()
+        flow = self.flow
+        fast = [] if flow is None else np.flatnonzero(flow.signs).tolist()
+        fast = [n for n in fast if flow is not None and not bool(flow.velocities[n] == 0)]
+        with balls_of(BITS).active():
+            basis, self.product = _orthogonal(flint.arb_mat(self._rows(fast)), self.product)
+        self.tangent = _columns(basis, fast)
 
     def rest(self, flow: Flow) -> None:
-        """End the rearrangement; see `Enclosed.rest`."""
+        """End the rearrangement; see `Mechanics.rest`."""
         super().rest(flow)
         self.rests += 1
         if self.rests == self.half:
-            self.at_half = list(self.forces[1:-1]), self.derivative()
+            self.at_half = list(self.known_forces()[1:-1]), self.derivative()
             self.differentiate()
 
-    def _renew_at_rest(self) -> None:
-        super()._renew_at_rest()
-        self._turn()
 
-    def _renew_in_motion(self) -> None:
-        super()._renew_in_motion()
-        self._turn()
-
-    def _turn(self) -> None:
-        if self.tangent is not None and self.turned is not None:
-            speeds = [self.turned.velocities[n] for n in self.fast]
-            rows = [*self.turned.forces, *speeds, self.tangent[-1]]
-            with balls_of(DERIVATIVE_BITS).active():
-                self.tangent, self.product = _orthogonal(rows, self.product)
-            self.turned = None
+def _columns(rows: NDArray[np.float64], fast: list[int]) -> list[LohnerSet]:
+    return [LohnerSet.spanned(column[:, None], fast) for column in rows.T]
 
 
-def _orthogonal(rows: list[Row], product: Any) -> tuple[list[Row], Any]:
+def _orthogonal(rows: Any, product: Any) -> tuple[NDArray[np.float64], Any]:
     """Return ``rows product`` as an orthogonal basis times balls, the least certain part first."""
-    factor = flint.arb_mat(rows)
-    middles = np.array([[float(x) for x in row] for row in rows])
+    middles = np.array([[float(x) for x in row] for row in rows.table()])
     if not np.isfinite(middles).all():
         raise Undecided("the derivative of a period is not enclosed")
     doubts = [sum(float(x.rad()) for x in row) for row in product.table()]
-    weights = np.array(doubts) + 2.0**-DERIVATIVE_BITS
+    weights = np.array(doubts) + 2.0**-BITS
     order = np.argsort(-np.linalg.norm(middles, axis=0) * weights, kind="stable")
-    basis = _matrix(np.linalg.qr(middles[:, order], mode="complete")[0])
-    return basis.table(), basis.solve(factor) * product
-
-
-def _matrix(numbers: NDArray[np.float64]) -> Any:
-    return flint.arb_mat(numbers.tolist())
+    basis = np.linalg.qr(middles[:, order], mode="complete")[0]
+    return basis, flint.arb_mat(basis.tolist()).solve(rows) * product
 
 
 class NearbySimulation(FieldSimulation):

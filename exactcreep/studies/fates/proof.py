@@ -256,7 +256,7 @@ class _Proof:
         mechanics = nearby.mechanics
         with arithmetic.active():
             mechanics.begin(spread, load)
-            begin, where = list(mechanics.forces), sum(mechanics.displacements.tolist())
+            begin, where = mechanics.known_forces(), sum(mechanics.displacements.tolist())
             radii = [x.rad() for x in present.known_forces()]
             mechanics.half = word.half
         stretch = advance(nearby, self.drive, len(word.halves), self.limits)
@@ -271,6 +271,7 @@ class _Proof:
             raise Undecided("they part")
         with arithmetic.active():
             shape, first = mechanics.at_half
+            end = mechanics.known_forces()
             shape.reverse()  # in the mirror
             # as many lone slips later as after the last avalanche
             for place, count in zip((0, -1), word.late, strict=True):
@@ -282,10 +283,10 @@ class _Proof:
                 mirror * first,
                 mechanics.derivative() * mirror,
                 [x - y for x, y in zip(shape, begin[1:-1], strict=True)],
-                [x - y for x, y in zip(mechanics.forces[1:-1], begin[1:-1], strict=True)],
+                [x - y for x, y in zip(end[1:-1], begin[1:-1], strict=True)],
                 radii[1:-1],
                 radii[0] + radii[-1],
-                enclosure((sum(mechanics.displacements.tolist()) - where) / n),
+                enclosure((sum(mechanics.state().displacements.tolist()) - where) / n),
             )
 
     # -- results ---------------------------------------------------------------------------------

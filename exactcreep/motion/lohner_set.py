@@ -9,18 +9,37 @@ everything below is rounded up.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import flint
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.compiling import njit
 from exactcreep.motion.arithmetic import Undecided
-from exactcreep.motion.enclosure import exponent_of, orthogonal, rounded_up, scaled
+from exactcreep.motion.verified import pass_through
+
+_TINY = 2.0**-900
 
 
-class Surroundings:
+class Passage(NamedTuple):
+    """A motion of the middle of a set and the event at its end; see `pass_through`."""
+
+    signs: NDArray[np.int64]
+    velocities: NDArray[np.float64]
+    accelerations: NDArray[np.float64]
+    time: float
+    late: float
+    unsure: float
+    pace: float
+    slider: int
+    side: int
+    image: int
+
+
+class LohnerSet:
     """The states ``middle + rows [-1, 1]**k``, in units of ``2**exponent``.
 
     Parameters
@@ -48,6 +67,26 @@ class Surroundings:
         self.exponent = max(exponent_of(x) for x in radii)
         self.reach = np.zeros(len(forces))
         self._span(np.diag(scaled(radii, self.exponent)), list(speeds))
+
+    @classmethod
+    def spanned(cls, rows: NDArray[np.float64], fast: Sequence[int] = ()) -> LohnerSet:
+        """Return ``middle + rows [-1, 1]**k``: of forces, speeds of sliders `fast`, l0 theta."""
+        out = cls.__new__(cls)
+        out.exponent = 0
+        out.reach = np.zeros(len(rows) - 1 - len(fast))
+        out._span(rows, list(fast))
+        return out
+
+    def follow(
+        self, springs: NDArray[np.int64], passage: Passage, *, own: bool = True
+    ) -> tuple[float, float]:
+        """Let the middle pass through a motion, and its event; see `pass_through`."""
+        rows = self.forces, self.speeds, self.moved, self.errors
+        unit = math.ldexp(1.0, max(self.exponent, -1000))
+        spread, late = pass_through(springs, *passage, *rows, unit, own)
+        if not math.isfinite(spread):
+            raise Undecided("an event's slope is not separated from zero")
+        return spread, late
 
     def _span(self, rows: NDArray[np.float64], fast: list[int]) -> None:
         """Begin with these rows: of forces, of the speeds of sliders `fast`, of l0 theta."""
@@ -151,7 +190,7 @@ class Surroundings:
         return {name: _copied(value) for name, value in vars(self).items()}
 
     @classmethod
-    def restored(cls, captured: Mapping[str, Any]) -> Surroundings:
+    def restored(cls, captured: Mapping[str, Any]) -> LohnerSet:
         """Return what `captured` described."""
         out = cls.__new__(cls)
         for name, value in captured.items():
@@ -168,3 +207,128 @@ def _within(rows: NDArray[np.float64], errors: NDArray[np.float64]) -> NDArray[n
     if not np.isfinite(out).all():
         raise Undecided("the derivative of a rearrangement is not enclosed")
     return out
+
+
+def orthogonal(
+    rows: NDArray[np.float64], unsure: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return axes, nearly orthogonal, and half widths of a box that holds a set.
+
+    Parameters
+    ----------
+    rows : ndarray, shape (n, k)
+        The set is these rows times ``[-1, 1]**k`` (each rounded once) ...
+    unsure : ndarray, shape (n,)
+        ... widened by so much.
+
+    Guarantee: rounding, and what the axes lack to be orthogonal, is added to the widths.
+
+    Raises
+    ------
+    Undecided
+        If the set is not bounded.
+    """
+    if not np.isfinite(rows).all() or not np.isfinite(unsure).all():
+        raise Undecided("the derivative of a rearrangement is not enclosed")
+    axes, sizes = _turned(rows, unsure)
+    if not np.isfinite(sizes).all():
+        raise Undecided("the derivative of a rearrangement is not enclosed")
+    return axes, rounded_up(sizes)
+
+
+@njit(cache=True)
+def _turned(rows: Any, unsure: Any) -> tuple[Any, Any]:
+    n, k = rows.shape
+    axes, sizes = np.zeros((n, n)), np.empty(n)
+    # rows that have no column in common with any others keep their axes: a slip at one end of a
+    # long chain leaves those of the rest as they are
+    block = np.arange(n)
+    for c in range(k):
+        first = -1
+        for i in range(n):
+            if rows[i, c] != 0:
+                if first < 0:
+                    first = block[i]
+                elif block[i] != first:
+                    other = block[i]
+                    for j in range(n):
+                        if block[j] == other:
+                            block[j] = first
+    for chosen in range(n):
+        members = np.flatnonzero(block == chosen)
+        size = len(members)
+        if size == 0:
+            continue
+        part = rows[members]
+        lengths = np.sqrt((part * part).sum(axis=0))
+        order = np.argsort(-lengths, kind="mergesort")
+        columns = order[np.abs(part).sum(axis=0)[order] > 0]  # where squares underflow, too
+        part = np.ascontiguousarray(part[:, columns])
+        basis = _basis(part)
+        turn = np.ascontiguousarray(basis.T)
+        # products of non-negative numbers bound the rounding of those above, entry by entry
+        rounding = (size + 2) * 2.0**-52 * (np.abs(turn) @ np.abs(part))
+        reach = (np.abs(turn @ part) + rounding).sum(axis=1) + np.abs(turn) @ unsure[members]
+        off = np.abs(turn @ basis - np.eye(size)).sum(axis=1)
+        most, defect = reach.max(), off.max()
+        defect += size**2 * 2.0**-50
+        if not defect < 0.5:  # the bound below sums a geometric series
+            most = np.inf
+        for j in range(size):
+            sizes[members[j]] = reach[j] + 2 * defect * most
+            for i in range(size):
+                axes[members[i], members[j]] = basis[i, j]
+    return axes, sizes
+
+
+@njit(cache=True)
+def _basis(part: Any) -> Any:
+    """Return orthonormal columns, the first along the first columns of `part` (Gram, Schmidt)."""
+    size, k = part.shape
+    basis, count = np.zeros((size, size)), 0
+    for c in range(k + size):
+        if count == size:
+            break
+        one = np.zeros(size)
+        if c < k:
+            one[:] = part[:, c]
+            least = 1e-10
+        else:  # unit vectors, as far as these are missing
+            one[c - k] = 1.0
+            least = math.sqrt(0.5 / size)
+        for again in range(2):  # what the first round leaves is not orthogonal enough
+            before = math.sqrt((one * one).sum())
+            for j in range(count):
+                share = 0.0
+                for i in range(size):
+                    share += one[i] * basis[i, j]
+                for i in range(size):
+                    one[i] -= share * basis[i, j]
+            after = math.sqrt((one * one).sum())
+            if not after > (0.5 if again else least) * before:
+                break
+            one /= after
+        else:
+            basis[:, count] = one
+            count += 1
+    return basis
+
+
+
+def rounded_up(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return sums of products of non-negative floats, raised above their rounding error."""
+    return x * (1 + 2.0**-30) + _TINY
+
+
+def exponent_of(x: Any) -> int:
+    """Return the binary exponent of a number that is not negative (a very small one for 0)."""
+    if x == 0:
+        return -(10**6)
+    mantissa, exponent = x.upper().man_exp()
+    return int(exponent) + int(mantissa).bit_length()
+
+
+def scaled(numbers: Sequence[Any], exponent: int) -> NDArray[np.float64]:
+    """Return numbers that are not negative in units of ``2**exponent``, rounded up."""
+    unit = flint.arb(2) ** -exponent
+    return rounded_up(np.array([float((x * unit).upper()) for x in numbers]))

@@ -1,0 +1,79 @@
+"""The set of states that is carried along: nothing leaves it, and far parts stay apart."""
+
+from __future__ import annotations
+
+import flint
+import numpy as np
+import pytest
+
+from exactcreep.motion.arithmetic import Undecided, balls_of
+from exactcreep.motion.lohner_set import orthogonal
+
+
+def turned(random, groups, size):
+    """Return a matrix that mixes the coordinates within each group, and leaves the others."""
+    matrix = np.eye(size)
+    for group in groups:
+        matrix[np.ix_(group, group)] = random.normal(size=(len(group), len(group)))
+    return matrix
+
+
+@pytest.mark.parametrize(
+    "groups", [[[0, 1, 2], [4, 5]], [[0, 3, 7]], [list(range(8))], []], ids=str
+)
+@pytest.mark.parametrize("flat", [0, 3])
+def test_no_state_leaves_the_set(groups, flat):
+    random = np.random.default_rng(5)
+    size = 8
+    rows = np.diag(2.0 ** -random.integers(0, 160, size))
+    with balls_of(600).active():
+        for _ in range(4):
+            rows = turned(random, groups, size) @ rows
+            rows[:, rows.shape[1] - flat :] = 0.0  # fewer directions than coordinates
+            noise = 2.0 ** -random.integers(20, 180, size)
+            axes, widths = orthogonal(rows, noise)
+            assert abs(axes.T @ axes - np.eye(size)).max() < 1e-14
+            inverse = flint.arb_mat(axes.tolist()).inv()
+            for corner in random.choice([-1.0, 1.0], (20, rows.shape[1])):
+                state = flint.arb_mat(rows.tolist()) * flint.arb_mat([[x] for x in corner.tolist()])
+                way = random.choice([-1.0, 1.0], size) * noise
+                inside = inverse * (state + flint.arb_mat([[x] for x in way.tolist()]))
+                for y, width in zip(inside.entries(), widths.tolist(), strict=True):
+                    assert abs(y) <= width
+            rows = axes * widths
+
+
+def test_what_a_motion_does_not_touch_keeps_its_axes_and_its_width():
+    random = np.random.default_rng(6)
+    before = 2.0 ** -np.arange(30)
+    axes, widths = orthogonal(turned(random, [[0, 1, 2]], 30) * before, np.zeros(30))
+    assert not axes[:3, 3:].any()
+    assert not axes[3:, :3].any()
+    assert np.array_equal(axes[3:, 3:], np.eye(27))
+    assert (widths[3:] <= before[3:] * (1 + 1e-6)).all()
+
+
+def test_a_long_direction_does_not_widen_the_others():
+    """A box around the coordinates would be as wide in all of them as in the widest."""
+    random = np.random.default_rng(7)
+    basis, _ = np.linalg.qr(random.normal(size=(5, 5)))
+    lengths = np.array([1.0, 1e-10, 1e-20, 1e-20, 1e-20])
+    _, widths = orthogonal(basis * lengths, np.full(5, 1e-25))
+    assert (np.sort(widths)[::-1] < [1.1, 1.1e-10, 1e-13, 1e-13, 1e-13]).all()
+
+
+@pytest.mark.parametrize("thin", [1e-150, 1e-180, 1e-250, 1e-300])
+def test_a_box_holds_what_is_so_thin_that_its_square_is_zero(thin):
+    rows = np.array([[1.0, 0.0], [0.0, thin]])
+    axes, sizes = orthogonal(rows, np.zeros(2))
+    with balls_of(3000).active():
+        for corner in ([[1.0], [1.0]], [[1.0], [-1.0]]):
+            state = flint.arb_mat(rows.tolist()) * flint.arb_mat(corner)
+            inside = flint.arb_mat(axes.tolist()).solve(state).entries()
+            for y, size in zip(inside, sizes.tolist(), strict=True):
+                assert abs(y) <= flint.arb(size)
+
+
+def test_a_set_too_wide_for_floats_is_not_enclosed():
+    with pytest.raises(Undecided, match="not enclosed"):
+        orthogonal(np.full((2, 3), 1e308), np.zeros(2))
