@@ -13,7 +13,7 @@ epsilon. A slider that moves alone needs no search: it is followed by its energy
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -119,8 +119,6 @@ class Search:
         Whether the lower half of the chain mirrors the upper one, and need not be watched.
     limits : Limits
         Whose time ends the search, with `OutOfTime`.
-    only : collection of (slider, side), or None
-        What is known to act first, if that is known.
     """
 
     def __init__(
@@ -134,7 +132,6 @@ class Search:
         assume: bool = False,
         half: bool = False,
         limits: Limits = NO_LIMITS,
-        only: Collection[tuple[int, int]] | None = None,
     ) -> None:
         self.flow = flow
         self.limits = limits
@@ -146,7 +143,6 @@ class Search:
         self.evaluations = 0
         self.undecided = 0
         last = len(flow.forces) // 2 if half else len(flow.forces)
-        self.only = only
         self.watches = [w for w in self._watched(runs) if w.slider < last]
 
     def first(self, horizon: Any = None) -> list[Watch]:
@@ -189,18 +185,6 @@ class Search:
             return [leader, *rivals]
         return []
 
-    def taken_over(self, found: Sequence[Watch]) -> list[Watch]:
-        """Return this search's watches with the brackets that another precision has found."""
-        brackets = {(w.slider, w.side): w for w in found}
-        out = []
-        for watch in self.watches:
-            other = brackets.get((watch.slider, watch.side))
-            if other is not None:
-                watch.safe, watch.last = other.safe, other.last
-                watch.steepness = other.steepness
-                out.append(watch)
-        return out
-
     def refine(self, watch: Watch) -> bool:
         """Narrow the bracket of an isolated root by one interval Newton step; say if it helped."""
         width = watch.last - watch.safe
@@ -236,8 +220,6 @@ class Search:
         for run in runs:
             motion = run.motion
             for i, n in enumerate(run.sliders):
-                if self.only is not None and (n, 0) not in self.only:
-                    continue
                 s = int(flow.signs[n])
                 bound = self.arithmetic.upper(motion.bound(i, 2))
                 speed, slope = s * flow.velocities[n], s * motion.accelerations[i]
@@ -251,9 +233,6 @@ class Search:
             if after < len(flow.forces):
                 neighbours.setdefault(after, []).append((motion, motion.p - 1))
         for n, terms in neighbours.items():
-            sides = [s for s in (1, -1) if self.only is None or (n, s) in self.only]
-            if not sides:
-                continue
             bound = self.arithmetic.upper(sum(motion.bound(i, 1) for motion, i in terms))
             rate = sum(motion.velocities[i] for motion, i in terms)
             slack = flow.force_slack
@@ -261,7 +240,7 @@ class Search:
                 size = abs(flow.forces[n]) + self.thresholds[n]
                 slack = slack + 4 * self.arithmetic.roundoff * size
                 slack = slack + sum(4 * self._rounding(motion) for motion, _ in terms)
-            for side in sides:
+            for side in (1, -1):
                 room = self.thresholds[n] - side * flow.forces[n]
                 if (n, side) in self.touching:
                     room = self.arithmetic.number(0)

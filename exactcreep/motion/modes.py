@@ -35,38 +35,6 @@ class Ends(NamedTuple):
     right_free: bool
 
 
-def stiffness(p: int, ends: Ends) -> list[list[int]]:
-    """Return K of a run of length `p`: 2 on the diagonal (1 at a free end), -1 beside it."""
-    rows = [[0] * p for _ in range(p)]
-    for i in range(p):
-        rows[i][i] = 2 - (i == 0 and ends.left_free) - (i == p - 1 and ends.right_free)
-        if i > 0:
-            rows[i][i - 1] = rows[i - 1][i] = -1
-    return rows
-
-
-def compliance(p: int, ends: Ends) -> list[list[Fraction]]:
-    """Return the inverse of K, exactly (two free ends: its pseudo-inverse).
-
-    Fixed-fixed ``min(i,j) (p+1-max(i,j)) / (p+1)``, free-fixed ``p+1-max(i,j)``, fixed-free
-    ``min(i,j)``; free-free, on motions orthogonal to the mean,
-    ``(i(i-1) + (p-j)(p-j+1)) / 2p - (p^2-1) / 6p`` for ``i <= j``.
-    """
-
-    def entry(i: int, j: int) -> Fraction:
-        low, high = min(i, j), max(i, j)
-        if ends == (False, False):
-            return Fraction(low * (p + 1 - high), p + 1)
-        if ends == (True, False):
-            return Fraction(p + 1 - high)
-        if ends == (False, True):
-            return Fraction(low)
-        squares = low * (low - 1) + (p - high) * (p - high + 1)
-        return Fraction(squares, 2 * p) - Fraction(p * p - 1, 6 * p)
-
-    return [[entry(i, j) for j in range(1, p + 1)] for i in range(1, p + 1)]
-
-
 @dataclass(frozen=True, eq=False)
 class Modes:
     """Frequencies and orthonormal eigenvectors of a run.
@@ -536,13 +504,6 @@ class Flow:
             values[n - n // 2 :] = -values[: n // 2][::-1]
             if n % 2:
                 values[n // 2] = self.arithmetic.number(0)
-
-    def rounded(self, arithmetic: Arithmetic) -> Flow:
-        """Return the flow in balls of another precision (inside its `Arithmetic.active`)."""
-        other = Flow(arithmetic, self.forces + 0, self.friction + 0)
-        other.velocities = self.velocities + 0
-        other.signs = self.signs
-        return other
 
     def piece(self, t_min: Any, t_max: Any, initial: Motion, runs: Sequence[Run]) -> ModalPiece:
         """Return the motion from this instant, called `t_min`, on."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import numpy as np
 import pytest
 import scipy.linalg
@@ -12,13 +10,19 @@ from exactcreep.motion.arithmetic import FLOAT64, balls_of, digits_of
 from exactcreep.motion.modes import (
     Ends,
     RunMotion,
-    compliance,
     modes,
-    stiffness,
 )
 
 ALL_ENDS = [Ends(left, right) for left in (False, True) for right in (False, True)]
 ARITHMETICS = [FLOAT64, digits_of(150), balls_of(150)]
+
+
+def stiffness(p: int, ends: Ends) -> np.ndarray:
+    """Return K: 2 on the diagonal (1 at a free end), -1 beside it."""
+    matrix = 2.0 * np.eye(p) - np.eye(p, k=1) - np.eye(p, k=-1)
+    matrix[0, 0] -= ends.left_free
+    matrix[-1, -1] -= ends.right_free
+    return matrix
 
 
 def exponential(p: int, ends: Ends, t: float, velocity: np.ndarray, acceleration: np.ndarray):
@@ -26,7 +30,7 @@ def exponential(p: int, ends: Ends, t: float, velocity: np.ndarray, acceleration
     generator = np.zeros((3 * p, 3 * p))
     generator[:p, p : 2 * p] = np.eye(p)
     generator[p : 2 * p, 2 * p :] = np.eye(p)
-    generator[2 * p :, p : 2 * p] = -np.array(stiffness(p, ends), dtype=float)
+    generator[2 * p :, p : 2 * p] = -stiffness(p, ends)
     start = np.concatenate([np.zeros(p), velocity, acceleration])
     end = scipy.linalg.expm(generator * t) @ start
     return end[:p], end[p : 2 * p], end[2 * p :]
@@ -53,23 +57,12 @@ def test_modal_motion_agrees_with_the_matrix_exponential(arithmetic, ends):
 
 
 @pytest.mark.parametrize("ends", ALL_ENDS)
-@pytest.mark.parametrize("p", [1, 2, 3, 7, 12])
-def test_compliance_is_the_exact_inverse_of_stiffness(p, ends):
-    k, inverse = stiffness(p, ends), compliance(p, ends)
-    free = ends.left_free and ends.right_free
-    for i in range(p):
-        for j in range(p):
-            entry = sum(k[i][m] * inverse[m][j] for m in range(p))
-            assert entry == Fraction(int(i == j)) - (Fraction(1, p) if free else 0)
-
-
-@pytest.mark.parametrize("ends", ALL_ENDS)
 def test_modal_energy_is_conserved_and_bounds_every_derivative(ends):
     rng = np.random.default_rng(21)
     p = 6
-    k = np.array(stiffness(p, ends), dtype=float)
+    k = stiffness(p, ends)
     motion = RunMotion(FLOAT64, ends, rng.normal(size=p), rng.normal(size=p))
-    inverse = np.array([[float(x) for x in row] for row in compliance(p, ends)])
+    inverse = np.linalg.pinv(k)
     mean = 1.0 / p if ends.left_free and ends.right_free else 0.0
     for t in np.linspace(0.0, 40.0, 97):
         v = motion.moved(t)[1]

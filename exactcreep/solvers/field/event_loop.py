@@ -24,14 +24,12 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import (
     Arithmetic,
     Undecided,
-    balls_of,
 )
 from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic
 from exactcreep.motion.first_event import (
     FirstEvent,
     Search,
     SearchLimit,
-    Watch,
     lone_event,
     root_time,
 )
@@ -47,10 +45,6 @@ end at all; in each of the next `LOOKS` events until it can be told."""
 LOOKS = 8
 LONG = 100
 """A sharper look is worth it if a whole chain in motion will be known to run away only so late."""
-COARSE_BITS = 64
-"""Balls look for the first event at this precision, and raise it where it does not decide."""
-COARSE_FROM = 512
-"""Bits from which that is worth it: below, an operation costs about as much at either."""
 
 
 @dataclass
@@ -513,7 +507,6 @@ class Mechanics:
         horizon: Any,
     ) -> FirstEvent | None:
         half = self.mirrored
-        watches = self._coarse(flow, excess, touching, horizon)
         search = Search(
             flow,
             self.runs,
@@ -523,12 +516,8 @@ class Mechanics:
             assume=self.assume,
             half=half,
             limits=self.limits,
-            only=None if watches is None else [(w.slider, w.side) for w in watches],
         )
-        if watches is None:
-            watches = search.first(horizon)
-        elif watches:
-            watches = search.taken_over(watches)
+        watches = search.first(horizon)
         if not watches:
             if horizon is None:
                 raise SearchLimit("nothing ever happens, and no bound proves it")
@@ -541,36 +530,6 @@ class Mechanics:
         stops = [w.slider for w in watches if w.side == 0]
         starts = [(w.slider, w.side) for w in watches if w.side != 0]
         return event_of(time, stops, starts, self.chain.n if half else None)
-
-    def _coarse(
-        self, flow: Flow, excess: dict[int, Any], touching: set[tuple[int, int]], horizon: Any
-    ) -> list[Watch] | None:
-        """Return what acts first as balls of low precision decide it, None if they do not."""
-        bits = COARSE_BITS
-        worth = self.arithmetic.encloses and self.arithmetic.bits >= COARSE_FROM
-        while worth and bits < self.arithmetic.bits:
-            coarse = balls_of(bits)
-            with coarse.active():
-                rough = flow.rounded(coarse)
-                thresholds = self.thresholds + 0
-                search = Search(
-                    rough,
-                    rough.runs(),
-                    thresholds,
-                    excess,
-                    touching,
-                    half=self.mirrored,
-                    limits=self.limits,
-                )
-                try:
-                    found = search.first(horizon)
-                except (Undecided, SearchLimit):
-                    found = None
-                    bits *= 2
-                self.evaluations += search.evaluations
-                if found is not None:
-                    return found
-        return None
 
     def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
         """Let the sliders move to the event, and return their velocities there."""
@@ -697,39 +656,18 @@ class Mechanics:
         return self.forces
 
     def captured(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit, as plain data."""
-        return self.as_plain(self.snapshot())
-
-    def snapshot(self) -> dict[str, Any]:
-        """Return copies of everything that determines the future."""
-        out = {name: _copied(getattr(self, name)) for name in (*_VECTORS, *_SCALARS, *_PLAIN)}
-        for name in ("coefficients", "draws", "slips", "pinned", "crossed"):
-            out[name] = getattr(self, name).copy()
+        """Return everything needed to go on bit for bit: numbers, strings and arrays by name."""
+        plain, flow = self.arithmetic.plain, self.flow
+        out = {name: plain(_copied(getattr(self, name))) for name in _NUMBERS}
+        out |= {name: _copied(getattr(self, name)) for name in _PLAIN}
+        out |= {name: [list(item) for item in getattr(self, name).items()] for name in _BY_SLIDER}
         out["tally"] = vars(self.tally).copy()
-        exact = self.exact
-        out["exact"] = exact and Exact(list(exact.forces), list(exact.displacements), exact.theta)
-        flow = self.flow
+        out["exact"] = self.exact and self.exact.captured()
         out["flow"] = flow and {
             "signs": flow.signs.copy(),
             "touched": sorted(flow.touched),
-            **{name: _copied(getattr(flow, name)) for name in _FLOW},
+            **{name: plain(_copied(getattr(flow, name))) for name in _FLOW},
         }
-        return out
-
-    def as_plain(self, snapshot: Mapping[str, Any]) -> dict[str, Any]:
-        """Return a snapshot as plain data: numbers, strings and arrays by name."""
-        plain = self.arithmetic.plain
-        out = dict(snapshot)
-        for name in (*_VECTORS, *_SCALARS):
-            out[name] = plain(snapshot[name])
-        for name in ("pinned", "crossed"):
-            out[name] = [list(item) for item in snapshot[name].items()]
-        if snapshot["exact"] is not None:
-            out["exact"] = snapshot["exact"].captured()
-        if snapshot["flow"] is not None:
-            out["flow"] = dict(snapshot["flow"])
-            for name in _FLOW:
-                out["flow"][name] = plain(snapshot["flow"][name])
         return out
 
     def renew(self) -> None:
@@ -750,37 +688,22 @@ class Mechanics:
     def take_over(self, captured: Mapping[str, Any]) -> None:
         """Take over what `captured` returned, for the same chain and seed."""
         number = self.arithmetic.from_plain
-        snapshot = dict(captured)
-        for name in (*_VECTORS, *_SCALARS):
-            snapshot[name] = number(captured[name])
-        for name in ("pinned", "crossed"):
-            snapshot[name] = {int(n): value for n, value in captured[name]}
-        if captured["exact"] is not None:
-            snapshot["exact"] = Exact.restored(self.field, captured["exact"])
-        if captured["flow"] is not None:
-            snapshot["flow"] = dict(captured["flow"])
-            for name in _FLOW:
-                snapshot["flow"][name] = number(captured["flow"][name])
-        self.resume(snapshot)
-
-    def resume(self, snapshot: Mapping[str, Any]) -> None:
-        """Take over what `snapshot` returned, for the same chain, seed and arithmetic."""
-        for name in (*_VECTORS, *_SCALARS, *_PLAIN):
-            setattr(self, name, _copied(snapshot[name]))
-        for name in ("coefficients", "draws", "slips", "pinned", "crossed"):
-            setattr(self, name, snapshot[name].copy())
-        self.tally = Tally(**snapshot["tally"])
-        exact = snapshot["exact"]
-        self.exact = exact and Exact(list(exact.forces), list(exact.displacements), exact.theta)
+        for name in _NUMBERS:
+            setattr(self, name, number(captured[name]))
+        for name in _PLAIN:
+            setattr(self, name, _copied(captured[name]))
+        for name in _BY_SLIDER:
+            setattr(self, name, {int(n): value for n, value in captured[name]})
+        self.tally = Tally(**captured["tally"])
+        exact, flow = captured["exact"], captured["flow"]
+        self.exact = exact and Exact.restored(self.field, exact)
         self.thresholds = self.contacts.thresholds(self.coefficients, self.arithmetic)
         self.flow = None
-        if snapshot["flow"] is not None:
-            flow = Flow(self.arithmetic, self.forces, self.friction)
+        if flow is not None:
+            self.flow = Flow(self.arithmetic, self.forces, self.friction)
             for name in _FLOW:
-                setattr(flow, name, _copied(snapshot["flow"][name]))
-            flow.signs = snapshot["flow"]["signs"].copy()
-            flow.touched = set(snapshot["flow"]["touched"])
-            self.flow = flow
+                setattr(self.flow, name, number(flow[name]))
+            self.flow.signs, self.flow.touched = flow["signs"].copy(), set(flow["touched"])
 
     def velocities(self) -> NDArray[Any]:
         """Return the present velocities."""
@@ -789,9 +712,11 @@ class Mechanics:
         return self.flow.velocities.copy()
 
 
-_VECTORS = ("tensions", "displacements", "forces")
-_SCALARS = ("theta", "force_slack", "theta_slack", "time")
+_NUMBERS = ("tensions", "displacements", "forces", "theta", "force_slack", "theta_slack", "time")
 _PLAIN = (
+    "coefficients",
+    "draws",
+    "slips",
     "fresh",
     "way",
     "announced",
@@ -801,6 +726,7 @@ _PLAIN = (
     "mirrored",
     "evaluations",
 )
+_BY_SLIDER = ("pinned", "crossed")
 _FLOW = ("forces", "velocities", "moved", "velocity_slack", "force_slack")
 
 
