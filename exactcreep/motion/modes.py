@@ -221,8 +221,6 @@ class RunMotion:
 
     def slider(self, n: int, t: Any) -> tuple[Any, Any, Any]:
         """Return displacement, velocity and acceleration of slider `n` (from 0) of the run."""
-        if self.arithmetic.encloses:
-            return self._enclosed(n, t)
         sin, cos = self._half_angles(t)
         row = self.modes.vectors[n]
         w = self.modes.frequencies
@@ -232,55 +230,6 @@ class RunMotion:
             dot(row, self._modal_displacements(t, sin, cos)),
             self.velocities[n] + dot(row, self._modal_gains(t, sin, cos)),
             self.accelerations[n] - dot(row, turned),
-        )
-
-    def _enclosed(self, n: int, t: Any) -> tuple[Any, Any, Any]:
-        """Return what `slider` does, in balls: one product of matrices per time."""
-        if n not in self._shares:
-            self._shares[n] = self._shares_of(n)
-        half, squares, products = t / 2, [], []
-        for w in self.modes.frequencies.tolist():
-            sin, cos = (w * half).sin_cos()
-            squares.append(sin * sin)
-            products.append(sin * cos)
-        if self.has_zero_mode:
-            squares[0], products[0] = t * t, t
-        since = self._shares[n] * flint.arb_mat(2 * self.p, 1, squares + products)
-        return (
-            since[0, 0],
-            self.velocities[n] + since[1, 0],
-            self.accelerations[n] + since[2, 0],
-        )
-
-    @cached_property
-    def _shares(self) -> dict[int, Any]:
-        return {}
-
-    @cached_property
-    def _modal_shares(self) -> list[list[Any]]:
-        """Displacement, velocity, acceleration of each mode by ``sin^2`` and ``sin cos``.
-
-        Of half the angle; for the zero mode by ``t^2`` and t.
-        """
-        w, v, a = self.modes.frequencies, self.modal_velocities, self.modal_accelerations
-        free = 1 if self.has_zero_mode else 0
-        w, v, a = w[free:], 2 * v[free:], 2 * a[free:]
-        ratio = a / w
-        parts = [(ratio / w, v / w), (-v, ratio), (-a, -w * v)]
-        rows = [(even.tolist(), odd.tolist()) for even, odd in parts]
-        if free:
-            speed, pull = self.modal_velocities[0], self.modal_accelerations[0]
-            zero = self.arithmetic.number(0)
-            of_zero = [(pull / 2, speed), (zero, pull), (zero, zero)]
-            rows = [
-                ([x, *even], [y, *odd]) for (x, y), (even, odd) in zip(of_zero, rows, strict=True)
-            ]
-        return [even + odd for even, odd in rows]
-
-    def _shares_of(self, n: int) -> Any:
-        shape = self.modes.vectors[n].tolist() * 2
-        return flint.arb_mat(
-            [[x * y for x, y in zip(row, shape, strict=True)] for row in self._modal_shares]
         )
 
     def bound(self, n: int, k: int) -> Any:
