@@ -69,10 +69,12 @@ class LohnerSet:
         self._span(np.diag(scaled(radii, self.exponent)), list(speeds))
 
     @classmethod
-    def spanned(cls, rows: NDArray[np.float64], fast: Sequence[int] = ()) -> LohnerSet:
+    def spanned(
+        cls, rows: NDArray[np.float64], fast: Sequence[int] = (), exponent: int = 0
+    ) -> LohnerSet:
         """Return ``middle + rows [-1, 1]**k``: of forces, speeds of sliders `fast`, l0 theta."""
         out = cls.__new__(cls)
-        out.exponent = 0
+        out.exponent = exponent
         out.reach = np.zeros(len(rows) - 1 - len(fast))
         out._span(rows, list(fast))
         return out

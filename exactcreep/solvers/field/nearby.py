@@ -12,6 +12,7 @@ errors, times a matrix of balls, and what every stretch multiplies is nearly tri
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar
 
 import flint
@@ -22,7 +23,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
-from exactcreep.motion.lohner_set import LohnerSet, scaled
+from exactcreep.motion.lohner_set import LohnerSet, exponent_of, scaled
 from exactcreep.motion.modes import Flow
 from exactcreep.solvers.field.carried import Carried
 from exactcreep.solvers.field.reference import FieldSimulation
@@ -59,12 +60,15 @@ class Nearby(Carried):
         for numbers in (self.forces, self.displacements):
             numbers[:] = [x.mid() for x in numbers.tolist()]
         self.theta, self.tensions = self.theta.mid(), self._tensions(self.forces)
+        widest = flint.arb(float(abs(spread).sum()) + load)
+        exponent = max(exponent_of(x) for x in (*noise, widest))
+        spread, load = np.ldexp(spread, -exponent), math.ldexp(load, -exponent)
         rows = np.zeros((n + 1, inner + 1 + n + 1))
         rows[1 : n - 1, :inner] = spread
         rows[[0, n - 1], :inner] = -spread.sum(axis=0) / 2
         rows[0, inner], rows[n - 1, inner] = load, -load
-        rows[:, inner + 1 :] = np.diag(scaled(noise, 0))
-        self.set = LohnerSet.spanned(rows)
+        rows[:, inner + 1 :] = np.diag(scaled(noise, exponent))
+        self.set = LohnerSet.spanned(rows, exponent=exponent)
         self.set.errors[0, [0, -1]] += n * 2.0**-52 * abs(spread).sum()
         self.fresh = False  # the present state is at rest
         self._look_around()
