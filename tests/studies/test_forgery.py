@@ -24,20 +24,18 @@ CANNOT_BE_KNOWN = {
 }
 """Attributes that an audit cannot make again, and what they are about."""
 MARGINS = {"x_G_radius", "x_radius", "tension_radius", "event_time_radius", "event_theta_radius",
-           "final_tension_radius", "final_displacement_radius", "velocity_exact_radius",
-           *(f"rearrangement_{name}_radius" for name in (
-               "theta", "duration", "displacement", "largest_slip", "elastic_before",
-               "elastic_after", "gravity", "dissipation")),
-           *(f"slip_{name}_radius" for name in ("start", "stop", "displacement"))}  # fmt: skip
+           "final_tension_radius", "final_displacement_radius",
+           "velocity_exact_radius"}  # fmt: skip
 """How much the solver's enclosures had grown: a radius a little wider or narrower is as true."""
+TABLES = ("rearrangement_", "slip_")
 
 
 @lru_cache
 def honest(solver: str) -> Creep:
-    cycles = 9 if solver == "exact" else 2
+    cycles, tables = (9, ("rearrangements", "slip_table")) if solver == "exact" else (2, ())
     return creep(
         paper_chain(2), Cycles("0.0006", cycles), seed=5, solver=solver,
-        record=("x_G", "x", "tension", "slips", "events", "rearrangements", "slip_table"),
+        record=("x_G", "x", "tension", "slips", "events", *tables),
     )  # fmt: skip
 
 
@@ -72,7 +70,7 @@ def forgeries(data: xr.Dataset) -> dict[str, xr.Dataset]:
     copies = {}
     for name in map(str, data.variables):
         size = data[name].size
-        for place in {size // 2, size - 1}:
+        for place in {size - 1} if name.startswith(TABLES) else {size // 2, size - 1}:
             copy = data.copy(deep=True)
             values = copy[name].to_numpy().copy()
             wide = values.astype("U300") if values.dtype.kind == "U" else values
@@ -104,7 +102,7 @@ def test_every_claim_of_a_file_that_is_changed_is_caught(solver: str) -> None:
     missed = {what.partition("[")[0] for what, copy in forgeries(data).items() if passes(copy)}
     allowed = {*CANNOT_BE_KNOWN, *MARGINS}
     assert missed <= allowed, sorted(missed - allowed)
-    assert missed >= set(CANNOT_BE_KNOWN)
+    assert missed >= {name for name in CANNOT_BE_KNOWN if name in {*data.attrs, *data.variables}}
 
 
 def test_a_forged_file_is_found_out_and_never_a_traceback(tmp_path: Path) -> None:
