@@ -6,11 +6,13 @@ import os
 import stat
 import tempfile
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numba
 from numba import config
+from numba.core import event
 from numba.core.caching import FunctionCache
 
 
@@ -98,3 +100,29 @@ def njit(*, cache: bool = False, **options: Any) -> Callable[[Any], Any]:
         return dispatcher
 
     return compiled
+
+
+class _Listener(event.Listener):  # type: ignore[misc]
+    """Says once that the compiler is at work; code found in its cache does not come here."""
+
+    def __init__(self, say: Callable[[], None] | None) -> None:
+        self.say = say
+
+    def on_start(self, event: Any) -> None:
+        say, self.say = self.say, None  # saying so may need the compiler, too
+        if say is not None:
+            say()
+
+    def on_end(self, event: Any) -> None:
+        pass
+
+
+@contextmanager
+def told(say: Callable[[], None] | None) -> Iterator[None]:
+    """Call `say` as soon as the compiler is at work within the block, if it ever is."""
+    listener = _Listener(say)
+    event.register("numba:compile", listener)
+    try:
+        yield
+    finally:
+        event.unregister("numba:compile", listener)

@@ -11,12 +11,12 @@ from typing import Any
 
 import pytest
 
-from exactcreep import display
+from exactcreep import compiling, display
 from exactcreep.display import COMPILING, Display
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.progress import Hearer, Progress, RecentPace, reporter
-from exactcreep.quasistatic.creep import _CompilerListener, creep, run_members
+from exactcreep.quasistatic.creep import creep, run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import load_scene
 from exactcreep.studies.compare import compare
@@ -181,7 +181,7 @@ def test_saying_that_the_compiler_is_at_work_may_need_the_compiler_itself() -> N
         said.append("compiling")
         listener.on_start(None)  # theta of random dilations is compiled too
 
-    listener = _CompilerListener(say)
+    listener = compiling._Listener(say)
     listener.on_start(None)
     listener.on_start(None)
     assert said == ["compiling"]

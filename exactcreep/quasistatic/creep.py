@@ -17,8 +17,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
-from numba.core import event as compiler_event
-
 from exactcreep import __version__, interrupts
 from exactcreep.display import shows_progress
 from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
@@ -35,7 +33,7 @@ from exactcreep.quasistatic.files import check_output
 from exactcreep.quasistatic.march import March
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.auto import accuracy_told
-from exactcreep.solvers.solver import Stretch, advance, warm_up
+from exactcreep.solvers.solver import Stretch, advance, compiled
 
 PHYSICS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",
@@ -526,9 +524,6 @@ def _endless(chain: Chain, events: int) -> str:
     )
 
 
-_WARM: set[tuple[Any, ...]] = set()
-
-
 def _warm_up(experiment: Experiment, limits: Limits, compiling: Callable[[], None]) -> float:
     """Have the solver's code compiled, or loaded, and return how many seconds that took.
 
@@ -538,30 +533,4 @@ def _warm_up(experiment: Experiment, limits: Limits, compiling: Callable[[], Non
     lengths = solver.compiles(experiment.chain.n)
     if limits.at == math.inf:
         lengths = lengths[:1]
-    key = (experiment.solver, lengths, experiment.record)
-    if key in _WARM:
-        return 0.0
-    begin = time.perf_counter()
-    listener = _CompilerListener(compiling)
-    compiler_event.register("numba:compile", listener)
-    try:
-        warm_up(solver, lengths, experiment.record)
-    finally:
-        compiler_event.unregister("numba:compile", listener)
-    _WARM.add(key)
-    return time.perf_counter() - begin
-
-
-class _CompilerListener(compiler_event.Listener):  # type: ignore[misc]
-    """Says once that the compiler is at work; code found in its cache does not come here."""
-
-    def __init__(self, say: Callable[[], None]) -> None:
-        self.say: Callable[[], None] | None = say
-
-    def on_start(self, event: Any) -> None:
-        say, self.say = self.say, None  # to say it may take compiled code itself
-        if say is not None:
-            say()
-
-    def on_end(self, event: Any) -> None:
-        pass
+    return compiled(solver, lengths, experiment.record, compiling)

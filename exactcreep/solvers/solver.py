@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep import compiling
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
@@ -423,15 +424,27 @@ def advance(
     return Stretch(done - start, recorded, stop, reason)
 
 
-_COMPILED: set[tuple[str, int]] = set()  # solvers, with the lengths of chains
+_COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
 
 
-def compiled(solver: Solver, n: int) -> float:
-    """Have a solver's code compiled, or loaded, once; return the seconds that it took just now."""
+def compiled(
+    solver: Solver,
+    lengths: Sequence[int],
+    record: tuple[str, ...] = (),
+    say: Callable[[], None] | None = None,
+) -> float:
+    """Have a solver's code compiled, or loaded, once; return the seconds that it took just now.
+
+    `say` is called if the compiler is at work: code found in its cache does not need it. What the
+    solver's options cost, such as a short time step, is not paid for here.
+    """
+    left = [n for n in lengths if (solver.name, n, record) not in _COMPILED]
+    if not left:
+        return 0.0
     begin = time.perf_counter()
-    lengths = [one for one in solver.compiles(n) if (solver.name, one) not in _COMPILED]
-    _COMPILED.update((solver.name, one) for one in lengths)
-    warm_up(type(solver)(), lengths)
+    with compiling.told(say):
+        warm_up(type(solver)(), left, record)
+    _COMPILED.update((solver.name, n, record) for n in left)
     return time.perf_counter() - begin
 
 

@@ -363,3 +363,10 @@ def test_the_interrupt_key_is_heard_soon_and_keeps_what_there_is(solver, n):
     assert time.process_time() - begin < 2
     assert caught.value.partial.reason == "interrupted"
     assert caught.value.partial.event_count > 0
+
+
+def test_what_the_time_step_costs_is_not_taken_for_compilation():
+    # two half-cycles of two sliders at this step would take days
+    chain = slope_above(Fraction(-1, 4))
+    result = creep(chain, Cycles("0.01", 1), solver="verlet", dt="1e-15", max_seconds=0)
+    assert (result.outcome, result.half_cycles) == (Outcome.LIMIT, 0)

@@ -36,7 +36,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import Scene, load_scene
 from exactcreep.studies import sweep as sweeps
 from exactcreep.studies.sweep import finished_cell, sweep
-from tests.processes import begun, finished, wait_until
+from tests.processes import PATIENCE, begun, finished, wait_until
 
 TEXT = """
 [chain]
@@ -482,7 +482,9 @@ def dask(folder: Path, workers: int) -> Iterator[tuple[Executor, Popen[str], lis
         crowd = [
             running.enter_context(launched(log, "dask_worker", *alone)) for _ in range(workers)
         ]
-        yield running.enter_context(cluster(str(address), timeout=10)), scheduler, crowd
+        executor = running.enter_context(cluster(str(address), timeout=10))
+        executor._client.wait_for_workers(workers, timeout=PATIENCE)  # or the first hold all cells
+        yield executor, scheduler, crowd
 
 
 @pytest.mark.slow

@@ -509,7 +509,7 @@ class Exact(Solver):
     ) -> Rearrangement:
         """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
         if limits.at < math.inf:
-            limits = limits.later(compiled(self, chain.n))
+            limits = limits.later(compiled(self, self.compiles(chain.n)))
         try:
             used = _USED[chain.n].pop()
         except (KeyError, IndexError):

@@ -414,7 +414,7 @@ class Verlet(Solver):
     ) -> Rearrangement:
         """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange."""
         if limits.at < math.inf:
-            limits = limits.later(compiled(self, chain.n))
+            limits = limits.later(compiled(self, self.compiles(chain.n)))
         simulation = self.simulation(chain, state, seed, ("events",))
         laws, work = simulation._laws, simulation._work
         if steps.release(laws, work) == 0 and direction != 0:
