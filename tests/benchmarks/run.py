@@ -1,7 +1,8 @@
 """Measure this machine, print the table, and draw the picture that the README shows.
 
 ``python tests/benchmarks/run.py [--quick] [--out DIR]``; with a directory it writes
-``benchmark.md``, ``benchmark.png``, ``questions.png`` and ``benchmark.json`` there.
+``benchmark.md``, ``benchmark.png``, ``questions.png`` and ``benchmark.json`` there. It takes ten to
+fifteen minutes, and says how many are left; stopped and started again it goes on where it was.
 """
 
 from __future__ import annotations
@@ -9,10 +10,13 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import pickle
 import platform
 import sys
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -22,6 +26,7 @@ import matplotlib as mpl
 sys.path.insert(0, str(Path(__file__).parents[2]))  # run as a script, not as a module
 
 from exactcreep.figures.style import INKS, STYLE, picture, save_picture
+from exactcreep.quasistatic.files import write_file
 from tests.benchmarks import measurements, questions
 from tests.benchmarks.measurements import (
     C_VERLET,
@@ -49,80 +54,125 @@ LABELS = {
     "SciPy": "SciPy DOP853, events",
 }
 _FLOOR = 1e-16
+_UNKNOWN = (math.nan, math.nan, math.nan)
 _LOST = 0.1  # where settings are drawn with which more than one in ten takes a wrong turn
 
 
 @dataclass
 class Results:
-    """Everything that one run measured."""
+    """Everything that one run measured, and which parts of it are done."""
 
-    half_cycles: list[HalfCycles]
-    rearrangements: list[Rearrangements]
-    per_event: tuple[float, float, float]
-    speed_ups: tuple[float, float, float]
-    memory: tuple[float, int, int]
-    long_run: int
-    velocities: list[Velocity]
-    start_up: tuple[float, float]
-    answers: list[questions.Answer]
+    quick: bool
+    half_cycles: list[HalfCycles] = field(default_factory=list)
+    rearrangements: list[Rearrangements] = field(default_factory=list)
+    per_event: tuple[float, float, float] = _UNKNOWN
+    speed_ups: tuple[float, float, float] = _UNKNOWN
+    memory: tuple[float, int, int] = (math.nan, 0, 0)
+    velocities: list[Velocity] = field(default_factory=list)
+    start_up: tuple[float, float] = _UNKNOWN[:2]
+    answers: list[questions.Answer] = field(default_factory=list)
+    done: list[str] = field(default_factory=list)
+
+    @property
+    def long_run(self) -> int:
+        """Half-cycles of the run whose memory is looked at."""
+        return 10**5 if self.quick else 10**6
 
 
-def measure(*, quick: bool, tell: Callable[[str], None]) -> Results:
-    """Measure everything; `quick` takes fewer turns, and leaves out the longest chain."""
-    sizes = SIZES[:4] if quick else SIZES
-    halves = []
-    for n, amplitude in sizes:
-        tell(f"half-cycles, N = {n}")
-        turns = (3 if n > 100 else 9) if not quick else 3
-        seconds = 0.05 if quick else 0.15
-        halves.append(measurements.half_cycle_times(n, amplitude, turns=turns, seconds=seconds))
-    singles = []
+@dataclass
+class Part:
+    """One thing to be measured.
+
+    Attributes
+    ----------
+    name : str
+    into : str
+        The field of `Results` that takes it; a list takes all of a list.
+    seconds : float
+        How long it takes on a quiet machine, without `--quick`, roughly.
+    run : callable
+    """
+
+    name: str
+    into: str
+    seconds: float
+    run: Callable[[], Any]
+
+
+def parts(results: Results) -> Iterator[Part]:
+    """Yield what there is to be measured; `quick` takes fewer turns, not the longest chain."""
+    quick = results.quick
+    for n, amplitude in SIZES[:4] if quick else SIZES:
+        turns = 9 if n <= 100 and not quick else 3
+        yield Part(f"half-cycles, N = {n}", "half_cycles", 10 if n < 100 else 40, partial(
+            lambda *size, **how: [measurements.half_cycle_times(*size, **how)],
+            n, amplitude, turns=turns, seconds=0.05 if quick else 0.15,
+        ))  # fmt: skip
     ladder = measurements.LADDER[:-1] if quick else measurements.LADDER
     for n, amplitude in SIZES[:3]:
-        tell(f"single rearrangements, N = {n}")
-        count = SAMPLES[n] // (4 if quick else 1)
-        least = 0.05 if quick else 0.2
-        singles.append(
-            measurements.rearrangement_costs(n, amplitude, count=count, ladder=ladder, least=least)
-        )
-    tell("a long chain")
-    per_event = measurements.long_chain_ratio(turns=5 if quick else 15, half_cycles=40)
-    tell("two threads")
-    speed_ups = measurements.thread_speed_ups(turns=5 if quick else 25, seconds=0.05)
-    long_run = 10**5 if quick else 10**6
-    tell(f"{long_run:.0e} half-cycles")
-    memory = measurements.long_run_memory(long_run)
-    tell("the first start and the second")
-    start_up = measurements.start_up_seconds()
-    velocities = []
+        yield Part(f"single rearrangements, N = {n}", "rearrangements", 30 + 3 * n, partial(
+            lambda *size, **how: [measurements.rearrangement_costs(*size, **how)],
+            n, amplitude, count=SAMPLES[n] // (4 if quick else 1), ladder=ladder,
+            least=0.05 if quick else 0.2,
+        ))  # fmt: skip
+    yield Part("a long chain", "per_event", 10, partial(
+        measurements.long_chain_ratio, turns=5 if quick else 15, half_cycles=40
+    ))  # fmt: skip
+    yield Part("two threads", "speed_ups", 15, partial(
+        measurements.thread_speed_ups, turns=5 if quick else 25, seconds=0.05
+    ))  # fmt: skip
+    yield Part(f"{results.long_run:.0e} half-cycles", "memory", 5, partial(
+        measurements.long_run_memory, results.long_run
+    ))  # fmt: skip
+    yield Part("the first start and the second", "start_up", 15, measurements.start_up_seconds)
+    members = 8 if quick else 16
     for n, amplitude in SIZES[:4]:
-        tell(f"mean velocity, N = {n}")
-        members, seconds = (8, 0.4) if quick else (16, 2.0 if n < 60 else 6.0)
-        velocities.append(
-            measurements.velocity_costs(n, amplitude, members=members, seconds=seconds)
-        )
-    answers = answered(singles, quick=quick, tell=tell)
-    return Results(
-        halves, singles, per_event, speed_ups, memory, long_run, velocities, start_up, answers
-    )
-
-
-def answered(
-    singles: list[Rearrangements], *, quick: bool, tell: Callable[[str], None]
-) -> list[questions.Answer]:
-    """Return what every question costs, by every way to answer it."""
-    found: list[questions.Answer] = []
+        seconds = 0.4 if quick else 2.0 if n < 60 else 6.0
+        yield Part(f"mean velocity, N = {n}", "velocities", 5 * seconds, partial(
+            lambda *size, **how: [measurements.velocity_costs(*size, **how)],
+            n, amplitude, members=members, seconds=seconds,
+        ))  # fmt: skip
     for n in questions.AMPLITUDES:
-        tell(f"questions: mean velocity, N = {n}")
-        members, seconds = (8, 0.3) if quick else (16, 2.0 if n < 30 else 6.0)
-        found += questions.mean_velocity(n, members=members, seconds=seconds)
-    for single in singles:
-        tell(f"questions: one rearrangement, N = {single.n}")
-        found += questions.itineraries(single, count=5 if quick else 20)
-    tell("questions: thresholds and fates")
-    found += questions.thresholds()
-    found += questions.fates()
-    return found
+        seconds = 0.3 if quick else 2.0 if n < 30 else 6.0
+        yield Part(f"questions: mean velocity, N = {n}", "answers", 60, partial(
+            questions.mean_velocity, n, members=members, seconds=seconds
+        ))  # fmt: skip
+    for single in results.rearrangements:
+        yield Part(f"questions: one rearrangement, N = {single.n}", "answers", 10, partial(
+            questions.itineraries, single, count=5 if quick else 20
+        ))  # fmt: skip
+    yield Part("questions: thresholds", "answers", 5, questions.thresholds)
+    yield Part("questions: fates", "answers", 10, questions.fates)
+
+
+_QUICK = 0.2
+"""How long a quick run takes, in units of a full one."""
+
+
+def measure(results: Results, *, tell: Callable[[str], None], keep: Callable[[], None]) -> None:
+    """Measure what is not done yet; `keep` is called after every part."""
+    share = _QUICK if results.quick else 1.0
+    # the questions about single rearrangements come up once these are measured
+    expected = {part.name: share * part.seconds for part in parts(results)}
+    left = sum(seconds for name, seconds in expected.items() if name not in results.done)
+    tell(f"about {left / 60:.0f} minutes if nothing else runs")
+    spent = planned = 0.0
+    for part in parts(results):
+        if part.name in results.done:
+            continue
+        begin = time.perf_counter()
+        found = part.run()
+        took = time.perf_counter() - begin
+        known = getattr(results, part.into)
+        if isinstance(known, list):
+            known.extend(found)
+        else:
+            setattr(results, part.into, found)
+        results.done.append(part.name)
+        keep()
+        wanted = expected.get(part.name, share * part.seconds)
+        spent, planned, left = spent + took, planned + wanted, max(left - wanted, 0.0)
+        tell(f"{part.name}: {took:.0f} s; about {left * spent / planned / 60:.0f} minutes left")
 
 
 def _us(seconds: float) -> str:
@@ -473,23 +523,44 @@ def draw_answers(answers: list[questions.Answer], path: Path) -> None:
         save_picture(figure, path)
 
 
+def begun(path: Path | None, *, quick: bool) -> Results:
+    """Return what an earlier run with these settings has left at `path`, else nothing yet."""
+    if path is not None and path.exists():
+        found = pickle.loads(path.read_bytes())
+        if isinstance(found, Results) and found.quick == quick:
+            return found
+    return Results(quick)
+
+
 def main() -> None:
     """Measure, print, and write what was asked for."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--quick", action="store_true", help="fewer turns, not the longest chain")
-    parser.add_argument("--out", type=Path, help="directory for the table, picture and numbers")
+    parser.add_argument(
+        "--out", type=Path,
+        help="directory for the table, pictures and numbers; what an earlier run has left is kept",
+    )  # fmt: skip
     asked = parser.parse_args()
+    half_done = None
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
-    results = measure(quick=asked.quick, tell=lambda what: print(what, file=sys.stderr, flush=True))
+        half_done = asked.out / "benchmark.part"
+    results = begun(half_done, quick=asked.quick)
+
+    def keep() -> None:
+        if half_done is not None:
+            write_file(half_done, pickle.dumps(results), "out")
+
+    measure(results, tell=lambda what: print(what, file=sys.stderr, flush=True), keep=keep)
     text = markdown(results)
     print(text)
-    if asked.out is not None:
+    if half_done is not None:
         (asked.out / "benchmark.md").write_text(text, encoding="utf-8")
         numbers = json.dumps(plain(results), indent=1)
         (asked.out / "benchmark.json").write_text(numbers + "\n", encoding="utf-8")
         draw(results, asked.out / "benchmark.png")
         draw_answers(results.answers, asked.out / "questions.png")
+        half_done.unlink()
 
 
 if __name__ == "__main__":
