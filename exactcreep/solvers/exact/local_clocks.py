@@ -389,6 +389,19 @@ def _kept(clock, strip, k, lanes, row):
 
 
 @inlined
+def _next_order(moves, holds, y, after, around):
+    """Return two derivatives of eight velocities in a row, from the two one order before."""
+    return after, choose(moves, fused(holds, y, around), spread(0.0))
+
+
+@inlined
+def _velocities(cell, strip, lanes, y):
+    """Return the velocities of the movers among these lanes of eight columns, else zero."""
+    side = load(cell, SIDE, 8 * strip)
+    return choose(lanes & below(spread(0.0), side * side), y, spread(0.0))
+
+
+@inlined
 def _renew(cell, clock, now):
     """Expand the sliders around the last event anew; return whether they are calm enough."""
     zero = spread(0.0)
@@ -450,14 +463,11 @@ def _renew(cell, clock, now):
     _kept(clock, b, 0, in_b, y_b)
     _kept(clock, c, 0, in_c, y_c)
     _kept(clock, d, 0, in_d, y_d)
-    side = load(cell, SIDE, 8 * a)
-    y_a = choose(outer & below(zero, side * side), y_a, zero)
+    y_a = _velocities(cell, a, outer, y_a)
     y_b = choose(moves_b, y_b, zero)
     y_c = choose(moves_c, y_c, zero)
-    side = load(cell, SIDE, 8 * d)
-    y_d = choose((outer >> 24) & below(zero, side * side), y_d, zero)
-    side = load(cell, SIDE, 8 * e)
-    y_e = choose((outer >> 32) & below(zero, side * side), y_e, zero)
+    y_d = _velocities(cell, d, outer >> 24, y_d)
+    y_e = _velocities(cell, e, outer >> 32, y_e)
     after_a = choose(moves_a, after_a, zero)
     after_b = choose(moves_b, after_b, zero)
     after_c = choose(moves_c, after_c, zero)
@@ -488,21 +498,11 @@ def _renew(cell, clock, now):
             late = larger(late, choose(in_b, magnitude(row_b), zero))
             late = larger(late, choose(in_c, magnitude(row_c), zero))
             late = larger(late, choose(in_d, magnitude(row_d), zero))
-        new = choose(moves_a, fused(holds_a, y_a, around_a), zero)
-        y_a = after_a
-        after_a = new
-        new = choose(moves_b, fused(holds_b, y_b, around_b), zero)
-        y_b = after_b
-        after_b = new
-        new = choose(moves_c, fused(holds_c, y_c, around_c), zero)
-        y_c = after_c
-        after_c = new
-        new = choose(moves_d, fused(holds_d, y_d, around_d), zero)
-        y_d = after_d
-        after_d = new
-        new = choose(moves_e, fused(holds_e, y_e, around_e), zero)
-        y_e = after_e
-        after_e = new
+        y_a, after_a = _next_order(moves_a, holds_a, y_a, after_a, around_a)
+        y_b, after_b = _next_order(moves_b, holds_b, y_b, after_b, around_b)
+        y_c, after_c = _next_order(moves_c, holds_c, y_c, after_c, around_c)
+        y_d, after_d = _next_order(moves_d, holds_d, y_d, after_d, around_d)
+        y_e, after_e = _next_order(moves_e, holds_e, y_e, after_e, around_e)
     tail = spread(_TAIL * largest(late))
     _keep(cell, clock, friction, b, begin, bent_b + tail, in_b)
     _keep(cell, clock, friction, c, begin, bent_c + tail, in_c)
