@@ -133,7 +133,7 @@ class ExactSimulation(Simulation):
         return int(self.work.now["seed"].view(np.uint64)[0])
 
     @property
-    def _events(self) -> int:
+    def _event_count(self) -> int:
         return int(self.work.now["events"][0])
 
     def targets(
@@ -167,7 +167,7 @@ class ExactSimulation(Simulation):
         each = {"x": self._displacements, "tension": self._tensions, "slips": self._slips}
         rows: dict[str, list[Any]] = {name: [] for name in each if name in self.record}
         logs: list[dict[str, NDArray[Any]]] = []
-        begun = events = self._events
+        begun = events = self._event_count
         done, reason = 0, layout.DONE
         stop: Stop | None = None
         while stop is None:
@@ -185,7 +185,7 @@ class ExactSimulation(Simulation):
                 for name, values in rows.items():
                     values.append(each[name]())
                 self.work.tally[layout.SLIPS] = 0
-            events = self._events
+            events = self._event_count
             if reason in (layout.RUNAWAY, layout.ENDLESS):
                 break
             stop = Stop.DONE if done == count else limits.stop(events - begun)
@@ -247,7 +247,7 @@ class ExactSimulation(Simulation):
         target = np.array([high]), np.array([low]), np.empty(1)
         reason = layout.BUDGET
         while reason in _GOES_ON:
-            left = min(most - self._events, at_once)
+            left = min(most - self._event_count, at_once)
             reason, _ = self._advance(*target, left, True)
             yield reason
 
@@ -524,7 +524,7 @@ class Exact(Solver):
             if reason == layout.RUNAWAY:
                 outcome, told = Outcome.RUNAWAY, NEVER_STOPS
                 break
-            stop = limits.stop(simulation._events) if reason in _GOES_ON else None
+            stop = limits.stop(simulation._event_count) if reason in _GOES_ON else None
             if stop is None and reason != layout.ENDLESS:
                 continue
             outcome, told = Outcome.LIMIT, limits.reason(stop) if stop else _ENDLESS

@@ -105,9 +105,15 @@ _LONGER = 4
 """A series has 12, 16, 20 or 24 terms: as many as the expected time of its event needs."""
 
 _LANEWISE = 10
-# Derivatives 10 and 11 bound all later ones, see `_evaluate`.
-_EVEN_TAIL = 1.1 / 720.0
-_ODD_TAIL = 1.4 / 5040.0
+"""Derivatives 4 .. 9 bound the fourth lane by lane; 10 and 11 of all lanes bound what follows.
+
+Two more orders multiply the largest derivative of a mover by at most 4, the norm of K; a force at
+rest has at most twice its neighbours' of the order before. With E and O the largest of the orders
+10 and 11, the following ones are at most ``4 E + 2 O``, ``8 E + 4 O``, ``16 E + 8 O``, .., and the
+rest of the fourth derivative's series up to t <= 1 at most as below.
+"""
+_EVEN_TAIL = 1.1 / math.factorial(6)  # E (1/6! + 4/8! + 8/9! + 16/10! + ..) is 1.0911 E / 6!
+_ODD_TAIL = 1.4 / math.factorial(7)  # O (1/7! + 2/8! + 4/9! + 8/10! + ..) is 1.3191 O / 7!
 
 _MISS = 0.25 * ULP
 """A root is left to the next evaluation if it should be off by less, relatively."""
@@ -555,10 +561,7 @@ def refined(cell, series, now, i, row, lane, orders, t):
 def _evaluate(series, strips, orders, even_tail, odd_tail, t):
     """Fill displacements, margins and slopes at t, and bounds of fourth derivatives until then.
 
-    `even_tail`, `odd_tail` are the largest derivatives of the orders 10 and 11 in the window. Two
-    more orders multiply a mover's by at most 4, the norm of K; a force at rest has at most
-    twice its neighbours' of the order before. The sum of all terms from there on is their
-    first ones times less than 1.1 and 1.4.
+    `even_tail`, `odd_tail` are the largest derivatives of the orders 10 and 11; see `_LANEWISE`.
     """
     u = t * t
     at = spread(t)
