@@ -53,6 +53,7 @@ The bounds of the comparisons in `next_start` and `end_slips` are below 10 ulp o
 is compared here instead is rounded by less than 8.
 """
 
+
 @inlined
 def next_start(cell, now, target, target_low):
     """Return which end starts before the target, and at which ``l0 theta``.

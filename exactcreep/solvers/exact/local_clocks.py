@@ -56,6 +56,17 @@ from exactcreep.solvers.exact.layout import (
     compiled,
     inlined,
 )
+from exactcreep.solvers.exact.margins import (
+    STEP_FACTORS,
+    approach,
+    first_zero,
+    forces,
+    is_clear,
+    its_range,
+    margin,
+    refined,
+    rounding,
+)
 from exactcreep.solvers.exact.simd import (
     below,
     choose,
@@ -75,16 +86,8 @@ from exactcreep.solvers.exact.simd import (
     put,
     smaller,
     spread,
-    square_root,
     store,
     take,
-)
-from exactcreep.solvers.exact.taylor import (
-    STEP_FACTORS,
-    is_clear,
-    margin,
-    refined,
-    rounding,
 )
 
 _CALM = 16.0
@@ -135,34 +138,6 @@ def _at(clock, cell, strip, time):
 
 
 @inlined
-def _guessed(cell, clock, friction, strip):
-    """Return for eight columns how soon their margins seem to end."""
-    column = 8 * strip
-    row = CLOCKS * strip
-    zero = spread(0.0)
-    half = spread(0.5)
-    side = load(cell, SIDE, column)
-    resting = not_above(magnitude(side), zero)
-    c1 = take(clock, row + 1)
-    c2 = take(clock, row + 2)
-    heading = choose(below(c1 + c2 * half, zero), spread(-1.0), spread(1.0))
-    way = choose(resting, heading, zero - side)
-    edge = choose(resting, load(cell, EXCESS, column) + spread(friction), zero)
-    p0 = larger(edge - way * take(clock, row), zero)
-    p1 = zero - way * c1
-    p2 = zero - way * (c2 * half)
-    fresh = below(zero, load(cell, FRESH, column))
-    p0 = choose(fresh, p1, p0)
-    p1 = choose(fresh, p2, p1)
-    p2 = choose(fresh, zero - way * (take(clock, row + 3) * spread(1.0 / 6.0)), p2)
-    square = p1 * p1 - spread(4.0) * p2 * p0
-    low = square_root(larger(square, zero)) - p1
-    guess = (p0 + p0) / larger(low, spread(1e-300))
-    missed = below(square, zero) | not_above(low, zero)
-    return choose(missed, spread(2.0), guess)
-
-
-@inlined
 def _inside(cell, clock, friction, strip, bent, tau):
     """Return which of eight margins are certified to stay in range for `tau` after their base."""
     column = 8 * strip
@@ -192,9 +167,7 @@ def _inside(cell, clock, friction, strip, bent, tau):
     scale = (magnitude(a0) + magnitude(a1)) + (magnitude(a2) + magnitude(a3)) + bend
     scale = scale + choose(resting, threshold + spread(friction), tau * spread(friction))
     bound = spread(16.0 * ULP) * scale
-    never = spread(NEVER)
-    floor = choose(resting, threshold, choose(below(side, zero), never, zero))
-    ceiling = choose(resting, threshold, choose(below(zero, side), never, zero))
+    floor, ceiling = its_range(cell, friction, column)
     return below(bound, low + floor) & below(bound, ceiling - high)
 
 
@@ -211,7 +184,7 @@ def _keep(cell, clock, friction, strip, begin, bent, lanes):
     key = choose(lanes, never, take(clock, row + KEY))
     ends = watched & ~_inside(cell, clock, friction, strip, bent, left)
     if ends != 0:
-        guess = _guessed(cell, clock, friction, strip)
+        guess = first_zero(*approach(cell, clock, row, friction, column))
         tau = smaller(guess * spread(_EARLY), left)
         inside = _inside(cell, clock, friction, strip, bent, tau)
         key = choose(ends, choose(inside, spread(begin) + tau, spread(begin)), key)
@@ -301,12 +274,8 @@ def _begin_epoch(cell, clock, now):
         side = load(cell, SIDE, i)
         stiffness = load(cell, STIFFNESS, i)
         moves = side * side
-        around = load(cell, X, i - 1) + load(cell, X, i + 1)
-        pull = load(cell, REST, i) + (around - stiffness * load(cell, X, i))
-        push = side * pull - spread(friction)
-        fresh = below(zero, load(cell, FRESH, i))
-        push = choose(fresh, load(cell, DRIVE, i), push)
-        forceless |= fresh & not_above(push, zero)
+        pull, push, idle = forces(cell, friction, i)
+        forceless |= idle
         speed = load(cell, SPEED, i)
         put(clock, row + HOLD, zero - moves * stiffness)
         put(clock, row, fused(spread(1.0) - moves, pull, side * speed))

@@ -165,9 +165,7 @@ def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Work | None 
     now["total"] = rest.numbers[PLACE].sum()
     now["logging"] = logging
     now["seed"] = seed if seed < 2**63 else seed - 2**64
-    _place(
-        work.cell, work.tally, work.deviate, work.now, rest.numbers, rest.state.draws
-    )
+    _place(work.cell, work.tally, work.deviate, work.now, rest.numbers, rest.state.draws)
     return work
 
 

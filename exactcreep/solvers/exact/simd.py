@@ -272,13 +272,9 @@ mantissa = _operation(_mantissa, 1, lanes)
 """m of a = m 2**e with m in [1/2, 1), for positive normal a."""
 exponent = _operation(_exponent, 1, lanes)
 """e of a = m 2**e, for positive normal a."""
-smaller = _operation(
-    lambda builder, v: builder.select(builder.fcmp_ordered("<", *v), *v), 2, lanes
-)
+smaller = _operation(lambda builder, v: builder.select(builder.fcmp_ordered("<", *v), *v), 2, lanes)
 """The smaller of a and b in each lane, b where a is not a number."""
-larger = _operation(
-    lambda builder, v: builder.select(builder.fcmp_ordered(">", *v), *v), 2, lanes
-)
+larger = _operation(lambda builder, v: builder.select(builder.fcmp_ordered(">", *v), *v), 2, lanes)
 """The larger of a and b in each lane, b where a is not a number."""
 least = _operation(_reduced("fmin"), 1, types.float64)
 """The smallest of the lanes of a, all of which are numbers."""

@@ -76,7 +76,6 @@ _ENDLESS = (
 )
 
 
-
 class ExactSimulation(Simulation):
     """A chain on its way along a drive, event by event; see `Exact`."""
 
@@ -157,9 +156,7 @@ class ExactSimulation(Simulation):
         error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
         return product, error + l0_low * theta
 
-    def follow(
-        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
-    ) -> Stretch:
+    def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         high, low = self.targets(drive, first, count, self.seed)
         self.work.now["target"] = first
