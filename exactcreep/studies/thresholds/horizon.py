@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any, ClassVar, NamedTuple
-
-from numpy.typing import NDArray
+from typing import Any, NamedTuple
 
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
@@ -49,7 +48,7 @@ class Trial(NamedTuple):
     creeps: bool
     evidence: Evidence
     log: list[LoggedRearrangement]
-    tensions: tuple[NDArray[Any], NDArray[Any]]
+    tensions: tuple[Sequence[Any], Sequence[Any]] = ((), ())  # before and after the last cycle
     outcome: Outcome | None = None  # of a fate
     fate: Fate | None = None
 
@@ -70,7 +69,6 @@ class Question:
     cycles: int
     start: State
     limits: Limits = NO_LIMITS
-    criterion: ClassVar[str] = "horizon"
 
     @property
     def half_cycles(self) -> int:
@@ -109,7 +107,7 @@ class Question:
             if abs(known.middle - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
                 evidence = Evidence.UNDECIDED
         log = logged(stretch.recorded)
-        return Trial(creeps, evidence, log, (tensions[0], tensions[-1]))
+        return Trial(creeps, evidence, log, (list(tensions[0]), list(tensions[-1])))
 
     def _followed(self, simulation: Simulation, amplitude: Fraction) -> Stretch:
         """Take a simulation through all cycles, or to a runaway.
@@ -127,13 +125,12 @@ class Question:
         stretch = advance(simulation, drive, self.half_cycles, limits)
         if stretch.stop is Stop.DEADLINE:
             raise OutOfTime(stretch.reason)
+        run = f"a run at A = {nearest_float(amplitude):.17g}"
         if stretch.stop is Stop.BUDGET:
-            raise GivenUp(
-                f"a run at A = {nearest_float(amplitude):.17g} takes more than {most:.0e}"
-                " events: look for the edge at smaller amplitudes"
-            )
+            what = f"takes more than {most:.0e} events: look for the edge at smaller amplitudes"
+            raise GivenUp(f"{run} {what}")
         if stretch.stop is Stop.LIMIT:
-            raise GivenUp(f"a run at A = {nearest_float(amplitude):.17g}: {stretch.reason}")
+            raise GivenUp(f"{run}: {stretch.reason}")
         return stretch
 
     def _advance(self, values: list[Any]) -> Enclosure:

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any, ClassVar
-
-import numpy as np
+from typing import Any
 
 from exactcreep.limits import OutOfTime, Stop
 from exactcreep.model.drive import Cycles
@@ -36,7 +34,6 @@ class Lasting(Question):
     one (`certified`), or, where that is not known either, the answer is listed as `sensitive`.
     """
 
-    criterion: ClassVar[str] = "lasting"
     solver: str = "certified"
     certified: dict[Fraction, bool] = field(default_factory=dict)
     sensitive: dict[Fraction, bool] = field(default_factory=dict)
@@ -105,8 +102,8 @@ class Lasting(Question):
         found, log = proved(self.chain, drive, self.start, self.limits)
         if found.outcome is Outcome.LIMIT:
             self.limits.require()
-        creeps, tensions = found.outcome not in _IDLE, (np.array([]), np.array([]))
-        return Trial(creeps, found.evidence, log, tensions, found.outcome, found)
+        creeps = found.outcome not in _IDLE
+        return Trial(creeps, found.evidence, log, outcome=found.outcome, fate=found)
 
 
 def side_by_side(one: Trial, other: Trial) -> list[list[LoggedRearrangement]]:
