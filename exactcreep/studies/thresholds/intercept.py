@@ -38,6 +38,7 @@ FEWEST_POINTS = 8
 """Amplitudes of a straight line."""
 UNLIKELY = 0.01
 """Probability of a chi2 as large, below which a line is not believed."""
+_FLAT = 1e-6  # of the slope: less is rounding
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -59,7 +60,7 @@ class Intercept(Measured):
         The amplitude, and its standard error; nan if not known.
     systematic : float
         The larger shift of the intercept if only the lower, or only the upper half of the
-        amplitudes is fitted.
+        amplitudes is fitted; inf if one of them has no slope.
     slope, slope_error : float
     chi2, chi2_probability : float
         Of the line, and the probability of one as large.
@@ -200,7 +201,9 @@ def _fitted(
     others = [line(part)[0] for part in (slice(None, half), slice(-half, None))]
     found: dict[str, Any] = {
         "intercept": float(at),
-        "systematic": float(max(abs(-b / a - at) for a, b in others)),
+        "systematic": max(
+            abs(float(-b / a - at)) if abs(a) > _FLAT * abs(slope) else math.inf for a, b in others
+        ),
         "slope": float(slope),
     }
     if not scatter.size:

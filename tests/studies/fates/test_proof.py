@@ -1,5 +1,6 @@
 """Fates that are proved for ever."""
 
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -36,6 +37,8 @@ def test_a_fate_is_proved_for_ever(
 ) -> None:
     found = fate(captions(n), amplitude)
     assert told(found) == (outcome, Evidence.PROVED, period, settled)
+    run = creep(found.chain, Cycles(amplitude, settled + period), record=("events",))
+    assert halves_in(run.recorded, settled + period)[2 * settled :] == halves_of(found, settled)
 
 
 @pytest.mark.parametrize(("n", "amplitude"), [(2, "0.0004"), (3, "0.00066")])
@@ -166,6 +169,15 @@ def halves_of(found: Fate, cycle: int) -> list[tuple[object, ...]]:
     return [tuple(half) for half in halves[late:] + halves[:late]]
 
 
+def halves_in(recorded: Mapping[str, np.ndarray], cycles: int) -> list[tuple[object, ...]]:
+    """Return the itineraries of the half-cycles of a run."""
+    log = rearrangements(recorded)
+    return [
+        tuple(one.itinerary for one in log if one.half_cycle == q)
+        for q in range(1, 2 * cycles + 1)
+    ]
+
+
 def settled_fates(seed: int, count: int, first: int, last: int, cycles: int) -> list[Fate]:
     """Return fates of random chains, known after `cycles`, that settle between `first` and `last`.
 
@@ -231,8 +243,5 @@ def test_sixty_digits_go_through_the_proved_period_of_longer_courses() -> None:
         assert period is not None
         drive = Cycles(found.amplitude, settled + 2 * period)
         run = creep(found.chain, drive, solver="mpmath", digits=60, record=("events",))
-        halves: list[list[object]] = [[] for _ in range(2 * drive.cycles)]
-        for one in rearrangements(run.recorded):
-            halves[one.half_cycle - 1].append(tuple(event.signature for event in one.events))
-        wanted = 2 * halves_of(found, settled)
-        assert [tuple(half) for half in halves[2 * settled :]] == wanted
+        halves = halves_in(run.recorded, drive.cycles)
+        assert halves[2 * settled :] == 2 * halves_of(found, settled)

@@ -349,6 +349,8 @@ def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None
     stairs = threshold(captions(2), criterion="intercept", cycles=60)
     assert stairs.evidence is Evidence.UNDECIDED
     assert "steps" in stairs.reason
+    assert stairs.systematic == math.inf  # the upper half lies on one step
+    assert stairs.summary()["systematic"] is None
     bent = threshold(captions(6, "0.01"), criterion="intercept", fit=("0.5", "3"), cycles=150)
     assert bent.evidence is Evidence.UNDECIDED
     assert "chi2" in bent.reason
