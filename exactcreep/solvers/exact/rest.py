@@ -160,7 +160,7 @@ def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Work | None 
     """
     work = _room(chain.n, logging) if used is None else used
     work.now.view(np.int64)[:] = _constants(chain)  # field by field it takes longer
-    now = work.now[0]
+    now = work.now
     now["theta"], now["theta_low"] = rest.load
     now["total"] = rest.numbers[PLACE].sum()
     now["logging"] = logging

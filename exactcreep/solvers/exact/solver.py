@@ -116,14 +116,14 @@ class ExactSimulation(Simulation):
     @property
     def tally(self) -> Tally:  # type: ignore[override]
         """Counts since the start."""
-        now = self.work.now[0]
+        now = self.work.now
         return Tally(
-            rearrangements=int(now["rearrangements"]),
-            events=int(now["events"]),
-            slips=int(now["slips"]),
-            draws_below_mu_d=int(now["below"]),
-            undecided=int(now["undecided"]),
-            long_rearrangements=int(now["long"]),
+            rearrangements=now["rearrangements"].item(),
+            events=now["events"].item(),
+            slips=now["slips"].item(),
+            draws_below_mu_d=now["below"].item(),
+            undecided=now["undecided"].item(),
+            long_rearrangements=now["long"].item(),
         )
 
     @property
@@ -133,7 +133,7 @@ class ExactSimulation(Simulation):
 
     @property
     def _event_count(self) -> int:
-        return int(self.work.now["events"][0])
+        return int(self.work.now["events"].item())
 
     def targets(
         self, drive: Drive, first: int, count: int, seed: int = 0
@@ -266,7 +266,7 @@ class ExactSimulation(Simulation):
 
     def _drain(self) -> NDArray[Any]:
         """Return the rows of the event log, and empty it."""
-        count = int(self.work.now["logged"][0])
+        count = int(self.work.now["logged"].item())
         self.work.now["logged"] = 0
         rows = self.work.log.events[:count]
         return rows.view(np.uint8).copy().view(rows.dtype)  # field by field it takes longer
@@ -297,8 +297,8 @@ class ExactSimulation(Simulation):
 
     def load(self) -> tuple[float, float]:
         """Return ``l0 theta`` at present, as two floats."""
-        now = self.work.now[0]
-        return float(now["theta"]), float(now["theta_low"])
+        now = self.work.now
+        return now["theta"].item(), now["theta_low"].item()
 
     def state(self) -> State:
         """Return the present state."""
@@ -395,14 +395,14 @@ class ExactSimulation(Simulation):
 
     def report(self) -> dict[str, Any]:
         """Return the work done: cluster steps, margins tested, polynomial evaluations."""
-        return _work_done(self.work.now[0])
+        return _work_done(self.work.now)
 
 
-def _work_done(now: np.void) -> dict[str, Any]:
+def _work_done(now: NDArray[Any]) -> dict[str, Any]:
     return {
-        "cluster_steps": int(now["steps"]),
-        "windows_certified": int(now["tests"]),
-        "root_evaluations": int(now["roots"]),
+        "cluster_steps": now["steps"].item(),
+        "windows_certified": now["tests"].item(),
+        "root_evaluations": now["roots"].item(),
     }
 
 
@@ -528,8 +528,8 @@ class Exact(Solver):
             if simulation.never_rests():
                 outcome, told = Outcome.RUNAWAY, NEVER_RESTS
             break
-        now = simulation.work.now[0]
-        undecided = int(now["undecided"])
+        now = simulation.work.now
+        undecided = now["undecided"].item()
         velocities = np.zeros(chain.n)
         if outcome is not Outcome.AT_REST:
             velocities = simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE)
@@ -543,10 +543,10 @@ class Exact(Solver):
             state=simulation.state(),
             velocities=velocities,
             undecided=undecided,
-            draws_below_mu_d=int(now["below"]),
+            draws_below_mu_d=now["below"].item(),
             solver=self.name,
             seed=seed,
-            report=_work_done(now) | {"time": float(now["time"])},
+            report=_work_done(now) | {"time": now["time"].item()},
             reason=told,
         )
         if chain.n <= layout.LONGEST_SHORT:
