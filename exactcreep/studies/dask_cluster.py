@@ -3,13 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from concurrent.futures import Executor
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from typing import Any
 
 from distributed import Client
+from distributed.cfexecutor import ClientExecutor
 
 from exactcreep.model.numbers import InputError
+
+
+class DaskExecutor(ClientExecutor):
+    """Dask's executor, which takes a result for an error if its worker dies when it has arrived."""
+
+    def _wrap_future(self, future: Any) -> Future[Any]:
+        """Return a future of the standard library that ends as `future` does."""
+        own: Future[Any] = Future()
+
+        async def end() -> None:
+            result = await future._result(raiseit=False)
+            if future.status == "cancelled":
+                own.cancel()
+                own.set_running_or_notify_cancel()
+            elif future.status == "error":
+                own.set_exception(result[1])
+            else:  # "finished", or begun anew since
+                own.set_result(result)
+
+        def cancel(ended: Future[Any]) -> None:
+            if ended.cancelled() and future.status != "cancelled":
+                future.cancel()
+
+        own.add_done_callback(cancel)
+        self._client.loop.add_callback(end)
+        return own
 
 
 @contextmanager
@@ -43,5 +70,4 @@ def cluster(address: str, *, timeout: float = 30.0) -> Iterator[Executor]:
         raise InputError("scheduler", address, f"does not answer: {reason}") from None
     with client:
         # not pure: dask must never take a cell's result from another one of the same arguments
-        executor: Executor = client.get_executor(pure=False)
-        yield executor
+        yield DaskExecutor(client, pure=False)  # type: ignore[no-untyped-call]

@@ -498,7 +498,7 @@ def test_a_scheduler_that_is_killed_ends_the_sweep_in_a_sentence_and_resume_goes
             if progress.done >= 2:
                 scheduler.kill()
 
-        with pytest.raises(InputError, match=r"'ClientExecutor': was lost .*resume"):
+        with pytest.raises(InputError, match=r"'DaskExecutor': was lost .*resume"):
             sweep(scene, executor=executor, out=out, progress=watch)
     assert 2 <= len(list((out / "cells").glob("*.cell"))) < 12
     assert sweep(scene, out=out, resume=True).identical(sweep(scene))
