@@ -20,7 +20,8 @@ a generator of fixed seed chooses; the constants of the model are off by their o
 comes out at the end is a sample of what rounding does. Beside it goes the motion itself: where a
 comparison was decided by less than the errors have become, no number can be given.
 
-Source: Eqs. (dynamic_eq1)-(static_eqN); the rules are checked in tests/motion/test_condition.py.
+Source: Eqs. (dynamic_eq1)-(static_eqN); the rules are checked in
+tests/motion/test_rounding_error.py.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@ A small room of its own, because compiled loops over 8 columns do not reliably b
 instructions. Inside functions compiled by numba a `Lanes` value is added, subtracted and
 multiplied with operators; the functions below do the rest. Comparisons give a mask, an integer
 whose bit j belongs to lane j. Every operation is one IEEE operation per lane (`fused` rounds once),
-so that results do not depend on the width of the machine's registers. `tests/solvers/test_lanes.py`
-holds each one against NumPy lane by lane.
+so that results do not depend on the width of the machine's registers.
+`tests/solvers/exact/test_simd.py` holds each one against NumPy lane by lane.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from exactcreep import Creep, Cycles, InputError, creep, load_scene, resume
 from exactcreep.quasistatic.checkpoint import VERSION
 from exactcreep.quasistatic.result import FORMAT
 
-ARCHIVE = Path(__file__).parent / "data" / "archive"
+ARCHIVE = Path(__file__).parents[1] / "data" / "archive"
 
 
 def numbered(pattern: str) -> dict[int, Path]:
