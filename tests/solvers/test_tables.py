@@ -154,7 +154,7 @@ def test_parts_are_joined_whether_or_not_they_hold_anything() -> None:
 
 @pytest.mark.parametrize("thing", [Stretch, Creep.dataset], ids=["Stretch", "Creep.dataset"])
 def test_docstrings_list_every_column_with_unit_and_meaning(thing: object) -> None:
-    lines = (inspect.getdoc(thing) or "").splitlines()
+    lines = [line.strip() for line in (inspect.getdoc(thing) or "").splitlines()]
     for name, column in COLUMNS.items():
         (line,) = (line for line in lines if line.startswith(f"{name} "))
         assert f" {column.unit} " in line
