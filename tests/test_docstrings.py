@@ -96,6 +96,13 @@ def test_importing_the_package_waits_for_nothing_heavy() -> None:
     assert not heavy & set(done.stdout.split())
 
 
+def test_a_run_waits_for_no_statistics_or_tables_that_it_does_not_make() -> None:
+    script = "import sys, exactcreep; exactcreep.creep; print(*sys.modules)"
+    done = finished(sys.executable, "-c", script)
+    assert "numba" in done.stdout.split()
+    assert not {"scipy.stats", "sympy", "xarray", "matplotlib", "pandas"} & set(done.stdout.split())
+
+
 def test_the_laws_wait_for_no_compiler() -> None:
     script = "import sys; from exactcreep import laws; print(laws.LAWS.keys(), *sys.modules)"
     done = finished(sys.executable, "-c", script)

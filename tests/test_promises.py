@@ -117,6 +117,7 @@ NONE: dict[str, str] = {
     "Exact event-driven simulation": "says what the program is",
     "The `sliding` limit is faster": "sums up the table of measurements",
     "A fixed-step integrator pays": "sums up the table of measurements",
+    "What an *answer* costs": "sums up the table of measurements",
     "An avalanche is one": "says what a word means",
     "The whole table": "names a file",
     "Sliders, springs or contacts that differ": "says what is not there",

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from exactcreep.laws import at_rest_amplitude
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
@@ -331,7 +331,7 @@ def _over_courses(
             velocities.append(float(reached[-1] - _mean(initial)) / (ended - begun))
         count = len(velocities)
         mean, scatter = math.fsum(velocities) / count, float(np.std(velocities, ddof=1))
-        scatter *= float(stats.t.ppf(0.975, count - 1)) / 1.96
+        scatter *= float(special.stdtrit(count - 1, 0.975)) / 1.96
         if not chain.sigma_mu:
             scatter *= math.sqrt(2)
         pilot = replace(

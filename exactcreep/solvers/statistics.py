@@ -15,7 +15,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy import special
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import nearest_float
@@ -23,7 +23,7 @@ from exactcreep.model.numbers import nearest_float
 FEWEST_STEPS = 64
 """Cycles, or targets of other drives, for a standard error; fewer say too little of its growth."""
 _COARSE = (8, 16, 32)  # numbers of blocks
-_MOST_GROWTH = {n: float(stats.f.ppf(0.99, n - 1, FEWEST_STEPS - 1)) for n in _COARSE}
+_MOST_GROWTH = {n: float(special.fdtri(n - 1, FEWEST_STEPS - 1, 0.99)) for n in _COARSE}
 _STUDENT = 2.365  # of 95 % with 7 degrees of freedom
 _MOST_LONG_RESTS = 0.05  # of those expected in a run: .18 spoil a third of the errors, .013 none
 _MOST_SKEWNESS = 0.8
