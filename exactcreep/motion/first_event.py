@@ -61,7 +61,7 @@ class FirstEvent:
 
 
 @dataclass(eq=False)
-class Watch:
+class Candidate:
     """A function of time that is positive until a slider acts.
 
     ``side`` is 0 for a moving slider (the function is its speed), else the direction in which the
@@ -145,7 +145,7 @@ class Search:
         last = len(flow.forces) // 2 if half else len(flow.forces)
         self.watches = [w for w in self._watched(runs) if w.slider < last]
 
-    def first(self, horizon: Any = None) -> list[Watch]:
+    def first(self, horizon: Any = None) -> list[Candidate]:
         """Return the watches that act first; several if they act together.
 
         Their ``safe`` and ``last`` enclose the time. Empty if nothing ever happens, or
@@ -185,7 +185,7 @@ class Search:
             return [leader, *rivals]
         return []
 
-    def refine(self, watch: Watch) -> bool:
+    def refine(self, watch: Candidate) -> bool:
         """Narrow the bracket of an isolated root by one interval Newton step; say if it helped."""
         width = watch.last - watch.safe
         if watch.steepness is None or not width > 0:
@@ -214,7 +214,7 @@ class Search:
 
     # -- what is watched -----------------------------------------------------------------------
 
-    def _watched(self, runs: Sequence[Run]) -> list[Watch]:
+    def _watched(self, runs: Sequence[Run]) -> list[Candidate]:
         flow, out = self.flow, []
         neighbours: dict[int, list[tuple[RunMotion, int]]] = {}
         for run in runs:
@@ -226,7 +226,7 @@ class Search:
                 slack = flow.velocity_slack
                 if self.arithmetic.roundoff:
                     slack = slack + self._rounding(motion)
-                out.append(Watch(n, 0, s, ((motion, i),), speed, slope, bound, slack))
+                out.append(Candidate(n, 0, s, ((motion, i),), speed, slope, bound, slack))
             if run.first > 0:
                 neighbours.setdefault(run.first - 1, []).append((motion, 0))
             after = run.first + motion.p
@@ -244,7 +244,7 @@ class Search:
                 room = self.thresholds[n] - side * flow.forces[n]
                 if (n, side) in self.touching:
                     room = self.arithmetic.number(0)
-                out.append(Watch(n, side, 0, tuple(terms), room, -side * rate, bound, slack))
+                out.append(Candidate(n, side, 0, tuple(terms), room, -side * rate, bound, slack))
         return out
 
     def _rounding(self, motion: RunMotion) -> Any:
@@ -253,7 +253,7 @@ class Search:
 
     # -- one watch -----------------------------------------------------------------------------
 
-    def _begin(self, watch: Watch) -> None:
+    def _begin(self, watch: Candidate) -> None:
         """Take the first step of a watch, from what is known at time 0."""
         trivial = watch.side == 0 and bool(self.flow.velocities[watch.slider] == 0)
         if trivial or self._sign(watch.value, watch.slack) == 0:
@@ -269,7 +269,7 @@ class Search:
                 raise
             return 0
 
-    def _depart(self, watch: Watch) -> None:
+    def _depart(self, watch: Candidate) -> None:
         """Leave the trivial root at time 0 by the first derivative that is not zero."""
         zero = self.arithmetic.number(0)
         exactly = watch.side == 0 or bool(watch.value == 0)
@@ -297,7 +297,7 @@ class Search:
                 watch.safe = math.inf
         self.undecided += not exactly
 
-    def _derivatives(self, watch: Watch) -> list[Any]:
+    def _derivatives(self, watch: Candidate) -> list[Any]:
         """Return derivatives 1 .. ORDERS of the watch's function at time 0."""
         out: list[Any] = [self.arithmetic.number(0)] * ORDERS
         for motion, i in watch.terms:
@@ -317,12 +317,12 @@ class Search:
                     out[k] = out[k] - watch.side * series[k]
         return out
 
-    def _derivative_slack(self, watch: Watch, k: int) -> Any:
+    def _derivative_slack(self, watch: Candidate, k: int) -> Any:
         of_force = k % 2 == (1 if watch.side == 0 else 0)
         slack = self.flow.force_slack if of_force else self.flow.velocity_slack
         return slack * 4 ** (k // 2)
 
-    def _step(self, watch: Watch, t: Any, value: Any, slope: Any) -> None:
+    def _step(self, watch: Candidate, t: Any, value: Any, slope: Any) -> None:
         """Move the watch on from `t`: isolate its root, or pass a time free of roots."""
         sign = self._sign(value, watch.slack)
         reach = abs(value) + watch.slack
@@ -341,7 +341,7 @@ class Search:
         step = 2 * value / (root - slope) if slope < 0 else (slope + root) / watch.bound
         watch.safe = self.arithmetic.lower(t + step)
 
-    def _graze(self, watch: Watch, t: Any) -> None:
+    def _graze(self, watch: Candidate, t: Any) -> None:
         """Settle a root that is not simple at this precision: a stop stops, a rest stays."""
         if not self.assume:
             raise Undecided("a grazing root is not decided")
@@ -354,7 +354,7 @@ class Search:
         # by then the function has left the undecided band, or its bound is used again
         watch.safe = self.arithmetic.upper(t + 2 * self.arithmetic.sqrt(slack / watch.bound))
 
-    def _evaluate(self, watch: Watch) -> None:
+    def _evaluate(self, watch: Candidate) -> None:
         self._count()
         before = watch.safe
         value, slope = watch(before)
@@ -369,7 +369,7 @@ class Search:
             raise SearchLimit(f"no event found within {MOST_EVALUATIONS} evaluations")
 
 
-def root_time(search: Search, watch: Watch) -> Any:
+def root_time(search: Search, watch: Candidate) -> Any:
     """Return the time of an isolated root, as well as this arithmetic can.
 
     Guarantee: in balls, an enclosure of the only root between the watch's ``safe`` and ``last``.
@@ -473,7 +473,7 @@ class _Signs:
         return sign
 
 
-def _soonest(watch: Watch) -> Any:
+def _soonest(watch: Candidate) -> Any:
     return watch.safe
 
 

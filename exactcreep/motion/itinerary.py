@@ -30,7 +30,7 @@ class StrayRoot(ArithmeticError):
     """Newton's method left the neighbourhood of the event it was to refine."""
 
 
-class Course:
+class Retracer:
     """A chain at rest, on its way along a known itinerary.
 
     Parameters

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
 from exactcreep.motion.arithmetic import Undecided
-from exactcreep.motion.verified import pass_through
+from exactcreep.motion.verified_event import pass_through
 
 _TINY = 2.0**-900
 

@@ -76,7 +76,7 @@ _DOUBTS = {
 }
 
 
-class Condition(NamedTuple):
+class RoundingError(NamedTuple):
     """How well float64 holds a rearrangement.
 
     Attributes
@@ -106,7 +106,7 @@ class Condition(NamedTuple):
         return f"rounding may have grown to {self.error:.2g}, beyond {PROMISE:g}"
 
 
-def condition(chain: Chain, initial: State, events: Sequence[Event], *, seed: int = 0) -> Condition:
+def rounding_error(chain: Chain, initial: State, events: Sequence[Event], *, seed: int = 0) -> RoundingError:
     """Return an estimate of what rounding in float64 has done to a rearrangement.
 
     Parameters
@@ -124,16 +124,16 @@ def condition(chain: Chain, initial: State, events: Sequence[Event], *, seed: in
     bounded. Deterministic: the same arguments give the same bits.
     """
     if not events:
-        return Condition(0.0, "")
+        return RoundingError(0.0, "")
     errors, doubt = _after(chain, initial, events, seed, None, (ROUNDING, BIAS, _CONSTANTS))
     if doubt:
-        return Condition(math.inf, doubt)
+        return RoundingError(math.inf, doubt)
     spread = np.sqrt(np.mean(errors**2, axis=1))
     stretched = np.sqrt(np.mean(np.diff(errors, axis=0) ** 2, axis=1))
-    return Condition(MARGIN * float(max(spread.max(), stretched.max(initial=0.0))), "")
+    return RoundingError(MARGIN * float(max(spread.max(), stretched.max(initial=0.0))), "")
 
 
-def carried(
+def propagated(
     chain: Chain, initial: State, events: Sequence[Event], errors: NDArray[np.float64],
     *, seed: int = 0,
 ) -> NDArray[np.float64]:
@@ -190,7 +190,7 @@ def _after(
     start = np.zeros((last - first + 1, PROBES)) if errors is None else errors[window]
     contacts = Contacts(chain, seed)
     coefficients = initial.coefficients[window].astype(np.float64)
-    moved, doubt, slider = _carried(
+    moved, doubt, slider = _propagate(
         _rows(contacts, initial, events, first),
         forces_of(FLOAT64, initial.tensions.astype(np.float64), chain.sin_alpha)[window],
         chain.friction + contacts.excesses(coefficients),
@@ -587,7 +587,7 @@ def _happen(m, rows, begin, gap, rounding):
 
 
 @njit(cache=True, nogil=True)
-def _carried(rows, force, threshold, stiff, friction, weight, errors, rounding):
+def _propagate(rows, force, threshold, stiff, friction, weight, errors, rounding):
     """Carry `errors` of the displacements at the start through the events.
 
     `rounding` holds what is added on the way: `ROUNDING`, `BIAS` and `_CONSTANTS`, or zeros.

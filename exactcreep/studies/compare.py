@@ -21,7 +21,7 @@ from exactcreep.model.numbers import InputError, Number, nearest_float, plain_da
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.motion.itinerary import Course, slider_motion
+from exactcreep.motion.itinerary import Retracer, slider_motion
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.decimals import enclosure
@@ -336,7 +336,7 @@ def _tie(truth: Standard, agreement: Agreement) -> Tie:
     """Return how close the certified motion comes to the other side's event."""
     experiment, path, log = truth.experiment, truth.path, truth.walk.log
     chain, own, certified = experiment.chain, agreement.own, agreement.known
-    course = Course(chain, experiment.initial, FLOAT64, seed=experiment.seed, refine=False)
+    course = Retracer(chain, experiment.initial, FLOAT64, seed=experiment.seed, refine=False)
     claimed = own if own is not None and not _later(own, certified) else certified
     assert claimed is not None  # two runs that differ have an event that does
     other = certified if claimed is own else own

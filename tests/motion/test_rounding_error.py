@@ -15,8 +15,8 @@ import pytest
 
 from exactcreep import Chain, Evidence, InputError, Outcome, State, rearrange
 from exactcreep.motion.arithmetic import digits_of
-from exactcreep.motion.itinerary import Course
-from exactcreep.motion.rounding_error import PROMISE, carried, condition
+from exactcreep.motion.itinerary import Retracer
+from exactcreep.motion.rounding_error import PROMISE, propagated, rounding_error
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Rearrangement
 
@@ -45,7 +45,7 @@ def end_at_fifty_digits(chain: Chain, start: State, errors: list[Fraction], resu
     stretched = np.diff(np.array(errors, dtype=object))
     tensions = np.array([Fraction(t) for t in start.tensions.tolist()], dtype=object) + stretched
     moved = State(tensions, start.displacements, start.coefficients, start.draws, start.theta)
-    course = Course(chain, moved, FIFTY_DIGITS, seed=3)
+    course = Retracer(chain, moved, FIFTY_DIGITS, seed=3)
     course.rearrange(result.events)
     return [course.travel[n] + FIFTY_DIGITS.number(errors[n]) for n in range(chain.n)]
 
@@ -62,7 +62,7 @@ def test_errors_are_carried_as_finite_differences_at_fifty_digits_say(seed: int)
     moved = end_at_fifty_digits(chain, state, [step * w for w in way], result)
     slope = np.array([float((b - a) * 10**20) for a, b in zip(plain, moved, strict=True)])
     size = 1e-18  # far below what would put an event in doubt
-    ours = carried(chain, state, result.events, size * np.array([way], dtype=float).T, seed=3)
+    ours = propagated(chain, state, result.events, size * np.array([way], dtype=float).T, seed=3)
     assert np.abs(ours[:, 0] / size - slope).max() <= 1e-9 * np.abs(slope).max()
 
 
@@ -82,7 +82,7 @@ def test_the_finite_differences_see_reversals_and_whole_chains() -> None:
 
 def test_an_error_that_only_shifts_the_whole_chain_stays_as_it_is() -> None:
     chain, state, result = random_case(random.Random(5), 20, 200)
-    after = carried(chain, state, result.events, np.full((chain.n, 1), 1e-15), seed=3)
+    after = propagated(chain, state, result.events, np.full((chain.n, 1), 1e-15), seed=3)
     assert np.abs(after - 1e-15).max() < 1e-24
 
 
@@ -91,7 +91,7 @@ def test_the_error_of_a_lone_slip_is_that_of_its_length() -> None:
     state = State.prepared(chain, [Fraction(1, 2), 0])
     result = rearrange(chain, state, direction=0)
     assert result.itinerary == (("start", (1,), (1,)), ("stop", (1,), (1,)))
-    after = carried(chain, state, result.events, np.array([[1e-15, 0, 0], [0, 1e-15, 0]]).T)
+    after = propagated(chain, state, result.events, np.array([[1e-15, 0, 0], [0, 1e-15, 0]]).T)
     # it swings about its own end of the spring: twice where the neighbour is, minus where it began
     assert after[0] == pytest.approx([-1e-15, 2e-15], rel=1e-12)
 
@@ -116,8 +116,8 @@ def test_the_estimate_is_above_the_error_and_not_far_above() -> None:
 
 def test_the_estimate_is_deterministic() -> None:
     chain, _, result = random_case(random.Random(8), 50, 300)
-    again = condition(chain, result.initial, result.events, seed=3)
-    assert again == condition(chain, result.initial, result.events, seed=3)
+    again = rounding_error(chain, result.initial, result.events, seed=3)
+    assert again == rounding_error(chain, result.initial, result.events, seed=3)
     assert again.error == result.error
 
 

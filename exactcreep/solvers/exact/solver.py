@@ -21,7 +21,7 @@ from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.motion.rounding_error import Condition, condition
+from exactcreep.motion.rounding_error import RoundingError, rounding_error
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.layout import PAD
@@ -443,9 +443,9 @@ class Estimated(Rearrangement):
         )
 
     @cached_property
-    def condition(self) -> Condition:
+    def condition(self) -> RoundingError:
         """What rounding does to the rearrangement, as far as it can be estimated."""
-        return condition(self.chain, self.initial, self.events, seed=self.seed)
+        return rounding_error(self.chain, self.initial, self.events, seed=self.seed)
 
     @property
     def evidence(self) -> Evidence:

@@ -24,7 +24,7 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
 from exactcreep.motion.solution import Solution
-from exactcreep.solvers.field.carried import Carried
+from exactcreep.solvers.field.lohner import LohnerMechanics
 from exactcreep.solvers.field.event_loop import Mechanics
 from exactcreep.solvers.field.reference import (
     FieldSimulation,
@@ -44,7 +44,7 @@ from exactcreep.solvers.tables import LOGS
 
 _BALLS = ("tensions", "displacements", "theta")  # the numbers of a state that are balls
 GUARD_BITS = 128
-"""Carried beyond the digits that were asked for, to begin with."""
+"""LohnerMechanics beyond the digits that were asked for, to begin with."""
 
 
 @dataclass(frozen=True)
@@ -176,13 +176,13 @@ class Past:
     origin : State
         From which the first call departed.
     anchor : mapping or None
-        A later state that is known exactly in Q(c), as `Carried.captured` has it.
+        A later state that is known exactly in Q(c), as `LohnerMechanics.captured` has it.
     ways : tuple of int
         Directions of the rearrangements since then.
     bits : int
         Precision of `captured`.
     captured : mapping
-        `here`, as `Carried.captured` has it.
+        `here`, as `LohnerMechanics.captured` has it.
     """
 
     chain: Chain
@@ -203,7 +203,7 @@ class Past:
 
     @classmethod
     def after(
-        cls, before: Past | None, mechanics: Carried, start: State, way: int, here: State
+        cls, before: Past | None, mechanics: LohnerMechanics, start: State, way: int, here: State
     ) -> Past:
         """Return the past of `here`, at which a rearrangement from `start` has ended."""
         captured = mechanics.captured()
@@ -225,13 +225,13 @@ def _begun(
     past: Past | None,
     assume: bool,
     limits: Limits,
-) -> Carried:
+) -> LohnerMechanics:
     """Return the chain at `state`, as well known as this precision allows."""
     if past is None:
-        return Carried(chain, seed, arithmetic, state, assume=assume, keep=True)
-    mechanics = Carried(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
+        return LohnerMechanics(chain, seed, arithmetic, state, assume=assume, keep=True)
+    mechanics = LohnerMechanics(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
     if arithmetic.bits <= past.bits or not _repeated(mechanics, past, limits):
-        mechanics = Carried(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
+        mechanics = LohnerMechanics(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
         mechanics.take_over(past.captured)
     # ties that were assumed on the way here are assumed of all that follows
     mechanics.tally = Tally(undecided=mechanics.tally.undecided)
@@ -239,7 +239,7 @@ def _begun(
     return mechanics
 
 
-def _repeated(mechanics: Carried, past: Past, limits: Limits) -> bool:
+def _repeated(mechanics: LohnerMechanics, past: Past, limits: Limits) -> bool:
     """Let a chain go through its past once more; return whether there was time for it."""
     if past.anchor is not None:
         mechanics.take_over(past.anchor)
@@ -286,7 +286,7 @@ def certificate(mechanics: Mechanics) -> dict[str, Any]:
 class CertifiedSimulation(FieldSimulation):
     """A simulation in balls, which goes back to its anchor when a comparison is undecided."""
 
-    kind = Carried
+    kind = LohnerMechanics
     leap: ClassVar[int] = 2
     """How many times the precision is taken where it does not suffice."""
 

@@ -48,7 +48,7 @@ LONG = 100
 
 
 @dataclass
-class Exact:
+class ExactState:
     """The state at rest in Q(c), as long as it lies there."""
 
     forces: list[Quadratic]
@@ -69,7 +69,7 @@ class Exact:
         }
 
     @classmethod
-    def restored(cls, field: CosineField, captured: Mapping[str, Any]) -> Exact:
+    def restored(cls, field: CosineField, captured: Mapping[str, Any]) -> ExactState:
         """Return what `captured` described."""
         return cls(
             [field.number(*x) for x in captured["forces"]],
@@ -157,7 +157,7 @@ class Mechanics:
         """Return ``mu_s cos(alpha)`` as it acts at slider `n` (from 0)."""
         return self.contacts.holds(self.coefficients[n], self.arithmetic)
 
-    def _exactly(self, state: State) -> Exact | None:
+    def _exactly(self, state: State) -> ExactState | None:
         try:
             tensions = [exact_number(x, "tension") for x in state.tensions.tolist()]
             displacements = [exact_number(x, "x") for x in state.displacements.tolist()]
@@ -167,7 +167,7 @@ class Mechanics:
         field, weight = self.field, self.field.times_cosine(self.chain.tan_alpha)
         bare = [Fraction(0), *tensions, Fraction(0)]
         forces = [field.rational(after - before) + weight for before, after in pairwise(bare)]
-        return Exact(forces, [field.rational(x) for x in displacements], field.rational(theta))
+        return ExactState(forces, [field.rational(x) for x in displacements], field.rational(theta))
 
     def _is_mirrored(self, state: State) -> bool:
         """Whether the chain is, and therefore stays, the mirror image of itself."""
@@ -696,7 +696,7 @@ class Mechanics:
             setattr(self, name, {int(n): value for n, value in captured[name]})
         self.tally = Tally(**captured["tally"])
         exact, flow = captured["exact"], captured["flow"]
-        self.exact = exact and Exact.restored(self.field, exact)
+        self.exact = exact and ExactState.restored(self.field, exact)
         self.thresholds = self.contacts.thresholds(self.coefficients, self.arithmetic)
         self.flow = None
         if flow is not None:

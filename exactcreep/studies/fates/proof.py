@@ -44,7 +44,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
 from exactcreep.quasistatic.decimals import Enclosure, enclosure
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
-from exactcreep.solvers.field.nearby import NearbySimulation
+from exactcreep.solvers.field.tangent import TangentSimulation
 from exactcreep.solvers.solver import advance
 from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.result import Fate
@@ -252,7 +252,7 @@ class _Proof:
         """
         present, n = self.simulation.mechanics, self.chain.n
         arithmetic = present.arithmetic
-        nearby = NearbySimulation(self.chain, self.simulation.state(), self.drive, arithmetic)
+        nearby = TangentSimulation(self.chain, self.simulation.state(), self.drive, arithmetic)
         mechanics = nearby.mechanics
         with arithmetic.active():
             mechanics.begin(spread, load)

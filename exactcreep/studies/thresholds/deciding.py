@@ -15,7 +15,7 @@ from typing import Any
 
 from exactcreep.model.contacts import EventKind
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, balls_of
-from exactcreep.motion.itinerary import Course, StrayRoot
+from exactcreep.motion.itinerary import Retracer, StrayRoot
 from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.studies.eventlog import LoggedEvent, LoggedRearrangement, first_difference
 from exactcreep.studies.thresholds.horizon import ADVANCE, Question
@@ -82,7 +82,7 @@ def _before(a: LoggedEvent, b: LoggedEvent) -> bool:
     return bool(a.event.time <= b.event.time)
 
 
-def _starting(course: Course, place: LoggedEvent) -> Any:
+def _starting(course: Retracer, place: LoggedEvent) -> Any:
     return course.starting_load(place.event.sliders[0] - 1, place.event.signs[0])
 
 
@@ -96,14 +96,14 @@ class _Rerun:
         self.limits = question.limits
         self.amplitude = amplitude
         self.half_cycles = question.half_cycles
-        self.course = Course(question.chain, question.start, arithmetic, spans=spans)
+        self.course = Retracer(question.chain, question.start, arithmetic, spans=spans)
 
     def target(self, half_cycle: int) -> Any:
         """Return ``l0 theta`` of a target."""
         way = 1 if half_cycle % 2 == 1 else -1
         return self.course.load_of(way * self.amplitude)
 
-    def at_rest(self, log: list[LoggedRearrangement], count: int) -> Course:
+    def at_rest(self, log: list[LoggedRearrangement], count: int) -> Retracer:
         """Return the course after the first `count` rearrangements."""
         self._follow(1, log[:count])
         return self.course

@@ -25,15 +25,15 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
 from exactcreep.motion.lohner_set import LohnerSet, exponent_of, scaled
 from exactcreep.motion.modes import Flow
-from exactcreep.solvers.field.carried import Carried
+from exactcreep.solvers.field.lohner import LohnerMechanics
 from exactcreep.solvers.field.reference import FieldSimulation
 
 BITS = 128
 """Of the product of the derivatives of short stretches."""
 
 
-class Nearby(Carried):
-    """`Carried` with the derivative of the present state in shape and load at the beginning.
+class TangentMechanics(LohnerMechanics):
+    """`LohnerMechanics` with the derivative of the present state in shape and load at the beginning.
 
     It is ``tangent product``, over all states of the set: the tangent's columns are a basis in
     floats with bounds of their errors, the product is a matrix of balls.
@@ -139,7 +139,7 @@ def _orthogonal(rows: Any, product: Any) -> tuple[NDArray[np.float64], Any]:
     return basis, flint.arb_mat(basis.tolist()).solve(rows) * product
 
 
-class NearbySimulation(FieldSimulation):
+class TangentSimulation(FieldSimulation):
     """A simulation of a set of states; `follow` raises `Undecided` if they part.
 
     Parameters
@@ -151,8 +151,8 @@ class NearbySimulation(FieldSimulation):
     arithmetic : Arithmetic
     """
 
-    kind = Nearby
-    mechanics: Nearby
+    kind = TangentMechanics
+    mechanics: TangentMechanics
 
     def __init__(self, chain: Chain, state: State, drive: Cycles, arithmetic: Arithmetic) -> None:
         super().__init__(chain, state, 0, ("events",), arithmetic)

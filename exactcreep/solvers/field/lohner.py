@@ -3,7 +3,7 @@
 The middle of the set of states is taken through the events as a point of full precision, its
 rounding in balls. Beside it go, in float64 with proved bounds, how far other states of the set may
 lie from it, and the search for the first event, which holds for all of them
-(`exactcreep.motion.verified`): balls only place the event in the middle. What float64 does not tell
+(`exactcreep.motion.verified_event`): balls only place the event in the middle. What float64 does not tell
 apart (ties, grazes, a whole chain that may run away) is asked of the set as plain balls.
 """
 
@@ -26,9 +26,9 @@ from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.first_event import FirstEvent, lone_event
 from exactcreep.motion.lohner_set import LohnerSet, Passage
 from exactcreep.motion.modes import Flow, ModalPiece, forces_of
-from exactcreep.motion.placing import placed
+from exactcreep.motion.event_enclosure import placed
 from exactcreep.motion.solution import Motion
-from exactcreep.motion.verified import HURRY, first_event, spans
+from exactcreep.motion.verified_event import HURRY, first_event, spans
 from exactcreep.solvers.field.event_loop import Mechanics, event_of
 
 STRETCH = 16
@@ -40,7 +40,7 @@ MOST_ERROR = 2.0**-10
 TINY = 2.0**-900
 
 
-class Carried(Mechanics):
+class LohnerMechanics(Mechanics):
     """`Mechanics` in balls of the middle of a set, with the set beside it; see the module.
 
     Attributes

@@ -10,8 +10,8 @@ from exactcreep.motion.arithmetic import balls_of
 from exactcreep.motion.first_event import Search, root_time
 from exactcreep.motion.lohner_set import LohnerSet, Passage
 from exactcreep.motion.modes import Flow
-from exactcreep.motion.placing import placed
-from exactcreep.motion.verified import first_event, pass_through
+from exactcreep.motion.event_enclosure import placed
+from exactcreep.motion.verified_event import first_event, pass_through
 
 FRICTION = 0.5
 UNSURE = 1e-14

@@ -11,7 +11,7 @@ import pytest
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import balls_of
-from exactcreep.solvers.field.nearby import NearbySimulation
+from exactcreep.solvers.field.tangent import TangentSimulation
 from exactcreep.solvers.registry import solver_named
 from tests.paper import captions
 
@@ -27,7 +27,7 @@ def test_the_derivative_of_a_cycle_is_that_of_its_states(n: int, amplitude: str)
     course.follow(drive, 1, 60)
     state = course.state()
 
-    def after(change: list[Fraction]) -> NearbySimulation:
+    def after(change: list[Fraction]) -> TangentSimulation:
         """Return the set after two cycles, its shape and load begun so far from `state`."""
         with BALLS.active():
             forces = [BALLS.number(x) for x in change]
@@ -38,7 +38,7 @@ def test_the_derivative_of_a_cycle_is_that_of_its_states(n: int, amplitude: str)
                 state.draws,
                 state.theta,
             )
-            simulation = NearbySimulation(chain, middle, drive, BALLS)
+            simulation = TangentSimulation(chain, middle, drive, BALLS)
             simulation.mechanics.begin(np.zeros((n - 2, n - 2)), 0.0)
         simulation.follow(drive, 1, 4)
         return simulation
