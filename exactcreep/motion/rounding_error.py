@@ -106,7 +106,9 @@ class RoundingError(NamedTuple):
         return f"rounding may have grown to {self.error:.2g}, beyond {PROMISE:g}"
 
 
-def rounding_error(chain: Chain, initial: State, events: Sequence[Event], *, seed: int = 0) -> RoundingError:
+def rounding_error(
+    chain: Chain, initial: State, events: Sequence[Event], *, seed: int = 0
+) -> RoundingError:
     """Return an estimate of what rounding in float64 has done to a rearrangement.
 
     Parameters

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from exactcreep.motion.arithmetic import balls_of
+from exactcreep.motion.event_enclosure import placed
 from exactcreep.motion.first_event import Search, root_time
 from exactcreep.motion.lohner_set import LohnerSet, Passage
 from exactcreep.motion.modes import Flow
-from exactcreep.motion.event_enclosure import placed
 from exactcreep.motion.verified_event import first_event, pass_through
 
 FRICTION = 0.5

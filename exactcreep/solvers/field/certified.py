@@ -24,8 +24,8 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
 from exactcreep.motion.solution import Solution
-from exactcreep.solvers.field.lohner import LohnerMechanics
 from exactcreep.solvers.field.event_loop import Mechanics
+from exactcreep.solvers.field.lohner import LohnerMechanics
 from exactcreep.solvers.field.reference import (
     FieldSimulation,
     FieldSolver,

@@ -1,10 +1,10 @@
-"""Mechanics in balls, at the price of one point: float64 proposes and proves, balls only place.
+"""Mechanics in balls at the price of one point: a Lohner set carried through the events.
 
-The middle of the set of states is taken through the events as a point of full precision, its
-rounding in balls. Beside it go, in float64 with proved bounds, how far other states of the set may
-lie from it, and the search for the first event, which holds for all of them
-(`exactcreep.motion.verified_event`): balls only place the event in the middle. What float64 does not tell
-apart (ties, grazes, a whole chain that may run away) is asked of the set as plain balls.
+The middle of a set of states goes through the events as a point of full precision, its rounding in
+balls. Float64, with proved bounds, holds how far other states of the set lie from the middle
+(`motion.lohner_set`) and proves which event comes first in all of them (`motion.verified_event`);
+balls only enclose that event in the middle. What float64 does not tell apart (ties, grazes, a whole
+chain that may run away) is asked of the set as plain balls.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
+from exactcreep.motion.event_enclosure import placed
 from exactcreep.motion.first_event import FirstEvent, lone_event
 from exactcreep.motion.lohner_set import LohnerSet, Passage
 from exactcreep.motion.modes import Flow, ModalPiece, forces_of
-from exactcreep.motion.event_enclosure import placed
 from exactcreep.motion.solution import Motion
 from exactcreep.motion.verified_event import HURRY, first_event, spans
 from exactcreep.solvers.field.event_loop import Mechanics, event_of

@@ -33,7 +33,7 @@ BITS = 128
 
 
 class TangentMechanics(LohnerMechanics):
-    """`LohnerMechanics` with the derivative of the present state in shape and load at the beginning.
+    """`LohnerMechanics` with the derivative of the present state in the shape and load at first.
 
     It is ``tangent product``, over all states of the set: the tangent's columns are a basis in
     floats with bounds of their errors, the product is a matrix of balls.
