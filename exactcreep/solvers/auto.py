@@ -50,10 +50,10 @@ from exactcreep.solvers.pilot import (
 )
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import (
-    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
+    Start,
     Stretch,
     Tally,
 )
@@ -509,11 +509,8 @@ def accuracy_told(report: Mapping[str, Any]) -> str:
 class AutoSimulation(Simulation):
     """A simulation by the solver that is chosen when the drive is first seen."""
 
-    def __init__(
-        self, chain: Chain, state: State, seed: int, record: tuple[str, ...], wanted: Auto
-    ) -> None:
-        self.chain, self.start, self.seed, self.record = chain, state, seed, record
-        self.wanted = wanted
+    def __init__(self, start: Start, record: tuple[str, ...], wanted: Auto) -> None:
+        self.start, self.record, self.wanted = start, record, wanted
         self._inner: Simulation | None = None
         self._chosen, self._digits = "", 0
         self._told: dict[str, Any] = {}
@@ -524,26 +521,24 @@ class AutoSimulation(Simulation):
         return Tally() if self._inner is None else self._inner.tally
 
     def _is_relaxed(self) -> bool:
-        start, relaxed = self.start, State.relaxed(self.chain, self.seed)
+        start, relaxed = self.start.state, State.relaxed(self.start.chain, self.start.seed)
         return bool(
             start.theta == 0
             and np.all(start.tensions == 0)
             and np.array_equal(start.coefficients, relaxed.coefficients)
         )
 
-    def follow(
-        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
-    ) -> Stretch:
+    def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Choose a solver if that has not been done, then let it take the chain on."""
         if self._inner is None:
             try:
                 choice = choose(
-                    self.chain,
+                    self.start.chain,
                     drive,
                     accuracy=self.wanted.accuracy,
                     question=self.wanted.question,
-                    start=None if self._is_relaxed() else self.start,
-                    seed=self.seed,
+                    start=None if self._is_relaxed() else self.start.state,
+                    seed=self.start.seed,
                     record=self.record,
                     limits=limits,
                 )
@@ -570,12 +565,13 @@ class AutoSimulation(Simulation):
         return self._inner.follow(drive, first, count, limits)
 
     def _take(self, solver: Solver, name: str) -> None:
-        self._inner = solver.simulation(self.chain, self.start, self.seed, self.record)
+        start = self.start
+        self._inner = solver.simulation(start.chain, start.state, start.seed, self.record)
         self._chosen = name
 
     def state(self) -> State:
         """Return the present state."""
-        return self.start if self._inner is None else self._inner.state()
+        return self.start.state if self._inner is None else self._inner.state()
 
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
@@ -608,7 +604,7 @@ class AutoSimulation(Simulation):
         if self._inner is None:
             return Evidence.COMPUTED
         found = self._inner.evidence
-        approximate = self._chosen in ("law", "sliding") and not self.chain.slides
+        approximate = self._chosen in ("law", "sliding") and not self.start.chain.slides
         return Evidence.COMPUTED if approximate and found is Evidence.PROVED else found
 
     def report(self) -> dict[str, Any]:
@@ -633,6 +629,7 @@ class Auto(Solver):
 
     accuracy: Any = field(default=Fraction(1, 100))
     question: str = "velocity"
+    needs_slips: ClassVar[bool] = False
     name: ClassVar[str] = "auto"
     summary: ClassVar[str] = "the cheapest solver that is accurate enough for the question"
 
@@ -640,19 +637,10 @@ class Auto(Solver):
         object.__setattr__(self, "accuracy", valid_accuracy(self.accuracy))
         valid_question(self.question)
 
-    def rearrange(
-        self,
-        chain: Chain,
-        state: State,
-        direction: int,
-        seed: int,
-        limits: Limits = ONE_REARRANGEMENT,
-    ) -> Rearrangement:
+    def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Rearrange with the exact solver: a rearrangement is inertia."""
-        return Exact().rearrange(chain, state, direction, seed, limits)
+        return Exact().rearrange(start.chain, start.state, direction, start.seed, limits)
 
-    def simulation(
-        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
-    ) -> AutoSimulation:
-        """Return a simulation that starts from `state`."""
-        return AutoSimulation(chain, state, seed, record, self)
+    def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
+        """Return a simulation that chooses its solver when it sees the drive."""
+        return AutoSimulation(start, record, self)

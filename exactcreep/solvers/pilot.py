@@ -111,9 +111,7 @@ def _most_events(chain: Chain) -> int:
     return int(_PILOT_NANOSECONDS / event_nanoseconds(chain))
 
 
-def surveyed(
-    chain: Chain, drive: Drive, start: State | None, seed: int
-) -> tuple[float, float]:
+def surveyed(chain: Chain, drive: Drive, start: State | None, seed: int) -> tuple[float, float]:
     """Return the mean velocity of the sliding limit per target, and its relative error at 95 %.
 
     Over the drive, or its beginning; the error is 0 unless the drive is random.
@@ -411,9 +409,7 @@ def _compared(
     )  # fmt: skip
 
 
-def _in_windows(
-    chain: Chain, drive: Listed, initial: State, seed: int, limits: Limits
-) -> Pilot:
+def _in_windows(chain: Chain, drive: Listed, initial: State, seed: int, limits: Limits) -> Pilot:
     """Return a pilot in windows spread over a path, and around its extremes.
 
     The windows begin where the sliding limit is then, and their first quarter is left out. The
@@ -447,9 +443,7 @@ def _in_windows(
     begun, ended = drive.clock(np.array([0, total])).tolist()
     whole_limit = float(other[-1] - other[0]) / (ended - begun)
     nan = math.nan
-    pilot = Pilot(
-        used, used // 4, events, nan, nan, whole_limit, 0.0, nan, nan, windows=len(gains)
-    )
+    pilot = Pilot(used, used // 4, events, nan, nan, whole_limit, 0.0, nan, nan, windows=len(gains))
     moved, expected = np.array(gains).T if gains else (np.zeros(1), np.zeros(1))
     whole = float(np.abs(expected).sum())
     # one storm in one window tells nothing of its scatter

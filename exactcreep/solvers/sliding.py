@@ -45,10 +45,10 @@ from exactcreep.model.state import State
 from exactcreep.motion.cosine_field import CosineField, Quadratic
 from exactcreep.solvers.relaxation import relaxed
 from exactcreep.solvers.solver import (
-    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
+    Start,
     Stretch,
     Tally,
     refuse_records,
@@ -202,21 +202,14 @@ _follow_floats = njit(cache=True, nogil=True, error_model="numpy")(_follow)
 class SlidingSimulation(Simulation):
     """A chain in the sliding limit on its way along a drive."""
 
-    def __init__(
-        self,
-        chain: Chain,
-        state: State,
-        seed: int,
-        record: tuple[str, ...],
-        exact: bool,
-        pivot: str,
-    ) -> None:
+    def __init__(self, start: Start, record: tuple[str, ...], exact: bool, pivot: str) -> None:
+        chain, state = start.chain, start.state
         refuse_records(
             record,
             RECORDED,
             ": without inertia there are no events in time; solver 'exact' has them",
         )
-        self.chain, self.seed, self.record = chain, seed, record
+        self.chain, self.seed, self.record = chain, start.seed, record
         self.exact, self.pivot = exact, pivot
         self._kind: Any = object if exact else np.float64
         self._l0: Any = chain.l0 if exact else nearest_float(chain.l0)
@@ -279,9 +272,7 @@ class SlidingSimulation(Simulation):
     def _place(self, theta: Any) -> Any:
         return self._l0 * self._number(theta)
 
-    def follow(
-        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
-    ) -> Stretch:
+    def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         if not _held(self.chain):
             lost = Stop.RUNAWAY if _too_steep(self.chain) else Stop.LIMIT
@@ -314,9 +305,7 @@ class SlidingSimulation(Simulation):
     def _targets(self, drive: Drive, first: int, count: int) -> NDArray[Any]:
         if not self.exact:
             return drive.targets(first, count, self.seed)
-        return self._array(
-            [drive.exact_target(q, self.seed) for q in range(first, first + count)]
-        )
+        return self._array([drive.exact_target(q, self.seed) for q in range(first, first + count)])
 
     def state(self) -> State:
         """Return the present state; coefficients and draws are those of the start."""
@@ -441,6 +430,7 @@ class Sliding(Solver):
 
     exact: bool = False
     pivot: str = "mean"
+    needs_slips: ClassVar[bool] = False
     name: ClassVar[str] = "sliding"
     summary: ClassVar[str] = "no inertia, no static excess: piecewise linear in theta"
 
@@ -450,14 +440,7 @@ class Sliding(Solver):
         if self.pivot not in _SHARES:
             raise InputError("pivot", self.pivot, "must be one of " + ", ".join(_SHARES))
 
-    def rearrange(
-        self,
-        chain: Chain,
-        state: State,
-        direction: int,
-        seed: int,
-        limits: Limits = ONE_REARRANGEMENT,
-    ) -> Rearrangement:
+    def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Refuse: without inertia there are no rearrangements."""
         raise InputError(
             "solver",
@@ -465,8 +448,6 @@ class Sliding(Solver):
             "has no rearrangements (sliders slide continuously with theta); use 'exact'",
         )
 
-    def simulation(
-        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
-    ) -> SlidingSimulation:
-        """Return a simulation that starts from `state`."""
-        return SlidingSimulation(chain, state, seed, record, self.exact, self.pivot)
+    def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
+        """Return a simulation in the sliding limit."""
+        return SlidingSimulation(start, record, self.exact, self.pivot)

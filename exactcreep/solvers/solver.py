@@ -265,9 +265,7 @@ class Simulation(ABC):
     tally: Tally
 
     @abstractmethod
-    def follow(
-        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
-    ) -> Stretch:
+    def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1` of the drive.
 
         Returns early, with fewer targets completed, soon after the events of `limits` are used up,
@@ -304,17 +302,28 @@ class Simulation(ABC):
         return {}
 
 
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A chain, the state from which it departs, and the seed of what is drawn on the way."""
+
+    chain: Chain
+    state: State
+    seed: int
+
+
 class Solver(ABC):
     """An algorithm and its options (a frozen dataclass whose fields are the options).
 
-    `__post_init__` validates the options and raises `InputError`.
+    `__post_init__` validates the options and raises `InputError`. A subclass says what it does
+    from a `Start`; everybody calls `rearrange`, `iterate` and `simulation`.
     """
 
     name: ClassVar[str]
     summary: ClassVar[str]
     """One line for humans."""
+    needs_slips: ClassVar[bool] = True
+    """Whether it refuses a chain that slides with theta, which only `sliding` follows."""
 
-    @abstractmethod
     def rearrange(
         self,
         chain: Chain,
@@ -328,19 +337,12 @@ class Solver(ABC):
         Comes back with what there is, and the outcome `LIMIT`, after the events of `limits` (a few
         more, if they are simultaneous) or soon after its time is over.
         """
-
-    def compiles(self, n: int) -> tuple[int, ...]:
-        """Return lengths of chains with which all is compiled that one of `n` sliders may need.
-
-        What the first of them leaves out is compiled when a chain needs it.
-        """
-        return (2,)
+        return self.rearrange_from(self._start(chain, state, seed), direction, limits)
 
     def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
-        """Yield the events of `rearrange` one by one."""
-        yield from self.rearrange(chain, state, direction, seed).events
+        """Return an iterator over the events of `rearrange`, each as soon as it is known."""
+        return self.events_from(self._start(chain, state, seed), direction)
 
-    @abstractmethod
     def simulation(
         self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
     ) -> Simulation:
@@ -349,6 +351,36 @@ class Solver(ABC):
         A start that is not at rest is first rearranged at its own theta, within the first call of
         `Simulation.follow`.
         """
+        return self.simulation_from(self._start(chain, state, seed), record)
+
+    def _start(self, chain: Chain, state: State, seed: int) -> Start:
+        if self.needs_slips and chain.slides:
+            raise InputError(
+                "mu_s",
+                chain.mu_s,
+                "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta:"
+                ' use solver="sliding"',
+            )
+        return Start(chain, state, seed)
+
+    @abstractmethod
+    def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
+        """Do what `rearrange` says."""
+
+    def events_from(self, start: Start, direction: int) -> Iterator[Event]:
+        """Do what `iterate` says; by default, when the rearrangement is over."""
+        yield from self.rearrange_from(start, direction, ONE_REARRANGEMENT).events
+
+    @abstractmethod
+    def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
+        """Do what `simulation` says."""
+
+    def compiles(self, n: int) -> tuple[int, ...]:
+        """Return lengths of chains with which all is compiled that one of `n` sliders may need.
+
+        What the first of them leaves out is compiled when a chain needs it.
+        """
+        return (2,)
 
 
 def advance(
@@ -454,17 +486,6 @@ def warm_up(solver: Solver, lengths: Sequence[int], record: tuple[str, ...] = ()
         chain = replace(TWO_SLIDERS, n=n)
         simulation = solver.simulation(chain, State.relaxed(chain), 0, record)
         simulation.follow(Cycles("1/10", 1), 1, 2)
-
-
-def refuse_no_slips(chain: Chain) -> None:
-    """Raise `InputError` for a chain that slides without slips, which only `sliding` follows."""
-    if chain.slides:
-        raise InputError(
-            "mu_s",
-            chain.mu_s,
-            "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta: use"
-            ' solver="sliding"',
-        )
 
 
 def refuse_records(

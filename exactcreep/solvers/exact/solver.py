@@ -40,14 +40,13 @@ from exactcreep.solvers.exact.rest import (
 from exactcreep.solvers.exact.two_floats import split
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.solver import (
-    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
+    Start,
     Stretch,
     Tally,
     compiled,
-    refuse_no_slips,
     refuse_records,
 )
 from exactcreep.solvers.tables import (
@@ -87,7 +86,6 @@ class ExactSimulation(Simulation):
         record: tuple[str, ...] = ("x_G",),
         used: Work | None = None,
     ) -> None:
-        refuse_no_slips(chain)
         refuse_records(record)
         self.chain = chain
         self.record = record
@@ -496,22 +494,16 @@ class Exact(Solver):
             return (layout.LONGEST_SHORT + 1,)
         return (3,) if n > 2 else (2, 3)
 
-    def rearrange(
-        self,
-        chain: Chain,
-        state: State,
-        direction: int,
-        seed: int,
-        limits: Limits = ONE_REARRANGEMENT,
-    ) -> Rearrangement:
-        """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
+    def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
+        """Rearrange by the compiled loop, in arrays of a rearrangement that is over."""
+        chain = start.chain
         if limits.at < math.inf:
             limits = limits.later(compiled(self, self.compiles(chain.n)))
         try:
             used = _USED[chain.n].pop()
         except (KeyError, IndexError):
             used = None
-        simulation = ExactSimulation(chain, state, seed, ("events",), used)
+        simulation = ExactSimulation(chain, start.state, start.seed, ("events",), used)
         logs: list[NDArray[Any]] = []
         outcome, told = Outcome.AT_REST, ""
         late = limits.at < math.inf and limits.passed()  # then there is one event all the same
@@ -545,7 +537,7 @@ class Exact(Solver):
             undecided=undecided,
             draws_below_mu_d=now["below"].item(),
             solver=self.name,
-            seed=seed,
+            seed=start.seed,
             report=_work_done(now) | {"time": now["time"].item()},
             reason=told,
         )
@@ -555,23 +547,21 @@ class Exact(Solver):
             return result
         if result.evidence is not Evidence.UNDECIDED:
             return result
-        certified = Certified().rearrange(chain, state, direction, seed, limits)
+        certified = Certified().rearrange_from(start, direction, limits)
         why = result.doubt or f"{undecided} comparisons were undecided"
         return replace(certified, report={**certified.report, "escalated": why})
 
-    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
-        """Yield the events of `rearrange` one by one, each as soon as it is known."""
+    def events_from(self, start: Start, direction: int) -> Iterator[Event]:
+        """Yield the events one by one."""
         self._refuse_to_escalate("events that were handed out cannot be taken back")
-        simulation = ExactSimulation(chain, state, seed, ("events",))
+        simulation = ExactSimulation(start.chain, start.state, start.seed, ("events",))
         for _ in simulation.single(direction, NO_LIMITS.events_left, 1):
             yield from _events(simulation._drain())
 
-    def simulation(
-        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
-    ) -> ExactSimulation:
-        """Return a simulation that starts from `state`."""
+    def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
+        """Return a simulation by the compiled loop."""
         self._refuse_to_escalate('is for one rearrangement; for a run use solver="certified"')
-        return ExactSimulation(chain, state, seed, record)
+        return ExactSimulation(start.chain, start.state, start.seed, record)
 
     def _refuse_to_escalate(self, why: str) -> None:
         if self.escalate:

@@ -33,12 +33,11 @@ from exactcreep.solvers.field.reference import (
     mechanics_report,
 )
 from exactcreep.solvers.solver import (
-    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
+    Start,
     Stretch,
     Tally,
-    refuse_no_slips,
 )
 from exactcreep.solvers.tables import LOGS
 
@@ -95,22 +94,14 @@ class Certified(FieldSolver):
         yield self.most_bits, False
         yield self.most_bits, True
 
-    def rearrange(
-        self,
-        chain: Chain,
-        state: State,
-        direction: int,
-        seed: int,
-        limits: Limits = ONE_REARRANGEMENT,
-    ) -> Rearrangement:
-        """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
-        refuse_no_slips(chain)
-        past = Past.of(state, chain, seed)
+    def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
+        """Rearrange in balls, again with more bits where something is not decided."""
+        past = Past.of(start)
         for bits, assume in self.precisions(past):
             arithmetic = balls_of(bits)
             with arithmetic.active():
                 try:
-                    mechanics = _begun(chain, seed, arithmetic, state, past, assume, limits)
+                    mechanics = _begun(start, arithmetic, past, assume, limits)
                     result = completed(mechanics, direction, self.name, limits)
                     if not (assume or limits.passed()):
                         require_digits(mechanics, self.digits)
@@ -120,25 +111,24 @@ class Certified(FieldSolver):
                 report = dict(result.report) | certificate(mechanics)
                 motion = Solution(mechanics.pieces, mechanics.start) if mechanics.start else None
                 if result.outcome is Outcome.AT_REST:
-                    later = Past.after(past, mechanics, state, direction, result.state)
+                    later = Past.after(past, mechanics, start.state, direction, result.state)
                     result = replace(result, state=replace(result.state, past=later))
                 return replace(result, decided=evidence, report=report, motion=motion)
         raise AssertionError("the last precision decides everything")
 
-    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
-        """Yield the events of `rearrange` one by one, each as soon as it is certified.
+    def events_from(self, start: Start, direction: int) -> Iterator[Event]:
+        """Yield the events one by one, each as soon as it is certified.
 
         Where precision has to be raised later on, the enclosures of `rearrange` are narrower
         than those that were handed out before.
         """
-        refuse_no_slips(chain)
         known = 0
-        past = Past.of(state, chain, seed)
+        past = Past.of(start)
         for bits, assume in self.precisions(past):
             arithmetic = balls_of(bits)
             try:
                 with arithmetic.active():
-                    mechanics = _begun(chain, seed, arithmetic, state, past, assume, NO_LIMITS)
+                    mechanics = _begun(start, arithmetic, past, assume, NO_LIMITS)
                     mechanics.ramp(direction, None)
                     events = filter(None, mechanics.rearrangement())
                 for number in count():
@@ -152,12 +142,9 @@ class Certified(FieldSolver):
             except Undecided:
                 continue
 
-    def simulation(
-        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
-    ) -> Simulation:
-        """Return a simulation that starts from `state`; see `Solver.simulation`."""
-        refuse_no_slips(chain)
-        return CertifiedSimulation(chain, state, seed, record, self)
+    def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
+        """Return a simulation in balls."""
+        return CertifiedSimulation(start.chain, start.state, start.seed, record, self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -195,11 +182,11 @@ class Past:
     captured: Mapping[str, Any]
 
     @classmethod
-    def of(cls, state: State, chain: Chain, seed: int) -> Past | None:
+    def of(cls, start: Start) -> Past | None:
         """Return the past of a state, if it is one of this chain and leads to this state."""
-        past = state.past
-        known = isinstance(past, cls) and (past.chain, past.seed) == (chain, seed)
-        return past if known and past.here == state else None
+        past = start.state.past
+        known = isinstance(past, cls) and (past.chain, past.seed) == (start.chain, start.seed)
+        return past if known and past.here == start.state else None
 
     @classmethod
     def after(
@@ -218,20 +205,18 @@ class Past:
 
 
 def _begun(
-    chain: Chain,
-    seed: int,
-    arithmetic: Arithmetic,
-    state: State,
-    past: Past | None,
-    assume: bool,
-    limits: Limits,
+    start: Start, arithmetic: Arithmetic, past: Past | None, assume: bool, limits: Limits
 ) -> LohnerMechanics:
-    """Return the chain at `state`, as well known as this precision allows."""
+    """Return the chain at its start, as well known as this precision allows."""
+
+    def at(state: State) -> LohnerMechanics:
+        return LohnerMechanics(start.chain, start.seed, arithmetic, state, assume=assume, keep=True)
+
     if past is None:
-        return LohnerMechanics(chain, seed, arithmetic, state, assume=assume, keep=True)
-    mechanics = LohnerMechanics(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
+        return at(start.state)
+    mechanics = at(past.origin)
     if arithmetic.bits <= past.bits or not _repeated(mechanics, past, limits):
-        mechanics = LohnerMechanics(chain, seed, arithmetic, past.origin, assume=assume, keep=True)
+        mechanics = at(past.origin)
         mechanics.take_over(past.captured)
     # ties that were assumed on the way here are assumed of all that follows
     mechanics.tally = Tally(undecided=mechanics.tally.undecided)

@@ -28,12 +28,11 @@ from exactcreep.motion.first_event import SearchLimit
 from exactcreep.solvers.field.event_loop import Mechanics
 from exactcreep.solvers.rows import Avalanche
 from exactcreep.solvers.solver import (
-    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
+    Start,
     Stretch,
-    refuse_no_slips,
     refuse_records,
 )
 from exactcreep.solvers.tables import record_arrays, rows_of
@@ -46,27 +45,21 @@ class FieldSolver(Solver):
         """Return the arithmetic to begin with."""
         raise NotImplementedError
 
-    def rearrange(
-        self,
-        chain: Chain,
-        state: State,
-        direction: int,
-        seed: int,
-        limits: Limits = ONE_REARRANGEMENT,
-    ) -> Rearrangement:
-        """Ramp theta in `direction` to theta_c and rearrange; see `rearrange`."""
-        refuse_no_slips(chain)
+    def _mechanics(self, start: Start, arithmetic: Arithmetic) -> Mechanics:
+        return Mechanics(start.chain, start.seed, arithmetic, start.state, residuals=True)
+
+    def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
+        """Rearrange by `Mechanics`."""
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = Mechanics(chain, seed, arithmetic, state, residuals=True)
+            mechanics = self._mechanics(start, arithmetic)
             return completed(mechanics, direction, self.name, limits)
 
-    def iterate(self, chain: Chain, state: State, direction: int, seed: int) -> Iterator[Event]:
-        """Yield the events of `rearrange` one by one, each as soon as it is known."""
-        refuse_no_slips(chain)
+    def events_from(self, start: Start, direction: int) -> Iterator[Event]:
+        """Yield the events one by one."""
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = Mechanics(chain, seed, arithmetic, state, residuals=True)
+            mechanics = self._mechanics(start, arithmetic)
             mechanics.ramp(direction, None)
             events = filter(None, mechanics.rearrangement())
         while True:
@@ -76,12 +69,10 @@ class FieldSolver(Solver):
                 return
             yield event
 
-    def simulation(
-        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
-    ) -> Simulation:
-        """Return a simulation that starts from `state`; see `Solver.simulation`."""
-        refuse_no_slips(chain)
-        return FieldSimulation(chain, state, seed, record, self.arithmetic())
+    def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
+        """Return a simulation by `Mechanics`."""
+        arithmetic = self.arithmetic()
+        return FieldSimulation(start.chain, start.state, start.seed, record, arithmetic)
 
 
 def completed(

@@ -29,14 +29,13 @@ from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.rows import Avalanche
 from exactcreep.solvers.solver import (
-    ONE_REARRANGEMENT,
     Rearrangement,
     Simulation,
     Solver,
+    Start,
     Stretch,
     Tally,
     compiled,
-    refuse_no_slips,
     refuse_records,
 )
 from exactcreep.solvers.tables import (
@@ -265,17 +264,9 @@ class _Tables:
 class VerletSimulation(Simulation):
     """A chain on its way along a drive, stepped in time."""
 
-    def __init__(
-        self,
-        chain: Chain,
-        state: State,
-        seed: int,
-        record: tuple[str, ...],
-        dt: float,
-        locate: bool,
-    ) -> None:
-        refuse_no_slips(chain)
+    def __init__(self, start: Start, record: tuple[str, ...], dt: float, locate: bool) -> None:
         refuse_records(record)
+        chain, state, seed = start.chain, start.state, start.seed
         self._chain = chain
         self._seed = seed
         self._record = record
@@ -294,9 +285,7 @@ class VerletSimulation(Simulation):
             undecided=int(now["undecided"]),
         )
 
-    def follow(
-        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
-    ) -> Stretch:
+    def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1` of the drive."""
         work, record = self._work, self._record
         targets = drive.targets(first, count, self._seed)
@@ -398,24 +387,16 @@ class Verlet(Solver):
         if not isinstance(self.locate, (bool, np.bool_)):
             raise InputError("locate", self.locate, "must be true or false")
 
-    def simulation(
-        self, chain: Chain, state: State, seed: int, record: tuple[str, ...]
-    ) -> VerletSimulation:
-        """Return a simulation that starts from `state`."""
-        return VerletSimulation(chain, state, seed, record, self.dt, bool(self.locate))
+    def simulation_from(self, start: Start, record: tuple[str, ...]) -> VerletSimulation:
+        """Return a simulation that steps in time."""
+        return VerletSimulation(start, record, self.dt, bool(self.locate))
 
-    def rearrange(
-        self,
-        chain: Chain,
-        state: State,
-        direction: int,
-        seed: int,
-        limits: Limits = ONE_REARRANGEMENT,
-    ) -> Rearrangement:
-        """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange."""
+    def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
+        """Rearrange by steps in time, noting where each motion between two events begins."""
+        chain, state = start.chain, start.state
         if limits.at < math.inf:
             limits = limits.later(compiled(self, self.compiles(chain.n)))
-        simulation = self.simulation(chain, state, seed, ("events",))
+        simulation = self.simulation_from(start, ("events",))
         laws, work = simulation._laws, simulation._work
         if steps.release(laws, work) == 0 and direction != 0:
             steps.ramp(laws, work, float(direction), math.inf)
@@ -464,7 +445,7 @@ class Verlet(Solver):
             undecided=undecided,
             draws_below_mu_d=int(work.now["below"][0]),
             solver=self.name,
-            seed=seed,
+            seed=start.seed,
             report=_report(laws, work),
             reason=reason,
         )
