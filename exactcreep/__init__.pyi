@@ -1,0 +1,47 @@
+from . import disorder as disorder, laws as laws
+from .model.chain import Chain as Chain
+from .model.contacts import Event as Event, EventKind as EventKind
+from .model.drive import (
+    Cycles as Cycles,
+    Drive as Drive,
+    GaussianSteps as GaussianSteps,
+    Path as Path,
+)
+from .model.numbers import InputError as InputError
+from .model.outcome import Evidence as Evidence, Outcome as Outcome
+from .model.state import State as State
+from .model.temperature_record import (
+    RecordWarning as RecordWarning,
+    TemperatureRecord as TemperatureRecord,
+)
+from .motion.solution import Motion as Motion, Solution as Solution
+from .progress import Progress as Progress
+from .quasistatic.creep import (
+    AccuracyWarning as AccuracyWarning,
+    Interrupted as Interrupted,
+    PhysicsWarning as PhysicsWarning,
+    creep as creep,
+    resume as resume,
+)
+from .quasistatic.decimals import Enclosure as Enclosure
+from .quasistatic.experiment import Experiment as Experiment
+from .quasistatic.result import Creep as Creep
+from .scene import Scene as Scene, load_scene as load_scene
+from .solid import Descent as Descent, Solid as Solid, physical as physical
+from .solvers.registry import iterate as iterate, rearrange as rearrange
+from .solvers.solver import Rearrangement as Rearrangement
+from .studies.audits.audit import Audit as Audit, audit as audit
+from .studies.compare import Comparison as Comparison, compare as compare
+from .studies.fates.fate import fate as fate
+from .studies.fates.result import Fate as Fate
+from .studies.fates.survival import Survival as Survival, survival as survival
+from .studies.partings import Partings as Partings
+from .studies.plan import Plan as Plan, plan as plan
+from .studies.sweep import sweep as sweep
+from .studies.thresholds.criteria import threshold as threshold
+from .studies.thresholds.half_life import HalfLife as HalfLife
+from .studies.thresholds.horizon import GivenUp as GivenUp
+from .studies.thresholds.intercept import Intercept as Intercept
+from .studies.thresholds.threshold import Threshold as Threshold
+
+__version__: str
