@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 from exactcreep.display import shows_progress
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
 from exactcreep.model.outcome import Evidence
@@ -23,24 +23,20 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.itinerary import Retracer, slider_motion
 from exactcreep.progress import Hearer, reporter
-from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.studies.contest import (
     MOST_EVENTS,
+    STATISTICS_EVENTS,
     Agreement,
     Contestant,
     Standard,
 )
-from exactcreep.studies.eventlog import LoggedEvent
 from exactcreep.studies.partings import DEFAULT_SEEDS, DEFAULT_STEPS, Partings, partings
 
-_STATISTICS_EVENTS = 200_000  # of each contestant's own run, for its mean velocity
 
-
-@dataclass(frozen=True)
-class Tie:
+class Tie(NamedTuple):
     """How close to its alternative the first event that differs was, in the certified motion.
 
     Attributes
@@ -62,17 +58,13 @@ class Tie:
     margin: float
     time: float | None
 
-    def summary(self) -> dict[str, Any]:
-        """Return the tie by names, ready for JSON."""
-        return asdict(self)
-
 
 @dataclass(frozen=True, eq=False)
 class Standing(Agreement):
     """How one solver stands beside the certified one.
 
     Its events carry the half-cycles of the drive; its errors are those of displacements, unit
-    ``g tau_dyn**2``.
+    ``g tau_dyn**2``. Attributes as in `Agreement`, and:
 
     Attributes
     ----------
@@ -90,18 +82,17 @@ class Standing(Agreement):
     def summary(self) -> dict[str, Any]:
         """Return the standing by names, ready for JSON."""
         run = self.creep
+        difference = {
+            "own": self.own and self.own.summary(),
+            "certified": self.known and self.known.summary(),
+            "tie": self.tie and self.tie._asdict(),
+        }
         return plain_data(
             {
                 "solver": self.contestant.solver,
                 "options": self.contestant.options,
                 "events_agreed": self.agreed,
-                "first_difference": None
-                if not self.differs
-                else {
-                    "own": None if self.own is None else self.own.summary(),
-                    "certified": None if self.known is None else self.known.summary(),
-                    "tie": None if self.tie is None else self.tie.summary(),
-                },
+                "first_difference": difference if self.differs else None,
                 "rests_compared": self.compared,
                 "position_error_before": self.error_before,
                 "position_error_after": self.error_after,
@@ -266,49 +257,38 @@ def compare(
     most = whole_number(events, "events", least=1, most=MOST_EVENTS)
     say = reporter(progress)
     if seeds is not None or dts is not None:
-        return partings(
-            experiment,
-            seeds=DEFAULT_SEEDS if seeds is None else seeds,
-            dts=DEFAULT_STEPS if dts is None else dts,
-            digits=digits,
-            events=most,
-            say=say,
-        )
-    verlet = {"dt": dt, **({"locate": True} if locate else {})}
-    contestants = Contestant("exact"), Contestant("verlet", verlet)
+        chosen = DEFAULT_SEEDS if seeds is None else seeds
+        steps = DEFAULT_STEPS if dts is None else dts
+        return partings(experiment, seeds=chosen, dts=steps, digits=digits, events=most, say=say)
+    verlet = Contestant("verlet", {"dt": dt} | ({"locate": True} if locate else {}))
+    contestants = Contestant("exact"), verlet
     for one in (*contestants, Contestant("certified", {"digits": digits})):
         one.algorithm()
     say("certified", 0.0)
     truth = Standard(
         experiment, digits, most, say=lambda done: say("certified", min(1.0, done / most))
     )
-    if truth.walk.reached == 0:
+    certified = truth.walk
+    if certified.reached == 0:
         raise InputError("scene", "a first rearrangement without end", "must come to rest once")
     standings = []
     for contestant in contestants:
         say(contestant.solver, 0.0)
-        agreement = truth.agreement(contestant)
-        run = creep(
-            experiment.chain,
-            experiment.drive,
-            seed=experiment.seed,
-            start=experiment.start,
-            solver=contestant.solver,
-            twin=True,
-            max_events=_STATISTICS_EVENTS,
+        found = truth.agreement(contestant)
+        run = contestant.run(
+            experiment, Limits(STATISTICS_EVENTS), record=("x_G",), twin=True,
             progress=lambda p, name=contestant.solver: say(  # type: ignore[misc]
                 f"{name}, statistics", p.half_cycles / max(p.total, 1)
             ),
-            **contestant.options,
+        )  # fmt: skip
+        tie = _tie(truth, found) if found.differs else None
+        own, known = (
+            event and event._replace(half_cycle=truth.ends[event.half_cycle - 1])
+            for event in (found.own, found.known)
         )
-        tie = _tie(truth, agreement) if agreement.differs else None
-        placed = {
-            name: event and event._replace(half_cycle=truth.ends[event.half_cycle - 1])
-            for name, event in (("own", agreement.own), ("known", agreement.known))
-        }
-        known = {**vars(agreement), **placed}
-        standings.append(Standing(**known, contestant=contestant, tie=tie, creep=run))
-    certified = truth.walk
+        standings.append(
+            Standing(found.agreed, own, known, found.compared, found.errors, contestant, tie, run)
+        )
     radii = [enclosure(value).radius for value in certified.x.ravel().tolist()]
     return Comparison(
         experiment=experiment,
@@ -332,53 +312,36 @@ def _experiment(chain: Any, drive: Any, seed: Any, start: Any) -> Experiment:
     return chain
 
 
-def _tie(truth: Standard, agreement: Agreement) -> Tie:
+def _tie(truth: Standard, found: Agreement) -> Tie:
     """Return how close the certified motion comes to the other side's event."""
-    experiment, path, log = truth.experiment, truth.path, truth.walk.log
-    chain, own, certified = experiment.chain, agreement.own, agreement.known
-    course = Retracer(chain, experiment.initial, FLOAT64, seed=experiment.seed, refine=False)
-    claimed = own if own is not None and not _later(own, certified) else certified
-    assert claimed is not None  # two runs that differ have an event that does
-    other = certified if claimed is own else own
-    half_cycle = 1
-    for one in log[: claimed.rearrangement]:
-        for target in range(half_cycle, one.half_cycle):
-            course.ramp(course.load_of(path.theta[target - 1]))
-        half_cycle = one.half_cycle
-        course.rearrange(_plain(one.events))
-    for target in range(half_cycle, claimed.half_cycle):
-        course.ramp(course.load_of(path.theta[target - 1]))
+    experiment, log = truth.experiment, truth.walk.log
+    chain, start, seed = experiment.chain, experiment.initial, experiment.seed
+    course = Retracer(chain, start, FLOAT64, seed=seed, refine=False)
+    differ = [event for event in (found.own, found.known) if event is not None]
+    claimed = min(differ, key=lambda event: event[:2])  # of two in one rearrangement its own
+    together = [one.event for one in differ if one[:2] == claimed[:2]]
+    plain = [
+        [replace(event, time=_instant(event.time)) for event in one.events]
+        for one in log[: claimed.rearrangement + 1]
+    ]
+    for events in plain[: claimed.rearrangement]:
+        course.rearrange(events)
     slider, sign = claimed.event.sliders[0] - 1, claimed.event.signs[0]
     if claimed.number == 0:
-        there = course.load_of(path.theta[claimed.half_cycle - 1])
-        if other is not None and not _later(other, claimed):
-            there = course.starting_load(other.event.sliders[0] - 1, other.event.signs[0])
-        margin = abs(course.starting_load(slider, sign) - there)
-        return Tie("load", slider + 1, float(margin), None)
-    shared = _plain(log[claimed.rearrangement].events[: claimed.number])
+        loads = [course.starting_load(one.sliders[0] - 1, one.signs[0]) for one in together]
+        loads.append(course.load_of(experiment.drive.exact_target(claimed.half_cycle, 0)))
+        return Tie("load", slider + 1, float(abs(loads[0] - loads[1])), None)
+    times = [_instant(one.time) for one in together]
+    apart = abs(times[0] - times[1]) if len(times) > 1 else None
+    shared = plain[claimed.rearrangement][: claimed.number]
     flow = course.enter(shared)
-    runs, last = flow.runs(), shared[-1]
-    claimed_time = _instant(claimed.event.time)
-    apart = None
-    if other is not None and not _later(other, claimed):
-        apart = abs(claimed_time - _instant(other.event.time))
-    since = max(claimed_time - last.time, 0.0)
-    moving = {n for run in runs for n in run.sliders}
-    if slider in moving:  # it stops, or starts on one side only because it has stopped there
-        _, velocity, _ = slider_motion(runs, slider, since)
-        return Tie("velocity", slider + 1, abs(float(velocity)), apart)
-    margin = course.margin(flow, runs, slider, sign, since)[0]
-    return Tie("force", slider + 1, abs(float(margin)), apart)
-
-
-def _later(a: LoggedEvent, b: LoggedEvent | None) -> bool:
-    """Return whether `a` belongs to a later rearrangement or half-cycle than `b`."""
-    return b is not None and (a.half_cycle, a.rearrangement) > (b.half_cycle, b.rearrangement)
-
-
-def _plain(events: Sequence[Event]) -> list[Event]:
-    """Return events with their times in float64."""
-    return [replace(event, time=_instant(event.time)) for event in events]
+    runs, since = flow.runs(), max(times[0] - shared[-1].time, 0.0)
+    if any(slider in run.sliders for run in runs):
+        # it stops, or starts on one side only because it has stopped there
+        condition, (_, margin, _) = "velocity", slider_motion(runs, slider, since)
+    else:
+        condition, (margin, _, _) = "force", course.margin(flow, runs, slider, sign, since)
+    return Tie(condition, slider + 1, abs(float(margin)), apart)
 
 
 def _instant(time: Any) -> float:

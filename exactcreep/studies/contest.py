@@ -1,15 +1,16 @@
 """A solver held against the truth: which events they share, and how far apart sliders rest.
 
-Whatever is asked of a contestant, it is asked in the same way: both sides are taken over the same
-rests, each leaves a `Walk`, and `agree` says how far the two walks are the same. What neither side
-has come to is no difference: a walk that was cut short is silent about all that comes after it.
+Both sides are taken over the same rests, each leaves a `Walk`, and `agree` says how far the two
+walks are the same. What one side has not come to is no difference: a walk that was cut short is
+silent about all that comes after it. What time that takes is measured by `timed`.
 """
 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import pairwise
@@ -23,8 +24,11 @@ from exactcreep.model.drive import Drive, Path
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
+from exactcreep.progress import Hearer
+from exactcreep.quasistatic.creep import run_members
 from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange, solver_named
 from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, advance
 from exactcreep.solvers.tables import joined
@@ -38,6 +42,9 @@ from exactcreep.studies.eventlog import (
 
 MOST_EVENTS = 100_000
 """Certified events that may be compared: some minutes of the certified solver."""
+STATISTICS_EVENTS = 200_000
+"""Events of a run for its mean velocity: seconds of `exact`."""
+_WORDS = {"dt": "dt = {}", "locate": "located", "digits": "{} digits"}
 
 
 @dataclass(frozen=True)
@@ -50,14 +57,9 @@ class Contestant:
     @property
     def label(self) -> str:
         """How it is called in tables and pictures."""
-        words = [self.solver]
-        if "dt" in self.options:
-            words.append(f"dt = {self.options['dt']}")
-        if self.options.get("locate"):
-            words.append("located")
-        if "digits" in self.options:
-            words.append(f"{self.options['digits']} digits")
-        return ", ".join(words)
+        given = {name: self.options.get(name) for name in _WORDS}
+        told = [_WORDS[name].format(value) for name, value in given.items() if value]
+        return ", ".join([self.solver, *told])
 
     @property
     def short(self) -> str:
@@ -66,14 +68,21 @@ class Contestant:
         return words.replace("located", "loc.")
 
     def algorithm(self) -> Solver:
-        """Return the solver."""
+        """Return the solver; options out of range raise `InputError`."""
         return solver_named(self.solver, dict(self.options))
 
     def simulation(self, experiment: Experiment, record: tuple[str, ...] = ()) -> Simulation:
         """Return the solver at the start of an experiment, whose own solver plays no part."""
-        return self.algorithm().simulation(
-            experiment.chain, experiment.initial, experiment.seed, record
-        )
+        chain, start = experiment.chain, experiment.initial
+        return self.algorithm().simulation(chain, start, experiment.seed, record)
+
+    def run(
+        self, experiment: Experiment, limits: Limits = NO_LIMITS, progress: Hearer = None,
+        **changed: Any,
+    ) -> Creep:  # fmt: skip
+        """Return the solver's run along the drive of an experiment, with other fields `changed`."""
+        own = {"solver": self.solver, "options": self.options, "burn_in": None} | changed
+        return run_members([replace(experiment, **own)], limits=limits, progress=progress)[0]
 
 
 class Rest(NamedTuple):
@@ -105,14 +114,7 @@ class Walk:
 
     @classmethod
     def of(cls, found: Rearrangement, *, tensions: bool = False) -> Walk:
-        """Return a single rearrangement as a walk to one rest.
-
-        Parameters
-        ----------
-        found : Rearrangement
-        tensions : bool
-            Whether tensions stand before the displacements.
-        """
+        """Return a single rearrangement as a walk to one rest, whose `tensions` may count too."""
         state = found.state
         numbers = [*state.tensions.tolist()] if tensions else []
         x = np.array([[*numbers, *state.displacements.tolist()]], dtype=object)
@@ -177,24 +179,18 @@ def agree(own: Walk, known: Walk) -> Agreement:
     from a walk that has reached the target on whose way it happened, or that ended by itself while
     the other one reached that target; what a walk that was cut short has not come to, is not.
     """
-    difference = first_difference(own.events, known.events)
     shared = min(len(own.events), len(known.events))
-    agreed, mine, other = (shared, None, None) if difference is None else difference
-    if mine is None and other is not None and not _missed(other, own, known):
-        other = None
-    if other is None and mine is not None and not _missed(mine, known, own):
-        mine = None
+    agreed, mine, other = first_difference(own.events, known.events) or (shared, None, None)
+    for event, silent, telling in ((mine, known, own), (other, own, known)):
+        if event is not None and None in (mine, other):
+            last = max(telling.reached * silent.ended, silent.reached)
+            if event.half_cycle > last:
+                mine = other = None
     size = min(own.reached, known.reached)
-    compared = min(size, *(one.half_cycle - 1 for one in (mine, other) if one is not None), size)
+    compared = min([size, *(one.half_cycle - 1 for one in (mine, other) if one is not None)])
     pairs = zip(own.x[:size], known.x[:size], strict=True)
     errors = np.array([apart(ours, theirs) for ours, theirs in pairs])
     return Agreement(agreed, mine, other, compared, errors)
-
-
-def _missed(event: LoggedEvent, silent: Walk, telling: Walk) -> bool:
-    """Return whether a walk should have had an event that the other one tells of."""
-    last = telling.reached if silent.ended else silent.reached
-    return event.half_cycle <= max(last, silent.reached)
 
 
 def apart(one: Sequence[Any] | NDArray[Any], other: Sequence[Any] | NDArray[Any]) -> float:
@@ -215,7 +211,6 @@ def settled(found: Rearrangement) -> bool:
 def walk(
     contestant: Contestant,
     experiment: Experiment,
-    drive: Drive,
     until: int,
     *,
     enough: float = math.inf,
@@ -223,14 +218,13 @@ def walk(
     record: tuple[str, ...] = ("x", "events"),
     say: Callable[[int], None] | None = None,
 ) -> Walk:
-    """Return what a solver makes of the first targets of a drive.
+    """Return what a solver makes of the first targets of an experiment's drive.
 
     Parameters
     ----------
     contestant : Contestant
     experiment : Experiment
-        Chain, seed and start; its own drive and solver play no part.
-    drive : Drive
+        Its own solver plays no part.
     until : int
         The last target, from 1.
     enough : int, optional
@@ -247,14 +241,13 @@ def walk(
     reached, stop = 0, Stop.DONE
     while reached < until and stop is Stop.DONE and simulation.tally.events < enough:
         left = limits.after(simulation.tally.events)
-        stretch = advance(simulation, drive, reached + 1, left, done=reached)
+        stretch = advance(simulation, experiment.drive, reached + 1, left, done=reached)
         parts.append(stretch.recorded)
         reached, stop = reached + stretch.completed, stretch.stop
         if say is not None:
             say(simulation.tally.events)
     columns = joined(parts)
-    width = experiment.chain.n if "x" in record else 0
-    x = columns["x"] if reached and width else np.empty((reached, width))
+    x = columns.get("x", np.empty((reached, 0)))
     log = rearrangements(columns) if parts else []
     return Walk(log, x, stop.final, simulation.evidence)
 
@@ -298,9 +291,6 @@ def broken_drive(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
 class Standard:
     """The certified walk along the drive of an experiment, which others are held against.
 
-    All follow the broken drive, whose breakpoints let positions be compared after each
-    rearrangement.
-
     Parameters
     ----------
     experiment : Experiment
@@ -313,26 +303,22 @@ class Standard:
 
     Attributes
     ----------
-    path : Path
-        The broken drive.
+    experiment : Experiment
+        With the broken drive, whose breakpoints let positions be compared after each rearrangement.
     ends : list of int
         The half-cycle of the drive that each of its targets belongs to.
     walk : Walk
     """
 
     def __init__(
-        self,
-        experiment: Experiment,
-        digits: int,
-        events: int,
+        self, experiment: Experiment, digits: int, events: int,
         say: Callable[[int], None] | None = None,
-    ) -> None:
-        self.experiment = experiment
-        self.path, self.ends = broken_drive(experiment, events)
-        certified = Contestant("certified", {"digits": digits})
-        until, limits = self.path.half_cycles, Limits(beyond(MOST_EVENTS))
+    ) -> None:  # fmt: skip
+        path, self.ends = broken_drive(experiment, events)
+        self.experiment = replace(experiment, drive=path)
+        certified, limits = Contestant("certified", {"digits": digits}), Limits(beyond(MOST_EVENTS))
         self.walk = walk(
-            certified, experiment, self.path, until, enough=events, limits=limits, say=say
+            certified, self.experiment, path.half_cycles, enough=events, limits=limits, say=say
         )
 
     @property
@@ -343,24 +329,27 @@ class Standard:
     def agreement(self, contestant: Contestant) -> Agreement:
         """Return how far a contestant agrees with the certified walk."""
         limits = Limits(beyond(len(self.walk.events)))
-        own = walk(contestant, self.experiment, self.path, self.walk.reached, limits=limits)
+        own = walk(contestant, self.experiment, self.walk.reached, limits=limits)
         return agree(own, self.walk)
 
 
 def positions(
     contestant: Contestant, experiment: Experiment, until: int, limits: Limits = NO_LIMITS
 ) -> NDArray[np.float64]:
-    """Return x_G at the first targets of an experiment's drive, as far as the limits allow."""
-    simulation = contestant.simulation(experiment)
-    return floats(advance(simulation, experiment.drive, until, limits).recorded["x_G"])
+    """Return x_G at the first targets of an experiment's drive, as far as the limits allow.
+
+    Raises `InputError` if the chain never comes to rest.
+    """
+    stretch = advance(contestant.simulation(experiment), experiment.drive, until, limits)
+    if stretch.stop is Stop.RUNAWAY:
+        raise InputError("tan_alpha", experiment.chain.tan_alpha, "must be such that it rests")
+    return floats(stretch.recorded["x_G"])
 
 
 def steady(x_G: NDArray[np.float64], experiment: Experiment) -> int:
     """Return the first target that counts for a mean: the first fifth is left out, whole cycles."""
     first = max(x_G.size // 5, 1)
-    if experiment.drive.cyclic:
-        first += (x_G.size - first) % 2
-    return first
+    return first + (x_G.size - first) % 2 * experiment.drive.cyclic
 
 
 def mean_velocity(x_G: NDArray[np.float64], experiment: Experiment) -> float:
@@ -369,6 +358,28 @@ def mean_velocity(x_G: NDArray[np.float64], experiment: Experiment) -> float:
     if x_G.size <= first:
         return math.nan
     return float(x_G[-1] - x_G[first - 1]) / (x_G.size - first)
+
+
+class Lap(NamedTuple):
+    """How long a simulation took, and how far it came."""
+
+    seconds: float
+    half_cycles: int
+    events: int
+
+    @property
+    def pace(self) -> float:
+        """Seconds per half-cycle; nan if none was completed."""
+        return self.seconds / self.half_cycles if self.half_cycles else math.nan
+
+
+def timed(
+    simulation: Simulation, drive: Drive, until: int, limits: Limits, done: int = 0
+) -> Lap:
+    """Take a simulation from target `done` of a drive to `until`, or as far as it may."""
+    events, begin = simulation.tally.events, time.perf_counter()
+    completed = advance(simulation, drive, until, limits, done=done).completed
+    return Lap(time.perf_counter() - begin, completed, simulation.tally.events - events)
 
 
 def rests_along(experiment: Experiment, longest: int) -> Iterator[Rest]:
@@ -381,15 +392,14 @@ def rests_along(experiment: Experiment, longest: int) -> Iterator[Rest]:
     state = experiment.initial
     for q in range(drive.half_cycles + 1):
         # before the first target: the start may have to be rearranged at its own theta
-        target = drive.exact_target(q, seed) if q else None
+        target = drive.exact_target(q, seed) if q else enclosure(state.theta).middle
         while True:
             now = enclosure(state.theta).middle
-            way = 0 if target is None else int(target > now) - int(target < now)
-            if target is not None and way == 0:
+            way = int(target > now) - int(target < now)
+            if q and way == 0:
                 break
             found = rearrange(chain, state, direction=way, seed=seed, max_events=longest)
-            passed = target is not None and way * (enclosure(found.theta).middle - target) > 0
-            if not found.events or passed:
+            if not found.events or way * (enclosure(found.theta).middle - target) > 0:
                 break
             if found.outcome is not Outcome.AT_REST:
                 return

@@ -14,16 +14,9 @@ from exactcreep.solvers.tables import logged_events
 
 
 class LoggedRearrangement(NamedTuple):
-    """One rearrangement of a run.
+    """One rearrangement of a run: the target on whose ramp it happened, from 1, and theta_c.
 
-    Attributes
-    ----------
-    half_cycle : int
-        The target on whose ramp it happened, from 1.
-    theta : number
-        theta_c.
-    events : tuple of Event
-        Their residuals are not recorded, and zero.
+    The residuals of its events are not recorded, and zero.
     """
 
     half_cycle: int
@@ -37,14 +30,7 @@ class LoggedRearrangement(NamedTuple):
 
 
 class LoggedEvent(NamedTuple):
-    """One event of a run, and where it stands.
-
-    Attributes
-    ----------
-    half_cycle, rearrangement, number : int
-        From 1, from 0, and from 0 within the rearrangement.
-    event : Event
-    """
+    """One event of a run, and its place: from 1, from 0, and from 0 within its rearrangement."""
 
     half_cycle: int
     rearrangement: int
@@ -54,7 +40,7 @@ class LoggedEvent(NamedTuple):
     @property
     def signature(self) -> tuple[Any, ...]:
         """Where and what, without when."""
-        return (self.half_cycle, self.rearrangement, self.number, *self.event.signature)
+        return (*self[:3], *self.event.signature)
 
     def summary(self) -> dict[str, Any]:
         """Return the event by names, ready for JSON."""

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from exactcreep.limits import Limits, Stop
+from exactcreep.limits import Limits
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import (
     InputError,
@@ -29,11 +29,9 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.outcome import Evidence
-from exactcreep.progress import reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.solver import advance
 from exactcreep.studies.contest import (
-    MOST_EVENTS,
+    STATISTICS_EVENTS,
     Contestant,
     Standard,
     mean_velocity,
@@ -44,7 +42,6 @@ FEWEST_SEEDS = 2
 DEFAULT_SEEDS = 8
 DEFAULT_STEPS = ("0.1", "0.03", "0.01")
 _LEVEL = 0.95
-_STATISTICS_EVENTS = 200_000  # of each run by `exact` for its mean velocity
 
 
 class Interval(NamedTuple):
@@ -53,10 +50,6 @@ class Interval(NamedTuple):
     value: float
     lower: float
     upper: float
-
-    def summary(self) -> list[float]:
-        """Return the three numbers."""
-        return [self.value, self.lower, self.upper]
 
 
 UNKNOWN = Interval(math.nan, math.nan, math.nan)
@@ -72,8 +65,7 @@ def interval_of_mean(values: Sequence[float] | NDArray[np.float64]) -> Interval:
     return Interval(mean, mean - half, mean + half)
 
 
-@dataclass(frozen=True, eq=False)
-class Followed:
+class Followed(NamedTuple):
     """How far one contestant followed one seed.
 
     Attributes
@@ -178,10 +170,10 @@ class Parting:
                 "solver": self.contestant.solver,
                 "options": self.contestant.options,
                 "seeds_that_parted": self.parted,
-                "events_agreed_median_quartiles": self.agreed.summary(),
-                "wrong_turns_per_event": self.rate.summary(),
-                "position_error_before_median_quartiles": self.error.summary(),
-                "velocity_bias_relative": self.bias.summary(),
+                "events_agreed_median_quartiles": self.agreed,
+                "wrong_turns_per_event": self.rate,
+                "position_error_before_median_quartiles": self.error,
+                "velocity_bias_relative": self.bias,
             }
         )
 
@@ -265,7 +257,7 @@ class Partings:
                 },
                 "half_cycles": self.half_cycles,
                 "orders": {
-                    name: self.order(locate=locate).summary()
+                    name: self.order(locate=locate)
                     for name, locate in (("verlet", False), ("verlet, located", True))
                 },
                 "contestants": [one.summary() for one in self.contestants],
@@ -300,27 +292,15 @@ def experiments_of(experiment: Experiment, seeds: Any) -> list[Experiment]:
 def partings(
     experiment: Experiment,
     *,
-    seeds: Any = DEFAULT_SEEDS,
-    dts: Sequence[Any] = DEFAULT_STEPS,
-    digits: int = 30,
-    events: int = 300,
-    say: Callable[[str, float], None] | None = None,
+    seeds: Any,
+    dts: Sequence[Any],
+    digits: int,
+    events: int,
+    say: Callable[[str, float], None],
 ) -> Partings:
     """Return where Verlet, without and with located events, parts from the certified solver.
 
-    Parameters
-    ----------
-    experiment : Experiment
-        Chain, drive and start; its solver and what it records do not matter.
-    seeds : int or sequence of int
-    dts : sequence of number
-        Verlet's time steps, unit tau_dyn; they are taken from the largest to the smallest.
-    digits : int
-        Of the certified solver.
-    events : int
-        About how many certified events to compare in each seed; the drive may end before.
-    say : callable, optional
-        Called with what is done, and how much of the whole.
+    Arguments are those of `compare`; `say` is told what is done, and how much of the whole.
 
     Raises
     ------
@@ -333,37 +313,36 @@ def partings(
     independent: Student's of means, Poisson's of counts. Velocities are those of the whole drive,
     or of its first 200 000 events, but for its first fifth.
     """
-    most = whole_number(events, "events", least=1, most=MOST_EVENTS)
     if isinstance(dts, str) or not isinstance(dts, Sequence) or not dts:
         raise InputError("dts", dts, "must be a list of time steps, e.g. 0.1, 0.01")
     sizes = {dt: exact_number(dt, "dt") for dt in dts}
     steps = sorted(sizes, key=sizes.__getitem__, reverse=True)
     if len(set(sizes.values())) < len(dts):
         raise InputError("dts", dts, "must not name a time step twice")
-    field = [Contestant("exact")]
-    field += [Contestant("verlet", {"dt": dt}) for dt in steps]
+    exact = Contestant("exact")
+    field = [exact, *(Contestant("verlet", {"dt": dt}) for dt in steps)]
     field += [Contestant("verlet", {"dt": dt, "locate": True}) for dt in steps]
     for one in (*field, Contestant("certified", {"digits": digits})):
         one.algorithm()
     members = experiments_of(experiment, seeds)
-    tell = say if say is not None else reporter(None)
     courses: list[list[Followed]] = [[] for _ in field]
     compared = undecided = 0
     spans = []
     for number, member in enumerate(members):
-        tell(f"seed {member.seed}", number / len(members))
-        truth = Standard(member, digits, most)
+        say(f"seed {member.seed}", number / len(members))
+        truth = Standard(member, digits, events)
         compared += truth.events
         undecided += truth.walk.evidence is Evidence.UNDECIDED
-        spans.append(_span(member))
-        exact = mean_velocity(positions(field[0], member, spans[-1]), member)
+        x_G = positions(exact, member, member.drive.half_cycles, Limits(STATISTICS_EVENTS))
+        spans.append(x_G.size)
+        velocity = mean_velocity(x_G, member)
         for contestant, kept in zip(field, courses, strict=True):
-            found, velocity = truth.agreement(contestant), exact
-            if contestant is not field[0]:
-                velocity = mean_velocity(positions(contestant, member, spans[-1]), member)
+            found, own = truth.agreement(contestant), velocity
+            if contestant is not exact:
+                own = mean_velocity(positions(contestant, member, x_G.size), member)
             before = found.errors[: found.compared]
-            kept.append(Followed(member.seed, found.agreed, found.differs, before, velocity, exact))
-    tell("done", 1.0)
+            kept.append(Followed(member.seed, found.agreed, found.differs, before, own, velocity))
+    say("done", 1.0)
     return Partings(
         experiment=experiment,
         seeds=tuple(member.seed for member in members),
@@ -371,18 +350,5 @@ def partings(
         events=compared,
         undecided=undecided,
         half_cycles=min(spans),
-        contestants=tuple(
-            Parting(contestant, tuple(kept))
-            for contestant, kept in zip(field, courses, strict=True)
-        ),
+        contestants=tuple(map(Parting, field, map(tuple, courses))),
     )
-
-
-def _span(experiment: Experiment) -> int:
-    """Return how many targets of the drive `exact` reaches within the events for statistics."""
-    simulation = Contestant("exact").simulation(experiment)
-    limits = Limits(_STATISTICS_EVENTS)
-    stretch = advance(simulation, experiment.drive, experiment.drive.half_cycles, limits)
-    if stretch.stop is Stop.RUNAWAY:
-        raise InputError("tan_alpha", experiment.chain.tan_alpha, "must be such that it rests")
-    return stretch.completed

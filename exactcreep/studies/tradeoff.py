@@ -499,9 +499,8 @@ class _Race:
 
     def _events(self, contestant: Contestant, enough: int, seconds: float) -> Walk:
         """Return a solver's events from the start of the scene, as far as the time allows."""
-        drive = self.experiment.drive
         return walk(
-            contestant, self.experiment, drive, drive.half_cycles, enough=enough,
+            contestant, self.experiment, self.experiment.drive.half_cycles, enough=enough,
             limits=Limits(at=time.perf_counter() + seconds), record=("events",),
         )  # fmt: skip
 

@@ -34,13 +34,13 @@ EXPERIMENT = Experiment.of(CHAIN, DRIVE, seed=5)
 @cache
 def own() -> Walk:
     """Return the whole walk of `exact`."""
-    return walk(Contestant("exact"), EXPERIMENT, DRIVE, 3)
+    return walk(Contestant("exact"), EXPERIMENT, 3)
 
 
 @cache
 def known() -> Walk:
     """Return the whole walk of `certified`."""
-    return walk(Contestant("certified"), EXPERIMENT, DRIVE, 3)
+    return walk(Contestant("certified"), EXPERIMENT, 3)
 
 
 def middle() -> int:
@@ -177,12 +177,12 @@ def test_a_walk_that_ended_by_itself_misses_the_events_of_the_target_that_the_ot
 
 def test_limits_cut_a_walk_short_and_change_nothing_before() -> None:
     for most in (1, 10, 33):
-        short = walk(Contestant("exact"), EXPERIMENT, DRIVE, 3, limits=Limits(most))
+        short = walk(Contestant("exact"), EXPERIMENT, 3, limits=Limits(most))
         assert most <= len(short.events) < most + 3
         assert short.events == own().events[: len(short.events)]
         assert np.array_equal(short.x, own().x[: short.reached])
         assert not agree(short, known()).differs
-    enough = walk(Contestant("exact"), EXPERIMENT, DRIVE, 3, enough=1)
+    enough = walk(Contestant("exact"), EXPERIMENT, 3, enough=1)
     assert enough.reached == 1
     assert enough.events == [event for event in own().events if event.half_cycle == 1]
 
@@ -192,7 +192,7 @@ def test_a_walk_into_a_runaway_ends_at_the_last_target_before_it() -> None:
     drive = Path(Fraction(k, 10**5) for k in range(1, 31))
     experiment = Experiment.of(steep, drive, seed=3)
     exact, certified = (
-        walk(Contestant(solver), experiment, drive, 30) for solver in ("exact", "certified")
+        walk(Contestant(solver), experiment, 30) for solver in ("exact", "certified")
     )
     assert 0 < exact.reached == certified.reached < 30
     for one in (exact, certified):
