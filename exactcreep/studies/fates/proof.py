@@ -26,6 +26,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
+from itertools import chain as joined
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -72,7 +73,7 @@ class _Leaping(CertifiedSimulation):
     leap = 4
 
 
-def proved(
+def proved_fate(
     chain: Chain,
     drive: Cycles,
     start: State,
@@ -119,11 +120,10 @@ class _Proof:
             if stretch.stop is not Stop.DONE:
                 runaway = stretch.stop is Stop.RUNAWAY
                 outcome = Outcome.RUNAWAY if runaway else Outcome.LIMIT
-                return self._ended(outcome, cycle - 1, stretch.reason)
+                return self._fate(outcome, cycle - 1, stretch.reason)
             log = logged(stretch.recorded)
             self.log += log
-            for q in (2 * cycle - 1, 2 * cycle):
-                self.halves.append(tuple(one.itinerary for one in log if one.half_cycle == q))
+            self.halves += _half_cycles(log, 2 * cycle - 1, 2 * cycle)
             self._look()
             if say is not None:
                 say("cycles", cycle, self.drive.cycles, "cycles")
@@ -131,7 +131,7 @@ class _Proof:
             if known is not None:
                 return known
         reason = self.doubt or f"not settled within {self.drive.cycles} cycles"
-        return self._ended(Outcome.LIMIT, self.drive.cycles, reason)
+        return self._fate(Outcome.LIMIT, self.drive.cycles, reason)
 
     def _look(self) -> None:
         """Note where the chain is at the end of a cycle."""
@@ -148,7 +148,7 @@ class _Proof:
 
     def _returned(self, cycle: int) -> Fate | None:
         """Return the fate if lone slips have brought back the tensions."""
-        for one in (one for half in self._cycle(cycle) for one in half):
+        for one in joined.from_iterable(self._cycle(cycle)):
             if not lone(one):
                 self.known.clear()
                 break
@@ -163,16 +163,11 @@ class _Proof:
             before = cycle - 1
         if before == cycle:
             return None
-        return self._settled(before, cycle - before, self._advance(before, cycle))
-
-    def _advance(self, before: int, cycle: int) -> Enclosure:
-        """Return how x_G has moved between the ends of two cycles between which slips are lone."""
-        halves = self.halves[2 * before : 2 * cycle]
-        steps = sum(sum(one[0][2]) for half in halves for one in half)
-        if steps == 0:
-            return Enclosure(Fraction(0), Fraction(0))
+        slips = joined.from_iterable(self.halves[2 * before : 2 * cycle])
+        steps = sum(sum(one[0][2]) for one in slips)
         with self.simulation.mechanics.arithmetic.active():
-            return enclosure(self._slip() * steps / self.chain.n)
+            moved = enclosure(self._slip() * steps / self.chain.n if steps else 0)
+        return self._settled(before, cycle - before, moved)
 
     def _slip(self) -> Any:
         """Return 2 D, the way of a lone slip of an end."""
@@ -202,45 +197,48 @@ class _Proof:
             word = _Word.of(last, self.chain.n) if last == ago else None
             if word is None:
                 continue
-            found = self._invariant(word)
             self.tried += 1
-            if isinstance(found, str):
-                self.doubt = found
+            try:
+                moved, contraction = self._invariant(word)
+            except Undecided as doubt:
+                self.doubt = str(doubt)
                 self.again[period] = (_CLOSER * apart, cycle + max(period, cycle // 4))
                 return None
             before = cycle - period
             while before > 0 and self._cycle(before) == self._cycle(before + period):
                 before -= 1
-            advance_, contraction = found
-            return self._settled(before, period, advance_, contraction=contraction)
+            return self._settled(before, period, moved, contraction=contraction)
         return None
 
-    def _invariant(self, word: _Word) -> tuple[Enclosure, float] | str:
-        """Return advance and contraction of a set of states that is never left, or why none is."""
+    def _invariant(self, word: _Word) -> tuple[Enclosure, float]:
+        """Return advance and contraction of a set of states that is never left.
+
+        Raises
+        ------
+        Undecided
+            If none is proved.
+        """
         inner = self.chain.n - 2
-        try:
-            point = self._followed(word, np.zeros((inner, inner)), 0.0)
-            first, second = _floats(point.first), _floats(point.second)
-            whole = second[:inner, :inner] @ first[:inner, :inner]
-            radius = float(max(abs(np.linalg.eigvals(whole)), default=0.0))
-            if not radius < 1 - 2.0**-10:
-                return f"over a period the shape does not contract (spectral radius {radius:.4g})"
-            goal = (1 + radius) / 2
-            norm = _norm(whole / goal)
-            inverse = np.asarray(np.linalg.inv(norm), dtype=np.float64)
-            d, unsure = (
-                float(np.linalg.norm(norm @ np.array([float(x) for x in way])))
-                for way in (point.moved, point.radii)
-            )
-            reach = _ROOM * (2 * d / (1 - goal) + d + 4 * unsure) + _LEAST
-            drift = float(np.linalg.norm(first[inner, :inner] @ inverse)) * d / (1 - goal)
-            load = _ROOM * (drift + float(point.load_radius)) + _LEAST
-            joint = self._followed(word, inverse * reach, load)
-        except Undecided as doubt:
-            return f"nearby states do not share the itinerary: {doubt}"
+        point = self._followed(word, np.zeros((inner, inner)), 0.0)
+        first, second = _floats(point.first), _floats(point.second)
+        whole = second[:inner, :inner] @ first[:inner, :inner]
+        radius = float(max(abs(np.linalg.eigvals(whole)), default=0.0))
+        if not radius < 1 - 2.0**-10:
+            doubt = f"over a period the shape does not contract (spectral radius {radius:.4g})"
+            raise Undecided(doubt)
+        goal = (1 + radius) / 2
+        norm = _norm(whole / goal)
+        inverse = np.asarray(np.linalg.inv(norm), dtype=np.float64)
+        d, unsure = (
+            float(np.linalg.norm(norm @ np.array([float(x) for x in way])))
+            for way in (point.moved, point.radii)
+        )
+        reach = _ROOM * (2 * d / (1 - goal) + d + 4 * unsure) + _LEAST
+        drift = float(np.linalg.norm(first[inner, :inner] @ inverse)) * d / (1 - goal)
+        load = _ROOM * (drift + float(point.load_radius)) + _LEAST
+        joint = self._followed(word, inverse * reach, load)
         with balls_of(PROOF_BITS).active():
-            contraction = _contraction(joint, point, norm, inverse, reach, load)
-        return contraction if isinstance(contraction, str) else (joint.advance, contraction)
+            return joint.advance, _contraction(joint, point, norm, inverse, reach, load)
 
     def _followed(self, word: _Word, spread: NDArray[np.float64], load: float) -> _Passed:
         """Follow the states around the present one over one period.
@@ -252,25 +250,26 @@ class _Proof:
         """
         present, n = self.simulation.mechanics, self.chain.n
         arithmetic = present.arithmetic
-        nearby = TangentSimulation(self.chain, self.simulation.state(), self.drive, arithmetic)
-        mechanics = nearby.mechanics
+        count, doubt, noted = len(word.halves), "they part", None
+        try:
+            nearby = TangentSimulation(self.chain, self.simulation.state(), self.drive, arithmetic)
+            mechanics = nearby.mechanics
+            with arithmetic.active():
+                mechanics.begin(spread, load)
+                begin, where = mechanics.known_forces(), sum(mechanics.displacements.tolist())
+                radii = [x.rad() for x in present.known_forces()]
+                mechanics.half = word.half
+            stretch = advance(nearby, self.drive, count, self.limits)
+            if stretch.stop is not Stop.DONE:
+                doubt = stretch.reason
+            elif _half_cycles(rearrangements(stretch.recorded), 1, count) == word.halves:
+                noted = mechanics.at_half
+        except Undecided as parting:
+            doubt = str(parting)
+        if noted is None:
+            raise Undecided(f"nearby states do not share the itinerary: {doubt}")
         with arithmetic.active():
-            mechanics.begin(spread, load)
-            begin, where = mechanics.known_forces(), sum(mechanics.displacements.tolist())
-            radii = [x.rad() for x in present.known_forces()]
-            mechanics.half = word.half
-        stretch = advance(nearby, self.drive, len(word.halves), self.limits)
-        if stretch.stop is not Stop.DONE:
-            raise Undecided(stretch.reason)
-        log = rearrangements(stretch.recorded)
-        halves = [
-            tuple(one.itinerary for one in log if one.half_cycle == q + 1)
-            for q in range(len(word.halves))
-        ]
-        if halves != word.halves or mechanics.at_half is None:
-            raise Undecided("they part")
-        with arithmetic.active():
-            shape, first = mechanics.at_half
+            shape, first = noted
             end = mechanics.known_forces()
             shape.reverse()  # in the mirror
             # as many lone slips later as after the last avalanche
@@ -291,63 +290,58 @@ class _Proof:
 
     # -- results ---------------------------------------------------------------------------------
 
-    def _settled(self, before: int, period: int, advance: Enclosure, **report: Any) -> Fate:
+    def _settled(self, before: int, period: int, moved: Enclosure, **report: Any) -> Fate:
         """Return what the chain does for ever from the end of cycle `before` on."""
         late = 2 * ((len(self.halves) // 2 - before) % period)
         last = self.halves[-2 * period :]
         last = last[2 * period - late :] + last[: 2 * period - late]  # a period begins at `before`
         itinerary = tuple((q, one) for q, half in enumerate(last, start=1) for one in half)
-        outcome, reason, evidence = Outcome.CREEPING, "", self.simulation.evidence
+        outcome, reason = Outcome.CREEPING, ""
         if not itinerary:
             outcome = Outcome.AT_REST
-        elif advance.middle == 0 == advance.radius:
+        elif moved.middle == 0 == moved.radius:
             outcome = Outcome.CYCLING
-        elif abs(advance.middle) <= advance.radius:
-            evidence = Evidence.UNDECIDED
+        elif abs(moved.middle) <= moved.radius:
             reason = "the advance over a period is not told from none"
-        return self._fate(
-            outcome,
-            report,
-            evidence=evidence,
-            cycles=len(self.halves) // 2,
-            settled_after=before,
-            period=period,
-            advance=nearest_float(advance.middle),
-            last_advance=self._last_advance(before),
-            itinerary=itinerary,
-            advance_enclosure=advance,
-            reason=reason,
-        )
+        known = {"settled_after": before, "period": period, "itinerary": itinerary}
+        known |= {"advance": nearest_float(moved.middle), "advance_enclosure": moved}
+        return self._fate(outcome, before, reason, report, **known)
 
-    def _ended(self, outcome: Outcome, cycle: int, reason: str) -> Fate:
+    def _fate(
+        self, outcome: Outcome, until: int, reason: str, further: Any = None, **known: Any
+    ) -> Fate:
+        """Return what is known; after cycle `until` it is no news whether x_G advances."""
         evidence = self.simulation.evidence
-        if outcome is Outcome.LIMIT and evidence is Evidence.PROVED:
+        if reason and outcome is not Outcome.RUNAWAY:
             evidence = Evidence.UNDECIDED
-        last = self._last_advance(cycle)
-        return self._fate(
-            outcome, {}, evidence=evidence, cycles=cycle, last_advance=last, reason=reason
-        )
-
-    def _fate(self, outcome: Outcome, report: dict[str, Any], **known: Any) -> Fate:
-        report = {
-            "events": self.simulation.tally.events,
-            "bits": self.simulation.mechanics.arithmetic.bits,
-            "restarts": self.simulation.restarts,
-            "proofs_tried": self.tried,
-        } | report
         return Fate(
-            self.chain, self.drive.amplitude, self.start, "certified", outcome,
-            report=report, **known,
-        )  # fmt: skip
+            self.chain,
+            self.drive.amplitude,
+            self.start,
+            "certified",
+            outcome,
+            evidence,
+            cycles=len(self.halves) // 2,
+            last_advance=self._last_advance(until),
+            reason=reason,
+            report={
+                "events": self.simulation.tally.events,
+                "bits": self.simulation.mechanics.arithmetic.bits,
+                "restarts": self.simulation.restarts,
+                "proofs_tried": self.tried,
+            }
+            | (further or {}),
+            **known,
+        )
 
     def _last_advance(self, until: int) -> int:
         """Return the last cycle up to `until` in which x_G advanced down the incline."""
         tangent = self.chain.tan_alpha
         for cycle in range(until, 0, -1):
             a, b = self.travel[cycle - 1], self.travel[cycle]
-            moved, doubt = b.middle - a.middle, a.radius + b.radius
-            way = abs(moved) if tangent == 0 else moved if tangent > 0 else -moved
-            if way > max(doubt, _NONE):
+            moved = b.middle - a.middle
+            downhill = tangent == 0 or moved * tangent > 0
+            if downhill and abs(moved) > max(a.radius + b.radius, _NONE):
                 return cycle
         return 0
 
@@ -362,6 +356,13 @@ def logged(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
         middles = [enclosure(time).middle for time in times.tolist()]
         recorded = {**recorded, "event_time": np.array([*middles, None], dtype=object)[:-1]}
     return rearrangements(recorded)
+
+
+def _half_cycles(log: list[LoggedRearrangement], first: int, last: int) -> list[HalfCycle]:
+    """Return what happened in the half-cycles `first` to `last`."""
+    return [
+        tuple(one.itinerary for one in log if one.half_cycle == q) for q in range(first, last + 1)
+    ]
 
 
 def lone(itinerary: Itinerary) -> bool:
@@ -399,7 +400,7 @@ class _Word(NamedTuple):
         avalanches: list[Itinerary] = []
         places: list[int] = []
         between: list[list[int]] = [[0, 0]]
-        for number, one in enumerate((one for half in halves for one in half), start=1):
+        for number, one in enumerate(joined.from_iterable(halves), start=1):
             if lone(one):
                 _, sliders, signs = one[0]
                 for m, sign in zip(sliders, signs, strict=True):
@@ -438,15 +439,15 @@ def _contraction(
     inverse: NDArray[np.float64],
     reach: float,
     load: float,
-) -> float | str:
-    """Return rho if the balls prove that the joint set is never left; see the module."""
+) -> float:
+    """Return rho; raise `Undecided` unless the balls prove that the joint set is never left."""
     inner = len(point.moved)
     # L, and its inverse as a ball: L is what it is, exactly, in floats
     to = _matrix(norm)
     back = to.inv()
     rho = _two_norm(to * _part(joint.second, inner) * _part(joint.first, inner) * back)
     if not rho < 1:
-        return f"the contraction {float(rho):.4g} is not proved"
+        raise Undecided(f"the contraction {float(rho):.4g} is not proved")
     # the norm of the distance between the states at both halves of a period
     d, returned, unsure = (
         _length((to * flint.arb_mat(inner, 1, way)).entries())
@@ -460,9 +461,9 @@ def _contraction(
     gap = to * _matrix(inverse) - _matrix(np.eye(inner))
     defect = sum(map(abs, gap.entries()), flint.arb(0))
     if inner and not away < reach * (1 - 2 * defect):
-        return "the shapes may leave the set that was followed"
+        raise Undecided("the shapes may leave the set that was followed")
     if not drift + point.load_radius < load:
-        return "the load may leave the set that was followed"
+        raise Undecided("the load may leave the set that was followed")
     return float(rho.upper())
 
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import time
 import warnings
-from collections.abc import Callable
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -38,7 +37,7 @@ from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.recurrence import Course
-from exactcreep.studies.fates.computed import computed, refuse_sliding
+from exactcreep.studies.fates.numerical import numerical_fate, refuse_sliding
 from exactcreep.studies.pool import Signals, pool_of
 
 CONFIDENCE = 0.95
@@ -80,18 +79,30 @@ class Curve(NamedTuple):
 
 
 class Life(NamedTuple):
-    """What became of one start."""
+    """What became of one start; `_COLUMNS` says what most of it means."""
 
     outcome: str
     evidence: str
-    cycles: int  # followed
+    cycles: int
     last_advance: int
-    furthest: int  # the last cycle that took x_G further down than ever
-    settled_after: int  # -1: not settled
-    period: int  # 0: not settled
-    dormant_after: int  # -1: never
+    furthest: int
+    settled_after: int
+    period: int
+    dormant_after: int
     dormant: bool  # with disorder, at the end
     over: bool  # a limit of the user ended it
+
+
+_COLUMNS = {
+    "outcome": "what the start came to",
+    "evidence": "how well that is known",
+    "cycles": "cycles followed",
+    "last_advance": "last cycle in which x_G advanced, 0: none",
+    "furthest": "last cycle that took x_G further down than ever",
+    "settled_after": "cycles after which it is periodic, -1: not settled",
+    "period": "cycles, 0: not settled",
+    "dormant_after": "cycles after which no inner slider slipped for long, -1: never",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,7 +139,7 @@ class Survival:
     cycles: int
     seed: int
     dormant: int
-    lives: tuple[Life, ...]
+    lives: tuple[Life, ...] = ()
     reason: str = ""
 
     def _column(self, name: str) -> NDArray[Any]:
@@ -243,14 +254,16 @@ class Survival:
         return {name: self._share(which) for name, which in self._kinds.items()}
 
     @property
+    def _undecided(self) -> int:
+        return sum(life.evidence == Evidence.UNDECIDED.value for life in self.lives)
+
+    @property
     def evidence(self) -> Evidence:
         """Of float64: undecided if one of the starts is."""
-        known = all(life.evidence == Evidence.COMPUTED.value for life in self.lives)
-        return Evidence.COMPUTED if known else Evidence.UNDECIDED
+        return Evidence.of(self._undecided, Evidence.COMPUTED)
 
     def summary(self) -> dict[str, Any]:
         """Return everything but the single starts by names, ready for JSON."""
-        undecided = sum(life.evidence == Evidence.UNDECIDED.value for life in self.lives)
         return {
             **self._about(),
             "deaths": int(self.lifetimes.size),
@@ -262,56 +275,31 @@ class Survival:
             "lifetimes": self.lifetimes.tolist(),
             "censored": self.censored.tolist(),
             "evidence": self.evidence.value,
-            "undecided_starts": undecided,
+            "undecided_starts": self._undecided,
             "reason": self.reason,
         }
 
     def _about(self) -> dict[str, Any]:
         names = ("amplitude", "size", "starts", "cycles", "seed", "dormant")
-        return plain_data(
-            self.chain.parameters() | {name: getattr(self, name) for name in names}
-        )
+        return plain_data(self.chain.parameters() | {name: getattr(self, name) for name in names})
 
     def dataset(self) -> xr.Dataset:
         """Return what became of every start along ``start``, and the curve along ``step``."""
-        about = {
+        columns: dict[str, Any] = {
             name: ("start", self._column(name), {"long_name": text})
             for name, text in _COLUMNS.items()
-        }
-        steps = {
-            f"curve_{name}": ("step", values)
-            for name, values in zip(Curve._fields, self.curve, strict=True)
-        }
-        coordinates = {"start": np.arange(1, self.starts + 1)}
-        rate = self.rate
-        known = {"rate": rate.rate, "rate_low": rate.low, "rate_high": rate.high}
-        attributes = self._about() | known | {"confidence": CONFIDENCE, "reason": self.reason}
-        return xr.Dataset({**about, **steps, "dead": ("start", self.dead)}, coordinates, attributes)
+        } | {f"curve_{name}": ("step", steps) for name, steps in self.curve._asdict().items()}
+        columns["dead"] = ("start", self.dead)
+        rate = dict(zip(("rate", "rate_low", "rate_high"), self.rate, strict=True))
+        about = self._about() | rate | {"confidence": CONFIDENCE, "reason": self.reason}
+        return xr.Dataset(columns, {"start": np.arange(1, self.starts + 1)}, about)
 
 
-_COLUMNS = {
-    "outcome": "what the start came to",
-    "evidence": "how well that is known",
-    "cycles": "cycles followed",
-    "last_advance": "last cycle in which x_G advanced, 0: none",
-    "furthest": "last cycle that took x_G further down than ever",
-    "settled_after": "cycles after which it is periodic, -1: not settled",
-    "period": "cycles, 0: not settled",
-    "dormant_after": "cycles after which no inner slider slipped for long, -1: never",
-}
-
-
-@dataclass(frozen=True)
-class _Task:
+class _Task(NamedTuple):
     """Some of the starts, for one processor."""
 
-    chain: Chain
-    drive: Cycles
-    size: Fraction
-    seed: int
-    dormant: int
-    first: int
-    count: int
+    asked: Survival
+    numbers: range
     until: float | None
     """When it has to end, in seconds since the epoch: clocks of other machines know that."""
 
@@ -402,35 +390,25 @@ def survival(
     until = None
     if max_seconds is not None:
         until = time.time() + nearest_float(exact_number(max_seconds, "max_seconds"))
-    whole = _Task(chain, drive, spread, key, wait_for, 1, count, until)
-    lives = _all_lives(whole, executor, workers, reporter(progress))
-    over = any(life.over for life in lives)
-    return Survival(
-        chain, drive.amplitude, spread, count, drive.cycles, key, wait_for, tuple(lives),
-        limits.reason(Stop.DEADLINE) if over else "",
-    )  # fmt: skip
-
-
-def _all_lives(
-    whole: _Task, executor: Executor | None, workers: Number | None, say: Callable[..., None]
-) -> list[Life]:
-    """Return the lives of all starts, computed in parallel, in their order."""
-    found: dict[int, list[Life]] = {}
-    numbers = range(1, whole.count + 1, _STARTS_OF_A_TASK)
-    tasks = {
-        first: replace(whole, first=first, count=min(_STARTS_OF_A_TASK, whole.count + 1 - first))
-        for first in numbers
-    }
+    asked = Survival(chain, drive.amplitude, spread, count, drive.cycles, key, wait_for)
+    numbers, found, say = range(1, count + 1), dict[int, list[Life]](), reporter(progress)
 
     def take(first: int, future: Future[list[Life]]) -> None:
         found[first] = future.result()
 
-    def show() -> None:
-        say("starts", sum(map(len, found.values())), whole.count, "starts")
-
     with pool_of(executor, workers) as pool:
-        pool.run(lives_of, tasks, take, show)
-    return [life for first in numbers for life in found[first]]
+        pool.run(
+            lives_of,
+            {
+                first: _Task(asked, numbers[first - 1 :][:_STARTS_OF_A_TASK], until)
+                for first in numbers[::_STARTS_OF_A_TASK]
+            },
+            take,
+            lambda: say("starts", sum(map(len, found.values())), count, "starts"),
+        )
+    lives = tuple(life for first in sorted(found) for life in found[first])
+    over = any(life.over for life in lives)
+    return replace(asked, lives=lives, reason=limits.reason(Stop.DEADLINE) if over else "")
 
 
 def lives_of(task: _Task, signals: Signals | None = None) -> list[Life]:
@@ -439,22 +417,23 @@ def lives_of(task: _Task, signals: Signals | None = None) -> list[Life]:
     limits = Limits.of(max_seconds=left)
     if signals is not None:
         limits = replace(limits, interrupted=lambda: signals.stop)
-    return [_life(task, k, limits) for k in range(task.first, task.first + task.count)]
+    return [_life(task.asked, number, limits) for number in task.numbers]
 
 
-def _life(task: _Task, number: int, limits: Limits) -> Life:
-    start, seed = start_of(task.chain, task.size, task.seed, number)
-    course = Course(task.chain, task.drive, start, seed, task.dormant)
-    found, stop = computed(course, start, limits)
+def _life(asked: Survival, number: int, limits: Limits) -> Life:
+    chain = asked.chain
+    start, seed = start_of(chain, asked.size, asked.seed, number)
+    course = Course(chain, Cycles(asked.amplitude, asked.cycles), start, seed, asked.dormant)
+    found, stop = numerical_fate(course, start, limits)
     return Life(
-        outcome=found.outcome.value,
-        evidence=found.evidence.value,
-        cycles=found.cycles,
-        last_advance=found.last_advance,
-        furthest=course.furthest,
-        settled_after=-1 if found.settled_after is None else found.settled_after,
-        period=found.period or 0,
-        dormant_after=-1 if course.dormant_after is None else course.dormant_after,
-        dormant=task.chain.sigma_mu != 0 and course.dormant_now,
+        found.outcome.value,
+        found.evidence.value,
+        found.cycles,
+        found.last_advance,
+        course.furthest,
+        -1 if found.settled_after is None else found.settled_after,
+        found.period or 0,
+        -1 if course.dormant_after is None else course.dormant_after,
+        dormant=chain.sigma_mu != 0 and course.dormant_now,
         over=bool(limits.reason(stop)),
     )

@@ -23,7 +23,7 @@ from exactcreep.model.numbers import (
     nearest_float,
     whole_number,
 )
-from exactcreep.studies.fates.computed import refuse_sliding
+from exactcreep.studies.fates.numerical import refuse_sliding
 from exactcreep.studies.fates.survival import SIZE, Share, survival
 from exactcreep.studies.thresholds.beside import Measured, single_values
 from exactcreep.studies.thresholds.span import Span, bisected

@@ -29,7 +29,7 @@ from exactcreep.model.numbers import (
 )
 from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import creep
-from exactcreep.studies.fates.computed import refuse_sliding
+from exactcreep.studies.fates.numerical import refuse_sliding
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
 from exactcreep.studies.thresholds.beside import Measured, single_values
 from exactcreep.studies.thresholds.span import two_numbers

@@ -12,8 +12,8 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.solvers.exact.recurrence import Course
 from exactcreep.studies.eventlog import LoggedRearrangement
-from exactcreep.studies.fates.computed import computed
-from exactcreep.studies.fates.proof import proved
+from exactcreep.studies.fates.numerical import numerical_fate
+from exactcreep.studies.fates.proof import proved_fate
 from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.thresholds.horizon import Question, Trial
 
@@ -42,7 +42,7 @@ class Lasting(Question):
         """Return the fate in float64, and where x_G has come to apart from a steady advance."""
         drive = Cycles(amplitude, self.cycles)
         course = Course(self.chain, drive, start)
-        found, stop = computed(course, start, self.limits)
+        found, stop = numerical_fate(course, start, self.limits)
         if stop is Stop.DEADLINE:
             raise OutOfTime(found.reason)
         steady = found.cycles * (found.advance or 0.0) / (found.period or 1)
@@ -99,7 +99,7 @@ class Lasting(Question):
             trial = past.tried(amplitude, solver, options)
             return trial._replace(creeps=found.outcome not in _IDLE, outcome=found.outcome)
         drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
-        found, log = proved(self.chain, drive, self.start, self.limits)
+        found, log = proved_fate(self.chain, drive, self.start, self.limits)
         if found.outcome is Outcome.LIMIT:
             self.limits.require()
         creeps = found.outcome not in _IDLE

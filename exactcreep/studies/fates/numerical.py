@@ -30,7 +30,7 @@ def refuse_sliding(chain: Chain) -> None:
         raise InputError("mu_s", chain.mu_s, allowed)
 
 
-def computed(
+def numerical_fate(
     course: Course,
     start: State,
     limits: Limits = NO_LIMITS,
