@@ -23,12 +23,8 @@ from exactcreep.solvers.auto import choose
 from exactcreep.solvers.registry import rearrange, solver_named
 from exactcreep.studies.fates.fate import fate
 from exactcreep.studies.thresholds.criteria import threshold
-from tests.benchmarks.measurements import (
-    Rearrangements,
-    Velocity,
-    burned_in,
-    velocity_costs,
-)
+from tests.benchmarks.measurements import Velocity, burned_in, velocity_costs
+from tests.benchmarks.rearrangements import Rearrangements
 from tests.paper import captions, paper_chain
 
 SHARES = (0.03, 0.01, 0.001)

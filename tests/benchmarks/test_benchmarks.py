@@ -10,17 +10,15 @@ pytest.importorskip("heyoka", reason='needs the extra "bench"')
 
 from tests.benchmarks import questions
 from tests.benchmarks.measurements import (
-    SAMPLES,
     SIZES,
-    Rearrangements,
     half_cycle_times,
     long_chain_ratio,
     long_run_memory,
-    rearrangement_costs,
     start_up_seconds,
     thread_speed_ups,
     velocity_costs,
 )
+from tests.benchmarks.rearrangements import SAMPLES, Rearrangements, rearrangement_costs
 
 pytestmark = pytest.mark.benchmark
 
