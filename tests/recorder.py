@@ -409,34 +409,7 @@ def rest(**changes: Any) -> State:
     return State(**of_state(State.relaxed(CHAIN)) | changes)
 
 
-SCENE = b"[chain]\nn = 3\nl0 = 1000\nmu_d = 0.5\nmu_s = 0.6\nsigma_mu = 0.01\ntan_alpha = 0.25\n"
-HEAD = b"time,temperature\n"
-FILES = {
-    "record.toml": SCENE + b'[drive]\nkind = "record"\nfile = "good.csv"\nkappa = 2e-4\nT0 = 20\n',
-    "path.toml": SCENE + b'[drive]\nkind = "path"\ntheta = [0.001, -0.002, "1/300", 0]\n',
-    "latin.toml": b'title = "G\xe9minard"',
-    "cut.toml": b"[chain\nn = 2\n",
-    "empty.toml": b"",
-    "unknown.toml": b"[chain]\nn = 2\ncolour = 3\n",
-    "title.toml": b"title = 3\n" + SCENE,
-    "table.toml": b"chain = 3\n",
-    "vary.toml": b"vary = 3\n" + SCENE,
-    "deep.toml": b"a = " + b"[" * 5000 + b"]" * 5000,
-    "taken": b"precious",
-    "half.nc": b"\x89HDF\r\n\x1a\n" + bytes(100),
-    "old.ckpt": b"exactcreep checkpoint 1\n",
-    "good.csv": HEAD + b"0,20\n1,25\n2,12.5\n3,31\n4,18\n",
-    "latin.csv": HEAD + b"0,\xe9\n",
-    "headless.csv": b"",
-    "rowless.csv": HEAD,
-    "ragged.csv": HEAD + b"0,20,3\n",
-    "gap.csv": HEAD + b"0,\n",
-    "comma.csv": HEAD + b'0,"20,5"\n',
-    "words.csv": HEAD + b"noon,20\n",
-    "cold.csv": HEAD + b"0,-300\n",
-    "back.csv": HEAD + b"1,20\n0,21\n",
-    "mixed.csv": HEAD + b"0,20\n2024-01-31,21\n",
-}
+FILES = {path.name: path.read_bytes() for path in sorted(DATA.glob("guard/files/*"))}
 """What lies in the directory in which commands and calls are tried."""
 
 
