@@ -22,7 +22,7 @@ import tracemalloc
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import zip_longest
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,11 +34,11 @@ from exactcreep.model.numbers import InputError, exact_number, nearest_float, pl
 from exactcreep.model.state import State
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import TWO_SLIDERS, Rearrangement, advance, warm_up
+from exactcreep.solvers.solver import TWO_SLIDERS, warm_up
 from exactcreep.solvers.statistics import standard_error
 from exactcreep.studies.contest import (
     Contestant,
+    Lap,
     Rest,
     Walk,
     agree,
@@ -47,6 +47,7 @@ from exactcreep.studies.contest import (
     rests_between,
     settled,
     steady,
+    timed,
     walk,
 )
 from exactcreep.studies.partings import experiments_of, interval_of_mean
@@ -121,6 +122,13 @@ class Score:
     memory: int = 0
     notes: list[str] = field(default_factory=list)
 
+    def take_down(self, times: list[float], exact: Score | None) -> None:
+        """Note the median and the quartiles of the times per half-cycle, and their ratio."""
+        self.seconds = statistics.median(times)
+        self.seconds_low, self.seconds_high = np.quantile(times, (0.25, 0.75)).tolist()
+        if exact is not None and exact.seconds > 0:
+            self.ratio = self.seconds / exact.seconds
+
     @property
     def wrong(self) -> float:
         """The fraction of rearrangements with wrong events; nan if none was compared."""
@@ -185,8 +193,6 @@ class Tradeoff:
         or had to assume a tie.
     seconds : float
         How long the measurement took.
-    truth : Contestant
-        What single rearrangements and events were compared with.
     seeds : tuple of int
         Whose rearrangements and velocities were compared; times and events from the start are those
         of the first.
@@ -200,8 +206,7 @@ class Tradeoff:
     left_out: int
     no_truth: int
     seconds: float
-    truth: Contestant = TRUTH
-    seeds: tuple[int, ...] = ()
+    seeds: tuple[int, ...]
 
     def score(self, solver: str) -> Score | None:
         """Return the first score of a solver, None if it has none."""
@@ -215,17 +220,16 @@ class Tradeoff:
             return "Take sliding: this chain has no slips, and the sliding limit is exact."
         if self.events_compared == 0 and not self.velocity:
             return "Take exact, or no run at all: nothing moves here."
-        steps = [one for one in self.scores if one.contestant.solver == "verlet"]
-        measured = [one for one in steps if one.compared and not math.isnan(one.seconds)]
         sentence = f"Take exact: {_microseconds(exact.seconds)} per half-cycle"
-        paper = next((one for one in measured if one.contestant.label == "verlet, dt = 0.01"), None)
-        if paper is not None:
-            sentence += (
-                f", {_times(paper.ratio)} Verlet at dt = 0.01, which takes a wrong turn in"
-                f" {100 * paper.wrong:.3g} % of the rearrangements"
-            )
-        fair = [one for one in steps if one.unbiased and not math.isnan(one.seconds)]
-        if fair:
+        steps = [one for one in self.scores if one.contestant.solver == "verlet"]
+        steps = [one for one in steps if not math.isnan(one.seconds)]
+        for paper in steps:
+            if paper.contestant.label == "verlet, dt = 0.01" and paper.compared:
+                sentence += (
+                    f", {_times(paper.ratio)} Verlet at dt = 0.01, which takes a wrong turn in"
+                    f" {100 * paper.wrong:.3g} % of the rearrangements"
+                )
+        if fair := [one for one in steps if one.unbiased]:
             best = min(fair, key=lambda one: one.seconds)
             sentence += (
                 f"; for the mean velocity alone Verlet is unbiased within"
@@ -252,7 +256,7 @@ class Tradeoff:
                 "long_rearrangements_left_out": self.left_out,
                 "rearrangements_without_truth": self.no_truth,
                 "seeds": self.seeds,
-                "truth": {"solver": self.truth.solver, "options": self.truth.options},
+                "truth": vars(TRUTH),
                 "advice": self.advice,
                 "seconds": self.seconds,
                 "scores": [one.summary() for one in self.scores],
@@ -327,15 +331,9 @@ def tradeoff(
     if chain.may_run_away:
         raise InputError("tan_alpha", chain.tan_alpha, "must be below mu_d in absolute value")
     members = [experiment] if seeds is None else experiments_of(experiment, seeds)
-    field_of = list(ladder(chain) if contestants is None else contestants)
-    scores = [Score(one) for one in field_of]
-    begin = time.perf_counter()
-    report = reporter(progress)
-
-    def tell(what: str, share: float) -> None:
-        report("measuring", share, text=what)
-
-    race = _Race(members, scores, seconds, tell)
+    scores = [Score(one) for one in (ladder(chain) if contestants is None else contestants)]
+    begin, report = time.perf_counter(), reporter(progress)
+    race = _Race(members, scores, seconds, lambda text, done: report("measuring", done, text=text))
     race.warm_up()
     race.take_times()
     if not chain.slides:
@@ -343,7 +341,7 @@ def tradeoff(
         race.compare_events()
         race.measure_bias()
     race.measure_memory()
-    tell("done", 1.0)
+    race.tell("done", 1.0)
     return Tradeoff(
         experiment=experiment,
         scores=tuple(scores),
@@ -361,24 +359,18 @@ class _Race:
     """The measurements, one after the other."""
 
     def __init__(
-        self,
-        members: list[Experiment],
-        scores: list[Score],
-        budget: float,
+        self, members: list[Experiment], scores: list[Score], budget: float,
         tell: Callable[[str, float], None],
-    ) -> None:
+    ) -> None:  # fmt: skip
         self.members, self.experiment = members, members[0]
         self.scores = scores
         self.timed = [one for one in scores if one.contestant.solver in _COMPILED]
         self.exact = next((one for one in scores if one.contestant.solver == "exact"), None)
-        self.budget = budget
+        self.shares = {name: share * budget for name, share in _SHARES.items()}
         self.tell = tell
-        self.velocity = math.nan
-        self.velocity_error = math.nan
-        self.events_compared = 0
+        self.velocity = self.velocity_error = math.nan
         self.events_per_half_cycle = 0.0
-        self.left_out = 0
-        self.no_truth = 0
+        self.events_compared = self.left_out = self.no_truth = 0
 
     def warm_up(self) -> None:
         """Have everything compiled."""
@@ -393,53 +385,43 @@ class _Race:
 
     def take_times(self) -> None:
         """Time in turns all contestants that are compiled."""
-        share = self.budget * _SHARES["time"]
+        share = self.shares["time"]
         each = share / max(len(self.timed), 1) / (_ROUNDS + 1)
-        laps = [_Lap(one.contestant, self.experiment, each) for one in self.timed]
+        runners = [_Runner(one.contestant, self.experiment, each) for one in self.timed]
         deadline = time.perf_counter() + share
         for turn in range(_ROUNDS):
-            for count, lap in enumerate(laps):
-                done = 0.05 + 0.3 * (turn + count / len(laps)) / _ROUNDS
-                self.tell(f"timing: {lap.contestant.label}", done)
-                lap.run()
+            for count, (score, runner) in enumerate(zip(self.timed, runners, strict=True)):
+                done = 0.05 + 0.3 * (turn + count / len(runners)) / _ROUNDS
+                self.tell(f"timing: {score.contestant.label}", done)
+                runner.run()
             if turn + 1 >= _FEWEST_ROUNDS and time.perf_counter() > deadline:
                 break
-        exact = next((lap.splits for lap in laps if lap.contestant.solver == "exact"), [])
-        cycles = sum(one.half_cycles for one in exact)
-        self.events_per_half_cycle = sum(one.events for one in exact) / cycles if cycles else 0.0
-        for score, lap in zip(self.timed, laps, strict=True):
-            times = [one.took / one.half_cycles for one in lap.splits if one.half_cycles]
+        laps = [runner.laps for runner in runners]
+        exact = next((own for own, one in zip(laps, self.timed, strict=True) if one is self.exact),
+                     [])  # fmt: skip
+        cycles = sum(lap.half_cycles for lap in exact)
+        self.events_per_half_cycle = sum(lap.events for lap in exact) / cycles if cycles else 0.0
+        for score, own in zip(self.timed, laps, strict=True):
+            times = [lap.pace for lap in own if lap.half_cycles]
             if not times:
                 # less than a half-cycle within the time: by the events that it managed
                 pace = self.events_per_half_cycle
-                times = [one.took / one.events * pace for one in lap.splits if one.events]
+                times = [lap.seconds / lap.events * pace for lap in own if lap.events]
                 score.notes.append("time extrapolated from a part of a half-cycle")
             if times and times[0] > 0:
-                self._take_down(score, times)
-            pairs = [
-                a.took / a.half_cycles / (b.took / b.half_cycles)
-                for a, b in zip(lap.splits, exact, strict=False)
-                if a.half_cycles and b.half_cycles
-            ]
-            if pairs:
-                score.ratio = statistics.median(pairs)
-
-    def _take_down(self, score: Score, times: list[float]) -> None:
-        """Note the median and the quartiles of the times per half-cycle."""
-        score.seconds = statistics.median(times)
-        score.seconds_low, score.seconds_high = np.quantile(times, (0.25, 0.75)).tolist()
-        if self.exact is not None and self.exact.seconds > 0:
-            score.ratio = score.seconds / self.exact.seconds
+                score.take_down(times, self.exact)
+            ratios = [a.pace / b.pace for a, b in zip(own, exact, strict=False)]
+            if known := [ratio for ratio in ratios if not math.isnan(ratio)]:
+                score.ratio = statistics.median(known)
 
     def compare_rearrangements(self) -> None:
         """Compare single rearrangements, from rest states of the scene, with the truth."""
-        share = self.budget * _SHARES["rearrangements"]
-        begin = time.perf_counter()
+        share, begin = self.shares["rearrangements"], time.perf_counter()
         chain = self.experiment.chain
         trials = [_Trials(one) for one in self.scores if one.contestant.solver != "sliding"]
-        exact, truth = solver_named("exact", {}), TRUTH.algorithm()
+        exact, truth = Contestant("exact").algorithm(), TRUTH.algorithm()
         pace_of_truth = 0.0
-        for count, (seed, (state, way)) in enumerate(self._rests()):
+        for count, (seed, (state, way)) in enumerate(_rests_in_turn(self.members)):
             fraction = max(count / _SAMPLES, (time.perf_counter() - begin) / share)
             if fraction >= 1:
                 break
@@ -452,39 +434,31 @@ class _Race:
             proved = truth.rearrange(chain, state, way, seed)
             if not proved.events:
                 continue
-            pace = (time.perf_counter() - clock) / len(proved.events)
-            pace_of_truth = max(pace_of_truth, pace)
+            pace_of_truth = max(pace_of_truth, (time.perf_counter() - clock) / len(proved.events))
             if not settled(proved):
                 self.no_truth += 1
                 continue
             known = Walk.of(proved)
             for own in trials:
-                if sum(own.took) <= share / (len(trials) + 1):
+                if own.seconds <= share / (len(trials) + 1):
                     clock = time.perf_counter()
                     found = own.algorithm.rearrange(chain, state, way, seed)
-                    own.took.append(time.perf_counter() - clock)
-                    own.take(found, known)
+                    own.take(Walk.of(found), known, time.perf_counter() - clock)
         for own in trials:
             score = own.score
             if own.errors:
                 score.error, score.error_high = statistics.median(own.errors), max(own.errors)
             if own.paces and score not in self.timed:
                 score.notes.append("time per event of single rearrangements, times events")
-                self._take_down(score, [one * self.events_per_half_cycle for one in own.paces])
+                times = [pace * self.events_per_half_cycle for pace in own.paces]
+                score.take_down(times, self.exact)
         for score in self.scores:
             if score.contestant.solver == "sliding":
                 score.notes.append("the sliding limit has no rearrangements")
 
-    def _rests(self) -> Iterator[tuple[int, Rest]]:
-        """Yield the rests of all seeds in turn, with their seed."""
-        for round_of in zip_longest(*map(rests_between, self.members)):
-            for member, rest in zip(self.members, round_of, strict=True):
-                if rest is not None:
-                    yield member.seed, rest
-
     def compare_events(self) -> None:
         """Compare the events from the start of the scene with the truth."""
-        share = self.budget * _SHARES["events"]
+        share = self.shares["events"]
         self.tell("certified events", 0.6)
         truth = self._events(TRUTH, _LONGEST_LOG, share / 2)
         self.events_compared = len(truth.events)
@@ -510,21 +484,22 @@ class _Race:
         if exact is None or math.isnan(exact.seconds):
             return
         racing = [one for one in self.timed if one is not exact and not math.isnan(one.seconds)]
-        each = self.budget * _SHARES["bias"] / (len(racing) + 1) / len(self.members)
-        references = [
-            positions(exact.contestant, member, total, Limits(at=time.perf_counter() + each))
-            for member in self.members
-        ]
+        each = self.shares["bias"] / (len(racing) + 1) / len(self.members)
+
+        def courses(score: Score, until: list[int]) -> list[NDArray[np.float64]]:
+            return [
+                positions(score.contestant, member, q, Limits(at=time.perf_counter() + each))
+                for member, q in zip(self.members, until, strict=True)
+            ]
+
+        references = courses(exact, [total] * len(self.members))
+        sizes = [one.size for one in references]
         self.velocity, self.velocity_error = self._mean_velocity(references)
-        exact.bias, exact.bias_error = 0.0, 0.0
-        exact.bias_half_cycles = sum(one.size for one in references)
+        exact.bias, exact.bias_error, exact.bias_half_cycles = 0.0, 0.0, sum(sizes)
         for place, score in enumerate(racing):
             self.tell(f"bias: {score.contestant.label}", 0.7 + 0.28 * place / len(racing))
-            gaps = []
-            for member, reference in zip(self.members, references, strict=True):
-                limits = Limits(at=time.perf_counter() + each)
-                own = positions(score.contestant, member, reference.size, limits)
-                gaps.append(own - reference[: own.size])
+            pairs = zip(courses(score, sizes), references, strict=True)
+            gaps = [own - reference[: own.size] for own, reference in pairs]
             score.bias_half_cycles = sum(one.size for one in gaps)
             score.bias, score.bias_error = self._mean_velocity(gaps)
             if math.isnan(score.bias):
@@ -544,9 +519,8 @@ class _Race:
             return mean, (upper - mean) / 1.96
         (x_G,) = courses
         pace = 2 if experiment.drive.cyclic else 1
-        kept = x_G[steady(x_G, experiment) - 1 :: pace] if x_G.size else x_G
-        clock = pace * np.arange(kept.size, dtype=float)
-        return means[0], standard_error(kept, clock)
+        kept = x_G[steady(x_G, experiment) - 1 :: pace]
+        return means[0], standard_error(kept, pace * np.arange(kept.size, dtype=float))
 
     def measure_memory(self) -> None:
         """Measure how much memory a simulation takes."""
@@ -560,20 +534,29 @@ class _Race:
                 tracemalloc.stop()
 
 
+def _rests_in_turn(members: Sequence[Experiment]) -> Iterator[tuple[int, Rest]]:
+    """Yield a rest of each seed in turn, with the seed, until none has any left."""
+    for round_of in zip_longest(*map(rests_between, members)):
+        for member, rest in zip(members, round_of, strict=True):
+            if rest is not None:
+                yield member.seed, rest
+
+
 class _Trials:
     """What single rearrangements have shown of a contestant."""
 
     def __init__(self, score: Score) -> None:
         self.score = score
         self.algorithm = score.contestant.algorithm()
-        self.took: list[float] = []  # seconds
+        self.seconds = 0.0
         self.paces: list[float] = []  # seconds per event
         self.errors: list[float] = []  # of those with the right events
 
-    def take(self, found: Rearrangement, known: Walk) -> None:
-        """Hold the last rearrangement against the one that is known."""
-        self.paces.append(self.took[-1] / max(len(found.events), 1))
-        agreement = agree(Walk.of(found), known)
+    def take(self, found: Walk, known: Walk, seconds: float) -> None:
+        """Hold a rearrangement, which took so long, against the one that is known."""
+        self.seconds += seconds
+        self.paces.append(seconds / max(len(found.events), 1))
+        agreement = agree(found, known)
         self.score.compared += 1
         if agreement.compared:
             self.errors.append(agreement.error_before)
@@ -581,52 +564,36 @@ class _Trials:
             self.score.different += 1
 
 
-class _Split(NamedTuple):
-    """What a contestant did in one turn: seconds, and how far it came."""
-
-    took: float
-    half_cycles: int
-    events: int
-
-
-class _Lap:
+class _Runner:
     """A contestant's own run along the drive, timed block by block."""
 
     def __init__(self, contestant: Contestant, experiment: Experiment, seconds: float) -> None:
-        self.contestant = contestant
         self.simulation = contestant.simulation(experiment)
+        self.fresh = self.simulation.capture()
         self.drive = experiment.drive
         self.longest = max(self.drive.half_cycles // 2 * 2, 1)  # a block has whole cycles
         self.seconds = seconds
-        self.splits: list[_Split] = []
-        self.done = 0
-        self.block = 0
-        self.fresh = self.simulation.capture()
+        self.laps: list[Lap] = []
+        self.done = self.block = 0
 
     def run(self) -> None:
         """Time the next block of half-cycles, or as much of it as the time allows."""
         if self.block == 0:  # the first half-cycles leave the transient, and set the block's size
             wanted = 2
-            while True:
-                split = self._take(wanted, self.seconds)
-                if split.half_cycles < wanted or split.took > self.seconds / 4:
-                    break
+            lap = self._lap(wanted, self.seconds)
+            while wanted == lap.half_cycles < self.longest and lap.seconds <= self.seconds / 4:
                 wanted = min(2 * wanted, self.longest)
-                if wanted == self.longest:
-                    break
-            pace = split.took / max(split.half_cycles, 1)
-            self.block = max(2, min(int(self.seconds / pace), self.longest))
-            self.block += self.block % 2
-        self.splits.append(self._take(self.block, 4 * self.seconds))
+                lap = self._lap(wanted, self.seconds)
+            pace = lap.seconds / max(lap.half_cycles, 1)
+            self.block = max(2, min(int(self.seconds / pace), self.longest) // 2 * 2)
+        self.laps.append(self._lap(self.block, 4 * self.seconds))
 
-    def _take(self, wanted: int, seconds: float) -> _Split:
+    def _lap(self, wanted: int, seconds: float) -> Lap:
         wanted = min(wanted, self.longest)
         if self.done + wanted > self.drive.half_cycles:
             self.simulation.restore(self.fresh)
             self.done = 0
-        events, begin = self.simulation.tally.events, time.perf_counter()
-        limits = Limits(at=begin + seconds)
-        stretch = advance(self.simulation, self.drive, self.done + wanted, limits, done=self.done)
-        took = time.perf_counter() - begin
-        self.done += stretch.completed
-        return _Split(took, stretch.completed, self.simulation.tally.events - events)
+        limits = Limits(at=time.perf_counter() + seconds)
+        lap = timed(self.simulation, self.drive, self.done + wanted, limits, self.done)
+        self.done += lap.half_cycles
+        return lap

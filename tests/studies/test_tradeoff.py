@@ -22,7 +22,7 @@ from exactcreep.progress import Progress
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.contest import Contestant, mean_velocity, rests_between
-from exactcreep.studies.tradeoff import _Race, ladder, tradeoff
+from exactcreep.studies.tradeoff import _rests_in_turn, ladder, tradeoff
 
 pytestmark = pytest.mark.xdist_group("tradeoff")  # they share `measured`
 
@@ -99,7 +99,7 @@ def test_single_rearrangements_are_exact_to_rounding_and_verlet_is_not(measured)
     crudest = of(found, "verlet, dt = 0.5")
     assert 0 < crudest.different < crudest.compared
     assert crudest.wrong == crudest.different / crudest.compared
-    assert found.truth == Contestant("certified", {"digits": 50})
+    assert found.summary()["truth"] == {"solver": "certified", "options": {"digits": 50}}
 
 
 def test_events_from_the_start_agree_with_the_certified_ones(measured):
@@ -190,8 +190,7 @@ def test_seeds_are_taken_in_turn_and_their_velocities_are_independent(measured):
     low, high = exact.wrong_interval
     assert exact.different == low == 0
     assert high == pytest.approx(1.96**2 / (exact.compared + 1.96**2), rel=1e-3)
-    race = _Race([experiment, replace(experiment, seed=9)], [], 1, None)
-    rests = list(islice(race._rests(), 6))
+    rests = list(islice(_rests_in_turn([experiment, replace(experiment, seed=9)]), 6))
     assert [seed for seed, _ in rests] == [0, 9, 0, 9, 0, 9]
     assert [rest.state.theta for _, rest in rests[::2]] == [
         rest.state.theta for rest in islice(rests_between(experiment), 3)
