@@ -7,7 +7,7 @@ import time
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from exactcreep.laws import prediction
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
@@ -18,36 +18,24 @@ from exactcreep.model.representation import Shown, drawn
 from exactcreep.model.state import State
 from exactcreep.motion.rounding_error import PROMISE
 from exactcreep.progress import Hearer, reporter
-from exactcreep.quasistatic.creep import PhysicsWarning, creep
+from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.result import Creep, course_of
+from exactcreep.quasistatic.result import course_of
 from exactcreep.quasistatic.twin import MOST_EVENTS
 from exactcreep.scene import Scene
-from exactcreep.solvers.auto import (
-    LADDER,
-    Candidate,
-    Choice,
-    choose,
-    runner,
-    valid_accuracy,
-)
-from exactcreep.solvers.solver import Solver, advance, warm_up
+from exactcreep.solvers.auto import LADDER, Candidate, Choice, choose, runner, valid_accuracy
+from exactcreep.solvers.solver import warm_up
+from exactcreep.studies.contest import Contestant, timed
 
 DEFAULT_ACCURACY = "0.01"
 _TIMED_SECONDS = 0.2  # of a pilot run: long beside a call, short beside a reader's patience
 _TIMED_TOGETHER = 10.0  # of all members of a scene
 
 
-@dataclass(frozen=True)
-class Need:
-    """One thing that a scene needs or does not need.
+class Need(NamedTuple):
+    """One thing that a scene needs or does not need, and why.
 
-    Attributes
-    ----------
-    name : str
-        ``disorder``, ``random dilations``, ``inertia``, ``trajectories`` or ``digits``.
-    needed : bool
-    reason : str
+    Its name is ``disorder``, ``random dilations``, ``inertia``, ``trajectories`` or ``digits``.
     """
 
     name: str
@@ -119,11 +107,8 @@ class Plan(Shown):
     @property
     def accuracy_reached(self) -> bool:
         """Whether the solver that will run is expected to reach the accuracy along this drive."""
-        return any(
-            rung.error <= self.accuracy
-            for rung in self.choice.candidates
-            if rung.name == self.solver
-        )
+        rungs = {rung.name: rung for rung in self.choice.candidates}
+        return self.solver in rungs and rungs[self.solver].error <= self.accuracy
 
     def seeds(self, rung: Candidate) -> float:
         """Return how many seeds reach the accuracy; inf if no number does, nan if unknown.
@@ -140,9 +125,7 @@ class Plan(Shown):
 
     def summary(self) -> dict[str, Any]:
         """Return the plan as plain data for JSON; a number that is not known is None."""
-        pilot = None
-        if self.choice.pilot is not None:
-            pilot = vars(self.choice.pilot)
+        pilot = self.choice.pilot
         half_cycles = self.experiment.drive.half_cycles
         return plain_data(
             {
@@ -156,7 +139,8 @@ class Plan(Shown):
                 "half_cycles": half_cycles,
                 "law": list(self.choice.law),
                 "needs": {
-                    need.name: {"needed": need.needed, "reason": need.reason} for need in self.needs
+                    name: {"needed": needed, "reason": reason}
+                    for name, needed, reason in self.needs
                 },
                 "candidates": [
                     {
@@ -173,7 +157,7 @@ class Plan(Shown):
                     }
                     for rung in self.choice.candidates
                 ],
-                "pilot": pilot,
+                "pilot": None if pilot is None else vars(pilot),
                 "trusted_half_cycles": self.trusted_half_cycles,
                 "course": self.course or None,
             }
@@ -232,7 +216,7 @@ def plan(
     'law'
     """
     experiment = Experiment.of(chain, drive, seed=seed, start=start, record=record)
-    return _planned(experiment, accuracy, question, experiment.record, explicit=None)
+    return _planned(experiment, accuracy, question, experiment.record)
 
 
 def plan_scene(
@@ -289,9 +273,9 @@ def _planned(
     accuracy: Any,
     question: str,
     record: tuple[str, ...],
-    explicit: str | None,
+    explicit: str | None = None,
     limits: Limits = NO_LIMITS,
-    timed: float = _TIMED_SECONDS,
+    seconds: float = _TIMED_SECONDS,
 ) -> Plan:
     """Return the plan of one experiment; raise `OutOfTime` if the limits do not allow it."""
     wanted = float(valid_accuracy(accuracy))
@@ -305,7 +289,13 @@ def _planned(
         record=record,
         limits=limits,
     )
-    begun = _begun(experiment, choice, limits)
+    begun = []
+    if any(rung.name == "exact" and rung.applies for rung in choice.candidates):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
+            left = limits.seconds_left
+            allowed = Limits(MOST_EVENTS, seconds=math.inf if left is None else left)
+            begun = [Contestant("exact").run(experiment, allowed, record=(), twin=True)]
     limits.require()
     return Plan(
         experiment=experiment,
@@ -314,155 +304,69 @@ def _planned(
         choice=choice,
         explicit=explicit,
         needs=_needs(experiment, choice, wanted, record),
-        costs=_costs(experiment, choice, wanted, timed),
+        costs=_costs(experiment, choice, wanted, seconds),
         course=course_of(begun),
         trusted_half_cycles=begun[0].trusted_half_cycles if begun else None,
     )
 
 
-def _begun(experiment: Experiment, choice: Choice, limits: Limits) -> list[Creep]:
-    """Return the beginning of an exact run with its twin, if that solver applies."""
-    if not any(rung.name == "exact" and rung.applies for rung in choice.candidates):
-        return []
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
-        begun = creep(
-            experiment.chain,
-            experiment.drive,
-            seed=experiment.seed,
-            start=experiment.start,
-            record=(),
-            twin=True,
-            max_events=MOST_EVENTS,
-            progress=False,
-            max_seconds=limits.seconds_left,
-        )
-    return [begun]
-
-
 def _needs(
     experiment: Experiment, choice: Choice, accuracy: float, record: tuple[str, ...]
 ) -> tuple[Need, ...]:
-    chain, drive = experiment.chain, experiment.drive
-    inertia = choice.name in ("exact", "certified")
+    chain, random = experiment.chain, experiment.drive.random
+    inertia, digits = choice.name in ("exact", "certified"), accuracy < PROMISE
+    disorder = moving = "within the accuracy it does not change the velocity"
     if chain.sigma_mu == 0:
-        disorder = Need("disorder", False, "sigma_mu = 0: no coefficient is drawn")
+        disorder = "sigma_mu = 0: no coefficient is drawn"
     elif inertia:
         width = f"sigma_mu = {nearest_float(chain.sigma_mu):.3g}"
-        disorder = Need("disorder", True, f"{width}: a coefficient is drawn at every stop")
-    else:
-        disorder = Need("disorder", False, "within the accuracy it does not change the velocity")
+        disorder = f"{width}: a coefficient is drawn at every stop"
     if inertia:
-        slips = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
-        why_inertia = slips
+        moving = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
     elif chain.slides:
-        why_inertia = "mu_s = mu_d: sliders slide with theta, and never accelerate"
-    else:
-        why_inertia = "within the accuracy it does not change the velocity"
-    digits = accuracy < PROMISE
+        moving = "mu_s = mu_d: sliders slide with theta, and never accelerate"
+    dilations = "theta is drawn at every target" if random else "theta is given"
+    recorded = "recorded: " + ", ".join(record) if record else "only the velocity is asked for"
+    held = "asked for more than float64 holds" if digits else "float64 holds the accuracy"
     return (
-        disorder,
-        Need(
-            "random dilations",
-            drive.random,
-            "theta is drawn at every target" if drive.random else "theta is given",
-        ),
-        Need("inertia", inertia, why_inertia),
-        Need(
-            "trajectories",
-            bool(record),
-            "recorded: " + ", ".join(record) if record else "only the velocity is asked for",
-        ),
-        Need(
-            "digits",
-            digits,
-            "asked for more than float64 holds" if digits else "float64 holds the accuracy",
-        ),
+        Need("disorder", inertia and chain.sigma_mu != 0, disorder),
+        Need("random dilations", random, dilations),
+        Need("inertia", inertia, moving),
+        Need("trajectories", bool(record), recorded),
+        Need("digits", digits, held),
     )
 
 
 def _costs(
     experiment: Experiment, choice: Choice, accuracy: float, seconds: float
 ) -> dict[str, float]:
+    """Return the predicted seconds of a run for each rung, each measured for so long."""
     costs = dict.fromkeys(LADDER, math.nan)
-    total = experiment.drive.half_cycles
-    events = math.nan  # per half-cycle, from the exact run
+    chain, drive = experiment.chain, experiment.drive
+    events = math.nan  # of the whole run, from the exact one
     for rung in choice.candidates:
-        if not rung.applies:
+        proved = rung.name == "certified"
+        if not rung.applies or (proved and math.isnan(events)):
             continue
+        begin = time.perf_counter()
         if rung.name == "law":
-            begin = time.perf_counter()
-            prediction(experiment.chain, experiment.drive, experiment.start)
+            prediction(chain, drive, experiment.start)
             costs["law"] = time.perf_counter() - begin
             continue
         algorithm = runner(rung.name, accuracy)
-        if rung.name == "certified":
-            if not math.isnan(events):
-                each = seconds_per_event(experiment, algorithm, seconds=seconds)
-                costs["certified"] = each * events * total
+        if not proved:
+            warm_up(algorithm, algorithm.compiles(chain.n))
+        simulation = algorithm.simulation(chain, experiment.initial, experiment.seed, ())
+        until = min(3, drive.half_cycles) if proved else drive.half_cycles
+        lap = timed(simulation, drive, until, Limits(at=time.perf_counter() + seconds))
+        if not proved:
+            costs[rung.name] = lap.pace * drive.half_cycles
+            if rung.name == "exact" and lap.half_cycles:
+                events = lap.events / lap.half_cycles * drive.half_cycles
             continue
-        pace = measured_pace(experiment, algorithm, seconds=seconds)
-        costs[rung.name] = pace.seconds_per_half_cycle * total
-        if rung.name == "exact":
-            events = pace.events_per_half_cycle
+        took, happened = lap.seconds, lap.events
+        if happened == 0:  # the first takes longer than that, if there is one
+            more = timed(simulation, drive, until, Limits(1), lap.half_cycles)
+            took, happened = took + more.seconds, more.events
+        costs[rung.name] = took / happened * events if happened else 0.0
     return costs
-
-
-def seconds_per_event(
-    experiment: Experiment, algorithm: Solver, *, seconds: float = _TIMED_SECONDS
-) -> float:
-    """Return the time that a slow solver takes for an event; 0 if nothing ever happens.
-
-    Measured over the first three half-cycles, or as much of them as the time allows.
-    """
-    drive = experiment.drive
-    until = min(3, drive.half_cycles)
-    simulation = algorithm.simulation(experiment.chain, experiment.initial, experiment.seed, ())
-    begin = time.perf_counter()
-    done = advance(simulation, drive, until, Limits(at=begin + seconds)).completed
-    if simulation.tally.events == 0:  # the first takes longer than that, if there is one
-        advance(simulation, drive, until, Limits(1), done=done)
-    events = simulation.tally.events
-    return (time.perf_counter() - begin) / events if events else 0.0
-
-
-@dataclass(frozen=True)
-class Pace:
-    """How fast a solver takes a chain along its drive on this machine; nan where not known.
-
-    Attributes
-    ----------
-    seconds_per_half_cycle, seconds_per_event, events_per_half_cycle : float
-    """
-
-    seconds_per_half_cycle: float
-    seconds_per_event: float
-    events_per_half_cycle: float
-
-
-def measured_pace(
-    experiment: Experiment, algorithm: Solver, *, seconds: float = _TIMED_SECONDS
-) -> Pace:
-    """Return the pace of a compiled solver on the beginning of an experiment.
-
-    Compilation is not counted.
-
-    Parameters
-    ----------
-    experiment : Experiment
-    algorithm : Solver
-    seconds : float
-        How long to measure, at most about twice that.
-    """
-    chain, drive = experiment.chain, experiment.drive
-    warm_up(algorithm, algorithm.compiles(chain.n))
-    simulation = algorithm.simulation(chain, experiment.initial, experiment.seed, ())
-    begin = time.perf_counter()
-    done = advance(simulation, drive, drive.half_cycles, Limits(at=begin + seconds)).completed
-    spent = time.perf_counter() - begin
-    events = simulation.tally.events
-    return Pace(
-        spent / done if done else math.nan,
-        spent / events if events else math.nan,
-        events / done if done else math.nan,
-    )
