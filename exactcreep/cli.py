@@ -6,32 +6,28 @@ import os
 import sys
 import warnings
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import Any
 
 import typer
 
-from exactcreep import interrupts
-from exactcreep.commands import (
-    animate,
-    audit,
-    compare,
-    envelope,
-    explore,
-    export,
-    fate,
-    plan,
-    reproduce,
-    resume,
-    run,
-    scenes,
-    show,
-    survival,
-    sweep,
-    threshold,
-    tradeoff,
-)
-from exactcreep.commands.options import of_pictures
+from exactcreep import __version__, interrupts
+from exactcreep.commands.animate import animate
+from exactcreep.commands.answer import complain
+from exactcreep.commands.audit import audit
+from exactcreep.commands.compare import compare
+from exactcreep.commands.envelope import envelope
+from exactcreep.commands.explore import explore
+from exactcreep.commands.export import export
+from exactcreep.commands.fate import fate
+from exactcreep.commands.plan import plan
+from exactcreep.commands.reproduce import reproduce
+from exactcreep.commands.run import resume, run
+from exactcreep.commands.scenes import scenes
+from exactcreep.commands.show import show
+from exactcreep.commands.survival import survival
+from exactcreep.commands.sweep import sweep
+from exactcreep.commands.threshold import threshold
+from exactcreep.commands.tradeoff import tradeoff
 
 app = typer.Typer(
     add_completion=False,
@@ -40,19 +36,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-_DRAWING = {"run", "resume", "reproduce", "sweep", "show", "animate", "tradeoff", "threshold",
-            "fate", "survival", "compare"}  # fmt: skip
-for _module in (scenes, run, resume, reproduce, sweep, show, export, animate, explore, plan,
-                tradeoff, threshold, fate, survival, compare, audit, envelope):  # fmt: skip
-    _name = _module.__name__.rpartition(".")[2]
-    _command = getattr(_module, _name)
-    app.command(_name)(of_pictures(_command) if _name in _DRAWING else _command)
+for _command in (scenes, run, resume, reproduce, sweep, show, export, animate, explore, plan,
+                 tradeoff, threshold, fate, survival, compare, audit, envelope):  # fmt: skip
+    app.command()(_command)
 
 
 def _show_version(wanted: bool) -> None:
     if wanted:
-        from exactcreep import __version__
-
         typer.echo(f"exactcreep {__version__}")
         raise typer.Exit
 
@@ -82,11 +72,11 @@ def status(words: Sequence[str]) -> int:
     end = given.index("--") if "--" in given else len(given)
     debug = "--debug" in given[:end]  # taken anywhere, so that it can be appended to a line
     given = [word for word in given[:end] if word != "--debug"] + given[end:]
-    usage_error: type[Exception] = typer.BadParameter.__mro__[1]
+    usage_error: Any = typer.BadParameter.__mro__[1]
     try:
         returned = app(given, prog_name="exactcreep", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
-        _complain("interrupted")
+        complain("interrupted")
         return 130
     except BrokenPipeError:  # the reader, e.g. `head`, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -97,31 +87,24 @@ def status(words: Sequence[str]) -> int:
         from exactcreep.model.numbers import InputError
 
         if isinstance(error, usage_error):
-            _complain(error.format_message() if hasattr(error, "format_message") else str(error))
-            return 2
-        if isinstance(error, InputError):
-            _complain(str(error))
-            return 2
-        if isinstance(error, OSError):
+            complain(error.format_message())
+        elif isinstance(error, InputError):
+            complain(str(error))
+        elif isinstance(error, OSError):
             name = f"{error.filename}: " if error.filename else ""
-            _complain(f"{name}{error.strerror or error}")
-            return 2
-        if isinstance(error, MemoryError):
-            _complain("the memory of this machine does not hold so much")
+            complain(f"{name}{error.strerror or error}")
+        elif isinstance(error, MemoryError):
+            complain("the memory of this machine does not hold so much")
             return 3
-        _complain(f"{type(error).__name__}: {error} (a defect; --debug shows where)")
-        return 1
+        else:
+            complain(f"{type(error).__name__}: {error} (a defect; --debug shows where)")
+            return 1
+        return 2
     return returned if isinstance(returned, int) else 0
 
 
-def _complain(sentence: str) -> None:
-    line = " ".join(sentence.split())
-    with suppress(OSError):  # a full device: the status says it all the same
-        typer.echo(f"exactcreep: {line}", err=True)
-
-
 def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
-    _complain(str(message))
+    complain(str(message))
 
 
 def main() -> None:
@@ -132,6 +115,6 @@ def main() -> None:
     heard = interrupts.status()
     if heard is not None and code in (0, 130):
         if code == 0:  # it came too late to change anything, or was lost on its way
-            _complain("interrupted")
+            complain("interrupted")
         code = heard
     sys.exit(code)

@@ -7,36 +7,34 @@ from typing import Annotated
 
 import typer
 
+import exactcreep
 from exactcreep.commands.options import (
     Force,
     Member,
-    SceneName,
+    OfScene,
     Seed,
-    Settings,
     SolverName,
-    parsed_settings,
+    chosen,
+    command,
+    option,
+    run_settings,
 )
 
 
+@command(draws=True)
 def animate(
-    scene: SceneName,
+    *,
     rearrangement: Annotated[
         str | None,
-        typer.Option(
-            metavar="K",
-            help="Its number, from 0; default the one with most events in 100 half-cycles.",
-        ),
+        option("K", "Its number, from 0; default the one with most events in 100 half-cycles."),
     ] = None,
-    settings: Settings = None,
+    scene: OfScene,
     solver: SolverName = None,
     seed: Seed = None,
     member: Member = "1",
-    frames: Annotated[
-        str | None, typer.Option(metavar="F", help="Pictures of the GIF file; default 120.")
-    ] = None,
+    frames: Annotated[str | None, option("F", "Pictures of the GIF file; default 120.")] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="GIF file, or .html: a page; default SCENE-K.gif."),
+        Path | None, option("FILE", "GIF file, or .html: a page; default SCENE-K.gif.")
     ] = None,
     force: Force = False,
 ) -> None:
@@ -53,31 +51,26 @@ def animate(
         exactcreep animate thirty-sliders-cycles --out avalanche.html
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
-    from exactcreep.model.numbers import InputError, whole_number
+    from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_output, write_file
-    from exactcreep.scene import load_scene
 
-    given = parsed_settings(settings)
-    for key, value in (("solver", solver), ("seed", seed)):
-        if value is not None:
-            given[f"run.{key}"] = value
-    wanted = load_scene(scene).with_settings(given)
-    members = wanted.members()
-    chosen = members[whole_number(member, "member", least=1, most=len(members)) - 1].experiment
-    as_page = out is not None and out.suffix.lower() == ".html"
-    if out is not None and out.suffix.lower() != ".gif" and not as_page:
-        raise InputError("out", str(out), "must end in .gif or .html")
-    if as_page and frames is not None:
-        raise InputError("frames", frames, "are those of a GIF file: a page moves without them")
+    wanted = scene.with_settings(run_settings(solver=solver, seed=seed))
+    experiment = chosen(wanted.members(), member).experiment
+    ending = out.suffix.lower() if out is not None else ".gif"
+    if ending not in (".gif", ".html"):
+        raise exactcreep.InputError("out", str(out), "must end in .gif or .html")
+    if ending == ".html" and frames is not None:
+        allowed = "are those of a GIF file: a page moves without them"
+        raise exactcreep.InputError("frames", frames, allowed)
     count = whole_number(frames or "120", "frames", least=2, most=10_000)
     if rearrangement is None:
-        number = largest_avalanche(chosen)
+        number = largest_avalanche(experiment)
     else:
         number = whole_number(rearrangement, "rearrangement", least=0)
-    target = out if out is not None else Path(f"{wanted.name}-{number}.gif")
+    target = out or Path(f"{wanted.name}-{number}.gif")
     check_output(target, "out", force=force)
-    avalanche = find_avalanche(chosen, number)
-    if as_page:
+    avalanche = find_avalanche(experiment, number)
+    if ending == ".html":
         from exactcreep.figures.explorer import saved
 
         write_file(target, saved(avalanche).encode(), "out", force=force)

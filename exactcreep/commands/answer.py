@@ -1,4 +1,4 @@
-"""What a command prints: one JSON object, or a short summary for the eye."""
+"""What a command says: one JSON object, or sentences and tables for the eye; and how it leaves."""
 
 from __future__ import annotations
 
@@ -6,15 +6,24 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from pkgutil import resolve_name
+from typing import Annotated, Any
 
-if TYPE_CHECKING:
-    from exactcreep.quasistatic.result import Creep
-    from exactcreep.solid import Descent
+import typer
 
+from exactcreep.commands.options import DataFile, Force, Json, Plot
+from exactcreep.display import Display
+
+FAILED, LIMIT, STALE, INTERRUPTED = 1, 3, 4, 130
+"""Exit statuses: a promise is broken, a limit was reached, the checkpoint is stale, Ctrl-C."""
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
+
+Rows = list[tuple[str, Any]]
+"""What is said line by line: a name and its value."""
 
 
 def as_json(value: Any, indent: str = "") -> str:
@@ -41,215 +50,133 @@ def _bracketed(items: list[str], brackets: str, indent: str) -> str:
     return f"{brackets[0]}\n{indent}  {lines}\n{indent}{brackets[1]}"
 
 
-Rows = list[tuple[str, Any]]
-"""What is said line by line: a name and its value."""
+def complain(sentence: str) -> None:
+    """Print a sentence on standard error."""
+    with suppress(OSError):  # a full device: the status says it all the same
+        typer.echo(f"exactcreep: {' '.join(sentence.split())}", err=True)
 
 
-def answered(
-    study: Callable[..., Any],
-    rows: Callable[[Any], Rows],
-    draw: Callable[[Any, Path], None],
-    *,
-    out: Path | None = None,
-    plot: Path | None,
-    json: bool,
-    force: bool,
-    about: Mapping[str, Any] | None = None,
-) -> Any:
-    """Carry out a study, save its dataset, draw it, and print one JSON object, or the rows.
-
-    The files are checked before: nothing is computed that could not be kept. The object begins
-    with what it is `about`; what prints tables by itself returns no rows.
-    """
-    import typer
-
-    from exactcreep.display import Display
-    from exactcreep.quasistatic.files import check_output, check_plot, write_file
-    from exactcreep.quasistatic.netcdf import netcdf
-
-    if plot is not None:
-        check_plot(plot, force=force)
-    if out is not None:
-        check_output(out, "out", force=force)
-    with Display(quiet=json) as display:
-        found = study(progress=display.show)
-    if out is not None:
-        write_file(out, netcdf({None: found.dataset()}), "out")
-    if plot is not None:
-        draw(found, plot)
-    if json:
-        typer.echo(as_json({**(about or {})} | found.summary()))
-        return found
-    if said := rows(found):
-        print_rows(said)
-    for path in (out, plot):
-        if path is not None:
-            typer.echo(f"written: {path}")
-    return found
-
-
-def print_rows(rows: Rows, *, soft_wrap: bool = True) -> None:
-    """Print names and what they stand for, in two columns; a terminal wraps lines by default."""
+def say(words: Any, *, width: int | None = None, soft_wrap: bool = True, **style: Any) -> None:
+    """Print words with rich's markup, or a table; a terminal wraps their lines by default."""
     from rich.console import Console
+
+    Console(highlight=False, width=width).print(words, soft_wrap=soft_wrap, **style)
+
+
+def say_heading(scene: str, title: str) -> None:
+    """Print which scene it is."""
+    from rich.markup import escape
+
+    say(f"[bold]{escape(scene)}[/bold]" + (f": {escape(title)}" if title else ""))
+
+
+def say_rows(rows: Rows, *, soft_wrap: bool = True) -> None:
+    """Print names and what they stand for, in two columns."""
     from rich.table import Table
 
     table = Table.grid(padding=(0, 2))
     for name, said in rows:
         table.add_row(name, str(said))
-    Console(highlight=False).print(table, soft_wrap=soft_wrap)
+    say(table, soft_wrap=soft_wrap)
 
 
-def json_of_run(
-    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], scene: str
-) -> dict[str, Any]:
-    """Return the object that ``--json`` prints for a scene."""
-    if len(settings) == 1 and not settings[0]:
-        return {"scene": scene} | results[0].summary()
-    members = [
-        {"set": dict(setting)} | result.summary()
-        for setting, result in zip(settings, results, strict=False)
-    ]
-    return {"scene": scene, "members": members}
-
-
-def print_heading(console: Any, scene: str, title: str) -> None:
-    """Print which scene it is."""
-    from rich.markup import escape
-
-    words = f": {escape(title)}" if title else ""
-    console.print(f"[bold]{escape(scene)}[/bold]{words}", soft_wrap=True)
-
-
-def print_table(
-    console: Any,
+def say_table(
     names: Sequence[str],
     rows: Iterable[Sequence[str]],
-    right: Sequence[str] = (),
-    wrapped: Sequence[str] = (),
+    *,
+    right: Collection[str] = (),
+    folded: Collection[str] = (),
+    width: int | None = None,
     **style: Any,
 ) -> None:
-    """Print rows under the names of their columns, which stand to the right, or may be wrapped."""
+    """Print rows under the names of their columns, which stand to the right, or may be folded."""
     from rich.table import Table
 
-    table = Table(box=None, padding=(0, 1), header_style="bold", **style)
+    table = Table(**{"box": None, "padding": (0, 1), "header_style": "bold"} | style)
     for name in names:
-        justify: Any = "right" if name in right else "left"
-        table.add_column(name, justify=justify, no_wrap=name not in wrapped)
+        side: Any = "right" if name in right else "left"
+        table.add_column(name, justify=side, no_wrap=name not in folded, overflow="fold")
     for row in rows:
         table.add_row(*row)
-    console.print(table)
+    say(table, width=width, soft_wrap=False)
 
 
-def print_summary(
-    results: Sequence[Creep],
-    settings: Sequence[Mapping[str, Any]],
-    scene: str,
-    title: str,
-    descent: Descent | None = None,
-) -> None:
-    """Print the results of a run, the paper's prediction beside the measured value."""
-    from rich.console import Console
-
-    console = Console(highlight=False)
-    print_heading(console, scene, title)
-    console.print(_described(results[0], bool(settings and settings[0])), soft_wrap=True)
-    if len(settings) == 1 and not settings[0]:
-        _print_one(results[0], descent)
-    else:
-        _print_members(console, results, settings)
+def settings_text(settings: Mapping[str, Any]) -> str:
+    """Return what a member sets, as a line of a summary."""
+    return ", ".join(f"{key} = {value}" for key, value in settings.items())
 
 
-def _described(result: Creep, varied: bool) -> str:
-    chain, experiment = result.chain, result.experiment
-    options = "".join(f", {name} = {value}" for name, value in experiment.options.items())
-    first = "first member: " if varied else ""
-    return (
-        f"{first}N = {chain.n}, l0 = {_short(chain.l0)}, mu_d = {_short(chain.mu_d)},"
-        f" mu_s = {_short(chain.mu_s)}, sigma_mu = {_short(chain.sigma_mu)},"
-        f" tan_alpha = {_short(chain.tan_alpha)}; solver {result.solver}{options},"
-        f" seed {result.seed}"
-    )
+def counted(words: Iterable[str] | Mapping[str, int]) -> str:
+    """Return how often each word occurs, the most frequent first."""
+    return ", ".join(f"{count} {word}" for word, count in Counter(words).most_common())
 
 
-def _short(value: Any) -> str:
-    return f"{float(value):.6g}"
+def duration(seconds: float) -> str:
+    """Return a time for the eye: ``35 us``, ``1.2 s``, ``3.5 h``; ``-`` if it is not known."""
+    if math.isnan(seconds):
+        return "-"
+    for unit, size in (("us", 1e-6), ("ms", 1e-3), ("s", 1.0)):
+        if seconds < 1000 * size and (unit != "s" or seconds < 100):
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 60:.3g} min" if seconds < 6000 else f"{seconds / 3600:.3g} h"
 
 
-def measured(result: Creep, digits: int = 6) -> str:
-    """Return the velocity with its standard error."""
-    if result.velocity_text is not None and result.velocity_enclosure is not None:
-        radius = result.velocity_enclosure.radius
-        known = f", known to {result.velocity_enclosure.radius_text()}" if radius else ""
-        return f"{result.velocity_text} (standard error {result.velocity_error:.2g}{known})"
-    if math.isnan(result.velocity):
-        return "not known"
-    if math.isinf(result.velocity):
-        return "unbounded"
-    error = result.velocity_error
-    if math.isnan(error):
-        return f"{result.velocity:.{digits}g}"
-    if error < 1e-9 * abs(result.velocity) or error == 0:
-        return f"{result.velocity:.{digits}g} ± {error:.2g}"
-    places = max(0, 1 - math.floor(math.log10(error)))  # two digits of the error
-    return f"{result.velocity:.{places}f} ± {error:.{places}f}"
+def drawing(name: str, **about: Any) -> Callable[[Any, Path], None]:
+    """Return a function of `exactcreep.figures`, which is imported when it is called."""
+    return lambda found, plot: resolve_name(f"exactcreep.figures.{name}")(found, plot, **about)
 
 
-def _predicted(result: Creep, digits: int = 6) -> tuple[str, str, tuple[float, ...]] | None:
-    from exactcreep.laws import prediction
+@dataclass(frozen=True)
+class Output:
+    """Where the answer of a study goes."""
 
-    found = prediction(result.chain, result.drive)
-    if found is None or not found.printed:
-        return None
-    printed = " or ".join(f"{value:.{digits}g}" for value in found.printed)
-    return f"paper, Eq. ({found.label})", printed, found.printed
+    out: DataFile = None
+    json: Json = False
+    plot: Plot = None
+    force: Force = False
 
+    def answer(
+        self,
+        study: Callable[..., Any],
+        rows: Callable[[Any], Rows],
+        draw: Callable[[Any, Path], None],
+        about: Mapping[str, Any] | None = None,
+    ) -> Any:
+        """Carry out a study, save its dataset, draw it, and print one JSON object, or the rows.
 
-def _print_one(result: Creep, descent: Descent | None) -> None:
-    rows: Rows = []
-    target = "half-cycle" if result.drive.cyclic else "target"
-    since = "" if result.since is None else f" since cycle {result.since}"
-    remark = f": {result.reason}" if result.reason else ""
-    rows.append(("outcome", result.outcome.value + since + remark))
-    rows.append((f"velocity per {result.drive.per}", measured(result)))
-    if result.velocity_reason and math.isfinite(result.velocity):
-        rows.append(("  standard error", f"not known: {result.velocity_reason}"))
-    elif math.isnan(result.velocity):
-        rows.append(("  because", result.velocity_reason))
-    law = _predicted(result)
-    if law is not None:
-        below = not any(found > 0 for found in law[2]) and result.chain.tan_alpha > 0
-        rows.append((f"  {law[0]}", law[1] + (" (below its threshold: none)" if below else "")))
-    rows += [] if descent is None else descent.lines()
-    rows.append(("evidence", _evidence(result)))
-    if "chosen" in result.report:
-        from exactcreep.solvers.auto import accuracy_told
+        The files are checked before: nothing is computed that could not be kept. The object begins
+        with what it is `about`; what prints tables by itself returns no rows.
+        """
+        from exactcreep.quasistatic.files import check_output, check_plot, write_file
+        from exactcreep.quasistatic.netcdf import netcdf
 
-        rows.append(("solver chosen", f"{result.report['chosen']}: {result.report['reason']}"))
-        rows.append(("accuracy", accuracy_told(result.report)))
-    rows.append((
-        "counts",
-        f"{result.half_cycles} {target}s, {result.rearrangements} rearrangements,"
-        f" {result.event_count} events, {result.slip_count} slips",
-    ))  # fmt: skip
-    if result.long_rearrangements:
-        rows.append(("accuracy", _accuracy(result.long_rearrangements)))
-    rows += [("outside the model", f"{name}: {count}") for name, count in result.warnings.items()]
-    rows.append(("time", f"{result.seconds:.3g} s"))
-    print_rows(rows, soft_wrap=False)
-
-
-def _accuracy(count: int) -> str:
-    from exactcreep.solvers.exact.layout import PROMISED_EVENTS
-
-    return (
-        f"{count} rearrangement{'s' * (count > 1)} of more than {PROMISED_EVENTS} events, for which"
-        " 1e-12 is not promised"
-    )
+        if self.plot is not None:
+            check_plot(self.plot, force=self.force)
+        if self.out is not None:
+            check_output(self.out, "out", force=self.force)
+        with Display(quiet=self.json) as display:
+            found = study(progress=display.show)
+        if self.out is not None:
+            write_file(self.out, netcdf({None: found.dataset()}), "out")
+        if self.plot is not None:
+            draw(found, self.plot)
+        if self.json:
+            typer.echo(as_json({**(about or {})} | found.summary()))
+            return found
+        if said := rows(found):
+            say_rows(said)
+        for path in (self.out, self.plot):
+            if path is not None:
+                typer.echo(f"written: {path}")
+        return found
 
 
-def _evidence(result: Creep) -> str:
-    ties = f", {result.undecided} comparisons by the model's rules" if result.undecided else ""
-    return result.evidence.value + ties + (f": {result.course}" if result.course else "")
+def without_data(json: Json = False, plot: Plot = None, force: Force = False) -> Output:
+    """Return the output of a study that has no dataset."""
+    return Output(None, json, plot, force)
+
+
+OfOutput = Annotated[Output, without_data]
 
 
 def grouped(
@@ -290,52 +217,6 @@ def grouped(
 def _range(values: Sequence[Any]) -> str:
     first = _setting_text(values[0])
     return first if len(values) == 1 else f"{first} … {_setting_text(values[-1])}"
-
-
-def _print_members(
-    console: Any, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]
-) -> None:
-    from exactcreep.quasistatic.result import known_of
-
-    told = []
-    for result in results:
-        law = _predicted(result, digits=4)
-        paper = law[1] if law is not None else ""
-        numbers = measured(result, digits=4), paper, result.outcome.value, str(result.slip_count)
-        told.append(numbers)
-    rows = [
-        (*setting, *told[members[0]], f"({len(members)} members)" * (len(members) > 1))
-        for setting, members in grouped(settings, told)
-    ]
-    keys = [key.rpartition(".")[2] for key in settings[0]]
-    names = (*keys, "velocity", "paper", "outcome", "slips", "")
-    print_table(console, names, rows, right=("paper", "slips"))
-    outcomes = Counter(result.outcome.value for result in results)
-    evidence = Counter(result.evidence.value for result in results)
-    missing = len(settings) - len(results)
-    console.print(
-        f"{len(results)} members: {_told(outcomes)}"
-        + (f"; {missing} not run" if missing else "")
-        + f"; {sum(result.seconds for result in results):.3g} s",
-        soft_wrap=True,
-    )
-    known = known_of(results)
-    console.print(
-        f"{known} (evidence: {_told(evidence)})" if known else f"evidence: {_told(evidence)}",
-        soft_wrap=True,
-    )
-    outside: Counter[str] = Counter()
-    for result in results:
-        outside.update(result.warnings)
-    long = sum(result.long_rearrangements for result in results)
-    if long:
-        console.print(f"accuracy: {_accuracy(long)}", soft_wrap=True)
-    if outside:
-        console.print(f"outside the model: {_told(outside)}", soft_wrap=True)
-
-
-def _told(counts: Counter[str]) -> str:
-    return ", ".join(f"{count} {name}" for name, count in counts.most_common())
 
 
 def _setting_text(value: Any) -> str:

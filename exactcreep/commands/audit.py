@@ -7,17 +7,14 @@ from typing import Annotated
 
 import typer
 
-from exactcreep.commands.options import Json, MaxSeconds
-from exactcreep.commands.session import LIMIT_STATUS
+from exactcreep.commands.answer import FAILED, LIMIT, as_json
+from exactcreep.commands.options import Json, MaxSeconds, argument, command
 from exactcreep.display import Display
 
-FAILED_STATUS = 1
 
-
+@command()
 def audit(
-    file: Annotated[
-        Path, typer.Argument(metavar="RUN.nc", help="A result that recorded its events.")
-    ],
+    file: Annotated[Path, argument("RUN.nc", "A result that recorded its events.")],
     max_seconds: MaxSeconds = None,
     json: Json = False,
 ) -> None:
@@ -32,7 +29,6 @@ def audit(
     Exit status: 0 nothing was found, 1 the log contradicts the model, 2 bad input, 3 the time
     was over before everything was looked at.
     """
-    from exactcreep.commands.answer import as_json
     from exactcreep.studies.audits.audit import audit_file
 
     with Display(quiet=json) as display:
@@ -40,28 +36,22 @@ def audit(
     if json:
         summaries = [found.summary() for found in audits]
         typer.echo(as_json(summaries[0] if len(summaries) == 1 else {"members": summaries}))
-    else:
-        for number, found in enumerate(audits, 1):
-            name = f"member {number}: " if len(audits) > 1 else ""
-            verdict = f"{len(found.findings)} findings" if found.findings else "nothing found"
-            if found.reason:
-                verdict = f"{found.reason}; {verdict}"
-            known = found.summary()
-            typer.echo(
-                f"{name}{verdict} in {found.rearrangements} rearrangements, {found.events} events"
-                f" (times off by at most {known['largest_time_error']:.2g},"
-                f" energy by {found.balance:.2g})"
-            )
-            for finding in found.findings:
-                typer.echo(f"  {_where(finding.rearrangement, finding.number)}{finding.sentence}")
+    for number, found in enumerate(audits if not json else [], 1):
+        name = f"member {number}: " if len(audits) > 1 else ""
+        over = f"{found.reason}; " if found.reason else ""
+        verdict = f"{len(found.findings)} findings" if found.findings else "nothing found"
+        typer.echo(
+            f"{name}{over}{verdict} in {found.rearrangements} rearrangements, {found.events} events"
+            f" (times off by at most {found.summary()['largest_time_error']:.2g},"
+            f" energy by {found.balance:.2g})"
+        )
+        for finding in found.findings:
+            where = ""
+            if finding.rearrangement is not None:
+                event = "" if finding.number is None else f", event {finding.number}"
+                where = f"rearrangement {finding.rearrangement}{event}: "
+            typer.echo(f"  {where}{finding.sentence}")
     if any(found.findings for found in audits):
-        raise typer.Exit(FAILED_STATUS)
+        raise typer.Exit(FAILED)
     if any(found.reason for found in audits):
-        raise typer.Exit(LIMIT_STATUS)
-
-
-def _where(rearrangement: int | None, number: int | None) -> str:
-    if rearrangement is None:
-        return ""
-    event = "" if number is None else f", event {number}"
-    return f"rearrangement {rearrangement}{event}: "
+        raise typer.Exit(LIMIT)

@@ -4,26 +4,23 @@ from __future__ import annotations
 
 import math
 import sys
-from collections import Counter
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from exactcreep.commands.options import Force, Json
+import exactcreep
+from exactcreep.commands.answer import FAILED, as_json, counted, say, say_table
+from exactcreep.commands.options import Force, Json, command, flag, option
 from exactcreep.display import Display
 
-BROKEN_STATUS = 1
 _WIDTH = 150  # of the table where it goes to a file or a pipe
 
 
+@command()
 def envelope(
-    quick: Annotated[
-        bool, typer.Option("--quick", help="About a minute; the whole takes about seven.")
-    ] = False,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Write envelope.csv to this directory.")
-    ] = None,
+    quick: Annotated[bool, flag("--quick", "About a minute; the whole takes about seven.")] = False,
+    out: Annotated[Path | None, option("DIR", "Write envelope.csv to this directory.")] = None,
     json: Json = False,
     force: Force = False,
 ) -> None:
@@ -35,10 +32,6 @@ def envelope(
 
     Exit status: 0 every promise was kept or flagged, 1 one was not, 2 bad input.
     """
-    from rich.console import Console
-
-    from exactcreep.commands.answer import as_json, print_table
-    from exactcreep.model.numbers import InputError
     from exactcreep.quasistatic.files import check_output, output_directory, write_file
     from exactcreep.studies.envelope import defects, to_csv
     from exactcreep.studies.envelope import envelope as measured
@@ -52,7 +45,7 @@ def envelope(
     if target is not None:
         try:
             write_file(target, to_csv(cells).encode(), "out")
-        except InputError as error:
+        except exactcreep.InputError as error:
             failure = error  # the disk may be full: what was measured is told all the same
     broken = defects(cells)
     if json:
@@ -70,22 +63,19 @@ def envelope(
             )
             for cell in cells
         ]  # fmt: skip
-        console = Console(highlight=False, width=None if sys.stdout.isatty() else _WIDTH)
-        print_table(console, names, rows, wrapped=["extreme"])
-        counts = Counter(cell.verdict for cell in cells)
-        told = ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
-        console.print(
+        width = None if sys.stdout.isatty() else _WIDTH
+        say_table(names, rows, folded=["extreme"], width=width)
+        say(
             "error: of displacements at the end of the run; of one: the largest error of a single"
             " rearrangement from the same rest, over the largest force; astray: rearrangements with"
             " other events than the proved ones, of those compared; no truth: nothing is proved"
             " that the run could be held against",
             style="dim",
-            soft_wrap=True,
         )
-        console.print(f"{len(cells)} cells: {told}")
+        say(f"{len(cells)} cells: {counted(cell.verdict for cell in cells)}")
         if target is not None and failure is None:
             typer.echo(f"written: {target}")
     if failure is not None:
         raise failure
     if broken:
-        raise typer.Exit(BROKEN_STATUS)
+        raise typer.Exit(FAILED)

@@ -9,17 +9,17 @@ from urllib.parse import parse_qsl, urlsplit
 
 import typer
 
+import exactcreep
+from exactcreep.commands.options import command, flag, option
+
 HOST = "127.0.0.1"
 _KINDS = {"<": "text/html", "{": "application/json"}  # by how a text begins
 
 
+@command()
 def explore(
-    port: Annotated[
-        str, typer.Option(metavar="PORT", help="Where the page is; 0: any port that is free.")
-    ] = "0",
-    browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Whether to open the page.")
-    ] = True,
+    port: Annotated[str, option("PORT", "Where the page is; 0: any port that is free.")] = "0",
+    browser: Annotated[bool, flag("--browser/--no-browser", "Whether to open the page.")] = True,
 ) -> None:
     """Play with a chain in the browser: sliders for its parameters, avalanches that move.
 
@@ -44,12 +44,10 @@ def page_server(port: int = 0) -> ThreadingHTTPServer:
     InputError
         If the port is taken, or not allowed.
     """
-    from exactcreep.model.numbers import InputError
-
     try:
         server = ThreadingHTTPServer((HOST, port), _Visit)
     except OSError as error:
-        raise InputError("port", port, f"cannot be used: {error.strerror}") from None
+        raise exactcreep.InputError("port", port, f"cannot be used: {error.strerror}") from None
     server.daemon_threads = True  # an answer that is being computed keeps nothing alive
     return server
 
@@ -60,7 +58,6 @@ class _Visit(BaseHTTPRequestHandler):
     def reply(self) -> None:
         """Answer it."""
         from exactcreep.figures import explorer
-        from exactcreep.model.numbers import InputError
 
         if (self.headers["Host"] or "").rpartition(":")[0] not in (HOST, "localhost"):
             # a page of somebody else, whose name was made to lead here
@@ -71,7 +68,7 @@ class _Visit(BaseHTTPRequestHandler):
         try:
             text = explorer.answer(asked.path.removeprefix("/"), given)
             self._answer(404 if text is None else 200, text or "there is no such page")
-        except InputError as error:
+        except exactcreep.InputError as error:
             told = {"field": error.field, "sentence": str(error)}
             self._answer(400, explorer.as_text(told))
         except (BrokenPipeError, ConnectionResetError):

@@ -7,15 +7,15 @@ from typing import Annotated
 
 import typer
 
-from exactcreep.commands.options import Force, Member
+from exactcreep.commands.options import Force, Member, SavedRun, chosen, command, option
 
 
+@command()
 def export(
-    run: Annotated[Path, typer.Argument(metavar="RUN.nc", help="What exactcreep run --out wrote.")],
-    to: Annotated[Path, typer.Option(metavar="FILE", help="CSV or Parquet file.")],
+    run: SavedRun,
+    to: Annotated[Path, option("FILE", "CSV or Parquet file.")],
     table: Annotated[
-        str,
-        typer.Option(metavar="NAME", help="half_cycles, events, rearrangements or slip_table."),
+        str, option("NAME", "half_cycles, events, rearrangements or slip_table.")
     ] = "half_cycles",
     member: Member = "1",
     force: Force = False,
@@ -31,14 +31,11 @@ def export(
 
         exactcreep export run.nc --table rearrangements --to avalanches.csv
     """
-    from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.export import check_ending
     from exactcreep.quasistatic.files import check_output
     from exactcreep.quasistatic.result import load_members
 
     check_ending(to)
     check_output(to, "to", force=force)
-    members = load_members(run)
-    chosen = members[whole_number(member, "member", least=1, most=len(members)) - 1]
-    rows = chosen.export(table, to, force=force)
+    rows = chosen(load_members(run), member).export(table, to, force=force)
     typer.echo(f"written: {to} ({rows} rows)")

@@ -3,45 +3,37 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import exactcreep
+from exactcreep.commands.answer import LIMIT, OfOutput, Rows, drawing
 from exactcreep.commands.options import (
     Amplitude,
-    Force,
-    Json,
     MaxSeconds,
-    Plot,
+    OfChain,
     StartTension,
-    of_chain,
+    command,
+    option,
 )
-from exactcreep.commands.session import LIMIT_STATUS
 
 if TYPE_CHECKING:
-    from exactcreep.commands.answer import Rows
-    from exactcreep.model.chain import Chain
-    from exactcreep.studies.fates.result import Fate
+    from exactcreep import Fate
 
 _MOST_SHOWN = 12  # rearrangements
 
 
-@of_chain
+@command(draws=True)
 def fate(
-    chain: Chain,
+    chain: OfChain,
+    *,
     amplitude: Amplitude,
     start_tension: StartTension = None,
-    cycles: Annotated[
-        str, typer.Option(metavar="K", help="Give up after so many cycles.")
-    ] = "10000",
-    solver: Annotated[
-        str, typer.Option(metavar="NAME", help="certified (proved) or exact (float64).")
-    ] = "certified",
+    cycles: Annotated[str, option("K", "Give up after so many cycles.")] = "10000",
+    solver: Annotated[str, option("NAME", "certified (proved) or exact (float64).")] = "certified",
     max_seconds: MaxSeconds = None,
-    json: Json = False,
-    plot: Plot = None,
-    force: Force = False,
+    output: OfOutput,
 ) -> None:
     """Follow a chain under temperature cycles until it rests, is locked, or creeps, for ever.
 
@@ -53,27 +45,16 @@ def fate(
 
     Exit status: 0 settled, 2 bad input, 3 not settled within the limits (what is known is shown).
     """
-    from exactcreep.commands.answer import answered
-    from exactcreep.model.outcome import Outcome
-    from exactcreep.model.state import State
-    from exactcreep.studies.fates import fate as study
-
     start = None
     if start_tension is not None:
-        start = State.prepared(chain, [start_tension] * (chain.n - 1))
+        start = exactcreep.State.prepared(chain, [start_tension] * (chain.n - 1))
     follow = partial(
-        study.fate, chain, amplitude, start=start, cycles=cycles, solver=solver,
+        exactcreep.fate, chain, amplitude, start=start, cycles=cycles, solver=solver,
         max_seconds=max_seconds,
     )  # fmt: skip
-    found = answered(follow, _rows, _draw, plot=plot, json=json, force=force)
-    if found.outcome is Outcome.LIMIT:
-        raise typer.Exit(LIMIT_STATUS)
-
-
-def _draw(found: Fate, plot: Path) -> None:
-    from exactcreep.figures.fates import draw_fate
-
-    draw_fate(found, plot)
+    found = output.answer(follow, _rows, drawing("fates:draw_fate"))
+    if found.outcome is exactcreep.Outcome.LIMIT:
+        raise typer.Exit(LIMIT)
 
 
 def _rows(found: Fate) -> Rows:
@@ -93,12 +74,11 @@ def _rows(found: Fate) -> Rows:
             ("advance per period", f"{found.advance:.12g}"),
             ("velocity per half-cycle", f"{found.velocity:.12g}"),
         ]
-    if found.itinerary:
-        starts = [
-            f"half-cycle {half_cycle}: "
-            + ", ".join(movers(*about) for kind, *about in events if kind == "start")
-            for half_cycle, events in found.itinerary
-        ]
-        more = [f"and {len(starts) - _MOST_SHOWN} more"] if len(starts) > _MOST_SHOWN else []
-        rows.append(("rearrangements", "\n".join(starts[:_MOST_SHOWN] + more)))
-    return rows
+    starts = [
+        f"half-cycle {half_cycle}: "
+        + ", ".join(movers(*about) for kind, *about in events if kind == "start")
+        for half_cycle, events in found.itinerary or ()
+    ]
+    if len(starts) > _MOST_SHOWN:
+        starts[_MOST_SHOWN:] = [f"and {len(starts) - _MOST_SHOWN} more"]
+    return rows + [("rearrangements", "\n".join(starts))] * bool(starts)

@@ -1,198 +1,197 @@
-"""The arguments and options that several commands share, and what ``--set`` means."""
+"""How a command takes its arguments and options, and those that several commands share."""
 
 from __future__ import annotations
 
 import functools
 import inspect
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from types import MappingProxyType
-from typing import Annotated, Any, get_type_hints
+from typing import Annotated, Any, TypeVar
 
 import typer
 
-_CHAIN: dict[str, tuple[str, str, str]] = {
-    "n": ("N", "Number of sliders.", "..."),
-    "l0": ("L0", "Natural length of a spring, unit g tau_dyn^2.", "1000"),
-    "mu_d": ("MU", "Dynamical friction coefficient.", "0.5"),
-    "mu_s": ("MU", "Static friction coefficient.", "0.6"),
-    "sigma_mu": ("S", "Standard deviation of the static coefficients.", "0"),
-    "tan_alpha": ("T", "Slope of the incline.", "0.25"),
-}
-"""What a command that is about a chain and no scene takes: placeholder, help, default."""
-Amplitude = Annotated[str, typer.Option(metavar="A", help="Of the temperature cycles +A, -A.")]
-StartTension = Annotated[
-    str | None, typer.Option(metavar="R0", help="Tension of every spring at the start.")
-]
-SceneName = Annotated[
-    str, typer.Argument(metavar="SCENE", help="A built-in scene, or a TOML file.")
-]
-Settings = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set", metavar="KEY=VALUE", help="Set a key of the scene, e.g. chain.n=6; repeatable."
-    ),
-]
+import exactcreep
+
+T = TypeVar("T")
+
+_BY_NAME = inspect.Parameter.KEYWORD_ONLY
+
+
+def option(metavar: str, text: str, *flags: str) -> Any:
+    """Return an option that takes a value, with its placeholder and help."""
+    return typer.Option(*flags, metavar=metavar, help=text)
+
+
+def argument(metavar: str, text: str) -> Any:
+    """Return an argument, with its placeholder and help."""
+    return typer.Argument(metavar=metavar, help=text)
+
+
+def flag(name: str, text: str) -> Any:
+    """Return an option that takes no value, with its help."""
+    return typer.Option(name, help=text)
+
+
+Amplitude = Annotated[str, option("A", "Of the temperature cycles +A, -A.")]
+StartTension = Annotated[str | None, option("R0", "Tension of every spring at the start.")]
 SolverName = Annotated[
     str | None,
-    typer.Option(
-        metavar="NAME",
-        help="exact, reference, mpmath, certified, verlet, sliding, or auto: the cheapest that"
+    option(
+        "NAME",
+        "exact, reference, mpmath, certified, verlet, sliding, or auto: the cheapest that"
         " suffices. Default: what the scene names, else exact.",
     ),
 ]
-Seed = Annotated[
-    str | None, typer.Option(metavar="SEED", help="Of the disorder and random dilations.")
-]
-Seeds = Annotated[
-    str | None, typer.Option(metavar="K", help="Compare over K seeds, or over those listed: 1,2,3.")
-]
-Member = Annotated[
-    str, typer.Option(metavar="M", help="Which member of a scene that varies something.")
-]
-Workers = Annotated[
-    str | None, typer.Option(metavar="K", help="Threads; default one per processor.")
-]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-Force = Annotated[bool, typer.Option("--force", help="Overwrite files that exist.")]
-DataFile = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Write the data to this NetCDF file.")
-]
-Plot = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Draw what is found to this PNG or PDF file.")
-]
-RunPlot = Annotated[
-    Path | None, typer.Option(metavar="FILE", help="Draw x_G and theta to this PNG or PDF file.")
-]
-Every = Annotated[str, typer.Option(metavar="SECONDS", help="How often to write the checkpoint.")]
-MaxEvents = Annotated[
-    str | None, typer.Option(metavar="K", help="Give up a member after K events.")
-]
-MaxSeconds = Annotated[
-    str | None, typer.Option(metavar="SECONDS", help="Give up after so much time.")
-]
-MaxBytes = Annotated[
-    str | None, typer.Option(metavar="BYTES", help="Give up a member that records more.")
-]
+Seed = Annotated[str | None, option("SEED", "Of the disorder and random dilations.")]
+Seeds = Annotated[str | None, option("K", "Compare over K seeds, or over those listed: 1,2,3.")]
+Member = Annotated[str, option("M", "Which member of a scene that varies something.")]
+Workers = Annotated[str | None, option("K", "Threads; default one per processor.")]
+SavedRun = Annotated[Path, argument("RUN.nc", "What exactcreep run --out wrote.")]
+Json = Annotated[bool, flag("--json", "Print one JSON object.")]
+Force = Annotated[bool, flag("--force", "Overwrite files that exist.")]
+DataFile = Annotated[Path | None, option("FILE", "Write the data to this NetCDF file.")]
+Plot = Annotated[Path | None, option("FILE", "Draw what is found to this PNG or PDF file.")]
+MaxSeconds = Annotated[str | None, option("SECONDS", "Give up after so much time.")]
 
 
-def _option(name: str, kind: Any, default: str | None, **about: Any) -> inspect.Parameter:
-    """Return the parameter of a command that is an option of this type; required if "..."."""
-    flags = [about.pop("flag")] if "flag" in about else []
-    return inspect.Parameter(
-        name,
-        inspect.Parameter.KEYWORD_ONLY,
-        default=inspect.Parameter.empty if default == "..." else default,
-        annotation=Annotated[kind, typer.Option(*flags, **about)],
-    )
+def chain_of(
+    n: Annotated[str, option("N", "Number of sliders.")],
+    l0: Annotated[str, option("L0", "Natural length of a spring, unit g tau_dyn^2.")] = "1000",
+    mu_d: Annotated[str, option("MU", "Dynamical friction coefficient.")] = "0.5",
+    mu_s: Annotated[str, option("MU", "Static friction coefficient.")] = "0.6",
+    sigma_mu: Annotated[str, option("S", "Standard deviation of the static coefficients.")] = "0",
+    tan_alpha: Annotated[str, option("T", "Slope of the incline.")] = "0.25",
+) -> Any:
+    """Return the chain of a command that is about a chain and no scene."""
+    return exactcreep.Chain(n, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
+
+
+def scene_of(
+    scene: Annotated[str, argument("SCENE", "A built-in scene, or a TOML file.")],
+    settings: Annotated[
+        list[str] | None,
+        option("KEY=VALUE", "Set a key of the scene, e.g. chain.n=6; repeatable.", "--set"),
+    ] = None,
+) -> Any:
+    """Return a scene with the dotted keys and values of ``--set KEY=VALUE`` entries."""
+    from exactcreep.scene import parsed_value
+
+    given = {}
+    for entry in settings or []:
+        key, equals, text = entry.partition("=")
+        if not equals:
+            raise exactcreep.InputError("set", entry, "must be KEY=VALUE, e.g. chain.n=6")
+        given[key.strip()] = parsed_value(text.strip())
+    return exactcreep.load_scene(scene).with_settings(given)
+
+
+def chosen(members: Sequence[T], member: str) -> T:
+    """Return the member that the option `Member` names."""
+    from exactcreep.model.numbers import whole_number
+
+    return members[whole_number(member, "member", least=1, most=len(members)) - 1]
+
+
+def run_settings(**given: Any) -> dict[str, Any]:
+    """Return those keys of ``[run]`` that are given, as settings of a scene."""
+    return {f"run.{name}": value for name, value in given.items() if value is not None}
+
+
+def those_given(options: Mapping[str, Any]) -> Callable[..., dict[str, Any]]:
+    """Return what takes `options`, annotations by name, and returns those that are not None."""
+
+    def given(**values: Any) -> dict[str, Any]:
+        return {name: value for name, value in values.items() if value is not None}
+
+    return _taking(given, [_parameter(*each) for each in options.items()])
+
+
+def _parameter(name: str, annotation: Any) -> inspect.Parameter:
+    return inspect.Parameter(name, _BY_NAME, default=None, annotation=annotation)
 
 
 def _taking(
-    parameters: list[inspect.Parameter], given: Callable[..., None], command: Callable[..., None]
-) -> Callable[..., None]:
-    """Return `given` under the name of `command`, with the parameters that typer shall read."""
-    functools.update_wrapper(given, command)
-    given.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    given.__annotations__ = {one.name: one.annotation for one in parameters}
-    return given
+    function: Callable[..., T], parameters: Iterable[inspect.Parameter]
+) -> Callable[..., T]:
+    """Return `function`, which says from now on that it takes these parameters by name."""
+    by_name = [one.replace(kind=_BY_NAME) for one in parameters]
+    function.__signature__ = inspect.Signature(by_name)  # type: ignore[attr-defined]
+    function.__annotations__ = {one.name: one.annotation for one in by_name}
+    return function
 
 
-def _parameters(command: Callable[..., None]) -> list[inspect.Parameter]:
-    """Return the parameters of a command, to be given by name."""
-    types = get_type_hints(command, localns={"Chain": object}, include_extras=True)
-    return [
-        one.replace(kind=inspect.Parameter.KEYWORD_ONLY, annotation=types[one.name])
-        for one in inspect.signature(command).parameters.values()
-        if one.kind is not inspect.Parameter.VAR_KEYWORD
-    ]
+OfChain = Annotated["exactcreep.Chain", chain_of]
+OfScene = Annotated["exactcreep.Scene", scene_of]
 
 
-def of_chain(
-    command: Callable[..., None], options: Mapping[str, Any] = MappingProxyType({})
-) -> Callable[..., None]:
-    """Return a command that takes the options of a chain, and hands the chain to `command`.
+def command(*, draws: bool = False) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return a decorator: a function as the command line calls it, with all options by name.
 
-    It takes `options`, too: annotations by name, None unless given; those that are given are handed
-    to `command` as well.
+    A parameter annotated by a callable, as `OfChain` by `chain_of`, stands for the options that
+    this takes, and gets what it returns. A command that `draws` takes the size of its pictures and
+    their dots per inch, too.
     """
+    return functools.partial(_command, draws=draws)
 
-    def with_chain(**given: Any) -> None:
-        from exactcreep.model.chain import Chain
 
-        about = {name: given.pop(name) for name in _CHAIN}
-        unused = [name for name in options if given[name] is None]
-        asked = {name: value for name, value in given.items() if name not in unused}
-        command(Chain(**about), **asked)
+def _command(function: Callable[..., None], *, draws: bool) -> Callable[..., None]:
+    taken: dict[str, inspect.Parameter] = {}
+    groups: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}
+    for name, one in inspect.signature(function, eval_str=True).parameters.items():
+        group = getattr(one.annotation, "__metadata__", (one.annotation,))[0]
+        members = inspect.signature(group, eval_str=True).parameters if callable(group) else {}
+        if members:
+            groups[name] = group, tuple(members)
+        taken |= members or {name: one}
+    if draws:
+        other = "--picture-size" if "size" in taken else "--size"
+        sides = option("WxH", "Of pictures, in inches, as in 6x4.", other)
+        dots = option("K", "Dots per inch of pictures.")
+        for name, about in (("picture_size", sides), ("dpi", dots)):
+            taken[name] = _parameter(name, Annotated[str | None, about])
 
-    chain = [
-        _option(name, str, default, metavar=metavar, help=text)
-        for name, (metavar, text, default) in _CHAIN.items()
-    ]
-    more = [
-        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=annotation)
-        for name, annotation in options.items()
-    ]
-    return _taking(chain + more + _parameters(command)[1:], with_chain, command)
+    @functools.wraps(function)
+    def called(**given: Any) -> None:
+        size = _size_of_pictures(given) if draws else nullcontext()
+        for name, (group, members) in groups.items():
+            given[name] = group(**{member: given.pop(member) for member in members})
+        with size:
+            function(**given)
+
+    return _taking(called, taken.values())
 
 
 _SIZE = re.compile(r"(\d+(?:\.\d*)?|\.\d+)x(\d+(?:\.\d*)?|\.\d+)")
 _NARROWEST, _WIDEST = 1.0, 50.0  # inches of a picture
 
 
-def of_pictures(command: Callable[..., None]) -> Callable[..., None]:
-    """Return a command that takes the size of its pictures and their dots per inch, too."""
+def _size_of_pictures(given: dict[str, Any]) -> AbstractContextManager[None]:
+    """Take the size of pictures out of what is `given`; return the context in which it holds."""
+    size, dpi = given.pop("picture_size"), given.pop("dpi")
+    if size is None and dpi is None:
+        return nullcontext()
+    from exactcreep.figures.style import printed
+    from exactcreep.model.numbers import whole_number
 
-    def with_size(*, picture_size: str | None, dpi: str | None, **given: Any) -> None:
-        size = picture_size
-        if size is None and dpi is None:
-            command(**given)
-            return
-        from exactcreep.figures.style import printed
-        from exactcreep.model.numbers import InputError, whole_number
-
-        name = "dpi" if size is None else "size"
-        if given.get("plot", ...) is None:
-            raise InputError(name, size or dpi, "is that of a picture, and needs --plot")
-        if str(given.get("out")).lower().endswith(".html"):
-            raise InputError(name, size or dpi, "is that of a picture: a page fits its window")
-        dots = None if dpi is None else whole_number(dpi, "dpi", least=10, most=2400)
-        with printed(None if size is None else _inches(size), dots):
-            command(**given)
-
-    own = _parameters(command)
-    flag = "--picture-size" if any(one.name == "size" for one in own) else "--size"
-    sides = "Of pictures, in inches, as in 6x4."
-    pictures = [
-        _option("picture_size", str | None, None, flag=flag, metavar="WxH", help=sides),
-        _option("dpi", str | None, None, metavar="K", help="Dots per inch of pictures."),
-    ]
-    return _taking(own + pictures, with_size, command)
+    name = "dpi" if size is None else "size"
+    if given.get("plot", ...) is None:
+        raise exactcreep.InputError(name, size or dpi, "is that of a picture, and needs --plot")
+    if str(given.get("out")).lower().endswith(".html"):
+        allowed = "is that of a picture: a page fits its window"
+        raise exactcreep.InputError(name, size or dpi, allowed)
+    dots = None if dpi is None else whole_number(dpi, "dpi", least=10, most=2400)
+    return printed(None if size is None else _inches(size), dots)
 
 
 def _inches(text: str) -> tuple[float, float]:
-    from exactcreep.model.numbers import InputError
-
-    sides = _SIZE.fullmatch(text.strip())
-    inches = [float(side) for side in sides.groups()] if sides else []
-    if not inches or not all(_NARROWEST <= side <= _WIDEST for side in inches):
+    found = _SIZE.fullmatch(text.strip())
+    sides = [float(side) for side in found.groups()] if found else []
+    if not sides or not all(_NARROWEST <= side <= _WIDEST for side in sides):
         allowed = f"must be WIDTHxHEIGHT in inches, each from {_NARROWEST:g} to {_WIDEST:g}"
-        raise InputError("size", text, allowed)
-    return inches[0], inches[1]
-
-
-def parsed_settings(entries: list[str] | None) -> dict[str, Any]:
-    """Return the dotted keys and values of ``--set KEY=VALUE`` entries."""
-    from exactcreep.model.numbers import InputError
-    from exactcreep.scene import parsed_value
-
-    settings: dict[str, Any] = {}
-    for entry in entries or []:
-        key, equals, text = entry.partition("=")
-        if not equals:
-            raise InputError("set", entry, "must be KEY=VALUE, e.g. chain.n=6")
-        settings[key.strip()] = parsed_value(text.strip())
-    return settings
+        raise exactcreep.InputError("size", text, allowed)
+    return sides[0], sides[1]
 
 
 def parsed_seeds(text: str | None) -> int | list[int] | None:

@@ -2,38 +2,39 @@
 
 from __future__ import annotations
 
+import itertools
+import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from exactcreep.commands.options import Force, Workers
+import exactcreep
+from exactcreep.commands.answer import say, say_table
+from exactcreep.commands.options import Force, Workers, argument, command, flag, option
 from exactcreep.display import Display
 
 if TYPE_CHECKING:
     import xarray as xr
 
+    from exactcreep import Progress
     from exactcreep.figures.catalogue import Picture
     from exactcreep.figures.tables import Table
-    from exactcreep.progress import Progress
-    from exactcreep.scene import Scene
 
 ALL = "all"
+_WIDTH = 160  # of a table where it goes to a file or a pipe
 
 
+@command(draws=True)
 def reproduce(
-    name: Annotated[
-        str, typer.Argument(metavar="all|NAME", help="A picture; without a name they are listed.")
-    ] = "",
+    name: Annotated[str, argument("all|NAME", "A picture; without a name they are listed.")] = "",
     quick: Annotated[
-        bool, typer.Option("--quick", help="Fewer points and shorter runs: minutes in all.")
+        bool, flag("--quick", "Fewer points and shorter runs: minutes in all.")
     ] = False,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Directory of the files.")] = Path(
-        "figures"
-    ),
+    out: Annotated[Path, option("DIR", "Directory of the files.")] = Path("figures"),
     force: Force = False,
     workers: Workers = None,
 ) -> None:
@@ -50,6 +51,7 @@ def reproduce(
     """
     from exactcreep.figures.catalogue import PICTURES, picture_named
     from exactcreep.model.numbers import whole_number
+    from exactcreep.quasistatic.files import check_output, output_directory
 
     if not name:
         for picture in PICTURES.values():
@@ -58,7 +60,9 @@ def reproduce(
         return
     chosen = list(PICTURES.values()) if name == ALL else [picture_named(name)]
     count = None if workers is None else whole_number(workers, "workers", least=1)
-    check_files(chosen, out, force=force)
+    output_directory(out, "out")
+    for picture, ending in itertools.product(chosen, ("png", "pdf", "nc", "csv")):
+        check_output(out / f"{picture.name}.{ending}", "out", force=force)
     begin = time.perf_counter()
     for picture in chosen:
         with Display(picture.name) as display:
@@ -72,16 +76,6 @@ def reproduce(
         typer.echo(f"{len(chosen)} pictures in {time.perf_counter() - begin:.0f} s")
 
 
-def check_files(pictures: list[Picture], out: Path, *, force: bool) -> None:
-    """Make the directory, and raise `InputError` if a file may not be written."""
-    from exactcreep.quasistatic.files import check_output, output_directory
-
-    output_directory(out, "out")
-    for picture in pictures:
-        for ending in ("png", "pdf", "nc", "csv"):
-            check_output(out / f"{picture.name}.{ending}", "out", force=force)
-
-
 def data_of(
     picture: Picture,
     *,
@@ -92,8 +86,6 @@ def data_of(
     """Return the sweeps of a picture by the names of their scenes."""
     from exactcreep.figures.tables import with_control
     from exactcreep.progress import reporter
-    from exactcreep.scene import load_scene
-    from exactcreep.studies.sweep import sweep
 
     data = {}
     for name, settings in picture.quick.items():
@@ -101,19 +93,16 @@ def data_of(
             asked = {**picture.always, **(settings if quick else {})}
             data[name] = picture.compute(**asked, say=partial(reporter(progress), name))
             continue
-        scene = load_scene(name).with_settings(picture.always)
+        scene = exactcreep.load_scene(name).with_settings(picture.always)
         if quick:
             scene = scene.with_settings(settings)
-        dataset = sweep(scene, workers=workers, progress=progress)
-        if _random(scene) and "run.seed" in scene.vary:
+        dataset = exactcreep.sweep(scene, workers=workers, progress=progress)
+        random = scene.tables["drive"].get("kind") == "gaussian"
+        if random and "run.solver" not in scene.vary and "run.seed" in scene.vary:
             sliding = scene.with_settings({"run.solver": "sliding"})
-            dataset = with_control(dataset, sweep(sliding, workers=workers))
+            dataset = with_control(dataset, exactcreep.sweep(sliding, workers=workers))
         data[name] = dataset if picture.reduce is None else picture.reduce(dataset)
     return data
-
-
-def _random(scene: Scene) -> bool:
-    return scene.tables["drive"].get("kind") == "gaussian" and "run.solver" not in scene.vary
 
 
 def write(picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table], out: Path) -> None:
@@ -137,46 +126,34 @@ def write(picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table],
 
 def print_table(table: Table) -> None:
     """Print a table: measured, laws, deviations in standard errors, and footnotes to them."""
-    from rich.console import Console
-    from rich.table import Table as Shown
-
-    console = Console(highlight=False)
-    if not console.is_terminal:
-        console = Console(highlight=False, width=160)
-    console.print(f"[bold]{table.name}[/bold]: {table.title}; deviations in standard errors",
-                  soft_wrap=True)  # fmt: skip
-    console.print(f"  paper: {table.printed}", soft_wrap=True, markup=False)
-    if table.exact:
-        console.print(f"  exact: {table.exact}", soft_wrap=True, markup=False)
-    if table.note:
-        console.print(f"  {table.note}", soft_wrap=True, markup=False)
-    shown = Shown(box=None, padding=(0, 1), header_style="bold")
-    for key in table.rows[0].varied if table.rows else ():
-        shown.add_column(key)
-    for heading in ("measured", "std. error", "paper", "dev.", "exact", "dev.", ""):
-        shown.add_column(heading, overflow="fold")
+    width = None if sys.stdout.isatty() else _WIDTH
+    say(f"[bold]{table.name}[/bold]: {table.title}; deviations in standard errors")
+    exact = f"exact: {table.exact}" if table.exact else ""
+    for line in (f"paper: {table.printed}", exact, table.note):
+        if line:
+            say(f"  {line}", markup=False)
     notes: dict[str, int] = {}
-    for row in table.rows:
-        shown.add_row(
-            *(_short(value) for value in row.varied.values()),
+    rows = [
+        (
+            *(f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.varied.values()),
             f"{row.measured:.6g}",
             f"{row.error:.2g}",
-            _values(row.printed),
+            _either(row.printed),
             _deviation(row.deviation_printed),
-            _values(row.exact),
+            _either(row.exact),
             _deviation(row.deviation_exact),
             f"({notes.setdefault(row.remark, len(notes) + 1)})" if row.remark else "",
         )
-    console.print(shown)
+        for row in table.rows
+    ]
+    names = ("measured", "std. error", "paper", "dev.", "exact", "dev.", "")
+    names = (*(table.rows[0].varied if table.rows else ()), *names)
+    say_table(names, rows, folded=names, width=width)
     for text, number in notes.items():
-        console.print(f"  ({number}) {text}", soft_wrap=True, markup=False)
+        say(f"  ({number}) {text}", markup=False)
 
 
-def _short(value: Any) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else str(value)
-
-
-def _values(law: Sequence[float]) -> str:
+def _either(law: Sequence[float]) -> str:
     return " or ".join(dict.fromkeys(f"{value + 0.0:.6g}" for value in law))
 
 

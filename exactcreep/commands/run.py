@@ -1,68 +1,208 @@
-"""``exactcreep run``: drive the chain of a scene."""
+"""``exactcreep run`` and ``resume``: drive the chain of a scene, or go on from a checkpoint."""
 
 from __future__ import annotations
 
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import exactcreep
+from exactcreep.commands.answer import INTERRUPTED, LIMIT, STALE, as_json, complain
 from exactcreep.commands.options import (
     DataFile,
-    Every,
     Force,
     Json,
-    MaxBytes,
-    MaxEvents,
     MaxSeconds,
-    RunPlot,
-    SceneName,
+    OfScene,
     Seed,
-    Settings,
     SolverName,
-    parsed_settings,
+    argument,
+    command,
+    flag,
+    option,
+    run_settings,
 )
+from exactcreep.commands.summary import json_of_run, print_summary
+from exactcreep.display import Display
+
+if TYPE_CHECKING:
+    from exactcreep import Creep, Descent, InputError
+    from exactcreep.scene import Member
 
 
+@dataclass(frozen=True, kw_only=True)
+class Session:
+    """Where a run goes, how far, and how often it is saved."""
+
+    out: DataFile = None
+    plot: Annotated[Path | None, option("FILE", "Draw x_G and theta to this PNG or PDF file.")] = (
+        None
+    )
+    json: Json = False
+    force: Force = False
+    checkpoint: Annotated[
+        Path | None, option("FILE", "Keep a file from which `exactcreep resume` goes on.")
+    ] = None
+    every: Annotated[str, option("SECONDS", "How often to write the checkpoint.")] = "60"
+    max_events: Annotated[str | None, option("K", "Give up a member after K events.")] = None
+    max_seconds: MaxSeconds = None
+    max_bytes: Annotated[str | None, option("BYTES", "Give up a member that records more.")] = None
+
+    def check(self, members: Sequence[Member]) -> None:
+        """Raise `InputError` unless every file can be written, and no two are the same."""
+        from exactcreep.quasistatic.files import check_output, check_picture
+
+        named = {} if self.checkpoint is None else {self.checkpoint.resolve(): "checkpoint"}
+        for path, name in ((self.out, "out"), (self.plot, "plot")):
+            if path is not None:
+                check_output(path, name, force=self.force)
+                first = named.setdefault(path.resolve(), name)
+                if first != name:
+                    allowed = f"must not be the file of --{first}"
+                    raise exactcreep.InputError(name, str(path), allowed)
+        if self.plot is not None:
+            check_picture(self.plot)
+            if not any("x_G" in member.experiment.record for member in members):
+                allowed = "needs x_G among what is recorded"
+                raise exactcreep.InputError("plot", str(self.plot), allowed)
+
+    def run(
+        self,
+        members: Sequence[Member],
+        note: Mapping[str, Any],
+        captured: Sequence[Mapping[str, Any] | None] | None = None,
+    ) -> None:
+        """Run members, then save, draw and print them; leave with the exit status they make.
+
+        The checkpoint holds the `note`: the scene's name and title, and the settings of members.
+        """
+        from exactcreep.limits import Limits
+        from exactcreep.quasistatic.creep import CheckpointWarning, Keeper, run_members
+
+        limits = Limits.of(self.max_events, self.max_seconds, self.max_bytes)
+        keeper = None
+        if self.checkpoint is not None:
+            force = self.force or captured is not None
+            keeper = Keeper.of(self.checkpoint, self.every, force=force, note=note)
+        self.check(members)
+        status = 0
+        with Display(quiet=self.json) as display, warnings.catch_warnings():
+            # the summary and the JSON say what these say, the last line of checkpoints
+            told = exactcreep.PhysicsWarning, exactcreep.AccuracyWarning, CheckpointWarning
+            for kind in told:
+                warnings.simplefilter("ignore", kind)
+            try:
+                results = run_members(
+                    [member.experiment for member in members],
+                    progress=display.show,
+                    limits=limits,
+                    keeper=keeper,
+                    captured=captured,
+                )
+            except exactcreep.Interrupted as interrupted:
+                results, status = interrupted.results, INTERRUPTED
+        limited = any(one.outcome is exactcreep.Outcome.LIMIT for one in results)
+        if not status and (limited or len(results) < len(members)):
+            status = LIMIT
+        descent = None if status == INTERRUPTED else _descent(results, members)
+        settings = [member.settings for member in members]
+        scene, title = str(note.get("scene", "")), str(note.get("title", ""))
+        written, failure = self.keep(results, settings, descent, title)
+        if self.json:
+            shown = json_of_run(results, settings, scene)
+            typer.echo(as_json(shown | ({"descent": descent.summary()} if descent else {})))
+        else:
+            print_summary(results, settings, scene, title, descent)
+            for path in written:
+                typer.echo(f"written: {path}")
+        if failure is not None:
+            raise failure
+        if keeper is not None and keeper.stale:
+            complain(f"{keeper.stale}; it does not hold the last part")
+            status = max(status, STALE)
+        elif keeper is not None and status == INTERRUPTED:
+            complain(f"interrupted; exactcreep resume {keeper.path} goes on")
+        if status:
+            raise typer.Exit(status)
+
+    def keep(
+        self,
+        results: Sequence[Creep],
+        settings: Sequence[Mapping[str, Any]],
+        descent: Descent | None,
+        title: str,
+    ) -> tuple[list[Path], InputError | None]:
+        """Save and draw results; return the files that were written, and what failed.
+
+        The disk may be full: what was computed is told all the same.
+        """
+        from exactcreep.quasistatic.files import Occupied, free_name
+        from exactcreep.quasistatic.result import save_members
+
+        written: list[Path] = []
+        failure: InputError | None = None
+        try:
+            if self.out is not None:
+                try:
+                    save_members(results, self.out, force=self.force)
+                    written.append(self.out)
+                except Occupied:  # another program has taken the name during the run
+                    other = free_name(self.out)
+                    save_members(results, other)
+                    told = f"was made by another program meanwhile; this result is in {other}"
+                    failure = Occupied("out", str(self.out), told)
+            if self.plot is not None:
+                from exactcreep.figures.style import draw_descent, draw_run
+
+                if descent is not None:
+                    draw_descent(descent, self.plot, title=title)
+                else:
+                    draw_run(results, self.plot, settings=settings, title=title)
+                written.append(self.plot)
+        except exactcreep.InputError as error:
+            failure = error
+        return written, failure
+
+
+def _descent(results: Sequence[Creep], members: Sequence[Member]) -> Descent | None:
+    """Return what a single run comes to in millimetres, if its time is known."""
+    solid, seconds = members[0].solid, members[0].time_unit
+    if len(members) != 1 or solid is None or seconds is None or not results[0].half_cycles:
+        return None
+    return exactcreep.Descent.of(solid, results[0], seconds)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resumed(Session):
+    """A session that goes on from the checkpoint that it keeps."""
+
+    checkpoint: Annotated[Path, argument("FILE", "What `exactcreep run --checkpoint` kept.")] = (
+        field()
+    )
+
+
+@command(draws=True)
 def run(
-    scene: SceneName,
-    settings: Settings = None,
+    scene: OfScene,
+    *,
     solver: SolverName = None,
-    dt: Annotated[
-        str | None, typer.Option(metavar="DT", help="Time step of verlet, unit tau_dyn.")
-    ] = None,
+    dt: Annotated[str | None, option("DT", "Time step of verlet, unit tau_dyn.")] = None,
     locate: Annotated[
-        bool | None,
-        typer.Option("--locate/--no-locate", help="Let verlet find events inside a step."),
+        bool | None, flag("--locate/--no-locate", "Let verlet find events inside a step.")
     ] = None,
-    digits: Annotated[
-        str | None, typer.Option(metavar="K", help="Decimal digits of mpmath and certified.")
-    ] = None,
+    digits: Annotated[str | None, option("K", "Decimal digits of mpmath and certified.")] = None,
     seed: Seed = None,
     record: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="NAMES",
-            help="x_G, x, tension, slips, events; repeatable or with commas; or none.",
-        ),
+        option("NAMES", "x_G, x, tension, slips, events; repeatable or with commas; or none."),
     ] = None,
-    out: DataFile = None,
-    plot: RunPlot = None,
-    json: Json = False,
-    force: Force = False,
-    checkpoint: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Keep a file from which `exactcreep resume` goes on."),
-    ] = None,
-    every: Every = "60",
-    max_events: MaxEvents = None,
-    max_seconds: MaxSeconds = None,
-    max_bytes: MaxBytes = None,
+    session: Session,
     twin: Annotated[
-        bool,
-        typer.Option(
-            "--twin", help="Follow a twin a few roundings off until it parts, however late."
-        ),
+        bool, flag("--twin", "Follow a twin a few roundings off until it parts, however late.")
     ] = False,
 ) -> None:
     """Drive the chain of a scene, or of every member of it.
@@ -80,39 +220,32 @@ def run(
     Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is
     older than the result, 130 Ctrl-C, 143 SIGTERM.
     """
-    from dataclasses import replace
-
-    from exactcreep.commands.answer import as_json
-    from exactcreep.commands.session import run_session
-    from exactcreep.limits import Limits
-    from exactcreep.quasistatic.creep import Keeper
-    from exactcreep.scene import load_scene
-
-    given = parsed_settings(settings)
-    for key, value in (("solver", solver), ("dt", dt), ("digits", digits), ("seed", seed)):
-        if value is not None:
-            given[f"run.{key}"] = value
-    if locate is not None:
-        given["run.locate"] = locate
+    given = run_settings(solver=solver, dt=dt, locate=locate, digits=digits, seed=seed)
     if record is not None:
         names = [name for entry in record for name in entry.split(",") if name]
         given["run.record"] = [] if names == ["none"] else names
-    wanted = load_scene(scene).with_settings(given)
-    limits = Limits.of(max_events, max_seconds, max_bytes)
+    wanted = scene.with_settings(given)
     members = wanted.members()
-    varied = [member.settings for member in members]
-    note = {"scene": wanted.name, "title": wanted.title, "settings": as_json(varied)}
-    keeper = None if checkpoint is None else Keeper.of(checkpoint, every, force=force, note=note)
-    run_session(
-        [replace(member.experiment, twin=twin) for member in members],
-        varied,
-        scene=wanted.name,
-        title=wanted.title,
-        limits=limits,
-        keeper=keeper,
-        out=out,
-        plot=plot,
-        as_json=json,
-        force=force,
-        solids=[(member.solid, member.time_unit) for member in members],
-    )
+    varied = as_json([member.settings for member in members])
+    note = {"scene": wanted.name, "title": wanted.title, "settings": varied}
+    followed = [replace(one, experiment=replace(one.experiment, twin=twin)) for one in members]
+    session.run(followed, note)
+
+
+@command(draws=True)
+def resume(session: Resumed) -> None:
+    """Go on from a checkpoint, bit for bit as if the run had never stopped.
+
+    The file is kept up to date. Limits count anew, except that of the events.
+
+    Example:
+
+        exactcreep resume jumps.ckpt --out jumps.nc
+    """
+    from exactcreep.quasistatic.creep import Saved
+    from exactcreep.scene import Member, parsed_settings_text
+
+    saved = Saved.read(session.checkpoint)
+    settings = parsed_settings_text(saved.note.get("settings"), len(saved.experiments))
+    members = [Member(*each) for each in zip(settings, saved.experiments, strict=True)]
+    session.run(members, {"scene": session.checkpoint.stem} | dict(saved.note), saved.captured)

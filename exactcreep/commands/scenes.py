@@ -6,14 +6,15 @@ from typing import Annotated
 
 import typer
 
-from exactcreep.commands.options import Json
+import exactcreep
+from exactcreep.commands.answer import as_json
+from exactcreep.commands.options import Json, command, option
 
 
+@command()
 def scenes(
     json: Json = False,
-    show: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Print the TOML text of this scene.")
-    ] = None,
+    show: Annotated[str | None, option("NAME", "Print the TOML text of this scene.")] = None,
 ) -> None:
     """List the built-in scenes, or print one as a start for your own.
 
@@ -23,17 +24,15 @@ def scenes(
 
         exactcreep scenes --show chain-jumps > my-scene.toml
     """
-    from exactcreep.commands.answer import as_json
-    from exactcreep.model.numbers import InputError
-    from exactcreep.scene import builtin_scenes, load_scene
+    from exactcreep.scene import builtin_scenes
 
     texts = builtin_scenes()
     if show is not None:
         if show not in texts:
-            raise InputError("show", show, "must be one of " + ", ".join(texts))
+            raise exactcreep.InputError("show", show, "must be one of " + ", ".join(texts))
         typer.echo(texts[show], nl=False)
         return
-    found = [load_scene(name) for name in texts]
+    found = [exactcreep.load_scene(name) for name in texts]
     if json:
         listed = [
             {"name": scene.name, "title": scene.title, "members": len(scene.settings())}

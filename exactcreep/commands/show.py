@@ -7,22 +7,18 @@ from typing import Annotated
 
 import typer
 
-from exactcreep.commands.options import Force, Member
+from exactcreep.commands.options import Force, Member, SavedRun, chosen, command, option
 
 
+@command(draws=True)
 def show(
-    run: Annotated[Path, typer.Argument(metavar="RUN.nc", help="What exactcreep run --out wrote.")],
+    run: SavedRun,
     half_cycle: Annotated[
-        str | None,
-        typer.Option(metavar="K", help="Look at the end of half-cycle K; default the last."),
+        str | None, option("K", "Look at the end of half-cycle K; default the last.")
     ] = None,
-    window: Annotated[
-        str, typer.Option(metavar="W", help="Half-cycles in the space-time diagram, at most.")
-    ] = "200",
+    window: Annotated[str, option("W", "Half-cycles in the space-time diagram, at most.")] = "200",
     member: Member = "1",
-    out: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="PNG, PDF or SVG file; default RUN.png.")
-    ] = None,
+    out: Annotated[Path | None, option("FILE", "PNG, PDF or SVG file; default RUN.png.")] = None,
     force: Force = False,
 ) -> None:
     """Draw x_G(t), the slips in space and time, and the tensions and forces at one moment.
@@ -43,18 +39,17 @@ def show(
     from exactcreep.quasistatic.files import check_output, check_picture
     from exactcreep.quasistatic.result import load_members
 
+    target = out or run.with_suffix(".png")
     members = load_members(run)
-    target = out if out is not None else run.with_suffix(".png")
     check_picture(target)
     check_output(target, "out", force=force)
     wide = whole_number(window, "window", least=1)
-    chosen = members[whole_number(member, "member", least=1, most=len(members)) - 1]
+    seen = chosen(members, member)
     wanted = None
     if half_cycle is not None:
-        wanted = whole_number(half_cycle, "half_cycle", least=0, most=chosen.half_cycles)
-    seen = portrait(chosen, wanted, wide)
+        wanted = whole_number(half_cycle, "half_cycle", least=0, most=seen.half_cycles)
     with mpl.rc_context(STYLE):
-        save_picture(draw_portrait(seen), target)
-    if chosen.course:
-        typer.echo(f"{chosen.evidence.value}: {chosen.course}")
+        save_picture(draw_portrait(portrait(seen, wanted, wide)), target)
+    if seen.course:
+        typer.echo(f"{seen.evidence.value}: {seen.course}")
     typer.echo(f"written: {target}")

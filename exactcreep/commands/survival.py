@@ -3,51 +3,33 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from exactcreep.commands.options import (
-    Amplitude,
-    DataFile,
-    Force,
-    Json,
-    MaxSeconds,
-    Plot,
-    Workers,
-    of_chain,
-)
-from exactcreep.commands.session import LIMIT_STATUS
+import exactcreep
+from exactcreep.commands.answer import LIMIT, Output, Rows, drawing
+from exactcreep.commands.options import Amplitude, MaxSeconds, OfChain, Workers, command, option
 
 if TYPE_CHECKING:
-    from exactcreep.commands.answer import Rows
-    from exactcreep.model.chain import Chain
-    from exactcreep.studies.fates.survival import Survival
+    from exactcreep import Survival
 
 
-@of_chain
+@command(draws=True)
 def survival(
-    chain: Chain,
+    chain: OfChain,
+    *,
     amplitude: Amplitude,
-    starts: Annotated[str, typer.Option(metavar="K", help="Number of starts.")] = "100",
-    size: Annotated[
-        str, typer.Option(metavar="R", help="Their tensions are uniform in (-R, R), unit m g.")
-    ] = "1e-3",
-    cycles: Annotated[str, typer.Option(metavar="K", help="The horizon.")] = "10000",
-    seed: Annotated[str, typer.Option(metavar="SEED", help="Of the starts.")] = "0",
+    starts: Annotated[str, option("K", "Number of starts.")] = "100",
+    size: Annotated[str, option("R", "Their tensions are uniform in (-R, R), unit m g.")] = "1e-3",
+    cycles: Annotated[str, option("K", "The horizon.")] = "10000",
+    seed: Annotated[str, option("SEED", "Of the starts.")] = "0",
     dormant: Annotated[
-        str,
-        typer.Option(
-            metavar="K", help="Cycles without a slip of an inner slider: dormant, with disorder."
-        ),
+        str, option("K", "Cycles without a slip of an inner slider: dormant, with disorder.")
     ] = "500",
     workers: Workers = None,
     max_seconds: MaxSeconds = None,
-    out: DataFile = None,
-    json: Json = False,
-    plot: Plot = None,
-    force: Force = False,
+    output: Output,
 ) -> None:
     """Follow many starts of a chain and tell how long creep lives, at which rate it dies.
 
@@ -59,22 +41,12 @@ def survival(
 
     Exit status: 0 done, 2 bad input, 3 a limit cut starts short (what is known is shown).
     """
-    from exactcreep.commands.answer import answered
-    from exactcreep.studies.fates import survival as study
-
     follow = partial(
-        study.survival, chain, amplitude, starts=starts, size=size, cycles=cycles, seed=seed,
+        exactcreep.survival, chain, amplitude, starts=starts, size=size, cycles=cycles, seed=seed,
         dormant=dormant, workers=workers, max_seconds=max_seconds,
     )  # fmt: skip
-    found = answered(follow, _rows, _draw, out=out, plot=plot, json=json, force=force)
-    if found.reason:
-        raise typer.Exit(LIMIT_STATUS)
-
-
-def _draw(found: Survival, plot: Path) -> None:
-    from exactcreep.figures.fates import draw_survival
-
-    draw_survival(found, plot)
+    if output.answer(follow, _rows, drawing("fates:draw_survival")).reason:
+        raise typer.Exit(LIMIT)
 
 
 def _rows(found: Survival) -> Rows:

@@ -2,50 +2,44 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from contextlib import ExitStack
+from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+import exactcreep
+from exactcreep.commands.answer import INTERRUPTED, complain, counted
 from exactcreep.commands.options import (
     Force,
-    SceneName,
-    Settings,
+    OfScene,
     SolverName,
     Workers,
-    parsed_settings,
+    command,
+    flag,
+    option,
+    run_settings,
 )
-from exactcreep.commands.session import INTERRUPTED_STATUS
 from exactcreep.display import Display
 
-if TYPE_CHECKING:
-    import xarray as xr
 
-
+@command(draws=True)
 def sweep(
-    scene: SceneName,
-    settings: Settings = None,
+    scene: OfScene,
     solver: SolverName = None,
-    seeds: Annotated[
-        str | None, typer.Option(metavar="K", help="Run every point with the seeds 0 .. K-1.")
-    ] = None,
+    seeds: Annotated[str | None, option("K", "Run every point with the seeds 0 .. K-1.")] = None,
     workers: Workers = None,
     scheduler: Annotated[
-        str | None,
-        typer.Option(metavar="ADDRESS", help="A dask scheduler, e.g. tcp://10.0.0.1:8786."),
+        str | None, option("ADDRESS", "A dask scheduler, e.g. tcp://10.0.0.1:8786.")
     ] = None,
     out: Annotated[
-        Path | None,
-        typer.Option(metavar="DIR", help="Directory of the results; default SCENE-sweep."),
+        Path | None, option("DIR", "Directory of the results; default SCENE-sweep.")
     ] = None,
-    resume: Annotated[
-        bool, typer.Option("--resume", help="Go on with the cells that the directory holds.")
-    ] = False,
+    resume: Annotated[bool, flag("--resume", "Go on with the cells that the directory holds.")] = (
+        False
+    ),
     plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw the velocities to this PNG or PDF file."),
+        Path | None, option("FILE", "Draw the velocities to this PNG or PDF file.")
     ] = None,
     force: Force = False,
 ) -> None:
@@ -62,32 +56,29 @@ def sweep(
 
         exactcreep sweep my-scene.toml --scheduler tcp://10.0.0.1:8786 --out plateaus --resume
     """
-    from exactcreep.model.numbers import InputError, whole_number
+    from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_plot
-    from exactcreep.scene import load_scene
-    from exactcreep.studies.sweep import sweep as run_sweep
 
-    given = parsed_settings(settings)
-    if solver is not None:
-        given["run.solver"] = solver
+    given = run_settings(solver=solver)
     if seeds is not None:
         given["vary.run.seed"] = list(range(whole_number(seeds, "seeds", least=1, most=10**6)))
-    wanted = load_scene(scene).with_settings(given)
-    folder = out if out is not None else Path(f"{wanted.name}-sweep")
+    wanted = scene.with_settings(given)
+    folder = out or Path(f"{wanted.name}-sweep")
     if plot is not None:
         check_plot(plot, force=force)
         if not set(wanted.vary) - {"run.seed"}:
-            raise InputError("plot", str(plot), "needs something that varies besides the seed")
+            allowed = "needs something that varies besides the seed"
+            raise exactcreep.InputError("plot", str(plot), allowed)
     if workers is not None and scheduler is not None:
-        raise InputError("workers", workers, "cannot be given together with a scheduler")
-    with ExitStack() as stack:
-        executor = None
-        if scheduler is not None:
-            executor = stack.enter_context(_cluster(scheduler))
-        display = stack.enter_context(Display(wanted.name))
-        count = None if workers is None else whole_number(workers, "workers", least=1)
+        allowed = "cannot be given together with a scheduler"
+        raise exactcreep.InputError("workers", workers, allowed)
+    count = None if workers is None else whole_number(workers, "workers", least=1)
+    with (
+        nullcontext() if scheduler is None else _cluster(scheduler) as executor,
+        Display(wanted.name) as display,
+    ):
         try:
-            dataset = run_sweep(
+            grid = exactcreep.sweep(
                 wanted,
                 executor=executor,
                 workers=count,
@@ -97,31 +88,23 @@ def sweep(
             )
         except KeyboardInterrupt:
             display.stop()
-            typer.echo(f"exactcreep: interrupted; --out {folder} --resume goes on", err=True)
-            raise typer.Exit(INTERRUPTED_STATUS) from None
-    _summarise(dataset, folder)
+            complain(f"interrupted; --out {folder} --resume goes on")
+            raise typer.Exit(INTERRUPTED) from None
+    sizes = ", ".join(f"{name} {size}" for name, size in grid["velocity"].sizes.items())
+    outcomes = counted(grid["outcome"].to_numpy().ravel().tolist())
+    typer.echo(f"{grid['velocity'].size} cells ({sizes or 'one'}): {outcomes}")
+    typer.echo(f"written: {folder / 'sweep.nc'}")
     if plot is not None:
         from exactcreep.figures.sweep import draw_sweep
 
-        draw_sweep(dataset, plot, title=wanted.title or wanted.name)
+        draw_sweep(grid, plot, title=wanted.title or wanted.name)
         typer.echo(f"written: {plot}")
 
 
 def _cluster(scheduler: str) -> Any:
-    from exactcreep.model.numbers import InputError
-
     try:
         from exactcreep.studies.dask_cluster import cluster
     except ImportError:
-        raise InputError(
-            "scheduler", scheduler, "needs dask: pip install 'exactcreep[cluster]'"
-        ) from None
+        allowed = "needs dask: pip install 'exactcreep[cluster]'"
+        raise exactcreep.InputError("scheduler", scheduler, allowed) from None
     return cluster(scheduler)
-
-
-def _summarise(dataset: xr.Dataset, folder: Path) -> None:
-    sizes = ", ".join(f"{name} {size}" for name, size in dataset["velocity"].sizes.items())
-    words = Counter(dataset["outcome"].to_numpy().ravel().tolist())
-    told = ", ".join(f"{count} {word}" for word, count in words.most_common())
-    typer.echo(f"{dataset['velocity'].size} cells ({sizes or 'one'}): {told}")
-    typer.echo(f"written: {folder / 'sweep.nc'}")

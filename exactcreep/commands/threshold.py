@@ -4,39 +4,35 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import exactcreep
+from exactcreep.commands.answer import LIMIT, Output, Rows, complain, drawing
 from exactcreep.commands.options import (
-    DataFile,
-    Force,
-    Json,
     MaxSeconds,
-    Plot,
+    OfChain,
     StartTension,
     Workers,
-    of_chain,
+    command,
+    flag,
+    option,
+    those_given,
 )
-from exactcreep.commands.session import LIMIT_STATUS
 
 if TYPE_CHECKING:
-    from exactcreep.commands.answer import Rows
-    from exactcreep.model.chain import Chain
-    from exactcreep.studies.thresholds.half_life import HalfLife
-    from exactcreep.studies.thresholds.intercept import Intercept
-    from exactcreep.studies.thresholds.threshold import Threshold
+    from exactcreep import HalfLife, Intercept, Threshold
 
 _EDGES, _STARTS = "Of horizon and lasting: ", "Of survival and intercept: "
 
 
 def _text(metavar: str, text: str, *flags: str) -> Any:
-    return Annotated[str | None, typer.Option(*flags, metavar=metavar, help=text)]
+    return Annotated[str | None, option(metavar, text, *flags)]
 
 
 def _pair(text: str) -> Any:
-    return Annotated[tuple[str, str] | None, typer.Option(metavar="LO HI", help=text)]
+    return Annotated[tuple[str, str] | None, option("LO HI", text)]
 
 
 _OPTIONS = {
@@ -56,18 +52,12 @@ _OPTIONS = {
     "low": _text(
         "A", "Of all but intercept: start of the scan; default half of Eq. (seuil).", "--from"
     ),
-    "high": _text(
-        "A", "Of all but intercept: end of the scan; default twice Eq. (seuil).", "--to"
-    ),
+    "high": _text("A", "Of all but intercept: end of the scan; default twice Eq. (seuil).", "--to"),
     "points": _text(
         "M", f"{_EDGES}equal steps of the scan, default 1000; of intercept: amplitudes, default 12."
     ),
-    "bracket": _pair(
-        "Of all but intercept: amplitudes that straddle the edge, instead of a scan."
-    ),
-    "windows": Annotated[
-        bool, typer.Option("--windows", help=f"{_EDGES}list all edges of the scan.")
-    ],
+    "bracket": _pair("Of all but intercept: amplitudes that straddle the edge, instead of a scan."),
+    "windows": Annotated[bool, flag("--windows", f"{_EDGES}list all edges of the scan.")],
     "refine": _text("K", f"{_EDGES}give the first K windows to all digits."),
     "start_tension": StartTension,
     "seeds": _text(
@@ -86,15 +76,13 @@ _OPTIONS = {
 }
 
 
-@partial(of_chain, options=_OPTIONS)
+@command(draws=True)
 def threshold(
-    chain: Chain,
+    chain: OfChain,
+    asked: Annotated[dict[str, Any], those_given(_OPTIONS)],
+    *,
     max_seconds: MaxSeconds = None,
-    out: DataFile = None,
-    json: Json = False,
-    plot: Plot = None,
-    force: Force = False,
-    **given: Any,
+    output: Output,
 ) -> None:
     """Find the amplitude of temperature cycles above which a chain creeps.
 
@@ -113,30 +101,17 @@ def threshold(
     Exit status: 0 found, 2 bad input or no edge, 3 a limit was reached, creep does not settle, or
     v(A) is no straight line (what is known is shown).
     """
-    from exactcreep.commands.answer import answered
-    from exactcreep.studies.thresholds.criteria import threshold as study
-    from exactcreep.studies.thresholds.horizon import GivenUp
-
-    find = partial(study, chain, max_seconds=max_seconds, **given)
+    find = partial(exactcreep.threshold, chain, max_seconds=max_seconds, **asked)
     try:
-        found = answered(find, _rows, _draw, out=out, plot=plot, json=json, force=force)
-    except GivenUp as limit:
-        typer.echo(f"exactcreep: {limit}", err=True)
-        raise typer.Exit(LIMIT_STATUS) from None
+        found = output.answer(find, _rows, drawing("thresholds:draw_threshold"))
+    except exactcreep.GivenUp as limit:
+        complain(str(limit))
+        raise typer.Exit(LIMIT) from None
     if found.reason:
-        raise typer.Exit(LIMIT_STATUS)
-
-
-def _draw(found: Threshold | HalfLife | Intercept, plot: Path) -> None:
-    from exactcreep.figures.thresholds import draw_threshold
-
-    draw_threshold(found, plot)
+        raise typer.Exit(LIMIT)
 
 
 def _rows(found: Threshold | HalfLife | Intercept) -> Rows:
-    from exactcreep.studies.thresholds.half_life import HalfLife
-    from exactcreep.studies.thresholds.intercept import Intercept
-
     known = found.summary()
     rows: Rows = [
         ("paper, Eq. (seuil)", known["law_seuil"]),
@@ -144,10 +119,12 @@ def _rows(found: Threshold | HalfLife | Intercept) -> Rows:
     ]
     if known["law_two_sliders"] is not None:
         rows.append(("two sliders, (mu_s c - s)/l0", known["law_two_sliders"]))
-    if isinstance(found, HalfLife):
+    if isinstance(found, exactcreep.HalfLife):
         rows += _of_half_life(found)
+    elif isinstance(found, exactcreep.Intercept):
+        rows += _of_intercept(found)
     else:
-        rows += _of_intercept(found) if isinstance(found, Intercept) else _of_edge(found)
+        rows += _of_edge(found)
     rows += [("evidence", found.evidence.value), ("to be compared with", found.compare)]
     if found.reason:
         name = "because" if found.criterion == "intercept" else "incomplete"

@@ -3,38 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-import typer
-
-from exactcreep.commands.options import (
-    Force,
-    Json,
-    Plot,
-    SceneName,
-    Seeds,
-    Settings,
-    parsed_seeds,
-    parsed_settings,
+from exactcreep.commands.answer import (
+    OfOutput,
+    Rows,
+    drawing,
+    duration,
+    say,
+    say_heading,
+    say_table,
+    settings_text,
 )
+from exactcreep.commands.options import OfScene, Seeds, command, option, parsed_seeds
 
 if TYPE_CHECKING:
-    from exactcreep.commands.answer import Rows
     from exactcreep.studies.tradeoff import Score, Tradeoff
 
 
+@command(draws=True)
 def tradeoff(
-    scene: SceneName,
-    budget: Annotated[
-        str, typer.Option(metavar="SECONDS", help="About how long to measure.")
-    ] = "60",
-    settings: Settings = None,
+    *,
+    budget: Annotated[str, option("SECONDS", "About how long to measure.")] = "60",
+    scene: OfScene,
     seeds: Seeds = None,
-    json: Json = False,
-    plot: Plot = None,
-    force: Force = False,
+    output: OfOutput,
 ) -> None:
     """Measure what time buys which accuracy, for a scene on this machine.
 
@@ -46,39 +40,32 @@ def tradeoff(
 
         exactcreep tradeoff thirty-sliders-cycles --budget 300 --seeds 16 --json
     """
-    from exactcreep.commands.answer import answered
-    from exactcreep.figures.comparison import draw_tradeoff
-    from exactcreep.scene import load_scene
     from exactcreep.studies import tradeoff as study
 
-    wanted = load_scene(scene).with_settings(parsed_settings(settings))
-    chosen = wanted.settings()[0]
+    first = scene.settings()[0]
+
+    def rows(measured: Tradeoff) -> Rows:
+        say_heading(scene.name, scene.title)
+        if first:
+            say(f"first member: {settings_text(first)}")
+        _print(measured)
+        return []
+
     measured = partial(
-        study.tradeoff, wanted.experiment(chosen), budget=budget, seeds=parsed_seeds(seeds)
+        study.tradeoff, scene.experiment(first), budget=budget, seeds=parsed_seeds(seeds)
     )
-    show = partial(_print, name=wanted.name, title=wanted.title, chosen=chosen)
-    draw = partial(draw_tradeoff, title=wanted.title or wanted.name)
-    about = {"scene": wanted.name, "set": chosen}
-    answered(measured, show, draw, plot=plot, json=json, force=force, about=about)
+    draw = drawing("comparison:draw_tradeoff", title=scene.title or scene.name)
+    output.answer(measured, rows, draw, {"scene": scene.name, "set": first})
 
 
-def _print(measured: Tradeoff, name: str, title: str, chosen: Mapping[str, Any]) -> Rows:
-    from rich.console import Console
-
-    from exactcreep.commands.answer import print_heading, print_table
-
-    console = Console(highlight=False)
-    print_heading(console, name, title)
-    if chosen:
-        told = ", ".join(f"{key} = {value}" for key, value in chosen.items())
-        console.print(f"first member: {told}", soft_wrap=True)
+def _print(measured: Tradeoff) -> None:
     names = ("time", "± %", "/exact", "error", "wrong %", "agreed", "bias %", "kB")
     rows = [_row(score, measured) for score in measured.scores]
-    print_table(console, ("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
+    say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
     for one in measured.scores:
         for note in one.notes:
-            console.print(f"{one.contestant.label}: {note}", style="dim", soft_wrap=True)
-    console.print(
+            say(f"{one.contestant.label}: {note}", style="dim")
+    say(
         "time: per half-cycle, median, and half the distance of the quartiles; error: of positions"
         " after one rearrangement, median over those with the right events; wrong: rearrangements"
         " with other events than the certified ones; agreed: the first of"
@@ -88,23 +75,19 @@ def _print(measured: Tradeoff, name: str, title: str, chosen: Mapping[str, Any])
         + (f"; {measured.left_out} long rearrangements were left out" * bool(measured.left_out))
         + (f"; {measured.no_truth} rearrangements have no truth" * bool(measured.no_truth)),
         style="dim",
-        soft_wrap=True,
     )
-    console.print(f"[bold]{measured.advice}[/bold]", soft_wrap=True)
-    return []
+    say(f"[bold]{measured.advice}[/bold]")
 
 
 def _row(score: Score, measured: Tradeoff) -> tuple[str, ...]:
-    from exactcreep.commands.plan import duration
-
     spread = (score.seconds_high - score.seconds_low) / (2 * score.seconds)
     bias = "-"
     if score.contestant.solver != "exact" and not math.isnan(score.bias) and measured.velocity:
         scale = 100 / abs(measured.velocity)
         bias = f"{score.bias * scale:.2g}±?"
-    if bias != "-" and not math.isnan(score.bias_error):
-        places = 1 - math.floor(math.log10(max(score.bias_error * scale, 1e-4)))
-        bias = f"{score.bias * scale:.{places}f}±{score.bias_error * scale:.{places}f}"
+        if not math.isnan(score.bias_error):
+            places = 1 - math.floor(math.log10(max(score.bias_error * scale, 1e-4)))
+            bias = f"{score.bias * scale:.{places}f}±{score.bias_error * scale:.{places}f}"
     agreed = "-" if not score.compared else f"{score.agreed}" + "*" * score.agreed_all
     return (
         score.contestant.short,

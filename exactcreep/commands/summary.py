@@ -1,0 +1,153 @@
+"""What is printed of a run: its velocity beside the predicted one, or a table of members."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from exactcreep.commands.answer import Rows, counted, grouped, say, say_heading, say_rows, say_table
+
+if TYPE_CHECKING:
+    from exactcreep import Creep, Descent
+
+
+def json_of_run(
+    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], scene: str
+) -> dict[str, Any]:
+    """Return the object that ``--json`` prints for a scene."""
+    if len(settings) == 1 and not settings[0]:
+        return {"scene": scene} | results[0].summary()
+    members = [
+        {"set": dict(setting)} | result.summary()
+        for setting, result in zip(settings, results, strict=False)
+    ]
+    return {"scene": scene, "members": members}
+
+
+def print_summary(
+    results: Sequence[Creep],
+    settings: Sequence[Mapping[str, Any]],
+    scene: str,
+    title: str,
+    descent: Descent | None = None,
+) -> None:
+    """Print the results of a run, the paper's prediction beside the measured value."""
+    first, varied = results[0], bool(settings and settings[0])
+    chain = first.chain
+    names = ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
+    numbers = "".join(f", {name} = {float(getattr(chain, name)):.6g}" for name in names)
+    options = "".join(f", {name} = {value}" for name, value in first.experiment.options.items())
+    say_heading(scene, title)
+    say(
+        f"{'first member: ' * varied}N = {chain.n}{numbers};"
+        f" solver {first.solver}{options}, seed {first.seed}"
+    )
+    if len(settings) == 1 and not varied:
+        _print_one(first, descent)
+    else:
+        _print_members(results, settings)
+
+
+def measured(result: Creep, digits: int = 6) -> str:
+    """Return the velocity with its standard error."""
+    if result.velocity_text is not None and result.velocity_enclosure is not None:
+        radius = result.velocity_enclosure.radius
+        known = f", known to {result.velocity_enclosure.radius_text()}" if radius else ""
+        return f"{result.velocity_text} (standard error {result.velocity_error:.2g}{known})"
+    if math.isnan(result.velocity):
+        return "not known"
+    if math.isinf(result.velocity):
+        return "unbounded"
+    error = result.velocity_error
+    if math.isnan(error):
+        return f"{result.velocity:.{digits}g}"
+    if error < 1e-9 * abs(result.velocity) or error == 0:
+        return f"{result.velocity:.{digits}g} ± {error:.2g}"
+    places = max(0, 1 - math.floor(math.log10(error)))  # two digits of the error
+    return f"{result.velocity:.{places}f} ± {error:.{places}f}"
+
+
+def _predicted(result: Creep) -> tuple[str, tuple[float, ...]]:
+    """Return the label of the paper's equation for a run and the velocities that it gives."""
+    from exactcreep.laws import prediction
+
+    found = prediction(result.chain, result.drive)
+    return ("", ()) if found is None else (found.label, found.printed)
+
+
+def _either(velocities: Sequence[float], digits: int) -> str:
+    return " or ".join(f"{value:.{digits}g}" for value in velocities)
+
+
+def _print_one(result: Creep, descent: Descent | None) -> None:
+    since = "" if result.since is None else f" since cycle {result.since}"
+    remark = f": {result.reason}" if result.reason else ""
+    rows: Rows = [
+        ("outcome", result.outcome.value + since + remark),
+        (f"velocity per {result.drive.per}", measured(result)),
+    ]
+    if result.velocity_reason and math.isfinite(result.velocity):
+        rows.append(("  standard error", f"not known: {result.velocity_reason}"))
+    elif math.isnan(result.velocity):
+        rows.append(("  because", result.velocity_reason))
+    label, law = _predicted(result)
+    if law:
+        below = result.chain.tan_alpha > 0 and not any(value > 0 for value in law)
+        remark = " (below its threshold: none)" * below
+        rows.append((f"  paper, Eq. ({label})", _either(law, 6) + remark))
+    rows += [] if descent is None else descent.lines()
+    ties = f", {result.undecided} comparisons by the model's rules" if result.undecided else ""
+    course = f": {result.course}" if result.course else ""
+    rows.append(("evidence", result.evidence.value + ties + course))
+    if "chosen" in result.report:
+        from exactcreep.solvers.auto import accuracy_told
+
+        rows.append(("solver chosen", f"{result.report['chosen']}: {result.report['reason']}"))
+        rows.append(("accuracy", accuracy_told(result.report)))
+    target = "half-cycles" if result.drive.cyclic else "targets"
+    told = f"{result.half_cycles} {target}, {result.rearrangements} rearrangements"
+    rows.append(("counts", f"{told}, {result.event_count} events, {result.slip_count} slips"))
+    if result.long_rearrangements:
+        rows.append(("accuracy", _accuracy(result.long_rearrangements)))
+    rows += [("outside the model", f"{name}: {count}") for name, count in result.warnings.items()]
+    rows.append(("time", f"{result.seconds:.3g} s"))
+    say_rows(rows, soft_wrap=False)
+
+
+def _accuracy(count: int) -> str:
+    from exactcreep.solvers.exact.layout import PROMISED_EVENTS
+
+    return (
+        f"{count} rearrangement{'s' * (count > 1)} of more than {PROMISED_EVENTS} events, for which"
+        " 1e-12 is not promised"
+    )
+
+
+def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> None:
+    from exactcreep.quasistatic.result import known_of
+
+    told = [
+        (measured(one, 4), _either(_predicted(one)[1], 4), one.outcome.value, str(one.slip_count))
+        for one in results
+    ]
+    rows = [
+        (*setting, *told[members[0]], f"({len(members)} members)" * (len(members) > 1))
+        for setting, members in grouped(settings, told)
+    ]
+    keys = [key.rpartition(".")[2] for key in settings[0]]
+    names = (*keys, "velocity", "paper", "outcome", "slips", "")
+    say_table(names, rows, right=("paper", "slips"))
+    missing = len(settings) - len(results)
+    say(
+        f"{len(results)} members: {counted(one.outcome.value for one in results)}"
+        + (f"; {missing} not run" if missing else "")
+        + f"; {sum(one.seconds for one in results):.3g} s"
+    )
+    known, evidence = known_of(results), counted(one.evidence.value for one in results)
+    say(f"{known} (evidence: {evidence})" if known else f"evidence: {evidence}")
+    if long := sum(one.long_rearrangements for one in results):
+        say(f"accuracy: {_accuracy(long)}")
+    if outside := sum((Counter(one.warnings) for one in results), Counter()):
+        say(f"outside the model: {counted(outside)}")
