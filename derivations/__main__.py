@@ -13,14 +13,14 @@ from pathlib import Path
 
 import sympy as sp
 
-from derivations.ledger import SUBJECTS, disagreements, entries, subject_of
+from derivations.ledger import SUBJECTS, disagreements, entries, subject_of, verified
 from derivations.proof import Derivation, Entry, Refuted, Verification
 
 
 def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m derivations",
-        description="Derive every equation of the paper from the model, and say what became of it.",
+        description="Derive every equation of the paper from the model, and say what holds.",
     )
     parser.add_argument("--json", action="store_true", help="print the ledger as a list of objects")
     parser.add_argument(
@@ -120,7 +120,7 @@ def main(given: Sequence[str] | None = None) -> int:
     verifications = []
     try:
         for name in subjects:
-            verifications.append(SUBJECTS[name].check())
+            verifications.append(verified(name))
         for entry in chosen:
             entry.check()
     except Refuted as refuted:

@@ -20,7 +20,7 @@ from derivations import (
     thresholds,
     two_sliders,
 )
-from derivations.proof import VERDICTS, Entry
+from derivations.proof import VERDICTS, Entry, Verification
 
 SUBJECTS: dict[str, ModuleType] = {
     "scaling": scaling,
@@ -37,7 +37,7 @@ SUBJECTS: dict[str, ModuleType] = {
     "runaway": runaway,
     "shakedown": shakedown,
 }
-"""The modules, each with ``derive()``, ``check()`` and its entries."""
+"""The modules, each with ``derive()``, ``check(v, results)`` and its entries."""
 
 _SECTIONS = (
     "Sec. II A",
@@ -49,6 +49,14 @@ _SECTIONS = (
     "Sec. V",
     "Fig.",
 )
+
+
+def verified(subject: str) -> Verification:
+    """Return what the check of a subject establishes under the assumptions of its derivation."""
+    derived = SUBJECTS[subject].derive()
+    verification = Verification(subject, derived.assumptions)
+    SUBJECTS[subject].check(verification, derived.results)
+    return verification
 
 
 def subject_of(entry: Entry) -> str:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import sympy as sp
 
 from derivations.notation import Expression, Formula, symbol
-from derivations.proof import Derivation, Entry, Step, Verification
+from derivations.proof import Derivation, Entry, Results, Step, Verification
 
 p, n, q = symbol("p"), symbol("n"), symbol("q")
 phi = sp.Symbol("phi", positive=True)
@@ -155,7 +155,10 @@ def derive() -> Derivation:
         )
     )
     return Derivation(
-        "Modes of a run", tuple(steps), results, ("theta frozen", "signs of motion constant")
+        "Modes of a run",
+        tuple(steps),
+        results,
+        ("theta frozen during a rearrangement", "no start, stop or reversal inside"),
     )
 
 
@@ -420,11 +423,8 @@ def _check_event_free_times(v: Verification) -> None:
     )
 
 
-def check() -> Verification:
+def check(v: Verification, _: Results) -> None:
     """Prove eigenpairs, norms, inverses, the conserved energy and the derivative bounds."""
-    v = Verification(
-        "modes", ("theta frozen during a rearrangement", "no start, stop or reversal inside")
-    )
     _check_eigenpairs(v)
     _check_norms(v)
     _check_inverse(v)
@@ -456,7 +456,6 @@ def check() -> Verification:
         for size in range(1, 9)
     )
     v.verified("K times its inverse", exact, "rationals: p = 1..8, four kinds of ends")
-    return v
 
 
 def _influence() -> bool:

@@ -20,6 +20,10 @@ STANDINGS = ("proved", "verified", "argued")
 claims that are proved, by steps that no program has checked."""
 
 
+Results = Mapping[str, Any]
+"""Derived expressions by name."""
+
+
 class Refuted(AssertionError):
     """A statement that does not follow."""
 
@@ -47,7 +51,7 @@ class Derivation:
 
     title: str
     steps: tuple[Step, ...]
-    results: Mapping[str, Any]
+    results: Results
     assumptions: tuple[str, ...] = ()
 
 

@@ -8,7 +8,7 @@ from random import Random
 import sympy as sp
 
 from derivations.notation import Formula, alpha, c, mu_d, s, slope_margin, symbol
-from derivations.proof import Derivation, Entry, Judge, Step, Verification, follows
+from derivations.proof import Derivation, Entry, Judge, Results, Step, Verification, follows
 
 p = symbol("p")
 speed = sp.Symbol("speed", nonnegative=True)
@@ -39,13 +39,13 @@ def derive() -> Derivation:
         Step("power of weight and friction on a slider that moves as S says", results["power"]),
         Step("least path of a slip by its first acceleration and B", results["shortest"]),
     )
-    return Derivation("Runaway", steps, results, ("all sliders move downhill",))
+    return Derivation(
+        "Runaway", steps, results, ("all sliders move downhill", "constant mu_d", "theta frozen")
+    )
 
 
-def check() -> Verification:
+def check(v: Verification, r: Results) -> None:
     """Prove the critical slope, the dissipation bound and the certificate of a runaway."""
-    v = Verification("runaway", ("constant mu_d", "theta frozen"))
-    r = derive().results
     v.identity(
         "the chain's mean acceleration downhill is -m", r["mean_acceleration"] + slope_margin
     )
@@ -98,7 +98,6 @@ def check() -> Verification:
         "an avalanche ends if every mu_s exceeds mu_d by a minimum and 0 <= tan(alpha) < mu_d",
         "finite path, and a least path of every slip, by the claims above",
     )
-    return v
 
 
 def _spread() -> bool:

@@ -17,7 +17,7 @@ import sympy as sp
 
 from derivations import runaway, slip
 from derivations.notation import Expression, N, c, excess, mu_d, mu_s, n, s, slope_margin
-from derivations.proof import Derivation, Entry, Step, Verification
+from derivations.proof import Derivation, Entry, Results, Step, Verification
 
 tension, velocity, offset = sp.Function("T"), sp.Function("v"), sp.Function("tau")
 y = sp.Symbol("y", real=True)
@@ -108,18 +108,21 @@ def derive() -> Derivation:
         "Shakedown",
         steps,
         results,
-        ("cycles of amplitude A", "0 <= tan(alpha)", "N >= 2 (ends' cycles: N >= 3)"),
+        (
+            "cycles of amplitude A > 0",
+            "L = l0 A",
+            "0 <= tan(alpha)",
+            "effective mu_s >= mu_d",
+            "N >= 2 (ends' cycles: N >= 3)",
+        ),
     )
 
 
-def check() -> Verification:
+def check(v: Verification, r: Results) -> None:
     """Prove the lemmas of the three bounds, and verify the bounds along rational cycles."""
-    v = Verification("shakedown", ("L = l0 A > 0", "0 <= s", "effective mu_s >= mu_d"))
-    r = derive().results
     _rest(v, r)
     _no_lasting_creep(v, r)
     _ends(v, r)
-    return v
 
 
 def _rest(v: Verification, r: Mapping[str, Expression]) -> None:

@@ -7,7 +7,7 @@ from fractions import Fraction
 import sympy as sp
 
 from derivations.notation import Expression, c, excess, mu_d, mu_s, symbol
-from derivations.proof import Derivation, Entry, Step, Verification, follows, vanishes
+from derivations.proof import Derivation, Entry, Results, Step, Verification, follows, vanishes
 
 t = sp.Symbol("t", nonnegative=True)
 a0, w = sp.symbols("a_0 omega", positive=True)
@@ -66,15 +66,16 @@ def derive() -> Derivation:
         Step("end slider driven at the velocity V: its own velocity", results["driven_velocity"]),
         Step("which is zero again at", results["driven_stop"]),
     )
-    return Derivation("One slider's slip", steps, results, ("neighbours rest",))
-
-
-def check() -> Verification:
-    """Prove the closed forms of lone slips and where their neighbours are most loaded."""
-    v = Verification(
-        "slip", ("the neighbours stay at rest", "the slip starts at the static threshold")
+    return Derivation(
+        "One slider's slip",
+        steps,
+        results,
+        ("the neighbours stay at rest", "the slip starts at the static threshold"),
     )
-    r = derive().results
+
+
+def check(v: Verification, r: Results) -> None:
+    """Prove the closed forms of lone slips and where their neighbours are most loaded."""
     path = r["path"]
     v.identity("the path solves the equation of motion", path.diff(t, 2) - a0 + w**2 * path)
     v.identity("it starts at rest", path.diff(t).subs(t, 0))
@@ -139,7 +140,6 @@ def check() -> Verification:
         "and sliders 1 "
         "and 3 reach theirs together",
     )
-    return v
 
 
 def _ordinary_equality() -> bool:

@@ -24,6 +24,7 @@ from derivations.proof import (
     Derivation,
     Entry,
     Judge,
+    Results,
     Step,
     Verification,
     equals,
@@ -68,16 +69,17 @@ def derive() -> Derivation:
         "Thresholds",
         steps,
         results,
-        ("the fronts of sliding sliders carry mu_d", "no inertia", "slider i - 1 is the pivot"),
+        (
+            "the fronts of sliding sliders carry mu_d",
+            "no inertia",
+            "slider i - 1 is the pivot",
+            "one value of mu_s",
+        ),
     )
 
 
-def check() -> Verification:
+def check(v: Verification, r: Results) -> None:
     """Prove the threshold with and without the term in mu_s - mu_d, and its relative size."""
-    v = Verification(
-        "thresholds", ("quasi-static fronts", "moving sliders carry mu_d", "one value of mu_s")
-    )
-    r = derive().results
     v.identity(
         "T_{i-1} at the end of a dilation is -(N + 1 - i) m",
         r["end_of_dilation"] + (N + 1 - i) * slope_margin,
@@ -103,7 +105,6 @@ def check() -> Verification:
         "it",
         (slope_margin + excess) / l0 - r["threshold"].subs(N, 2) - excess / (2 * l0),
     )
-    return v
 
 
 _R = derive().results

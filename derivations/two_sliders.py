@@ -31,6 +31,7 @@ from derivations.proof import (
     Derivation,
     Entry,
     Judge,
+    Results,
     Step,
     Verification,
     follows,
@@ -116,7 +117,14 @@ def derive() -> Derivation:
         Step("mean displacement of the moving slider in a half-cycle that reverses the last", mean),
     )
     return Derivation(
-        "Two sliders", steps, results, ("0 < tan(alpha) < mu_d", "sigma_mu = 0 for the staircase")
+        "Two sliders",
+        steps,
+        results,
+        (
+            "0 < tan(alpha) < mu_d <= mu_s",
+            "sigma_mu = 0 where slips are counted",
+            "slips are those of slip.py",
+        ),
     )
 
 
@@ -148,17 +156,8 @@ def cases(number: int, seed: int) -> list[tuple[Fraction, Fraction, Fraction, Fr
     return cases
 
 
-def check() -> Verification:
+def check(v: Verification, r: Results) -> None:
     """Prove the slips, the relay picture, the staircase, the phase average and the thresholds."""
-    v = Verification(
-        "two_sliders",
-        (
-            "0 < tan(alpha) < mu_d <= mu_s",
-            "sigma_mu = 0 where slips are counted",
-            "slips are those of slip.py",
-        ),
-    )
-    r = derive().results
     v.identity("slider 2 starts at T = -a", r["start_2"] + static_margin)
     v.identity("in a dilation slider 2 is first, by 2s", r["start_2"] - r["start_1_up"] - 2 * s)
     v.identity(
@@ -246,7 +245,6 @@ def check() -> Verification:
         _paths(),
         "40 random paths",
     )
-    return v
 
 
 def _phases() -> bool:
