@@ -28,12 +28,10 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, ClassVar
 
-import numpy as np
-
 from exactcreep.laws import pivots, prediction
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
@@ -43,20 +41,14 @@ from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.pilot import (
     ROUNDINGS,
     Pilot,
+    Trial,
     event_nanoseconds,
     pilot_run,
     surveyed,
     trusted_course,
 )
 from exactcreep.solvers.sliding import Sliding
-from exactcreep.solvers.solver import (
-    Rearrangement,
-    Simulation,
-    Solver,
-    Start,
-    Stretch,
-    Tally,
-)
+from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Start, Stretch, Tally
 from exactcreep.solvers.tables import LOGS
 
 LADDER = ("law", "sliding", "exact", "certified")
@@ -107,6 +99,12 @@ class Candidate:
     def error(self) -> float:
         """The whole relative error at 95 %, nan if unknown."""
         return self.bias + self.statistical
+
+    @property
+    def told(self) -> str:
+        """Its name, with its bias, or else why that is not known."""
+        known = f"bias {self.bias:.2g}, {self.known_by}"
+        return f"{self.name} ({self.reason if math.isnan(self.bias) else known})"
 
     def repeats(self, accuracy: float) -> float:
         """Return how many times the scene's own drive reaches the accuracy, as cycles or seeds.
@@ -219,17 +217,18 @@ def choose(
     scene's own drive, the rung that does so with the least work is taken, or else exact.
     """
     wanted = float(valid_accuracy(accuracy))
+    begun = Start(chain, State.relaxed(chain, seed) if start is None else start, seed)
     limits = replace(limits, events=None, bytes=None, used=0, pause=math.inf)
+    trial = Trial(begun, drive, limits)
     if valid_question(question) == "course":
-        return _course(chain, drive, wanted, start, seed, limits)
+        return _course(trial, wanted)
     pilot: Pilot | None = None
-    predicted = prediction(chain, drive, start)
+    predicted = prediction(chain, drive, None if trial.relaxed else start)
     laws = () if predicted is None else predicted.values
-    limit = _from_theorems(chain, drive, start, seed, laws)
+    limit = _from_theorems(trial, laws)
     needs_trajectory = any(name in record for name in _TRAJECTORIES)
-    silent = limit is None or (limit.applies and not chain.slides and limit.bias > 0)
-    if silent and not (limit and limit.bias <= wanted):
-        pilot = pilot_run(chain, drive, start=start, seed=seed, accuracy=wanted, limits=limits)
+    if limit is None or (limit.applies and limit.bias > wanted and not chain.slides):
+        pilot = pilot_run(trial, wanted)
         measured = _from_pilot(pilot, drive)
         wide = limit is None or (limit.known_by == "promised" and measured.bias < limit.bias)
         if wide and not needs_trajectory:  # a pilot sees x_G alone
@@ -238,11 +237,11 @@ def choose(
         limit = Candidate("sliding", math.nan, "unknown", "no theorem bounds its error here")
     if needs_trajectory and limit.applies and limit.bias != 0:
         limit = _inapplicable("sliding", "its trajectories are not those of the chain")
-    inertia = _with_inertia(chain, drive, pilot, limit)
-    rungs = (_law_candidate(chain, drive, start, record, limit, laws), limit, *inertia)
+    law = _law(trial, record, limit, laws)
+    rungs = (law, limit, *_with_inertia(trial, pilot, limit))
     found = _cheapest(rungs, wanted, chain, pilot)
-    told = _dismissed(rungs, found)
-    reason = found.reason + (f"; cheaper ones: {told}" if told else "")
+    left = ", ".join(rung.told for rung in rungs[: rungs.index(found)])
+    reason = found.reason + (f"; cheaper ones: {left}" if left else "")
     if not found.error <= wanted:
         missed = f"nothing is known to be within {wanted:.3g} along this drive"
         reason = f"{missed}; {found.name}: {reason}"
@@ -253,33 +252,19 @@ def _cheapest(
     rungs: tuple[Candidate, ...], accuracy: float, chain: Chain, pilot: Pilot | None
 ) -> Candidate:
     """Return the rung that reaches the accuracy with the least work, or is nearest to it."""
-    there = [rung for rung in rungs if rung.applies and rung.error <= accuracy]
-    if there:
-        return there[0]
-    repeats = {rung: rung.repeats(accuracy) for rung in rungs if rung.applies}
-    work = {rung: times * _work(rung, chain, pilot) for rung, times in repeats.items()}
-    able = [rung for rung in work if math.isfinite(work[rung])]
-    if able:
-        return min(able, key=lambda rung: work[rung])
-    order = (rungs[2], rungs[1], rungs[3])
-    return next(rung for rung in order if rung.applies)
-
-
-def _work(rung: Candidate, chain: Chain, pilot: Pilot | None) -> float:
-    """Return what a half-cycle costs, in units of about a nanosecond, by counts alone."""
     events = pilot.events / max(pilot.half_cycles, 1) if pilot is not None else chain.n
     exact = 20 + event_nanoseconds(chain) * events
-    costs = {"law": 0.0, "sliding": 2.0 * chain.n, "exact": exact}
-    return costs.get(rung.name, 10**6 * events)
-
-
-def _dismissed(rungs: tuple[Candidate, ...], chosen: Candidate) -> str:
-    """Return why the rungs below the chosen one were left."""
-    told = []
-    for rung in rungs[: rungs.index(chosen)]:
-        error = "" if math.isnan(rung.bias) else f" (bias {rung.bias:.2g}, {rung.known_by})"
-        told.append(rung.name + (error or f" ({rung.reason})"))
-    return ", ".join(told)
+    # of a half-cycle, in units of about a nanosecond, by counts alone
+    costs = {"law": 0.0, "sliding": 2.0 * chain.n, "exact": exact, "certified": 10**6 * events}
+    applying = [rung for rung in rungs if rung.applies]
+    for rung in applying:
+        if rung.error <= accuracy:
+            return rung
+    work = {rung: rung.repeats(accuracy) * costs[rung.name] for rung in applying}
+    able = [rung for rung in applying if math.isfinite(work[rung])]
+    if able:
+        return min(able, key=work.__getitem__)
+    return next(rung for rung in (rungs[2], rungs[1], rungs[3]) if rung.applies)
 
 
 def runner(name: str, accuracy: float, digits: int = 0) -> Solver:
@@ -302,10 +287,9 @@ def _two_sliders(chain: Chain) -> bool:
     return chain.n == 2 and chain.sigma_mu == 0 and 0 < abs(chain.tan_alpha) < chain.mu_d
 
 
-def _from_theorems(
-    chain: Chain, drive: Drive, start: State | None, seed: int, laws: tuple[float, ...]
-) -> Candidate | None:
+def _from_theorems(trial: Trial, laws: tuple[float, ...]) -> Candidate | None:
     """Return what theorems say of the sliding limit; None if they are silent."""
+    chain, drive = trial.chain, trial.drive
     if chain.n == 1 and abs(chain.tan_alpha) <= chain.mu_d:
         return Candidate("sliding", 0.0, "exact", "a single slider rests for ever")
     if chain.may_run_away and not chain.slides:
@@ -314,22 +298,22 @@ def _from_theorems(
         return Candidate("sliding", 0.0, "exact", "|tan_alpha| >= mu_s = mu_d: nothing holds")
     if not (chain.slides or _two_sliders(chain)):
         return None
-    velocity, scatter = surveyed(chain, drive, start, seed)
+    velocity, scatter = surveyed(trial)
     if chain.slides:
         indices = pivots(chain.n, chain.tan_alpha, chain.mu_d)
-        reason, error, known_by = "mu_s = mu_d: the sliding limit is the chain", 0.0, "exact"
-        if len(indices) > 1:
-            middle = abs(chain.n + 3 - sum(indices))
-            error, known_by = (1 / middle if middle else math.inf), "promised"
-            reason = (
-                "mu_s = mu_d, but the slope lies at the edge between two pivots, where the balance"
-                f" of forces leaves the velocity open by a factor 1 +- {error:.3g}"
-            )
-        return Candidate("sliding", error, known_by, reason, scatter)
-    if isinstance(drive, Cycles) and start is None:
-        (truth,) = laws
-        gap = abs(velocity - truth)
-        error = gap / abs(truth) if truth else (0.0 if gap == 0 else math.inf)
+        if len(indices) == 1:
+            reason = "mu_s = mu_d: the sliding limit is the chain"
+            return Candidate("sliding", 0.0, "exact", reason, scatter)
+        middle = abs(chain.n + 3 - sum(indices))
+        error = 1 / middle if middle else math.inf
+        reason = (
+            "mu_s = mu_d, but the slope lies at the edge between two pivots, where the balance"
+            f" of forces leaves the velocity open by a factor 1 +- {error:.3g}"
+        )
+        return Candidate("sliding", error, "promised", reason, scatter)
+    if drive.cyclic and trial.relaxed:
+        gap, (truth,) = abs(velocity - laws[0]), map(abs, laws)
+        error = gap / truth if truth else (0.0 if gap == 0 else math.inf)
         reason = "two relaxed sliders: the staircase is known exactly"
         return Candidate("sliding", error, "exact", reason)
     bound, size = chain.excess, abs(velocity)
@@ -360,19 +344,16 @@ def _from_pilot(pilot: Pilot, drive: Drive) -> Candidate:
     return Candidate("sliding", largest, known_by, told, statistical)
 
 
-def _law_candidate(
-    chain: Chain,
-    drive: Drive,
-    start: State | None,
-    record: tuple[str, ...],
-    limit: Candidate,
-    values: tuple[float, ...],
+def _law(
+    trial: Trial, record: tuple[str, ...], limit: Candidate, values: tuple[float, ...]
 ) -> Candidate:
+    """Return the rung that needs no run."""
+    drive = trial.drive
     if not values:
         return _inapplicable("law", "there is no law for this scene")
     if record:
         return _inapplicable("law", f"it gives a velocity only; recorded is {', '.join(record)}")
-    if start is None and isinstance(drive, Cycles) and _two_sliders(chain):
+    if drive.cyclic and _two_sliders(trial.chain) and trial.relaxed:
         return Candidate("law", 0.0, "exact", "two relaxed sliders under cycles: the staircase")
     if len(values) > 1 and limit.known_by == "measured":
         middle = abs(values[0] + values[1]) / 2
@@ -384,14 +365,14 @@ def _law_candidate(
 
 
 def _with_inertia(
-    chain: Chain, drive: Drive, pilot: Pilot | None, limit: Candidate
+    trial: Trial, pilot: Pilot | None, limit: Candidate
 ) -> tuple[Candidate, Candidate]:
     """Return the rungs exact and certified."""
-    if chain.slides:
+    if trial.chain.slides:
         why = "mu_s = mu_d: there are no slips"
         return _inapplicable("exact", why), _inapplicable("certified", why)
     if pilot is not None:
-        statistical = pilot.relative(pilot.velocity_error, drive)
+        statistical = pilot.relative(pilot.velocity_error, trial.drive)
     else:  # what a theorem knows exactly has no statistical error
         statistical = 0.0 if limit.known_by == "exact" else math.nan
     # rounding takes a chain that does not settle to another of its courses: that is no bias
@@ -403,20 +384,18 @@ def _with_inertia(
     )
 
 
-def _course(
-    chain: Chain, drive: Drive, accuracy: float, start: State | None, seed: int, limits: Limits
-) -> Choice:
+def _course(trial: Trial, accuracy: float) -> Choice:
     """Return how to follow x_G and the tensions at every target to `accuracy`, or refuse."""
+    chain, total = trial.chain, trial.drive.half_cycles
     law = _inapplicable("law", "it gives a velocity only")
     if chain.slides or (chain.n == 1 and not chain.may_run_away):
-        limit = _from_theorems(chain, drive, start, seed, ())
+        limit = _from_theorems(trial, ())
         assert limit is not None
         limit = replace(limit, statistical=0.0)
-        rungs = (law, limit, *_with_inertia(chain, drive, None, limit))
+        rungs = (law, limit, *_with_inertia(trial, None, limit))
         return Choice("sliding", runner("sliding", accuracy), rungs, limit.reason, accuracy)
     limit = _inapplicable("sliding", "its course is not that of the chain")
-    total = drive.half_cycles
-    trusted, off, per_target = trusted_course(chain, drive, accuracy, start, seed, limits)
+    trusted, off, per_target = trusted_course(trial, accuracy)
     whole = trusted == total and accuracy >= PROMISE
     error = max(PROMISE, ROUNDINGS * off) if whole else math.nan
     said = f"a twin that starts some roundings off is within {off:.1e} up to half-cycle {trusted}"
@@ -433,11 +412,10 @@ def _course(
             " followed. Ask for fewer half-cycles, or for the velocity",
         )  # fmt: skip
     lost = 16 * total / max(trusted, 1)  # digits, if they are lost as fast as they were up to there
-    wanted = math.ceil(min(lost, 500) - math.log10(accuracy)) + 10
+    digits = math.ceil(min(lost, 500) - math.log10(accuracy)) + 10
+    solver = runner("certified", accuracy, max(20, digits))
     reason = f"{proved.reason}; cheaper ones: exact ({said})"
-    return Choice(
-        "certified", runner("certified", accuracy, max(20, wanted)), rungs, reason, accuracy
-    )
+    return Choice("certified", solver, rungs, reason, accuracy)
 
 
 def concluded(report: Mapping[str, Any], velocity: float, error: float) -> dict[str, Any]:
@@ -462,37 +440,24 @@ def concluded(report: Mapping[str, Any], velocity: float, error: float) -> dict[
     told = dict(report)
     if "bias_known_by" not in told:
         return told
-    known_by = told["bias_known_by"]
+    known_by, scatter = told["bias_known_by"], told["statistical"]
     found = math.nan if told["bias"] is None else told["bias"]
-    scatter = told["statistical"]
     if scatter is None:
         off = 1.96 * error
         if math.isnan(error) and told.get("pilot_velocity") is not None:
             off = abs(velocity - told["pilot_velocity"]) + 1.96 * told["pilot_velocity_error"]
         scatter = off / abs(velocity) if velocity else (0.0 if error == 0 else math.nan)
-        found = 0.0 if velocity == error == 0 else found  # at rest, or locked
-        known_by = "exact" if velocity == error == 0 else known_by
+        if velocity == error == 0:  # at rest, or locked
+            found, known_by = 0.0, "exact"
     if scatter:
         found += scatter
         known_by = "estimated" if known_by == "estimated" else "measured"
-    if not math.isfinite(found):
-        known_by = "unknown"
-    told["relative_error"] = found if math.isfinite(found) else None
-    told["known_by"] = known_by
-    told["accuracy_reached"] = bool(found <= told["accuracy"])
-    return told
-
-
-def _known_mean(choice: Choice) -> dict[str, float]:
-    """Return the mean velocity over the pilot by the chosen rung, and its error, if known."""
-    pilot = choice.pilot
-    if pilot is None or pilot.may_settle:
-        return {}
-    mean, error = pilot.sliding, pilot.sliding_error
-    if choice.name in ("exact", "certified"):
-        mean, error = pilot.velocity, pilot.velocity_error
-    known = math.isfinite(mean) and math.isfinite(error)
-    return {"pilot_velocity": mean, "pilot_velocity_error": error} if known else {}
+    known = math.isfinite(found)
+    return told | {
+        "relative_error": found if known else None,
+        "known_by": known_by if known else "unknown",
+        "accuracy_reached": found <= told["accuracy"],
+    }
 
 
 def accuracy_told(report: Mapping[str, Any]) -> str:
@@ -510,9 +475,9 @@ class AutoSimulation(Simulation):
     """A simulation by the solver that is chosen when the drive is first seen."""
 
     def __init__(self, start: Start, record: tuple[str, ...], wanted: Auto) -> None:
-        self.start, self.record, self.wanted = start, record, wanted
+        self._start, self._record, self._wanted = start, record, wanted
         self._inner: Simulation | None = None
-        self._chosen, self._digits = "", 0
+        self._digits = 0  # of certified
         self._told: dict[str, Any] = {}
 
     @property
@@ -520,78 +485,51 @@ class AutoSimulation(Simulation):
         """Counts since the start."""
         return Tally() if self._inner is None else self._inner.tally
 
-    def _is_relaxed(self) -> bool:
-        start, relaxed = self.start.state, State.relaxed(self.start.chain, self.start.seed)
-        return bool(
-            start.theta == 0
-            and np.all(start.tensions == 0)
-            and np.array_equal(start.coefficients, relaxed.coefficients)
-        )
-
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Choose a solver if that has not been done, then let it take the chain on."""
         if self._inner is None:
+            start, wanted = self._start, self._wanted
             try:
                 choice = choose(
-                    self.start.chain,
+                    start.chain,
                     drive,
-                    accuracy=self.wanted.accuracy,
-                    question=self.wanted.question,
-                    start=None if self._is_relaxed() else self.start.state,
-                    seed=self.start.seed,
-                    record=self.record,
+                    accuracy=wanted.accuracy,
+                    question=wanted.question,
+                    start=start.state,
+                    seed=start.seed,
+                    record=self._record,
                     limits=limits,
                 )
             except OutOfTime as late:
                 return Stretch(0, {}, Stop.DEADLINE, str(late))
-            self._digits = getattr(choice.solver, "digits", 0)
-            self._take(choice.solver, choice.name)
-            taken, inertia = choice.taken, choice.name in ("exact", "certified")
-            # along a path, and of the sliding limit under cycles, the pilot knows it better
-            measured = self.wanted.question == "velocity" and (
-                drive.random or (drive.cyclic and inertia)
-            )
-            self._told = {
-                "chosen": "sliding" if choice.name == "law" else choice.name,
-                "question": self.wanted.question,
-                "accuracy": choice.accuracy,
-                "bias": taken.bias if math.isfinite(taken.bias) else None,
-                "bias_known_by": taken.known_by,
-                "statistical": None if measured else taken.statistical,
-                **(_known_mean(choice) if measured else {}),
-                "reason": choice.reason,
-            }
-        assert self._inner is not None
+            self._told = _telling(choice, wanted.question, drive)
+            self._inner = self._run_by(choice.solver)
         return self._inner.follow(drive, first, count, limits)
 
-    def _take(self, solver: Solver, name: str) -> None:
-        start = self.start
-        self._inner = solver.simulation(start.chain, start.state, start.seed, self.record)
-        self._chosen = name
+    def _run_by(self, solver: Solver) -> Simulation:
+        self._digits = getattr(solver, "digits", 0)
+        return solver.simulation_from(self._start, self._record)
 
     def state(self) -> State:
         """Return the present state."""
-        return self.start.state if self._inner is None else self._inner.state()
+        return self._start.state if self._inner is None else self._inner.state()
 
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
-        inner = None if self._inner is None else self._inner.capture()
         return {
-            "chosen": self._chosen,
+            "chosen": self._told.get("chosen", ""),
             "digits": self._digits,
             "told": dict(self._told),
-            "inner": inner,
+            "inner": None if self._inner is None else self._inner.capture(),
         }
 
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned (for the same chain, seed and solver)."""
         if captured["inner"] is None:
             return
-        name = str(captured["chosen"])
-        self._digits = int(captured["digits"])
-        self._take(runner(name, float(self.wanted.accuracy), self._digits), name)
         self._told = dict(captured["told"])
-        assert self._inner is not None
+        accuracy, digits = float(self._wanted.accuracy), int(captured["digits"])
+        self._inner = self._run_by(runner(self._told["chosen"], accuracy, digits))
         self._inner.restore(captured["inner"])
 
     def twin(self) -> Simulation | None:
@@ -604,13 +542,37 @@ class AutoSimulation(Simulation):
         if self._inner is None:
             return Evidence.COMPUTED
         found = self._inner.evidence
-        approximate = self._chosen in ("law", "sliding") and not self.start.chain.slides
+        approximate = self._told["chosen"] == "sliding" and not self._start.chain.slides
         return Evidence.COMPUTED if approximate and found is Evidence.PROVED else found
 
     def report(self) -> dict[str, Any]:
         """Return which solver was chosen, how well its error is known, and its own report."""
-        inner = {} if self._inner is None else self._inner.report()
-        return self._told | inner
+        return self._told | ({} if self._inner is None else self._inner.report())
+
+
+def _telling(choice: Choice, question: str, drive: Drive) -> dict[str, Any]:
+    """Return what a report says of a choice, for `concluded`; the run measures the rest."""
+    taken, pilot = choice.taken, choice.pilot
+    inertia = choice.name in ("exact", "certified")
+    told = {
+        "chosen": "sliding" if choice.name == "law" else choice.name,
+        "question": question,
+        "accuracy": choice.accuracy,
+        "bias": taken.bias if math.isfinite(taken.bias) else None,
+        "bias_known_by": taken.known_by,
+        "statistical": taken.statistical,
+        "reason": choice.reason,
+    }
+    # along a path, and of the sliding limit under cycles, the pilot knows it better
+    if question == "velocity" and (drive.random or (drive.cyclic and inertia)):
+        told["statistical"] = None
+        if pilot is not None and not pilot.may_settle:
+            mean, error = pilot.sliding, pilot.sliding_error
+            if inertia:
+                mean, error = pilot.velocity, pilot.velocity_error
+            if math.isfinite(mean) and math.isfinite(error):
+                told |= {"pilot_velocity": mean, "pilot_velocity_error": error}
+    return told
 
 
 @dataclass(frozen=True)

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 from scipy import special
 
 from exactcreep.laws import at_rest_amplitude
-from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
+from exactcreep.limits import Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed
+from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.solvers.exact.rest import rational
 from exactcreep.solvers.exact.solver import Exact
 from exactcreep.solvers.sliding import Sliding
-from exactcreep.solvers.solver import Simulation, advance
+from exactcreep.solvers.solver import Solver, Start, advance
 from exactcreep.solvers.statistics import rests_for_long, standard_error
 
 _PILOT_NANOSECONDS = 1e8  # of the exact solver, by the count of its events
@@ -70,12 +70,12 @@ class Pilot:
     half_cycles: int
     burn_in: int
     events: int
-    velocity: float
-    velocity_error: float
-    sliding: float
-    sliding_error: float
-    difference: float
-    difference_error: float
+    velocity: float = math.nan
+    velocity_error: float = math.nan
+    sliding: float = math.nan
+    sliding_error: float = math.nan
+    difference: float = math.nan
+    difference_error: float = math.nan
     settled: str = ""
     may_settle: bool = False
     windows: int = 0
@@ -101,6 +101,69 @@ class Pilot:
         shorter = 1.0 if self.windows else (self.half_cycles - self.burn_in) / max(after, 1)
         return 1.96 * error / abs(self.velocity) * math.sqrt(shorter)
 
+    def decides(self, drive: Drive, accuracy: float) -> bool:
+        """Return whether sliding is known to be within the accuracy along a drive, or beyond it."""
+        statistical = self.relative(self.sliding_error, drive)
+        room = accuracy - statistical if statistical < accuracy else accuracy
+        least, largest = self.errors
+        return largest <= room or least > room
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A start, a drive, and the time that trying them out may take."""
+
+    start: Start
+    drive: Drive
+    limits: Limits
+
+    @property
+    def chain(self) -> Chain:
+        """The chain that is driven."""
+        return self.start.chain
+
+    @property
+    def relaxed(self) -> bool:
+        """Whether it starts as the laws have it: without tensions, as the seed draws it."""
+        given, relaxed = self.start.state, State.relaxed(self.chain, self.start.seed)
+        same = np.array_equal(given.coefficients, relaxed.coefficients)
+        return given.theta == 0 and not given.tensions.any() and same
+
+    def course(self, solver: Solver, start: Start | None = None, done: int = 0) -> _Course:
+        """Return the course from the start, or from another one at target `done`."""
+        return _Course(self, solver, start or self.start, done)
+
+
+class _Course:
+    """x_G of a simulation as far as it has been taken, from its start on."""
+
+    def __init__(self, trial: Trial, solver: Solver, start: Start, done: int) -> None:
+        self.trial, self.first = trial, done
+        self.simulation = solver.simulation_from(start, ())
+        places = map(float, start.state.displacements.tolist())
+        self.x_g = np.array([math.fsum(places) / start.chain.n])
+
+    @property
+    def targets(self) -> int:
+        """How many it has reached."""
+        return self.x_g.size - 1
+
+    @property
+    def events(self) -> int:
+        """How many have happened."""
+        return self.simulation.tally.events
+
+    def upto(self, target: int, events: int | None = None) -> NDArray[np.float64]:
+        """Go on to a target, or until there are so many events, or a runaway; return `x_g`."""
+        limits = replace(self.trial.limits, events=events, used=self.events)
+        done = self.first + self.targets
+        stretch = advance(self.simulation, self.trial.drive, target, limits, done=done)
+        if stretch.stop is Stop.DEADLINE:
+            raise OutOfTime(stretch.reason)
+        fresh = stretch.recorded["x_G"].astype(np.float64)
+        self.x_g = np.concatenate([self.x_g, fresh])
+        return self.x_g
+
 
 def event_nanoseconds(chain: Chain) -> float:
     """Return about what an event of the exact solver takes, by counts alone."""
@@ -111,19 +174,16 @@ def _most_events(chain: Chain) -> int:
     return int(_PILOT_NANOSECONDS / event_nanoseconds(chain))
 
 
-def surveyed(chain: Chain, drive: Drive, start: State | None, seed: int) -> tuple[float, float]:
+def surveyed(trial: Trial) -> tuple[float, float]:
     """Return the mean velocity of the sliding limit per target, and its relative error at 95 %.
 
     Over the drive, or its beginning; the error is 0 unless the drive is random.
     """
+    drive = trial.drive
     total = min(drive.half_cycles, _SURVEY_TARGETS)
-    simulation = Sliding().simulation(chain, _start(chain, start, seed), seed, ())
-    initial = _mean(_start(chain, start, seed))
-    positions = np.concatenate([[initial], _positions(simulation, drive, 1, total)])
     burn_in = _burn_in(total, drive)
-    if burn_in >= total:
-        return 0.0, 0.0
-    velocity = float(positions[-1] - positions[burn_in]) / (total - burn_in)
+    positions = trial.course(Sliding()).upto(total)
+    velocity = float(positions[-1] - positions[burn_in]) / max(total - burn_in, 1)
     if not drive.random:
         return velocity, 0.0
     error = _error(positions, burn_in, drive)
@@ -131,28 +191,15 @@ def surveyed(chain: Chain, drive: Drive, start: State | None, seed: int) -> tupl
 
 
 def _burn_in(total: int, drive: Drive) -> int:
-    if isinstance(drive, Listed):
+    if not (drive.cyclic or drive.random):
         return 0
     targets = min(max(2, total // 5), total)
     return targets + targets % 2 if drive.cyclic else targets
 
 
-def _start(chain: Chain, start: State | None, seed: int) -> State:
-    return State.relaxed(chain, seed) if start is None else start
-
-
-def _mean(state: State) -> float:
-    return math.fsum(float(x) for x in state.displacements.tolist()) / state.n
-
-
-def _positions(
-    simulation: Simulation, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
-) -> NDArray[np.float64]:
-    """Return x_G at `count` targets; fewer if the events are used up, or after a runaway."""
-    stretch = advance(simulation, drive, first + count - 1, limits, done=first - 1)
-    if stretch.stop is Stop.DEADLINE:
-        raise OutOfTime(stretch.reason)
-    return stretch.recorded["x_G"].astype(np.float64)
+def _span(drive: Drive, begin: int, end: int) -> float:
+    begun, ended = drive.clock(np.array([begin, end])).tolist()
+    return float(ended - begun) or math.nan
 
 
 def _error(positions: NDArray[np.float64], burn_in: int, drive: Drive) -> float:
@@ -162,29 +209,26 @@ def _error(positions: NDArray[np.float64], burn_in: int, drive: Drive) -> float:
     return standard_error(positions[targets], drive.clock(targets), silent=silent)
 
 
-def _gap_error(gap: NDArray[np.float64], burn_in: int, drive: Drive) -> float:
-    """Return the standard error of a difference in velocity, or what is certainly more.
+def _errors(
+    one: NDArray[np.float64], other: NDArray[np.float64], burn_in: int, drive: Drive
+) -> tuple[float, float, float]:
+    """Return standard errors: of the exact velocity, of sliding, and of their difference.
 
-    Along a path, which is no sample of anything, advances in its sixteenths are taken for errors
-    themselves. Where the error over a stationary drive is unknown: the scatter of eighths, as if
-    they were not eight but one. nan if there are fewer steps.
+    Along a path, which is no sample of anything, the sliding limit is certain. What exact advances
+    more in sixteenths of it is taken for the error of the difference itself; what jumps from one
+    to the next belongs to disorder, the rest to the path. Where the error of the difference over a
+    stationary drive is unknown: the scatter of eighths, as if they were not eight but one, which is
+    certainly more. nan if there are fewer steps.
     """
-    if isinstance(drive, Listed):
-        return 1.2 * _size(_advances(gap, burn_in, drive, 16))
+    gap = one - other
+    if not (drive.cyclic or drive.random):
+        parts = _advances(gap, 0, drive, 16)
+        return 1.2 * _size(np.diff(parts)) * math.sqrt(16 / 30), 0.0, 1.2 * _size(parts)
     error = _error(gap, burn_in, drive)
-    if not math.isnan(error) or (drive.random and not gap.any()):
-        return error
-    return math.sqrt(8) * _size(_advances(gap, burn_in, drive, 8))
-
-
-def _scatter_along(gap: NDArray[np.float64], drive: Listed) -> float:
-    """Return the standard error of the exact velocity along a path, over disorder.
-
-    The sliding limit along it is certain; of what exact advances more in its sixteenths, the
-    part that varies slowly belongs to the path, what jumps from one to the next to disorder.
-    """
-    jumps = np.diff(_advances(gap, 0, drive, 16))
-    return 1.2 * _size(jumps) * math.sqrt(16 / 30)
+    if math.isnan(error) and (gap.any() or not drive.random):
+        error = math.sqrt(8) * _size(_advances(gap, burn_in, drive, 8))
+    sliding = _error(other, burn_in, drive) if drive.random else 0.0
+    return _error(one, burn_in, drive), sliding, error
 
 
 def _advances(
@@ -196,8 +240,7 @@ def _advances(
     if not each:
         return np.empty(0)
     ends = np.arange(gap.size - 1 - blocks * each, gap.size, each)
-    begun, ended = drive.clock(ends[[0, -1]]).tolist()
-    advances: NDArray[np.float64] = np.diff(gap[ends]) / (ended - begun)
+    advances: NDArray[np.float64] = np.diff(gap[ends]) / _span(drive, ends[0], ends[-1])
     return advances
 
 
@@ -231,15 +274,7 @@ def _settled_advance(positions: NDArray[np.float64]) -> float:
     return math.nan
 
 
-def pilot_run(
-    chain: Chain,
-    drive: Drive,
-    *,
-    accuracy: float,
-    start: State | None = None,
-    seed: int = 0,
-    limits: Limits = NO_LIMITS,
-) -> Pilot:
+def pilot_run(trial: Trial, accuracy: float) -> Pilot:
     """Return a pilot that represents the drive, long enough to tell whether sliding will do.
 
     Of cycles and Gaussian steps it doubles its length until that is decided within three standard
@@ -250,200 +285,139 @@ def pilot_run(
     events, or in windows if it takes more.
     Raises `OutOfTime` when the time is over.
     """
+    chain, drive = trial.chain, trial.drive
     most_events = _most_events(chain)
-    initial = _start(chain, start, seed)
-    longer, most = drive, drive.half_cycles
-    if isinstance(drive, (Cycles, GaussianSteps)):
-        least, allowed = _PILOT_TARGETS
-        most = min(max(most, least), allowed)
-        size = drive.amplitude if isinstance(drive, Cycles) else drive.sigma_theta
-        longer = type(drive)(size, most)
-    exact = Exact().simulation(chain, initial, seed, ())
-    sliding = Sliding().simulation(chain, initial, seed, ())
-    one = other = np.array([_mean(initial)])
+    if not (drive.cyclic or drive.random):
+        exact, sliding = trial.course(Exact()), trial.course(Sliding())
+        if exact.upto(drive.half_cycles, most_events).size <= drive.half_cycles:
+            return _in_windows(trial)
+        sliding.upto(drive.half_cycles)
+        return _over_courses(_compared(exact, sliding), trial, accuracy)
+    most = min(max(drive.half_cycles, _PILOT_TARGETS[0]), _PILOT_TARGETS[1])
+    longer = replace(drive, **{"cycles" if drive.cyclic else "steps": most})
+    exact, sliding = (replace(trial, drive=longer).course(one) for one in (Exact(), Sliding()))
     may_settle = _may_settle(chain, drive)
-    length = most if isinstance(drive, Listed) else min(256, most)
+    length = min(256, most)
     while True:
-        events = 0
-        for until in (length - 2, length):
-            left = replace(limits, events=most_events, used=exact.tally.events)
-            events, count = exact.tally.events, until - one.size + 1
-            if count > 0:
-                one = np.concatenate([one, _positions(exact, longer, one.size, count, left)])
-        cut = one.size <= length
-        if cut and isinstance(drive, Listed):
-            return _in_windows(chain, drive, initial, seed, limits)
-        fresh = _positions(sliding, longer, other.size, one.size - other.size, limits)
-        other = np.concatenate([other, fresh])
-        resting = drive.cyclic and not cut and exact.tally.events == events
-        pilot = _compared(one, other, longer, exact.tally.events, chain, resting)
-        decided = _decided(pilot, drive, accuracy)
+        exact.upto(length - 2, most_events)
+        events = exact.events
+        exact.upto(length, most_events)
+        cut = exact.targets < length
+        sliding.upto(exact.targets)
+        pilot = _compared(exact, sliding, drive.cyclic and not cut and exact.events == events)
         unsure = math.isnan(pilot.velocity_error)
-        known = not unsure and not may_settle
         if cut and unsure and not pilot.settled and most_events < 4 * _most_events(chain):
             most_events *= 2  # some good estimates are refused by chance
             continue
-        if cut or length == most or pilot.settled or (decided and known):
-            if isinstance(drive, Listed) and most:
-                return _over_courses(pilot, chain, drive, accuracy, start, seed, limits)
+        known = not (unsure or may_settle) and pilot.decides(drive, accuracy)
+        if cut or length == most or pilot.settled or known:
             return replace(pilot, may_settle=may_settle and not pilot.settled)
         length = min(2 * length, most)
 
 
-def _decided(pilot: Pilot, drive: Drive, accuracy: float) -> bool:
-    """Return whether sliding is known to be within the accuracy along this drive, or beyond it."""
-    statistical = pilot.relative(pilot.sliding_error, drive)
-    room = accuracy - statistical if statistical < accuracy else accuracy
-    least, largest = pilot.errors
-    return largest <= room or least > room
-
-
-def _over_courses(
-    pilot: Pilot,
-    chain: Chain,
-    drive: Listed,
-    accuracy: float,
-    start: State | None,
-    seed: int,
-    limits: Limits,
-) -> Pilot:
+def _over_courses(pilot: Pilot, trial: Trial, accuracy: float) -> Pilot:
     """Return a pilot along a whole path with the scatter of its courses, if it is cheap.
 
     With disorder they are those of other seeds, twice as many until the accuracy is decided.
     Without, the path has one velocity, and rounding alone may miss it: courses that start some
     roundings apart show how far, as the true one is to each of them what they are to each other.
     """
+    chain, drive, start = trial.chain, trial.drive, trial.start
     affordable = 2 * _most_events(chain) // max(pilot.events, 1)
     if affordable < _COURSES[0] or math.isnan(pilot.velocity):
         return pilot
-    begun, ended = drive.clock(np.array([0, drive.half_cycles])).tolist()
+    relaxed, disorder = trial.relaxed, chain.sigma_mu != 0
     velocities = [pilot.velocity]
     while True:
         for other in range(len(velocities), max(_COURSES[0], 2 * len(velocities))):
-            key = (seed + other) % 2**64 if chain.sigma_mu else seed
-            initial = _start(chain, start, key)
-            if not chain.sigma_mu:
-                initial = _roundings_off(initial, chain, other)
-            exact = Exact().simulation(chain, initial, key, ())
-            reached = _positions(exact, drive, 1, drive.half_cycles, limits)
-            velocities.append(float(reached[-1] - _mean(initial)) / (ended - begun))
+            if not disorder:
+                begun = replace(start, state=_roundings_off(start, other))
+            else:
+                key = (start.seed + other) % 2**64
+                begun = Start(chain, State.relaxed(chain, key) if relaxed else start.state, key)
+            x_g = trial.course(Exact(), begun).upto(drive.half_cycles)
+            velocities.append(float(x_g[-1] - x_g[0]) / _span(drive, 0, drive.half_cycles))
         count = len(velocities)
         mean, scatter = math.fsum(velocities) / count, float(np.std(velocities, ddof=1))
         scatter *= float(special.stdtrit(count - 1, 0.975)) / 1.96
-        if not chain.sigma_mu:
+        if not disorder:
             scatter *= math.sqrt(2)
         pilot = replace(
             pilot,
             velocity=mean,
             velocity_error=scatter,
             difference=mean - pilot.sliding,
-            difference_error=scatter / math.sqrt(count) if chain.sigma_mu else scatter,
+            difference_error=scatter / math.sqrt(count) if disorder else scatter,
         )
-        enough = not chain.sigma_mu or _decided(pilot, drive, accuracy)
+        enough = not disorder or pilot.decides(drive, accuracy)
         if enough or 2 * count > min(affordable, _COURSES[1]):
             return pilot
 
 
-def _roundings_off(state: State, chain: Chain, key: int) -> State:
-    """Return the state with every tension some roundings off, by what `key` draws."""
+def _roundings_off(start: Start, key: int) -> State:
+    """Return the start's state with every tension some roundings off, by what `key` draws."""
+    chain, given = start.chain, start.state.tensions.tolist()
     size = _OFF * nearest_float(chain.mu_s + abs(chain.tan_alpha))
     off = np.random.default_rng(key).uniform(-size, size, chain.n - 1).tolist()
     tensions: NDArray[Any] = np.empty(chain.n - 1, dtype=object)
-    given = state.tensions.tolist()
     tensions[:] = [rational(t) + Fraction(d) for t, d in zip(given, off, strict=True)]
-    return replace(state, tensions=tensions)
+    return replace(start.state, tensions=tensions)
 
 
-def _compared(
-    one: NDArray[np.float64],
-    other: NDArray[np.float64],
-    drive: Drive,
-    events: int,
-    chain: Chain,
-    resting: bool,
-) -> Pilot:
-    """Return what two courses x_G(t) show, from the start on."""
-    done = one.size - 1
+def _compared(exact: _Course, sliding: _Course, resting: bool = False) -> Pilot:
+    """Return what two courses show, from the start on."""
+    chain, drive = exact.trial.chain, exact.trial.drive
+    done, events = exact.targets, exact.events
     burn_in = _burn_in(done, drive)
     last = done - done % 2 if drive.cyclic else done
-    one, other = one[: last + 1], other[: last + 1]
+    one, other = exact.x_g[: last + 1], sliding.x_g[: last + 1]
     if last <= burn_in:
-        nan = math.nan
-        return Pilot(done, burn_in, events, nan, nan, nan, nan, nan, nan)
-    settled, advance_of_cycle = "", math.nan
-    if resting:
-        settled, advance_of_cycle = "rest", 0.0
-    elif drive.cyclic and chain.sigma_mu == 0:
-        advance_of_cycle = _settled_advance(one)
-        settled = "" if math.isnan(advance_of_cycle) else "period"
-    begun, ended = drive.clock(np.array([burn_in, last])).tolist()
-    span = ended - begun or math.nan
-
-    def velocity(positions: NDArray[np.float64]) -> float:
-        return float(positions[-1] - positions[burn_in]) / span
-
-    found = Pilot(
-        half_cycles=done,
-        burn_in=burn_in,
-        events=events,
-        velocity=velocity(one),
-        velocity_error=_error(one, burn_in, drive),
-        sliding=velocity(other),
-        sliding_error=_error(other, burn_in, drive) if drive.random else 0.0,
-        difference=velocity(one - other),
-        difference_error=_gap_error(one - other, burn_in, drive),
-    )
-    if isinstance(drive, Listed):
-        found = replace(found, velocity_error=_scatter_along(one - other, drive))
-    if not settled and found.difference and rests_for_long(chain, done):
-        return replace(found, velocity_error=math.nan, difference_error=math.nan)
-    if not settled:
-        return found
-    limit = float(other[-1] - other[-3]) / 2  # the sliding limit settles in its second cycle
-    true = advance_of_cycle / 2
-    close = _NEAR * max(1.0, float(np.abs(one).max()))
-    gap = true - limit if abs(true - limit) > close else 0.0
-    return replace(
-        found, velocity=true, velocity_error=0.0, sliding=limit, difference=gap,
-        difference_error=0.0, settled=settled,
-    )  # fmt: skip
+        return Pilot(done, burn_in, events)
+    cycle = 0.0 if resting else math.nan
+    if drive.cyclic and chain.sigma_mu == 0 and not resting:
+        cycle = _settled_advance(one)
+    if not math.isnan(cycle):
+        limit = float(other[-1] - other[-3]) / 2  # the sliding limit settles in its second cycle
+        gap = cycle / 2 - limit
+        if abs(gap) <= _NEAR * max(1.0, float(np.abs(one).max())):
+            gap = 0.0
+        settled = "rest" if resting else "period"
+        return Pilot(done, burn_in, events, cycle / 2, 0.0, limit, 0.0, gap, 0.0, settled)
+    span = _span(drive, burn_in, last)
+    moved, crept, gap = (float(x[-1] - x[burn_in]) / span for x in (one, other, one - other))
+    error, sliding_error, gap_error = _errors(one, other, burn_in, drive)
+    if gap and rests_for_long(chain, done):
+        error = gap_error = math.nan
+    return Pilot(done, burn_in, events, moved, error, crept, sliding_error, gap, gap_error)
 
 
-def _in_windows(chain: Chain, drive: Listed, initial: State, seed: int, limits: Limits) -> Pilot:
+def _in_windows(trial: Trial) -> Pilot:
     """Return a pilot in windows spread over a path, and around its extremes.
 
     The windows begin where the sliding limit is then, and their first quarter is left out. The
     velocity of the exact chain is that of the sliding limit along the whole path, times the ratio
     of what both advance within the windows; its error comes from the scatter of the windows.
     """
-    total = drive.half_cycles
-    theta = drive.targets(1, total, seed)
+    chain, drive, total = trial.chain, trial.drive, trial.drive.half_cycles
+    theta = drive.targets(1, total, trial.start.seed)
     width = total // (_WINDOWS + 2)
     middles = [*(np.arange(_WINDOWS) + 0.5) * total / _WINDOWS, theta.argmax(), theta.argmin()]
     begins = sorted({min(max(int(middle) - width // 2, 0), total - width) for middle in middles})
-    sliding = Sliding().simulation(chain, initial, seed, ())
-    other = np.array([_mean(initial)])
+    sliding = trial.course(Sliding())
     gains, used, events = [], 0, 0
-    for begin in [*begins, total]:
-        if begin >= other.size:
-            fresh = _positions(sliding, drive, other.size, begin - other.size + 1, limits)
-            other = np.concatenate([other, fresh])
-        if begin == total:
-            break
-        exact = Exact().simulation(chain, sliding.state(), seed, ())
-        left = replace(limits, events=_most_events(chain) // len(begins))
-        one = _positions(exact, drive, begin + 1, width, left)
-        fresh = _positions(sliding, drive, other.size, begin + one.size - other.size + 1, limits)
-        other = np.concatenate([other, fresh])
-        used, events = used + one.size, events + exact.tally.events
-        first = one.size // 4
-        if one.size > first + 1:
-            limit = other[begin + 1 : begin + 1 + one.size]
+    for begin in begins:
+        sliding.upto(begin)
+        here = replace(trial.start, state=sliding.simulation.state())
+        exact = trial.course(Exact(), here, begin)
+        one = exact.upto(begin + width, _most_events(chain) // len(begins))
+        done, first = exact.targets, 1 + exact.targets // 4
+        limit = sliding.upto(begin + done)[begin : begin + done + 1]
+        used, events = used + done, events + exact.events
+        if done > first:
             gains.append((float(one[-1] - one[first]), float(limit[-1] - limit[first])))
-    begun, ended = drive.clock(np.array([0, total])).tolist()
-    whole_limit = float(other[-1] - other[0]) / (ended - begun)
-    nan = math.nan
-    pilot = Pilot(used, used // 4, events, nan, nan, whole_limit, 0.0, nan, nan, windows=len(gains))
+    x_g = sliding.upto(total)
+    crept = float(x_g[-1] - x_g[0]) / _span(drive, 0, total)
+    pilot = Pilot(used, used // 4, events, sliding=crept, sliding_error=0.0, windows=len(gains))
     moved, expected = np.array(gains).T if gains else (np.zeros(1), np.zeros(1))
     whole = float(np.abs(expected).sum())
     # one storm in one window tells nothing of its scatter
@@ -452,33 +426,31 @@ def _in_windows(chain: Chain, drive: Listed, initial: State, seed: int, limits: 
     ratio = float(moved.sum() / expected.sum())
     rest = moved - ratio * expected
     error = math.sqrt(float((rest**2).sum()) * rest.size / (rest.size - 1)) / abs(expected.sum())
-    gap = float(error) * abs(whole_limit)
+    gap = float(error) * abs(crept)
     return replace(
         pilot,
-        velocity=ratio * whole_limit,
+        velocity=ratio * crept,
         velocity_error=gap * math.sqrt(used / total),
-        difference=(ratio - 1) * whole_limit,
+        difference=(ratio - 1) * crept,
         difference_error=gap,
     )
 
 
-def trusted_course(
-    chain: Chain, drive: Drive, accuracy: float, start: State | None, seed: int, limits: Limits
-) -> tuple[int, float, float]:
+def trusted_course(trial: Trial, accuracy: float) -> tuple[int, float, float]:
     """Return how far exact follows the course, how far its twin is off there, events per target.
 
     The distance is that of tensions, in units of the largest (of 1, if that is less).
     """
-    exact = Exact().simulation(chain, _start(chain, start, seed), seed, ())
+    exact = Exact().simulation_from(trial.start, ())
     twin = exact.twin()
+    limits = replace(trial.limits, events=_most_events(trial.chain))  # of each part
     trusted, largest_off = 0, 0.0
-    total = drive.half_cycles
+    total = trial.drive.half_cycles
     while trusted < total:
         until = min(trusted + 1 + trusted // 8, total)
         ended = []
         for simulation in (exact, *([] if twin is None else [twin])):
-            left = replace(limits, events=_most_events(chain))
-            stretch = advance(simulation, drive, until, left, done=trusted)
+            stretch = advance(simulation, trial.drive, until, limits, done=trusted)
             if stretch.stop is Stop.DEADLINE:
                 raise OutOfTime(stretch.reason)
             ended.append(stretch.stop)

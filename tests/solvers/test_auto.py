@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import random
 import warnings
 from dataclasses import replace
@@ -20,7 +21,6 @@ from exactcreep.motion.rounding_error import PROMISE
 from exactcreep.quasistatic.creep import AccuracyWarning, creep
 from exactcreep.solvers.auto import KNOWN_BY, choose
 from exactcreep.solvers.exact.solver import Exact
-from exactcreep.solvers.pilot import pilot_run
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.audits.audit import audit
 from tests.paper import paper_chain
@@ -152,7 +152,7 @@ def test_in_all_other_cases_a_pilot_run_measures_the_error(accuracy, name):
 
 def test_the_pilot_run_measures_what_two_whole_runs_measure():
     chain = chain_of()
-    pilot = pilot_run(chain, Cycles("0.01", 400), accuracy=1e-9)
+    pilot = choose(chain, Cycles("0.01", 400), accuracy=1e-9).pilot
     whole = Cycles("0.01", pilot.half_cycles // 2)
     exact = creep(chain, whole, burn_in=pilot.burn_in, record=())
     assert pilot.velocity == pytest.approx(exact.velocity, rel=1e-12, abs=0)
@@ -202,6 +202,33 @@ def test_from_mu_d_on_only_inertia_decides(tan_alpha, applies):
     assert (choice.law == ()) is not applies
     if not applies:
         assert choice.name == "exact"
+
+
+def test_one_target_of_a_random_drive_does_not_tell_its_error():
+    equal = chain_of(mu_s="0.5", sigma_mu=0)
+    choice = choose(equal, GaussianSteps("0.01", 1), accuracy="0.01", record=("x_G",))
+    assert math.isnan(rung(choice, "sliding").statistical)
+    assert not choice.accuracy_reached
+
+
+def test_what_cannot_move_or_be_held_needs_no_run():
+    single = choose(chain_of(n=1), Cycles("0.01", 9), accuracy="0.01")
+    assert (single.name, single.law, rung(single, "law").known_by) == ("law", (0.0,), "exact")
+    steep = choose(
+        chain_of(n=3, mu_s="0.5", sigma_mu=0, tan_alpha="0.5"), Cycles("1e-4", 9), accuracy="0.1"
+    )
+    assert (steep.name, rung(steep, "sliding").known_by) == ("sliding", "exact")
+    assert single.pilot is steep.pilot is None
+
+
+def test_the_law_at_the_edge_of_two_pivots_is_open_also_with_an_excess():
+    choice = choose(
+        chain_of(n=4, mu_s="0.52", tan_alpha="0.25"), Cycles("0.01", 200), accuracy="0.1"
+    )
+    assert len(choice.law) == 2
+    assert rung(choice, "law").bias == pytest.approx(0.5)
+    assert rung(choice, "law").known_by == "promised"
+    assert rung(choice, "sliding").known_by == "measured"
 
 
 def test_auto_gives_the_bits_of_the_solver_it_chooses_and_says_which():
