@@ -14,12 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from exactcreep.limits import Stop
-from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.quasistatic.decimals import floats
-from exactcreep.solvers.registry import solver_named
+from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.solver import Stretch, advance
 
 
@@ -56,20 +54,8 @@ class Ledger:
         return abs(self.left) / (self.friction or 1.0)
 
 
-def energy_ledger(
-    chain: Chain, drive: Drive, *, start: State | None = None, seed: int = 0, solver: str = "exact"
-) -> tuple[Ledger, State]:
+def energy_ledger(experiment: Experiment) -> tuple[Ledger, State]:
     """Return the energy ledger of a run along a drive, and the state at its end.
-
-    Parameters
-    ----------
-    chain : Chain
-    drive : Drive
-    start : State, optional
-        At rest; default the relaxed chain.
-    seed : int
-    solver : str
-        Without options.
 
     Raises
     ------
@@ -81,26 +67,27 @@ def energy_ledger(
     Guarantee: memory does not grow with the length of the run. Every term is good to a few ulp of
     the largest elastic energy of its rearrangement, and sums are rounded once for each stretch.
     """
-    begin = State.relaxed(chain, seed) if start is None else start
-    simulation = solver_named(solver, {}).simulation(chain, begin, seed, ("rearrangements",))
-    terms: dict[str, list[float]] = {}
+    drive, begin = experiment.drive, experiment.initial
+    simulation = experiment.algorithm.simulation(
+        experiment.chain, begin, experiment.seed, ("rearrangements",)
+    )
+    sums: list[tuple[float, ...]] = []  # of gravity, friction, what is left, the displacement
 
     def take(stretch: Stretch) -> None:
         names = ("elastic_before", "elastic_after", "gravity", "dissipation", "displacement")
         before, after, gravity, friction, moved = (
             floats(stretch.recorded[f"rearrangement_{name}"]) for name in names
         )
-        left = gravity - friction - (after - before)
-        sums = {"gravity": gravity, "friction": friction, "left": left, "moved": moved}
-        for name, values in sums.items():
-            terms.setdefault(name, []).append(float(values.sum()))
+        terms = gravity, friction, gravity - friction - (after - before), moved
+        sums.append(tuple(float(term.sum()) for term in terms))
 
     stretch = advance(simulation, drive, drive.half_cycles, take=take)
     if stretch.stop is not Stop.DONE:
         raise InputError("drive", drive, f"must end at rest: {stretch.reason}")
     end = simulation.state()
-    gravity, friction, left, moved = map(math.fsum, terms.values())
-    elastic = (_squares(end) - _squares(begin)) / 2
+    gravity, friction, left, moved = map(math.fsum, zip(*sums, strict=True))
+    gained = (floats(end.tensions) ** 2).sum() - (floats(begin.tensions) ** 2).sum()
+    elastic = float(gained) / 2
     travelled = float(np.mean(floats(end.displacements) - floats(begin.displacements)))
     ledger = Ledger(
         drive=elastic + left + friction - gravity,
@@ -112,7 +99,3 @@ def energy_ledger(
         slips=simulation.tally.slips,
     )
     return ledger, end
-
-
-def _squares(state: State) -> float:
-    return float((floats(state.tensions) ** 2).sum())

@@ -19,11 +19,12 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cache
 from itertools import islice
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, Path
 from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
@@ -32,7 +33,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.rounding_error import PROMISE
 from exactcreep.motion.runaway import LARGEST_DEVIATE
 from exactcreep.progress import Progress, reporter
-from exactcreep.quasistatic.creep import PhysicsWarning, creep
+from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
@@ -58,7 +59,7 @@ MOST_EVENTS = 20_000
 
 WITHIN, FLAGGED, REFUSED, STEPPED, BROKEN = "within", "flagged", "refused", "stepped", "broken"
 NO_TRUTH = "no truth"
-"""Verdicts of a cell.
+"""Verdicts of a trial.
 
 ``within`` its promise; ``flagged`` by the program itself (undecided comparisons, an estimated
 error or a number of events beyond the promise, or a limit);
@@ -108,13 +109,15 @@ class Extreme:
     known: Callable[[Creep], float] | None = None
     promise: float | None = None
 
-    def start(self) -> State:
-        """Return the state it starts from."""
-        return State.prepared(self.chain, [self.tension] * (self.chain.n - 1), seed=_SEED)
+    @property
+    def experiment(self) -> Experiment:
+        """The chain, prepared, on its way along the drive."""
+        start = State.prepared(self.chain, [self.tension] * (self.chain.n - 1), seed=_SEED)
+        return Experiment.of(self.chain, self.drive, seed=_SEED, start=start, record=())
 
 
 @dataclass(frozen=True)
-class Cell:
+class Trial:
     """How one solver stands one extreme.
 
     Attributes
@@ -156,7 +159,7 @@ class Cell:
     remark: str = ""
 
     def summary(self) -> dict[str, Any]:
-        """Return the cell, ready for JSON: a number that is not finite is None."""
+        """Return the trial, ready for JSON: a number that is not finite is None."""
         return plain_data(vars(self))
 
 
@@ -276,11 +279,16 @@ def energy_error(result: Creep) -> float:
 
     inf if the ledger's own run did not end in the same state, bit for bit.
     """
-    ledger, end = energy_ledger(
-        result.chain, result.drive, start=result.experiment.initial, seed=result.seed
-    )
+    ledger, end = energy_ledger(result.experiment)
     same = np.array_equal(end.displacements, result.state.displacements)
     return max(ledger.balance, ledger.apart / ledger.slips) if same else math.inf
+
+
+@cache
+def _short_chain(chain: Chain, drive: Drive) -> Creep:
+    """Return the certified run of a chain like this one, but short."""
+    short = Experiment.of(Chain(**chain.parameters() | {"n": _SHORT}), drive, record=())
+    return Contestant("certified", {"digits": 30}).run(short)
 
 
 def _apart_from_a_short_chain(result: Creep) -> float:
@@ -288,18 +296,12 @@ def _apart_from_a_short_chain(result: Creep) -> float:
 
     They move like those of a short chain, which the certified solver can follow.
     """
-    parameters = result.chain.parameters() | {"n": _SHORT}
-    truth = _truth(Chain(**parameters), result.drive)
+    truth = _short_chain(result.chain, result.drive)
     proved, moved = truth.state.displacements, result.state.displacements.tolist()
     half = proved.size // 2
     if truth.evidence is not Evidence.PROVED or floats(proved[half - 2 : half + 2]).any():
         return math.nan  # the two ends may feel each other
     return apart(moved[:half] + moved[-half:], proved) if not any(moved[half:-half]) else math.inf
-
-
-@cache
-def _truth(chain: Chain, drive: Drive) -> Creep:
-    return creep(chain, drive, solver="certified", digits=30, record=())
 
 
 def envelope(
@@ -309,7 +311,7 @@ def envelope(
     most_compared: int | None = None,
     progress: Callable[[Progress], None] | None = None,
     chosen: Sequence[Extreme] | None = None,
-) -> list[Cell]:
+) -> list[Trial]:
     """Return how every solver stands every extreme.
 
     Parameters
@@ -335,50 +337,60 @@ def envelope(
     steps = whole_number(
         (20 if quick else 200) if most_compared is None else most_compared, "most_compared", least=0
     )
-    cells: list[Cell] = []
     every = list(extremes(quick=quick) if chosen is None else chosen)
     report = reporter(progress)
+    found: list[Trial] = []
     for number, extreme in enumerate(every):
         text = f"{extreme.quantity} = {extreme.value}"
         report("running", number, len(every), "extremes", text=text)
-        cells.extend(_cells(extreme, most, steps))
-    return cells
+        found.extend(_trials(extreme, most, steps))
+    return found
 
 
-class Truth(NamedTuple):
-    """The run that others are held against, or None, and why there is none."""
+def _trials(extreme: Extreme, most_events: int, most_compared: int) -> Iterator[Trial]:
+    """Yield how every solver stands an extreme; where the law knows the end, `exact` alone.
 
-    run: Creep | None
-    missing: str = ""
-
-    @classmethod
-    def of(cls, ran: Creep | InputError) -> Truth:
-        """Return a run as the truth, if it came to its end and had to assume no tie."""
-        if isinstance(ran, InputError):
-            return cls(None, str(ran))
-        if ran.outcome is Outcome.LIMIT:
-            return cls(None, ran.reason)
-        if ran.undecided:
-            return cls(None, f"{ran.undecided} comparisons undecided")
-        return cls(ran)
-
-
-def _cells(extreme: Extreme, most_events: int, most_compared: int) -> Iterator[Cell]:
-    if extreme.known is not None:  # the other solvers need hours for what the law knows
-        exact = CONTESTANTS[0]
-        yield _cell(extreme, exact, _ran(extreme, exact, None), Truth(None))
+    The other solvers need hours there.
+    """
+    experiment, exact = extreme.experiment, CONTESTANTS[0]
+    if extreme.known is not None:
+        yield _trial(extreme, exact, _ran(experiment, exact, None), None)
         return
     best = Contestant(extreme.truth, {"digits": 30} if extreme.truth == "certified" else {})
-    ran = _ran(extreme, best, most_events)
-    truth = Truth.of(ran)
-    yield _cell(extreme, best, ran, truth)
-    steps: list[tuple[Rest, Walk]] = []
+    ran, steps = _ran(experiment, best, most_events), []
+    missing = untold(ran)
+    truth = None if isinstance(ran, InputError) or missing else ran
+    yield _trial(extreme, best, ran, truth, missing)
     if extreme.truth == "certified" and not isinstance(ran, InputError):
-        steps = list(_steps(extreme, best, most_events, most_compared))
+        steps = list(_steps(experiment, best, most_events, most_compared))
     for contestant in CONTESTANTS:
-        ran = _ran(extreme, contestant, most_events if truth.run is None else _ASTRAY)
-        cell = _cell(extreme, contestant, ran, truth)
-        yield _stepwise(cell, extreme.chain, steps, contestant)
+        ran = _ran(experiment, contestant, most_events if truth is None else _ASTRAY)
+        trial = _trial(extreme, contestant, ran, truth, missing)
+        yield _stepwise(trial, extreme.chain, steps, contestant)
+
+
+def untold(ran: Creep | InputError) -> str:
+    """Return why others cannot be held against a run: it was refused, cut short, or assumes ties.
+
+    "" if it can be the truth.
+    """
+    if isinstance(ran, InputError):
+        return str(ran)
+    if ran.outcome is Outcome.LIMIT:
+        return ran.reason
+    return f"{ran.undecided} comparisons undecided" if ran.undecided else ""
+
+
+def _ran(
+    experiment: Experiment, contestant: Contestant, most_events: int | None
+) -> Creep | InputError:
+    """Return a solver's run, or why it refused."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", PhysicsWarning)  # they are counted in the result
+            return contestant.run(experiment, Limits(most_events))
+    except InputError as refusal:
+        return refusal
 
 
 def _rearranged(chain: Chain, rest: Rest, contestant: Contestant) -> Rearrangement:
@@ -389,14 +401,12 @@ def _rearranged(chain: Chain, rest: Rest, contestant: Contestant) -> Rearrangeme
 
 
 def _steps(
-    extreme: Extreme, best: Contestant, most_events: int, most: int
+    experiment: Experiment, best: Contestant, most_events: int, most: int
 ) -> Iterator[tuple[Rest, Walk]]:
     """Yield the first rests along the way of the exact solver, and what is proved to follow."""
-    start = extreme.start()
-    experiment = Experiment.of(extreme.chain, extreme.drive, seed=_SEED, start=start)
     events = 0
     for rest in islice(rests_along(experiment, _LONGEST), most):
-        found = _rearranged(extreme.chain, rest, best)
+        found = _rearranged(experiment.chain, rest, best)
         if settled(found):
             yield rest, Walk.of(found, tensions=True)
         events += len(found.events)
@@ -405,69 +415,49 @@ def _steps(
 
 
 def _stepwise(
-    cell: Cell, chain: Chain, steps: Sequence[tuple[Rest, Walk]], contestant: Contestant
-) -> Cell:
-    """Return a cell with what comes of single rearrangements, and judged by it, too."""
-    worst, compared, astray = math.nan, 0, 0
+    trial: Trial, chain: Chain, steps: Sequence[tuple[Rest, Walk]], contestant: Contestant
+) -> Trial:
+    """Return a trial with what comes of single rearrangements, and judged by it, too."""
+    errors: list[float] = []
     unsaid = False  # whether one is astray or beyond the promise, and not called undecided
     force = _largest_force(chain)
     for rest, proved in steps:
-        try:
-            found = _rearranged(chain, rest, contestant)
-        except InputError:
-            break
-        compared += 1
+        found = _rearranged(chain, rest, contestant)
         agreement = agree(Walk.of(found, tensions=True), proved)
+        if agreement.compared:
+            errors.append(agreement.error_before / force)
         kept = agreement.compared and agreement.error_before <= PROMISE * force
         unsaid |= not kept and found.evidence is not Evidence.UNDECIDED
-        if agreement.compared:
-            worst = max(agreement.error_before / force, 0.0 if math.isnan(worst) else worst)
-        else:
-            astray += 1
-    verdict = cell.verdict
+    worst, verdict = max(errors, default=math.nan), trial.verdict
     if verdict in (WITHIN, FLAGGED, NO_TRUTH) and unsaid:
         verdict = BROKEN
     elif verdict == WITHIN and worst > PROMISE:
         verdict = FLAGGED
-    return replace(cell, worst=worst, compared=compared, astray=astray, verdict=verdict)
+    compared, astray = len(steps), len(steps) - len(errors)
+    return replace(trial, worst=worst, compared=compared, astray=astray, verdict=verdict)
 
 
-def _ran(
-    extreme: Extreme, contestant: Contestant, most_events: int | None
-) -> Creep | InputError:
-    """Return a solver's run, or why it refused."""
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PhysicsWarning)  # they are counted in the result
-            return creep(
-                extreme.chain, extreme.drive, seed=_SEED, solver=contestant.solver,
-                start=extreme.start(), record=(), max_events=most_events,
-                **contestant.options,
-            )  # fmt: skip
-    except InputError as refusal:
-        return refusal
-
-
-def _cell(
-    extreme: Extreme, contestant: Contestant, result: Creep | InputError, truth: Truth
-) -> Cell:
-    """Return how a run stands beside the truth."""
+def _trial(
+    extreme: Extreme, contestant: Contestant, ran: Creep | InputError, truth: Creep | None,
+    missing: str = "",
+) -> Trial:  # fmt: skip
+    """Return how a run stands beside the truth, or why there is none."""
     name = (extreme.quantity, extreme.value, contestant.solver)
-    if isinstance(result, InputError):
-        return Cell(*name, verdict=REFUSED, remark=str(result))
-    allowed = _allowed(extreme, contestant.solver, result)
-    error, remark = _error(extreme, result, truth)
-    told = ", ".join(f"{name}: {count}" for name, count in result.warnings.items())
-    return Cell(
+    if isinstance(ran, InputError):
+        return Trial(*name, verdict=REFUSED, remark=str(ran))
+    error, remark = _error(extreme, ran, truth, missing)
+    allowed = _allowed(extreme, contestant.solver, ran)
+    told = ", ".join(f"{name}: {count}" for name, count in ran.warnings.items())
+    return Trial(
         *name,
         error,
         allowed,
-        events=result.event_count,
-        half_cycles=result.half_cycles,
-        seconds=result.seconds,
-        outcome=result.outcome.value,
-        evidence=result.evidence.value,
-        verdict=_verdict(result, error, allowed, truth.run),
+        events=ran.event_count,
+        half_cycles=ran.half_cycles,
+        seconds=ran.seconds,
+        outcome=ran.outcome.value,
+        evidence=ran.evidence.value,
+        verdict=_verdict(ran, error, allowed, truth),
         remark="; ".join(filter(None, (remark, told))),
     )
 
@@ -490,21 +480,22 @@ def _allowed(extreme: Extreme, solver: str, result: Creep) -> float:
     return (1 + result.event_count) * each * _largest_force(extreme.chain) + travelled
 
 
-def _error(extreme: Extreme, result: Creep, truth: Truth) -> tuple[float, str]:
+def _error(
+    extreme: Extreme, result: Creep, truth: Creep | None, missing: str
+) -> tuple[float, str]:
     """Return the error of a run's displacements at its end, and a remark."""
     if extreme.known is not None:
         return extreme.known(result), ""
-    known = truth.run
-    if known is None:
-        return math.nan, f"no truth: {truth.missing}"
-    if result is known:
+    if truth is None:
+        return math.nan, f"no truth: {missing}"
+    if result is truth:
         radius = result.report.get("largest_radius", 0.0)
         return (float(radius) if result.outcome is not Outcome.RUNAWAY else math.nan), ""
-    if result.outcome is Outcome.RUNAWAY and known.outcome is Outcome.RUNAWAY:
+    if result.outcome is truth.outcome is Outcome.RUNAWAY:
         return math.nan, "proved to run away"
-    if (result.event_count, result.half_cycles) != (known.event_count, known.half_cycles):
-        return math.nan, f"{result.event_count} events, certified {known.event_count}"
-    return apart(floats(result.state.displacements), floats(known.state.displacements)), ""
+    if (result.event_count, result.half_cycles) != (truth.event_count, truth.half_cycles):
+        return math.nan, f"{result.event_count} events, certified {truth.event_count}"
+    return apart(floats(result.state.displacements), floats(truth.state.displacements)), ""
 
 
 def _verdict(result: Creep, error: float, allowed: float, truth: Creep | None) -> str:
@@ -516,20 +507,18 @@ def _verdict(result: Creep, error: float, allowed: float, truth: Creep | None) -
         return NO_TRUTH
     if result.outcome is Outcome.LIMIT or result.evidence is Evidence.UNDECIDED:
         return FLAGGED
-    if result.long_rearrangements:
-        return FLAGGED
     if result.outcome is Outcome.RUNAWAY and (truth is None or truth.outcome is Outcome.RUNAWAY):
         return WITHIN  # the moment of the proof is the solver's own
     return BROKEN
 
 
-def defects(cells: Sequence[Cell]) -> list[Cell]:
-    """Return the cells in which a promise was neither kept nor flagged."""
-    return [cell for cell in cells if cell.verdict == BROKEN]
+def defects(trials: Sequence[Trial]) -> list[Trial]:
+    """Return the trials in which a promise was neither kept nor flagged."""
+    return [one for one in trials if one.verdict == BROKEN]
 
 
-def to_csv(cells: Sequence[Cell]) -> str:
+def to_csv(trials: Sequence[Trial]) -> str:
     """Return the table as CSV, one row for each extreme and solver."""
-    table = pd.DataFrame([vars(cell) for cell in cells])
+    table = pd.DataFrame([vars(one) for one in trials])
     text: str = table.to_csv(index=False, float_format="%.6g", na_rep="nan", lineterminator="\n")
     return text

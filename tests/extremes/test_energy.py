@@ -15,6 +15,7 @@ from exactcreep import Chain, Cycles, Evidence, InputError, State, creep
 from exactcreep.model.contacts import Contacts
 from exactcreep.motion.replay import Replay
 from exactcreep.quasistatic.creep import PhysicsWarning
+from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.solver import Stretch
 from exactcreep.studies.energy import energy_ledger
@@ -35,7 +36,7 @@ START = State.prepared(PAIR, [Fraction(1, 32)])
 def test_the_drive_and_gravity_pay_for_friction(n: int, sigma_mu: str, tan_alpha: str) -> None:
     chain = Chain(n, 1000, "0.5", "0.6", sigma_mu, tan_alpha=tan_alpha)
     drive = Cycles("0.01", 50)
-    ledger, end = energy_ledger(chain, drive, seed=3)
+    ledger, end = energy_ledger(Experiment.of(chain, drive, seed=3))
     plain = creep(chain, drive, seed=3)
     assert np.array_equal(end.displacements, plain.state.displacements)
     assert ledger.slips == plain.slip_count > 2500
@@ -54,7 +55,7 @@ def test_the_ledger_is_the_sum_over_all_replayed_rearrangements(
 ) -> None:
     chain = Chain(n, 1000, "0.5", "0.6", sigma_mu, tan_alpha=tan_alpha)
     drive = Cycles("0.002", 10)
-    ledger, _ = energy_ledger(chain, drive, seed=3)
+    ledger, _ = energy_ledger(Experiment.of(chain, drive, seed=3))
     run = creep(chain, drive, seed=3, record=("events",))
     state, contacts = run.experiment.initial, Contacts(chain, 3)
     driven, friction, gravity, lost = 0.0, 0.0, 0.0, 0.0
@@ -86,7 +87,7 @@ def test_the_ledger_is_the_sum_over_all_replayed_rearrangements(
 
 
 def test_lone_slips_lose_what_the_law_says() -> None:
-    ledger, _ = energy_ledger(PAIR, HUNDREDS, start=START)
+    ledger, _ = energy_ledger(Experiment.of(PAIR, HUNDREDS, start=START))
     # each of the slips is 2 D long, against the friction mu_d c
     friction = 2 * PAIR.excess * PAIR.friction * ledger.slips
     assert ledger.friction == pytest.approx(friction, rel=1e-15, abs=0)
@@ -105,16 +106,17 @@ def test_a_slip_a_billionth_too_long_is_seen(monkeypatch: pytest.MonkeyPatch) ->
             log[f"rearrangement_{name}"][:1] += by
         return stretch
 
-    honest, _ = energy_ledger(PAIR, HUNDREDS, start=START)
+    honest, _ = energy_ledger(Experiment.of(PAIR, HUNDREDS, start=START))
     monkeypatch.setattr(ExactSimulation, "follow", changed)
-    ledger, _ = energy_ledger(PAIR, HUNDREDS, start=START)
+    ledger, _ = energy_ledger(Experiment.of(PAIR, HUNDREDS, start=START))
     assert ledger.apart > 1e-10 > 100 * honest.apart
     assert abs(ledger.left) > 1e-10 > 100 * abs(honest.left)
 
 
 def test_the_ledger_is_of_chains_that_come_to_rest() -> None:
+    steep = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.55")
     with pytest.raises(InputError, match="must end at rest"):
-        energy_ledger(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.55"), Cycles("0.01", 2))
+        energy_ledger(Experiment.of(steep, Cycles("0.01", 2)))
 
 
 @pytest.mark.slow
@@ -124,7 +126,7 @@ def test_a_billion_slips_keep_the_remainder_and_balance_their_energy() -> None:
     assert result.slip_count > 10**9
     assert remainder_error(result) < 1e-9
     assert result.evidence is Evidence.COMPUTED
-    ledger, end = energy_ledger(PAIR, drive, start=START)
+    ledger, end = energy_ledger(Experiment.of(PAIR, drive, start=START))
     assert np.array_equal(end.displacements, result.state.displacements)
     assert np.array_equal(end.tensions, result.state.tensions)
     assert ledger.slips == result.slip_count

@@ -27,14 +27,14 @@ from exactcreep.studies.envelope import (
     REFUSED,
     STEPPED,
     WITHIN,
-    Cell,
     Extreme,
-    Truth,
+    Trial,
     defects,
     envelope,
     extremes,
     remainder_error,
     to_csv,
+    untold,
 )
 
 pytestmark = pytest.mark.xdist_group("envelope")  # they share `cells`
@@ -52,17 +52,17 @@ def one_cycle(extreme: Extreme) -> Extreme:
 
 
 @pytest.fixture(scope="module")
-def cells() -> list[Cell]:
+def cells() -> list[Trial]:
     chosen = [one_cycle(one) for name, one in QUICK.items() if not name.startswith(SLOW)]
     return envelope(chosen=chosen, most_compared=10)
 
 
-def test_every_promise_is_kept_or_flagged(cells: list[Cell]) -> None:
+def test_every_promise_is_kept_or_flagged(cells: list[Trial]) -> None:
     assert len(cells) > 150
     assert defects(cells) == []
 
 
-def test_float64_stays_within_its_promise_at_almost_every_extreme(cells: list[Cell]) -> None:
+def test_float64_stays_within_its_promise_at_almost_every_extreme(cells: list[Trial]) -> None:
     exact = [cell for cell in cells if cell.solver == "exact"]
     flagged = {(cell.quantity, cell.value) for cell in exact if cell.verdict == FLAGGED}
     refused = {(cell.quantity, cell.value) for cell in exact if cell.verdict == REFUSED}
@@ -71,7 +71,7 @@ def test_float64_stays_within_its_promise_at_almost_every_extreme(cells: list[Ce
     assert refused == {("mu_s - mu_d", "0")}
 
 
-def test_a_rearrangement_astray_is_said_to_be_undecided(cells: list[Cell]) -> None:
+def test_a_rearrangement_astray_is_said_to_be_undecided(cells: list[Trial]) -> None:
     compared = [cell for cell in cells if cell.solver == "exact" and cell.compared]
     assert len(compared) > 30
     assert sum(cell.compared for cell in compared) > 300
@@ -84,7 +84,7 @@ def test_a_rearrangement_astray_is_said_to_be_undecided(cells: list[Cell]) -> No
 
 
 def test_verlet_s_error_of_one_rearrangement_is_measured_from_the_same_rest(
-    cells: list[Cell],
+    cells: list[Trial],
 ) -> None:
     sizes = [cell for cell in cells if cell.solver == "verlet" and cell.quantity == "N"]
     verlet = {cell.value: cell for cell in sizes}
@@ -111,14 +111,14 @@ def test_a_single_rearrangement_off_its_promise_would_be_seen(
     assert (verdicts["exact"], verdicts["reference"]) == (verdict, BROKEN)
 
 
-def test_the_certified_solver_proves_every_extreme(cells: list[Cell]) -> None:
+def test_the_certified_solver_proves_every_extreme(cells: list[Trial]) -> None:
     certified = [cell for cell in cells if cell.solver == "certified"]
     assert len(certified) > 40
     for cell in certified:
         assert (cell.evidence, cell.verdict) == ("proved", WITHIN), cell
 
 
-def test_a_promise_that_is_broken_would_be_seen(cells: list[Cell]) -> None:
+def test_a_promise_that_is_broken_would_be_seen(cells: list[Trial]) -> None:
     """Sabotage: the chain of the truth is another one than that of the contestants."""
     good = QUICK["sigma_mu = 0"]
 
@@ -152,12 +152,12 @@ def test_a_run_too_long_for_the_certified_solver_is_no_one_s_fault() -> None:
 def test_what_the_certified_solver_refuses_gives_up_or_assumes_is_no_truth() -> None:
     chain = QUICK["N = 2"].chain
     result = creep(chain, Cycles("0.001", 1), solver="certified")
-    assert Truth.of(result).run is result
-    assert Truth.of(replace(result, undecided=2)) == (None, "2 comparisons undecided")
+    assert untold(result) == ""
+    assert untold(replace(result, undecided=2)) == "2 comparisons undecided"
     given_up = replace(result, outcome=Outcome.LIMIT, reason="too long")
-    assert Truth.of(given_up) == (None, "too long")
+    assert untold(given_up) == "too long"
     refusal = InputError("mu_s", 1, "must be another")
-    assert Truth.of(refusal) == (None, str(refusal))
+    assert untold(refusal) == str(refusal)
 
 
 def test_a_law_that_cannot_tell_is_no_truth() -> None:
@@ -207,7 +207,7 @@ def test_the_table_is_regenerated_by_one_command(
     assert "Not a directory" in capsys.readouterr().err
 
 
-def test_the_table_has_one_row_for_each_cell(cells: list[Cell]) -> None:
+def test_the_table_has_one_row_for_each_cell(cells: list[Trial]) -> None:
     rows = list(csv.DictReader(io.StringIO(to_csv(cells))))
     assert [row["remark"] for row in rows] == [cell.remark for cell in cells]
     assert [int(row["events"]) for row in rows] == [cell.events for cell in cells]
@@ -216,7 +216,7 @@ def test_the_table_has_one_row_for_each_cell(cells: list[Cell]) -> None:
 
 def test_a_jump_of_a_hundred_thousand_slips_keeps_the_remainder() -> None:
     jump = QUICK["slips in one half-cycle = 1e+05"]
-    result = creep(jump.chain, jump.drive, start=jump.start())
+    result = creep(jump.chain, jump.drive, start=jump.experiment.start)
     assert result.slip_count > 99_000
     assert remainder_error(result) < 1e-12
 
