@@ -91,11 +91,9 @@ class Extreme:
     drive : Drive
     tension : Fraction
         Of every spring at the start.
-    truth : str
-        ``certified``; ``sliding`` where there are no slips; ``law`` where the result is known in
-        closed form (a chain too long, or a run too long, for balls).
     known : callable or None
-        For ``law``: takes a result and returns the error of its displacements.
+        Where a law knows the result (a chain too long, or a run too long, for balls): takes it and
+        returns the error of its displacements.
     promise : float or None
         What is asked of that error; None: what the solver promises, rearrangement by rearrangement.
     """
@@ -105,7 +103,6 @@ class Extreme:
     chain: Chain
     drive: Drive
     tension: Fraction = Fraction(0)
-    truth: str = "certified"
     known: Callable[[Creep], float] | None = None
     promise: float | None = None
 
@@ -185,13 +182,12 @@ def _cycles(chain: Chain, reach: Any, cycles: int = 2) -> Cycles:
 
 
 def _extremes(quick: bool) -> Iterator[Extreme]:
-    for n in (1, 2, 3, 30):
+    for n, reach in ((1, "1.5"), (2, "1.5"), (3, "1.5"), (30, "2")):
         chain = _chain(n)
-        yield Extreme("N", str(n), chain, _cycles(chain, "1.5" if n < 30 else "2"))
+        yield Extreme("N", str(n), chain, _cycles(chain, reach))
     for n in (1000, 100_000):
         chain = _chain(n, sigma_mu=0)
-        yield Extreme("N", str(n), chain, _cycles(chain, 2, 2), truth="law",
-                      known=_apart_from_a_short_chain)  # fmt: skip
+        yield Extreme("N", str(n), chain, _cycles(chain, 2), known=_apart_from_a_short_chain)
     for l0 in ("1e-6", "1", "1e6", "1e15"):
         chain = _chain(3, l0)
         yield Extreme("l0", l0, chain, _cycles(chain, 2))
@@ -199,8 +195,7 @@ def _extremes(quick: bool) -> Iterator[Extreme]:
         chain = _chain(2, l0)
         yield Extreme("l0 A", f"100 (l0 = {l0})", chain, _cycles(chain, 100, 1))
     for l0, amplitude in (("1000", "1e-15"), ("1e15", "1e-15"), ("1e15", "2e-15")):
-        chain = _chain(3, l0)
-        yield Extreme("A", f"{amplitude} (l0 = {l0})", chain, Cycles(amplitude, 2))
+        yield Extreme("A", f"{amplitude} (l0 = {l0})", _chain(3, l0), Cycles(amplitude, 2))
     for gap in ("1e-12", "1e-9", "1e-6", "1e-3", "1", "10"):
         for n in (2, 3):
             chain = _chain(n, mu_s=Fraction(1, 2) + Fraction(gap), sigma_mu=0)
@@ -208,33 +203,26 @@ def _extremes(quick: bool) -> Iterator[Extreme]:
             theta = (onset + (6 * n + Fraction(1, 3)) * Fraction(chain.excess)) / chain.l0
             yield Extreme("mu_s - mu_d", f"{gap} (N = {n})", chain, Path([theta, -theta]))
     chain = _chain(3, mu_s="0.5", sigma_mu=0)
-    yield Extreme("mu_s - mu_d", "0", chain, _cycles(chain, 2), truth="sliding")
-    chain = _chain(3, mu_s="0.5")
-    yield Extreme("mu_s - mu_d", "0, sigma_mu = 0.01", chain, Path([Fraction(1, 1000)]))
+    yield Extreme("mu_s - mu_d", "0", chain, _cycles(chain, 2))
+    yield Extreme("mu_s - mu_d", "0, sigma_mu = 0.01", _chain(3, mu_s="0.5"), Path(["0.001"]))
     for steep, sigma in (("0", "0.01"), ("0", "0"), ("0.05", "0.01")):
         chain = _chain(2, mu_d=0, mu_s="0.1", sigma_mu=sigma, tan_alpha=steep)
-        yield Extreme("mu_d", f"0 (tan_alpha = {steep}, sigma_mu = {sigma})", chain,
-                      _cycles(chain, "0.2", 1))  # fmt: skip
+        value = f"0 (tan_alpha = {steep}, sigma_mu = {sigma})"
+        yield Extreme("mu_d", value, chain, _cycles(chain, "0.2", 1))
     for sigma in ("0", "1e-12", "0.1", "0.3", "1", "10"):
         chain = _chain(3, sigma_mu=sigma)
         yield Extreme("sigma_mu", sigma, chain, _cycles(chain, 2))
-    for name, slope in (
-        ("0", Fraction(0)),
-        ("1e-15", Fraction("1e-15")),
-        ("mu_d - 1e-12", Fraction(1, 2) - Fraction("1e-12")),
-        ("mu_d", Fraction(1, 2)),
-        ("mu_d + 1e-12", Fraction(1, 2) + Fraction("1e-12")),
-        ("mu_d + 0.05", Fraction(11, 20)),
-    ):
+    beside = {"mu_d - 1e-12": "-1e-12", "mu_d": "0", "mu_d + 1e-12": "1e-12", "mu_d + 0.05": "0.05"}
+    slopes = {"0": Fraction(0), "1e-15": Fraction("1e-15")}
+    slopes |= {name: Fraction(1, 2) + Fraction(off) for name, off in beside.items()}
+    for name, slope in slopes.items():
         for sigma in ("0", "0.01"):
             chain = _chain(2, sigma_mu=sigma, tan_alpha=slope)
-            drive: Drive = _cycles(chain, 1)
-            if slope > Fraction(2, 5):  # short: near mu_d one avalanche is long enough
-                drive = Path([Fraction("0.3") / chain.l0])
+            # near mu_d one avalanche is long enough
+            drive = Path([Fraction("0.3") / chain.l0]) if name in beside else _cycles(chain, 1)
             yield Extreme("tan_alpha", f"{name} (sigma_mu = {sigma})", chain, drive)
-    chain = _chain(3)
     repeated: list[Number] = ["0.001", "0.001", "0.002", "0.002", "0.002", "-0.001", "-0.001", 0, 0]
-    yield Extreme("repeated targets", str(len(repeated)), chain, Path(repeated))
+    yield Extreme("repeated targets", str(len(repeated)), _chain(3), Path(repeated))
     for n in (3, 4, 6):
         chain = _chain(n, sigma_mu=0, tan_alpha=0)
         yield Extreme("tie by symmetry", f"N = {n}", chain, _cycles(chain, 1))
@@ -242,21 +230,16 @@ def _extremes(quick: bool) -> Iterator[Extreme]:
     yield Extreme("tie by numbers", "tan_alpha = 1/5", chain, _cycles(chain, 1))
     chain = _chain(4, 5, mu_d=1, mu_s="1.2", sigma_mu=0, tan_alpha="3/4")
     yield Extreme("tie by numbers", "tan_alpha = 3/4", chain, _cycles(chain, 2))
-    slips = 10**5 if quick else 10**6
+    tension, slips = Fraction(1, 32), 10**5 if quick else 10**6
     chain = _chain(2, "1e15", sigma_mu=0)
     jump = Path([Fraction(slips) * Fraction(chain.excess) * 2 / chain.l0])
-    yield Extreme("slips in one half-cycle", f"{slips:.0e}", chain, jump, Fraction(1, 32), "law",
-                  remainder_error)  # fmt: skip
-    slips = 10**7 if quick else 10**9
-    chain = _chain(2, sigma_mu=0)
-    per_half_cycle = 100
-    cycles = slips // (2 * per_half_cycle)
-    # the first slips of a half-cycle take up what the one before has left
-    drive = _cycles(chain, Fraction(chain.excess) * (per_half_cycle + 4), cycles)
-    yield Extreme("slips at N = 2", f"{slips:.0e}", chain, drive, Fraction(1, 32), "law",
-                  remainder_error, 1e-9)  # fmt: skip
-    yield Extreme("energy of slips at N = 2", f"{slips:.0e}", chain, drive, Fraction(1, 32), "law",
-                  energy_error, 1e-12)  # fmt: skip
+    yield Extreme("slips in one half-cycle", f"{slips:.0e}", chain, jump, tension, remainder_error)
+    chain, slips = _chain(2, sigma_mu=0), 10**7 if quick else 10**9
+    # 100 slips in a half-cycle; its first ones take up what the one before has left
+    drive = _cycles(chain, Fraction(chain.excess) * 104, slips // 200)
+    for what, error, promise in (("", remainder_error, 1e-9), ("energy of ", energy_error, 1e-12)):
+        quantity = f"{what}slips at N = 2"
+        yield Extreme(quantity, f"{slips:.0e}", chain, drive, tension, error, promise)
 
 
 def remainder_error(result: Creep) -> float:
@@ -356,12 +339,13 @@ def _trials(extreme: Extreme, most_events: int, most_compared: int) -> Iterator[
     if extreme.known is not None:
         yield _trial(extreme, exact, _ran(experiment, exact, None), None)
         return
-    best = Contestant(extreme.truth, {"digits": 30} if extreme.truth == "certified" else {})
+    slides = extreme.chain.slides
+    best = Contestant("sliding") if slides else Contestant("certified", {"digits": 30})
     ran, steps = _ran(experiment, best, most_events), []
     missing = untold(ran)
     truth = None if isinstance(ran, InputError) or missing else ran
     yield _trial(extreme, best, ran, truth, missing)
-    if extreme.truth == "certified" and not isinstance(ran, InputError):
+    if not slides and not isinstance(ran, InputError):
         steps = list(_steps(experiment, best, most_events, most_compared))
     for contestant in CONTESTANTS:
         ran = _ran(experiment, contestant, most_events if truth is None else _ASTRAY)
