@@ -23,11 +23,6 @@ def margin(parameters: Mapping[str, Any]) -> float:
     return float(parameters["mu_d"] - slope) * float(cosine(slope))
 
 
-def critical_amplitude(parameters: Mapping[str, Any]) -> float:
-    """Return the critical amplitude A* of Eq. (seuil)."""
-    return law_values(LAWS["seuil"].printed, parameters)[0]
-
-
 def setting_amplitude(parameters: Mapping[str, Any]) -> float:
     """Return the amplitude (N m + D)/(2 l0) that sets the whole chain in motion."""
     return law_values(LAWS["seuil"].corrected, parameters)[0]

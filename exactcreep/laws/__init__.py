@@ -28,7 +28,7 @@ Abbreviations: ``c = cos(alpha)``, ``s = sin(alpha)``, ``m = mu_d c - s``, ``a =
 from exactcreep.laws.closed_forms import gaussian_integral, staircase_two_sliders
 from exactcreep.laws.forms import VOCABULARY, Form, Law, law_values
 from exactcreep.laws.operands import cosine
-from exactcreep.laws.paper import LAWS
+from exactcreep.laws.paper import LAWS, critical_amplitude
 from exactcreep.laws.plateaus import PivotWindow, pivot, pivot_window, pivots
 from exactcreep.laws.theorems import EDGES, Theorem, at_rest_amplitude, edges
 from exactcreep.laws.velocities import Prediction, prediction
@@ -44,6 +44,7 @@ __all__ = [
     "Theorem",
     "at_rest_amplitude",
     "cosine",
+    "critical_amplitude",
     "edges",
     "gaussian_integral",
     "law_values",

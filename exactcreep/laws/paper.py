@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Any
 
 from exactcreep.laws.closed_forms import gaussian_integral, staircase_two_sliders
-from exactcreep.laws.forms import Form, Law
+from exactcreep.laws.forms import Form, Law, law_values
 from exactcreep.laws.operands import Number, positive_part, root_of_pi, square_root
 
 _VELOCITY = "tau_th <v_G>, in g tau_dyn**2 per half-cycle or target"
@@ -309,3 +310,8 @@ _ALL = (
 
 LAWS: Mapping[str, Law] = MappingProxyType({law.label: law for law in _ALL})
 """The laws of the paper by label."""
+
+
+def critical_amplitude(parameters: Mapping[str, Any]) -> float:
+    """Return the critical amplitude A* of Eq. (seuil) for the parameters of a chain."""
+    return law_values(LAWS["seuil"].printed, parameters)[0]

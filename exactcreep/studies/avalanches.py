@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from exactcreep.laws import LAWS, law_values
+from exactcreep.laws import critical_amplitude
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.creep import run_members
 from exactcreep.quasistatic.result import Creep
@@ -207,39 +207,36 @@ def study(
     for j, n in enumerate(sizes):
         for k, ratio in enumerate(ratios):
             scene = load_scene(SCENE).with_settings({"chain.n": n, "drive.cycles": cycles[j]})
-            star = law_values(LAWS["seuil"].printed, scene.experiment().chain.parameters())[0]
+            star = critical_amplitude(scene.experiment().chain.parameters())
             (run,) = run_members([scene.experiment({"drive.amplitude": ratio * star})])
             found[k, j] = avalanches_of(run)
             say(len(found), len(sizes) * len(ratios), "runs")
-    shape = (len(ratios), len(sizes))
-    values: dict[str, Any] = {}
-    coordinates: dict[str, Any] = {"ratio": list(ratios), "n": list(sizes)}
-    counts = np.array([[found[k, j].block.size for j in range(shape[1])] for k in range(shape[0])])
-    values["avalanches"] = (("ratio", "n"), counts)
+    edges = {}
     for measure in MEASURES:
         every = np.concatenate([one.values[measure] for one in found.values()])
-        every = every[every > 0]
-        edges = edges_of(measure, every.min(), every.max())
-        parts = {place: distribution(one, measure, edges) for place, one in found.items()}
-        middle, width = parts[0, 0].middle, parts[0, 0].width
-        coordinates[measure] = middle
-        values[f"{measure}_width"] = (measure, width)
-        stacks = {name: np.empty((*shape, middle.size)) for name in ("density", "error")}
-        ends = np.empty((2, *shape))
-        for place, part in parts.items():
-            stacks["density"][place], stacks["error"][place] = part.density, part.error
-            ends[:, *place] = cut_off(found[place], measure)
-        for name, stack in stacks.items():
-            values[f"{measure}_{name}"] = (("ratio", "n", measure), stack)
-        values[f"{measure}_cut_off"] = (("ratio", "n"), ends[0])
-        values[f"{measure}_cut_off_error"] = (("ratio", "n"), ends[1])
-        if measure == "size":
-            means = np.empty((2, *shape, middle.size))
-            for place, one in found.items():
-                means[:, *place] = mean_duration(one, edges)
-            values["mean_duration"] = (("ratio", "n", "size"), means[0])
-            values["mean_duration_error"] = (("ratio", "n", "size"), means[1])
-    return xr.Dataset(values, coordinates, {"cycles": list(cycles), "blocks": BLOCKS})
+        edges[measure] = edges_of(measure, every[every > 0].min(), every.max())
+    rows = [
+        xr.concat([_densities(found[k, j], edges) for j in range(len(sizes))], "n")
+        for k in range(len(ratios))
+    ]
+    whole = xr.concat(rows, "ratio").assign_coords(ratio=list(ratios), n=list(sizes))
+    whole = whole.reset_coords([f"{measure}_width" for measure in MEASURES])
+    return whole.assign_attrs(cycles=list(cycles), blocks=BLOCKS)
+
+
+def _densities(found: Avalanches, edges: dict[str, Floats]) -> xr.Dataset:
+    """Return the part of `study` that is known of one chain."""
+    coordinates: dict[str, Any] = {}
+    values: dict[str, Any] = {"avalanches": found.block.size}
+    for measure, bins in edges.items():
+        part = distribution(found, measure, bins)
+        coordinates |= {measure: part.middle, f"{measure}_width": (measure, part.width)}
+        values |= {f"{measure}_density": (measure, part.density),
+                   f"{measure}_error": (measure, part.error)}  # fmt: skip
+        values[f"{measure}_cut_off"], values[f"{measure}_cut_off_error"] = cut_off(found, measure)
+    mean, error = mean_duration(found, edges["size"])
+    values |= {"mean_duration": ("size", mean), "mean_duration_error": ("size", error)}
+    return xr.Dataset(values, coordinates)
 
 
 def growth(sizes: Sequence[float], values: Floats, errors: Floats) -> tuple[float, float, float]:

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from exactcreep.figures.departures import (
     BELOW_THRESHOLD,
-    critical_amplitude,
     margin,
     nearest_edge,
     pivot_remark,
@@ -40,7 +39,14 @@ from exactcreep.figures.drawing import (
 )
 from exactcreep.figures.style import INKS, picture
 from exactcreep.figures.tables import Cell, Row, Series, Table, beside, cells, table_of, tables_of
-from exactcreep.laws import LAWS, gaussian_integral, law_values, pivots, staircase_two_sliders
+from exactcreep.laws import (
+    LAWS,
+    critical_amplitude,
+    gaussian_integral,
+    law_values,
+    pivots,
+    staircase_two_sliders,
+)
 from exactcreep.model.numbers import exact_number
 
 # --- the staircase of two sliders ----------------------------------------------------------------

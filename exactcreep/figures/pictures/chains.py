@@ -11,12 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.figures.departures import (
-    BELOW_THRESHOLD,
-    critical_amplitude,
-    pivot_remark,
-    setting_amplitude,
-)
+from exactcreep.figures.departures import BELOW_THRESHOLD, pivot_remark, setting_amplitude
 from exactcreep.figures.drawing import (
     CYCLES,
     EXACT,
@@ -33,7 +28,7 @@ from exactcreep.figures.drawing import (
 )
 from exactcreep.figures.style import INKS, picture
 from exactcreep.figures.tables import Cell, Series, Table, cells, tables_of
-from exactcreep.laws import LAWS, law_values
+from exactcreep.laws import LAWS, critical_amplitude, law_values
 
 _TWO_TERMS = "The printed law is the first two terms of the exact one in N m/(2 l0 sigma_theta)."
 _FOURS = (

@@ -24,7 +24,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from exactcreep.figures.departures import BELOW_THRESHOLD, critical_amplitude, setting_amplitude
+from exactcreep.figures.departures import BELOW_THRESHOLD, setting_amplitude
 from exactcreep.figures.drawing import (
     CYCLES,
     EXACT,
@@ -38,7 +38,7 @@ from exactcreep.figures.drawing import (
 )
 from exactcreep.figures.style import INKS, picture
 from exactcreep.figures.tables import Row, Table, beside, cells, table_of
-from exactcreep.laws import EDGES, LAWS, law_values
+from exactcreep.laws import EDGES, LAWS, critical_amplitude, law_values
 from exactcreep.model.chain import Chain
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
