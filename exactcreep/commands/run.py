@@ -31,6 +31,7 @@ from exactcreep.display import Display
 
 if TYPE_CHECKING:
     from exactcreep import Creep, Descent, InputError
+    from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Member
 
 
@@ -74,20 +75,19 @@ class Session:
         self,
         members: Sequence[Member],
         note: Mapping[str, Any],
-        captured: Sequence[Mapping[str, Any] | None] | None = None,
+        kept: Checkpoint | None = None,
     ) -> None:
         """Run members, then save, draw and print them; leave with the exit status they make.
 
         The checkpoint holds the `note`: the scene's name and title, and the settings of members.
         """
         from exactcreep.limits import Limits
-        from exactcreep.quasistatic.creep import CheckpointWarning, Keeper, run_members
+        from exactcreep.quasistatic.checkpoint import Checkpoint, CheckpointWarning
+        from exactcreep.quasistatic.creep import run_members
 
         limits = Limits.of(self.max_events, self.max_seconds, self.max_bytes)
-        keeper = None
-        if self.checkpoint is not None:
-            force = self.force or captured is not None
-            keeper = Keeper.of(self.checkpoint, self.every, force=force, note=note)
+        if kept is None and self.checkpoint is not None:
+            kept = Checkpoint(self.checkpoint, self.every, force=self.force, note=note)
         self.check(members)
         status = 0
         with Display(quiet=self.json) as display, warnings.catch_warnings():
@@ -100,8 +100,7 @@ class Session:
                     [member.experiment for member in members],
                     progress=display.show,
                     limits=limits,
-                    keeper=keeper,
-                    captured=captured,
+                    checkpoint=kept,
                 )
             except exactcreep.Interrupted as interrupted:
                 results, status = interrupted.results, INTERRUPTED
@@ -121,11 +120,11 @@ class Session:
                 typer.echo(f"written: {path}")
         if failure is not None:
             raise failure
-        if keeper is not None and keeper.stale:
-            complain(f"{keeper.stale}; it does not hold the last part")
+        if kept is not None and kept.stale:
+            complain(f"{kept.stale}; it does not hold the last part")
             status = max(status, STALE)
-        elif keeper is not None and status == INTERRUPTED:
-            complain(f"interrupted; exactcreep resume {keeper.path} goes on")
+        elif kept is not None and status == INTERRUPTED:
+            complain(f"interrupted; exactcreep resume {kept.path} goes on")
         if status:
             raise typer.Exit(status)
 
@@ -242,10 +241,10 @@ def resume(session: Resumed) -> None:
 
         exactcreep resume jumps.ckpt --out jumps.nc
     """
-    from exactcreep.quasistatic.creep import Saved
+    from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Member, parsed_settings_text
 
-    saved = Saved.read(session.checkpoint)
+    saved = Checkpoint.read(session.checkpoint, session.every)
     settings = parsed_settings_text(saved.note.get("settings"), len(saved.experiments))
     members = [Member(*each) for each in zip(settings, saved.experiments, strict=True)]
-    session.run(members, {"scene": session.checkpoint.stem} | dict(saved.note), saved.captured)
+    session.run(members, {"scene": session.checkpoint.stem} | dict(saved.note), saved)

@@ -39,6 +39,8 @@ __all__ = [
 STREAM_COEFFICIENT = 1
 STREAM_DILATION = 2
 STREAM_TENSION = 3
+LARGEST_DEVIATE = 9
+"""No normal deviate drawn here is larger: the largest of 53 bits is 8.3."""
 
 
 def first_deviates(seed: int, count: int) -> NDArray[np.float64]:

@@ -9,22 +9,28 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import mmap
 import os
 import re
-from collections.abc import Mapping
+import time
+import warnings
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from exactcreep.model.numbers import InputError
+from exactcreep import __version__
+from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
 from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.decimals import Enclosure
-from exactcreep.quasistatic.files import file_name, write_file
-from exactcreep.quasistatic.march import Course, Mark, Samples
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.files import check_output, file_name, write_file
+from exactcreep.quasistatic.history import CycleEnds, Mark, Samples
 from exactcreep.solvers.solver import Tally
 
 VERSION = 6
@@ -34,16 +40,116 @@ _LINE = b"exactcreep checkpoint %d\n"
 _HEADER = 8 + 32  # length and SHA-256 of the body
 _LARGE = 2**26  # bytes from which an array is read where it stands in the file
 _KINDS = "biufUS"  # array types that are plain bytes
-_TYPES = {kind.__name__: kind for kind in (Outcome, Enclosure, Tally, Mark, Course, Samples)}
-"""What is kept by its name and its parts."""
+_TYPES: dict[str, Any] = {
+    "Outcome": Outcome,
+    "Enclosure": Enclosure,
+    "Tally": Tally,
+    "Mark": Mark,
+    "Course": CycleEnds,
+    "Samples": Samples,
+}
+"""What is kept by a name and its parts."""
+_NAMES = {kind: name for name, kind in _TYPES.items()}
+
+
+class CheckpointWarning(UserWarning):
+    """The checkpoint of a run could not be written; the run goes on, and tries again."""
+
+
+class Checkpoint:
+    """The checkpoint file of one or more runs: written when it is due, and read again.
+
+    Attributes
+    ----------
+    path : str
+    every : float
+        Seconds between two writings.
+    note : mapping
+        What a caller wants to find in it.
+    experiments : list of Experiment
+    captured : list of mapping
+        How far each of them has come, None of those that have not begun.
+    stale : str
+        Why the file does not hold how far the run has come; "" if it does.
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        every: Any = 60,
+        *,
+        force: bool = False,
+        note: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Take over where to write, or raise `InputError` if no file can be written there."""
+        self.every = nearest_float(number_from_zero(every, "every"))
+        check_output(path, "checkpoint", force=force)
+        self.path = os.fspath(path)
+        self.note = note or {}
+        self.experiments: list[Experiment] = []
+        self.captured: list[Mapping[str, Any] | None] = []
+        self.stale = ""
+        self._force = force
+        self._last = -math.inf
+
+    @classmethod
+    def read(cls, path: str | os.PathLike[str], every: Any = 60) -> Checkpoint:
+        """Return the checkpoint in a file, which will be overwritten, or raise `InputError`."""
+        content = read(path)
+        found = cls(path, every, force=True)
+        try:
+            members, found.note = content["members"], content["note"]
+            for member in members:
+                found.experiments.append(Experiment.from_description(member["experiment"]))
+                found.captured.append(member["captured"])
+        except (KeyError, TypeError) as error:
+            allowed = f"is not a checkpoint of a run: {error}"
+            raise InputError("checkpoint", found.path, allowed) from None
+        return found
+
+    def begin(self, experiments: Sequence[Experiment]) -> None:
+        """Take over the experiments that are to be run, unless they are those of the file."""
+        if not self.experiments:
+            self.experiments, self.captured = list(experiments), [None] * len(experiments)
+
+    def due(self) -> bool:
+        """Return whether the file is older than it should be."""
+        return time.monotonic() - self._last >= self.every
+
+    def write(self) -> None:
+        """Write the file; if that fails now, but did not at first, warn, and be due again.
+
+        Raises
+        ------
+        InputError
+            If it could never be written.
+        """
+        members = [
+            {"experiment": experiment.description(), "captured": captured}
+            for experiment, captured in zip(self.experiments, self.captured, strict=True)
+        ]
+        content = {"version": __version__, "note": dict(self.note), "members": members}
+        started = math.isfinite(self._last)
+        self._last = time.monotonic()
+        try:
+            write_file(self.path, pieces(content), "checkpoint", force=self._force or started)
+        except TypeError as error:
+            raise InputError("checkpoint", self.path, f"cannot be written: {error}") from None
+        except InputError as error:
+            if not started:
+                raise
+            if not self.stale:
+                warnings.warn(f"{error}; the run goes on", CheckpointWarning, stacklevel=4)
+            self.stale = str(error)
+        else:
+            self.stale = ""
 
 
 def _encoded(value: Any, blobs: list[bytes | memoryview]) -> Any:
     if value is None or isinstance(value, (bool, str)):
         return value
-    name = type(value).__name__
-    if isinstance(value, _TYPES.get(name, ())):
-        return {"$is": name, "of": _encoded(_parts(value), blobs)}
+    if type(value) in _NAMES:
+        return {"$is": _NAMES[type(value)], "of": _encoded(_parts(value), blobs)}
     if isinstance(value, int):
         return value if abs(value) < 2**63 else {"$integer": hex(value)}
     if isinstance(value, float):
@@ -78,31 +184,26 @@ def _parts(value: Any) -> dict[str, Any]:
     return value._asdict() if isinstance(value, Enclosure) else dict(vars(value))
 
 
-def _decoded(value: Any, body: memoryview) -> Any:
+def _decoded(tree: bytes, body: memoryview) -> Any:
     """Return the value of a JSON tree; arrays are taken from `body` in the order of writing."""
     position = 0
 
-    def decode(item: Any) -> Any:
+    def decode(item: dict[str, Any]) -> Any:
+        """Return what an object stands for, whose parts are decoded."""
         nonlocal position
-        if isinstance(item, list):
-            return [decode(part) for part in item]
-        if not isinstance(item, dict):
-            return item
         if "$integer" in item:
             return int(item["$integer"], 16)
         if "$float" in item:
             return float.fromhex(item["$float"])
         if "$fraction" in item:
-            numerator, denominator = item["$fraction"]
-            return Fraction(int(numerator, 16), int(denominator, 16))
+            return Fraction(*(int(part, 16) for part in item["$fraction"]))
         if "$tuple" in item:
-            return tuple(decode(part) for part in item["$tuple"])
+            return tuple(item["$tuple"])
         if "$is" in item:
-            return _TYPES[item["$is"]](**decode(item["of"]))
+            return _TYPES[item["$is"]](**item["of"])
         if "$objects" in item:
-            parts = [decode(part) for part in item["$objects"]]
-            array = np.empty(len(parts), dtype=object)
-            for k, part in enumerate(parts):  # tuples, too, are one item each
+            array = np.empty(len(item["$objects"]), dtype=object)
+            for k, part in enumerate(item["$objects"]):  # tuples, too, are one item each
                 array[k] = part
             return array.reshape(item["shape"])
         if "$array" in item:
@@ -115,9 +216,9 @@ def _decoded(value: Any, body: memoryview) -> Any:
             if array.nbytes < _LARGE or not kind.isnative:
                 array = array.astype(kind.newbyteorder("="))  # a copy of its own, writable
             return array[()] if item.get("scalar") else array
-        return {key: decode(part) for key, part in item.items()}
+        return item
 
-    return decode(value)
+    return json.loads(tree, object_hook=decode)
 
 
 def to_bytes(content: Mapping[str, Any]) -> bytes:
@@ -151,57 +252,30 @@ def from_bytes(data: bytes | memoryview, name: str = "checkpoint") -> dict[str, 
     InputError
         If it is no checkpoint, or a damaged or truncated one, or of another version.
     """
+    refusal = partial(InputError, "checkpoint", name)
     line = _FIRST_LINE.match(data)
     if line is None:
-        raise InputError("checkpoint", name, "is not a checkpoint of exactcreep")
+        raise refusal("is not a checkpoint of exactcreep")
     if int(line[1]) != VERSION:
-        raise InputError(
-            "checkpoint",
-            name,
+        raise refusal(
             f"is of version {int(line[1])}; this program reads version {VERSION}: let the version"
-            " that wrote it go on, or begin again",
+            " that wrote it go on, or begin again"
         )
     start = line.end() + _HEADER
-    length = int.from_bytes(data[line.end() : line.end() + 8], "little")
-    if len(data) < start + length or len(data) < start:
-        raise InputError(
-            "checkpoint",
-            name,
-            f"is truncated or damaged: it holds {len(data)} of {start + length} bytes",
-        )
+    whole = start + int.from_bytes(data[line.end() : line.end() + 8], "little")
+    if len(data) < whole:
+        raise refusal(f"is truncated or damaged: it holds {len(data)} of {whole} bytes")
     body = memoryview(data)[start:]
-    if len(body) != length or hashlib.sha256(body).digest() != data[line.end() + 8 : start]:
-        raise InputError("checkpoint", name, "is damaged: its checksum does not match")
+    if len(data) > whole or hashlib.sha256(body).digest() != data[line.end() + 8 : start]:
+        raise refusal("is damaged: its checksum does not match")
     try:
         end = 8 + int.from_bytes(body[:8], "little")
-        content = _decoded(json.loads(bytes(body[8:end])), body[end:])
+        content = _decoded(bytes(body[8:end]), body[end:])
     except (ValueError, TypeError, KeyError, RecursionError) as error:
-        raise InputError("checkpoint", name, f"cannot be understood: {error}") from None
+        raise refusal(f"cannot be understood: {error}") from None
     if not isinstance(content, dict):
-        raise InputError("checkpoint", name, "cannot be understood: it holds no names")
+        raise refusal("cannot be understood: it holds no names")
     return content
-
-
-def write(
-    path: str | os.PathLike[str], content: Mapping[str, Any], *, force: bool = True
-) -> None:
-    """Write a checkpoint; whatever happens, `path` holds the previous one or the new one.
-
-    Parameters
-    ----------
-    path : path
-    content : mapping
-    force : bool
-        Whether a file that exists is replaced.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written.
-    TypeError
-        If it would hold what a checkpoint cannot hold.
-    """
-    write_file(path, pieces(content), "checkpoint", force=force)
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """The quasi-static loop: take the chain from target to target, the same for every solver.
 
 Between two targets theta ramps; a solver's `Simulation.follow` knows how to do that for a block of
-targets. The loop chooses the blocks so that it can show progress, hear Ctrl-C, respect limits
+targets. The loop chooses the blocks so that it can show progress, notice Ctrl-C, respect limits
 and write checkpoints several times a second, without slowing a chain that needs a microsecond per
 half-cycle. Where blocks begin and end changes no bit of the result.
 """
@@ -13,24 +13,23 @@ import os
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from exactcreep import __version__, interrupts
+from exactcreep import interrupts
 from exactcreep.display import shows_progress
 from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
+from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, Progress, RecentPace
-from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.files import check_output
-from exactcreep.quasistatic.march import March
+from exactcreep.quasistatic.measurement import Measurement
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.auto import accuracy_told
 from exactcreep.solvers.solver import Stretch, advance, compiled
@@ -48,15 +47,11 @@ class PhysicsWarning(UserWarning):
 
     >>> import warnings
     >>> from exactcreep import Chain, Path, creep
-    >>> with warnings.catch_warnings(record=True, action="always") as told:
+    >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     run = creep(Chain(2, 10, "0.5", "0.6", tan_alpha="0.25"), Path([2]))
-    >>> told[0].category.__name__, dict(run.warnings)
+    >>> caught[0].category.__name__, dict(run.warnings)
     ('PhysicsWarning', {'theta_beyond_one': 1})
     """
-
-
-class CheckpointWarning(UserWarning):
-    """The checkpoint of a run could not be written; the run goes on, and tries again."""
 
 
 class AccuracyWarning(UserWarning):
@@ -65,9 +60,9 @@ class AccuracyWarning(UserWarning):
     >>> import warnings
     >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
-    >>> with warnings.catch_warnings(record=True, action="always") as told:
+    >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     run = creep(chain, Cycles("0.002", 20), solver="auto", accuracy=1e-3)
-    >>> told[0].category.__name__
+    >>> caught[0].category.__name__
     'AccuracyWarning'
     """
 
@@ -141,7 +136,7 @@ def creep(
         and in notebooks, once the run has taken a second; True: elsewhere too, in lines.
     max_events, max_seconds, max_bytes : number, optional
         Give up, with the partial result and the outcome `LIMIT`, after so many events, so much
-        wall time (heard within one event, by compiled solvers within about a tenth of a second),
+        wall time (noticed within one event, by compiled solvers within about a tenth of a second),
         or so much recorded data.
     memory : int
         Bytes of recorded data that are kept in memory, by default 2**30 (1 GiB). What lies beyond
@@ -220,8 +215,8 @@ def creep(
         options=options,
     )
     limits = Limits.of(max_events, max_seconds, max_bytes, memory)
-    keeper = None if checkpoint is None else Keeper.of(checkpoint, every, force=force)
-    return run_members([experiment], progress=progress, limits=limits, keeper=keeper)[0]
+    kept = None if checkpoint is None else Checkpoint(checkpoint, every, force=force)
+    return run_members([experiment], progress=progress, limits=limits, checkpoint=kept)[0]
 
 
 @shows_progress
@@ -260,102 +255,12 @@ def resume(
     >>> part.outcome.value, resume("run.ckpt").state == creep(chain, drive).state
     ('limit', True)
     """
-    saved = Saved.read(path)
+    saved = Checkpoint.read(path, every)
     if len(saved.experiments) != 1:
         allowed = f"holds {len(saved.experiments)} runs; the command exactcreep resume goes on"
-        raise InputError("checkpoint", os.fspath(path), allowed)
-    return run_members(
-        saved.experiments,
-        progress=progress,
-        limits=Limits.of(max_events, max_seconds, max_bytes, memory),
-        keeper=Keeper.of(path, every, force=True, note=saved.note),
-        captured=saved.captured,
-    )[0]
-
-
-@dataclass(frozen=True)
-class Saved:
-    """What a checkpoint file holds: experiments, how far each has come, and a caller's note."""
-
-    experiments: list[Experiment]
-    captured: list[Mapping[str, Any] | None]
-    note: Mapping[str, Any]
-
-    @classmethod
-    def read(cls, path: str | os.PathLike[str]) -> Saved:
-        """Return what the checkpoint file `path` holds, or raise `InputError`."""
-        content = checkpoint.read(path)
-        try:
-            members, note = content["members"], content["note"]
-            experiments = [Experiment.from_description(member["experiment"]) for member in members]
-            return cls(experiments, [member["captured"] for member in members], note)
-        except (KeyError, TypeError) as error:
-            allowed = f"is not a checkpoint of a run: {error}"
-            raise InputError("checkpoint", os.fspath(path), allowed) from None
-
-
-class Keeper:
-    """Writes the checkpoint file of a run when it is due."""
-
-    def __init__(self, path: str, every: float, note: Mapping[str, Any], *, force: bool) -> None:
-        self.path = path
-        self.every = every
-        self.note = note
-        self.stale = ""
-        """Why the file does not hold how far the run has come; "" if it does."""
-        self._force = force
-        self._last = -math.inf
-
-    @classmethod
-    def of(
-        cls,
-        path: str | os.PathLike[str],
-        every: Any,
-        *,
-        force: bool = False,
-        note: Mapping[str, Any] | None = None,
-    ) -> Keeper:
-        """Return a keeper of the file `path`, or raise `InputError` if it cannot be one."""
-        seconds = number_from_zero(every, "every")
-        check_output(path, "checkpoint", force=force)
-        return cls(os.fspath(path), nearest_float(seconds), note or {}, force=force)
-
-    def due(self) -> bool:
-        """Return whether the file is older than it should be."""
-        return time.monotonic() - self._last >= self.every
-
-    def keep(
-        self, experiments: Sequence[Experiment], captured: Sequence[Mapping[str, Any] | None]
-    ) -> None:
-        """Write the file; if that fails now, but did not at first, warn, and be due again.
-
-        Raises
-        ------
-        InputError
-            If it could never be written.
-        """
-        content = {
-            "version": __version__,
-            "note": dict(self.note),
-            "members": [
-                {"experiment": experiment.description(), "captured": how_far}
-                for experiment, how_far in zip(experiments, captured, strict=True)
-            ],
-        }
-        started = math.isfinite(self._last)
-        self._last = time.monotonic()
-        try:
-            checkpoint.write(self.path, content, force=self._force or started)
-        except TypeError as error:
-            raise InputError("checkpoint", self.path, f"cannot be written: {error}") from None
-        except InputError as error:
-            if not started:
-                raise
-            if not self.stale:
-                warnings.warn(f"{error}; the run goes on", CheckpointWarning, stacklevel=4)
-            self.stale = str(error)
-        else:
-            self.stale = ""
+        raise InputError("checkpoint", saved.path, allowed)
+    limits = Limits.of(max_events, max_seconds, max_bytes, memory)
+    return run_members(saved.experiments, progress=progress, limits=limits, checkpoint=saved)[0]
 
 
 def run_members(
@@ -363,8 +268,7 @@ def run_members(
     *,
     progress: Hearer = None,
     limits: Limits = NO_LIMITS,
-    keeper: Keeper | None = None,
-    captured: Sequence[Mapping[str, Any] | None] | None = None,
+    checkpoint: Checkpoint | None = None,
 ) -> list[Creep]:
     """Run experiments one after the other and return their results.
 
@@ -372,98 +276,96 @@ def run_members(
     ----------
     experiments : sequence of Experiment
     progress : callable, optional
-        Called with a `Progress` about ten times a second; nobody is told otherwise.
+        Called with a `Progress` about ten times a second.
     limits : Limits, optional
         The seconds are for all together, from when the first one is ready to begin, and members not
         yet begun when they are over have no result; the others are for each.
-    keeper : Keeper, optional
-        Of the checkpoint.
-    captured : sequence, optional
-        How far each has come, from `Saved`.
+    checkpoint : Checkpoint, optional
+        Is kept up to date. If it was read from a file, its experiments go on from there.
 
     Raises
     ------
     Interrupted
         After Ctrl-C, with the results so far.
     """
-    kept: list[Mapping[str, Any] | None] = list(captured or [None] * len(experiments))
     results: list[Creep] = []
+    captured: Sequence[Mapping[str, Any] | None] = [None] * len(experiments)
+    if checkpoint is not None:
+        checkpoint.begin(experiments)
+        captured = checkpoint.captured
 
-    def save(march: March, index: int) -> None:
-        if keeper is not None and keeper.due():
-            kept[index] = march.capture()
-            keeper.keep(experiments, kept)
+    def save(run: Measurement, index: int) -> None:
+        if checkpoint is not None and checkpoint.due():
+            checkpoint.captured[index] = run.capture()
+            checkpoint.write()
 
     with interrupts.deferred() as interrupted:
         limits = replace(limits.begun(), interrupted=interrupted)
         for index, experiment in enumerate(experiments):
-            if index and kept[index] is None and limits.passed():
+            if index and captured[index] is None and limits.passed():
                 break
             begin = time.perf_counter()
-            march = March(experiment, kept[index], limits.memory)
-            show = _Teller(progress, march, index + 1, len(experiments))
-            if not march.ended:
-                save(march, index)
+            run = Measurement(experiment, captured[index], limits.memory)
+            show = _Report(progress, run, index + 1, len(experiments))
+            if not run.ended:
+                save(run, index)
                 compiling = _warm_up(experiment, limits, partial(show, "compiling"))
                 limits = limits.later(compiling if index else time.perf_counter() - begin)
-                hear = partial(show, "running"), partial(save, march, index)
-                _advance(march, limits, begin + compiling, hear)
-                if keeper is not None:
-                    kept[index] = march.capture()
-            result = march.result()
-            _warn(result)
-            results.append(result)
+                watchers = partial(show, "running"), partial(save, run, index)
+                _advance(run, limits, begin + compiling, watchers)
+                if checkpoint is not None:
+                    checkpoint.captured[index] = run.capture()
+            results.append(run.result())
+            _warn(results[-1])
             if interrupted():
                 break
-        if keeper is not None:
-            keeper.keep(experiments, kept)
+        if checkpoint is not None:
+            checkpoint.write()
         if interrupted():
             raise Interrupted(results)
     return results
 
 
-class _Teller:
-    """Tells how far a march has come."""
+class _Report:
+    """Calls `progress` with how far a run has come."""
 
-    def __init__(self, progress: Hearer, march: March, member: int, members: int) -> None:
-        self.progress, self.march = progress, march
+    def __init__(self, progress: Hearer, run: Measurement, member: int, members: int) -> None:
+        self.progress, self.run = progress, run
         self.member, self.members = member, members
-        self.pace, self.done = RecentPace(), march.done
+        self.pace, self.done = RecentPace(), run.done
 
     def __call__(self, phase: str) -> None:
         if not callable(self.progress):
             return
-        march = self.march
+        run = self.run
         theta, work = self._far()
-        told = Progress(
-            phase,
-            march.done,
-            march.total,
-            march.simulation.tally.events,
-            march.seconds,
-            self.member,
-            self.members,
-            work=work,
-            theta=theta,
-            pace=self.pace.at(march.seconds, work) if phase == "running" else None,
+        self.progress(
+            Progress(
+                phase,
+                run.done,
+                run.total,
+                run.simulation.tally.events,
+                run.seconds,
+                self.member,
+                self.members,
+                work=work,
+                theta=theta,
+                pace=self.pace.at(run.seconds, work) if phase == "running" else None,
+            )
         )
-        self.progress(told)
 
     def _far(self) -> tuple[float, float]:
         """Return theta, and which part of the work is done."""
-        march = self.march
-        drive, seed = march.experiment.drive, march.experiment.seed
-        theta = before = march.experiment.theta
-        if march.done:
-            theta = before = float(drive.targets(march.done, 1, seed)[0])
-        part = 0.0
-        if march.done == self.done and not march.ended:
-            # on a long way to the next target
-            theta = nearest_float(enclosure(march.simulation.state().theta).middle)
-            way = float(drive.targets(march.done + 1, 1, seed)[0]) - before
+        run, drive, seed = self.run, self.run.experiment.drive, self.run.experiment.seed
+        theta, part = run.experiment.theta, 0.0
+        if run.done:
+            theta = float(drive.targets(run.done, 1, seed)[0])
+        if run.done == self.done and not run.ended:  # on a long way to the next target
+            before, theta = theta, nearest_float(enclosure(run.simulation.state().theta).middle)
+            way = float(drive.targets(run.done + 1, 1, seed)[0]) - before
             part = min(max((theta - before) / way, 0.0), 1.0) if way else 0.0
-        self.done = march.done
-        return theta, (march.done + part) / march.total
+        self.done = run.done
+        return theta, (run.done + part) / run.total
 
 
 def _warn(result: Creep) -> None:
@@ -474,39 +376,38 @@ def _warn(result: Creep) -> None:
 
 
 def _advance(
-    march: March, limits: Limits, begin: float, hear: Sequence[Callable[[], None]]
+    run: Measurement, limits: Limits, begin: float, watchers: Sequence[Callable[[], None]]
 ) -> None:
     """Go on until the drive ends, the solver gives up, or a limit is reached.
 
-    About ten times a second those that `hear` of it are called.
+    About ten times a second the `watchers` are called.
     """
-    march.outcome, march.reason = None, ""
-    simulation, before = march.simulation, march.seconds
+    run.outcome, run.reason = None, ""
+    simulation, before = run.simulation, run.seconds
     reached_with = simulation.tally.events  # when the last target was reached
 
     def take(stretch: Stretch) -> str:
+        """Take over a stretch and return why the run cannot go on; "" if it can."""
         nonlocal reached_with
-        march.take(stretch)
-        march.seconds = before + time.perf_counter() - begin
-        for tell in hear:
-            tell()
+        run.take(stretch)
+        run.seconds = before + time.perf_counter() - begin
+        for watcher in watchers:
+            watcher()
         events = simulation.tally.events
         if stretch.completed:
             reached_with = events
-        if limits.bytes is not None and march.store.bytes > limits.bytes:
+        if limits.bytes is not None and run.store.bytes > limits.bytes:
             return limits.full
-        if march.unwritten:
-            return march.unwritten
-        if limits.events is not None:
-            return ""
-        return _endless(march.experiment.chain, events - reached_with)
+        if run.unwritten or limits.events is not None:
+            return run.unwritten
+        return _endless(run.experiment.chain, events - reached_with)
 
-    while not march.ended and march.outcome is None:
+    while not run.ended and run.outcome is None:
         left = limits.after(simulation.tally.events)
-        drive, until = march.experiment.drive, march.done + march.room
-        stretch = advance(simulation, drive, until, left, done=march.done, take=take)
-        if (march.unwritten or stretch.stop is not Stop.DONE) and not march.ended:
-            march.outcome, march.reason = Outcome.LIMIT, march.unwritten or stretch.reason
+        drive = run.experiment.drive
+        stretch = advance(simulation, drive, run.next, left, done=run.done, take=take)
+        if (run.unwritten or stretch.stop is not Stop.DONE) and not run.ended:
+            run.outcome, run.reason = Outcome.LIMIT, run.unwritten or stretch.reason
 
 
 def _endless(chain: Chain, events: int) -> str:

@@ -39,6 +39,16 @@ class Enclosure(NamedTuple):
         """Return the radius as a decimal of three digits, rounded up."""
         return _decimal(self.radius, 3, rounding="ROUND_CEILING")
 
+    def apart(self, other: Enclosure) -> float:
+        """Return how far the middles are apart, 0 if the numbers may be the same."""
+        distance = abs(self.middle - other.middle)
+        return nearest_float(distance) if distance > self.radius + other.radius else 0.0
+
+    def rate(self, begin: Enclosure, span: Fraction | int) -> Enclosure:
+        """Return the mean rate of a quantity that went from `begin` to this within `span`."""
+        middle = (self.middle - begin.middle) / span
+        return Enclosure(middle, (self.radius + begin.radius) / span)
+
 
 def magnitude(value: Fraction) -> int:
     """Return the exponent of the leading decimal digit of `value` != 0."""
@@ -61,12 +71,9 @@ def enclosure(value: Any) -> Enclosure:
     """
     if isinstance(value, Enclosure):
         return value
-    if isinstance(value, (float, np.floating)):
-        return Enclosure(Fraction(float(value)), Fraction(0))
-    if isinstance(value, (int, np.integer)):
-        return Enclosure(Fraction(int(value)), Fraction(0))
-    if isinstance(value, Fraction):
-        return Enclosure(value, Fraction(0))
+    if isinstance(value, (float, np.floating, int, np.integer, Fraction)):
+        own = value.item() if isinstance(value, np.generic) else value
+        return Enclosure(Fraction(own), Fraction(0))
     if hasattr(value, "mid") and hasattr(value, "rad"):  # a ball of python-flint
         return Enclosure(_dyadic(*value.mid().man_exp()), _dyadic(*value.rad().man_exp()))
     if hasattr(value, "bracket"):  # a rational plus a multiple of cos(alpha), exactly
@@ -82,6 +89,10 @@ def _dyadic(mantissa: Any, exponent: Any) -> Fraction:
     return Fraction(m << e) if e >= 0 else Fraction(m, 1 << -e)
 
 
+enclosures = np.frompyfunc(enclosure, 1, 1)
+"""The same of an array, as an array of objects."""
+
+
 def floats(array: NDArray[Any]) -> NDArray[np.float64]:
     """Return the float64 nearest to every number of `array`."""
     if array.dtype != object:
@@ -90,31 +101,26 @@ def floats(array: NDArray[Any]) -> NDArray[np.float64]:
     return np.array(near, dtype=np.float64).reshape(array.shape)
 
 
-def digits_and_radii(
-    array: NDArray[Any], digits: int
-) -> tuple[NDArray[np.str_], NDArray[np.float64]]:
-    """Return the decimal digits and the radii (rounded up) of every number of `array`."""
-    known = [enclosure(value) for value in array.ravel().tolist()]
-    radii = [_float_above(value.radius) for value in known]
-    texts = [
-        Enclosure(value.middle, Fraction(radius)).text(digits)
-        for value, radius in zip(known, radii, strict=True)
-    ]
-    return np.array(texts, dtype=str).reshape(array.shape), np.array(radii).reshape(array.shape)
-
-
 def as_written(
     name: str, values: NDArray[Any], digits: int | None
 ) -> dict[str, NDArray[Any]]:
     """Return `values` by the names they have in files.
 
-    Numbers that are not floats become the nearest floats, with their decimals and radii beside
-    them under names of their own; `digits` is 17 unless it is known.
+    Numbers that are not floats become the nearest floats, with their decimals and their radii
+    (rounded up) beside them under names of their own; `digits` is 17 unless it is known.
     """
     if values.dtype != object:
         return {name: values}
-    texts, radii = digits_and_radii(values, digits or 17)
-    return {name: floats(values), f"{name}_decimal": texts, f"{name}_radius": radii}
+    texts, radii = [], []
+    for middle, radius in enclosures(values).ravel().tolist():
+        radii.append(_float_above(radius))
+        texts.append(Enclosure(middle, Fraction(radii[-1])).text(digits or 17))
+    written = {
+        name: floats(values),
+        f"{name}_decimal": np.array(texts, dtype=str),
+        f"{name}_radius": np.array(radii, dtype=float),
+    }
+    return {part: known.reshape(values.shape) for part, known in written.items()}
 
 
 def quantity(name: str) -> str:
@@ -132,19 +138,16 @@ def as_claimed(written: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     claimed = {name: values for name, values in written.items() if quantity(name) == name}
     for name in claimed:
         if f"{name}_decimal" in written:
-            texts, radii = written[f"{name}_decimal"], written[f"{name}_radius"]
-            known = np.empty(texts.shape, dtype=object)
-            for place, text in np.ndenumerate(texts):
-                radius = Fraction(float(radii[place])) + _rounding(str(text))
-                known[place] = Enclosure(Fraction(str(text)), radius)
-            claimed[name] = known
+            decimals, radii = written[f"{name}_decimal"], written[f"{name}_radius"]
+            claimed[name] = np.frompyfunc(_known, 2, 1)(decimals, radii)
     return claimed
 
 
-def _rounding(text: str) -> Fraction:
-    """Return the most by which a number was rounded to the decimal `text`."""
-    exponent = Decimal(text).as_tuple().exponent
-    return Fraction(10) ** int(exponent) / 2 if Fraction(text) else Fraction(0)
+def _known(text: str, radius: float) -> Enclosure:
+    """Return what a decimal stands for that was rounded, and the radius beside it."""
+    middle = Fraction(text)
+    exponent = int(Decimal(text).as_tuple().exponent)
+    return Enclosure(middle, Fraction(radius) + (Fraction(10) ** exponent / 2 if middle else 0))
 
 
 def _float_above(value: Fraction) -> float:

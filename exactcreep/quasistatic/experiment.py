@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from exactcreep.model.chain import Chain
-from exactcreep.model.disorder import valid_seed
+from exactcreep.model.disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.state import State
@@ -137,7 +137,7 @@ class Experiment:
         if isinstance(drive, Cycles):
             return nearest_float(drive.amplitude)
         if isinstance(drive, GaussianSteps):
-            return 9 * nearest_float(drive.sigma_theta)  # no deviate of 53 bits is larger
+            return LARGEST_DEVIATE * nearest_float(drive.sigma_theta)
         return float(np.abs(drive.targets(1, drive.half_cycles, self.seed)).max())
 
     @cached_property

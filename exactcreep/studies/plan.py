@@ -21,7 +21,7 @@ from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import course_of
-from exactcreep.quasistatic.twin import MOST_EVENTS
+from exactcreep.quasistatic.sensitivity import MOST_EVENTS
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import LADDER, Candidate, Choice, choose, runner, valid_accuracy
 from exactcreep.solvers.solver import warm_up

@@ -1,7 +1,6 @@
 """The quasi-static loop: what it measures, what it claims, and that stopping changes nothing."""
 
 import math
-import os
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -14,112 +13,21 @@ from exactcreep import (
     Creep,
     Cycles,
     Evidence,
-    GaussianSteps,
     InputError,
     Outcome,
     State,
-    TemperatureRecord,
     creep,
 )
 from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
 from exactcreep.progress import Progress
-from exactcreep.quasistatic import checkpoint as checkpoints
 from exactcreep.quasistatic import creep as loop
-from exactcreep.quasistatic.creep import CheckpointWarning, PhysicsWarning, resume
+from exactcreep.quasistatic.creep import PhysicsWarning, resume
 from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import load_members, save_members
 from tests.conftest import Command
-
-TWO = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-TWO_SURE = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-SIX = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-THREE = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-WEAK = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.005")
-WANDERING = 0
-RECORDS = ("x_G", "x", "tension", "slips", "events")
-
-
-def same(first: Creep, second: Creep) -> bool:
-    """Whether two results are the same, bit for bit, apart from the time they took."""
-    a, b = first.dataset.drop_attrs(deep=False), second.dataset.drop_attrs(deep=False)
-    about_a, about_b = (
-        {name: repr(value) for name, value in result.dataset.attrs.items() if name != "seconds"}
-        for result in (first, second)
-    )
-    assert about_a == about_b
-    return a.identical(b)
-
-
-def test_the_velocity_is_the_displacement_after_the_burn_in_divided_by_the_half_cycles() -> None:
-    result = creep(TWO, Cycles("0.01", 50), seed=3)
-    x = result.recorded["x_G"]
-    assert result.burn_in == 10
-    assert result.velocity == pytest.approx((x[99] - x[9]) / 90, rel=1e-15, abs=0)
-    assert result.half_cycles == 100
-    assert x.shape == (100,)
-
-
-def test_a_velocity_of_cycles_leaves_out_one_that_is_not_complete() -> None:
-    whole = creep(SIX, Cycles("0.01", 50), record=("x_G", "events"))
-    events = int((whole.recorded["event_half_cycle"] <= 59).sum())
-    cut = creep(SIX, Cycles("0.01", 50), burn_in=10, max_events=events)
-    assert cut.half_cycles == 59
-    x = whole.recorded["x_G"]
-    assert cut.velocity == pytest.approx((x[57] - x[9]) / 48, rel=1e-15, abs=0)
-
-
-@pytest.mark.parametrize(
-    ("cycles", "asked", "left_out"), [(5, None, 2), (100, None, 20), (55, None, 12), (50, 7, 8)]
-)
-def test_the_burn_in_is_a_tenth_at_least_two_and_even_for_cycles(
-    cycles: int, asked: int | None, left_out: int
-) -> None:
-    result = creep(TWO_SURE, Cycles("0.001", cycles), burn_in=asked)
-    assert result.burn_in == left_out
-
-
-def test_a_path_has_no_burn_in_unless_it_is_asked_for() -> None:
-    drive = ThetaPath(["0.01", "-0.01"] * 30)
-    result = creep(TWO, drive)
-    assert result.burn_in == 0
-    assert result.velocity == pytest.approx(result.x_G / 60, rel=1e-15, abs=0)
-    assert result.velocity_units == "g tau_dyn^2 per target"
-    cut = creep(TWO, drive, burn_in=4)
-    moved = result.x_G - result.recorded["x_G"][3]
-    assert cut.velocity == pytest.approx(moved / 56, rel=1e-13, abs=0)
-    assert creep(TWO, Cycles("0.01", 3)).velocity_units == "g tau_dyn^2 per half-cycle"
-
-
-def record_of(path: Path, hours: list[float]) -> TemperatureRecord:
-    """Return a record of two-day cycles of 10 degrees, sampled at these hours."""
-    rows = [f"{hour},{10 * math.sin(2 * math.pi * hour / 48):.12f}" for hour in hours]
-    path.write_text("\n".join(["time,temperature", *rows]), encoding="utf-8")
-    return TemperatureRecord(path, "0.001", 0, gaps="interpolate")
-
-
-def test_the_velocity_of_a_record_is_per_unit_of_time_however_it_is_sampled(
-    tmp_path: Path,
-) -> None:
-    extremes = [float(hour) for hour in range(12, 12 + 24 * 80, 24)]
-    fine = [12 + 6.0 * k for k in range(4 * 79 + 1)]
-    gaps = [hour for hour in fine if hour in extremes or not 200 < hour < 900]
-    results = [
-        creep(TWO_SURE, record_of(tmp_path / f"{k}.csv", hours))
-        for k, hours in enumerate((extremes, fine, gaps))
-    ]
-    for result in results:
-        assert result.burn_in == 0
-        assert result.velocity_units == "g tau_dyn^2 per unit of time"
-        assert result.velocity == pytest.approx(result.x_G / (24 * 79), rel=1e-14, abs=0)
-        assert result.velocity == pytest.approx(results[0].velocity, rel=1e-9, abs=0)
-        assert result.velocity > 0
-    results[2].save(tmp_path / "run.nc")
-    assert Creep.load(tmp_path / "run.nc").velocity == results[2].velocity
-    single = creep(TWO_SURE, record_of(tmp_path / "single.csv", [12.0]))
-    assert math.isnan(single.velocity)
-    assert single.velocity_reason == "one row of a record lasts no time"
+from tests.quasistatic.runs import RECORDS, SIX, TWO, TWO_SURE, same
 
 
 def test_two_sliders_creep_on_the_staircase_with_no_error() -> None:
@@ -177,28 +85,6 @@ def test_a_single_slider_rests() -> None:
     result = creep(Chain(1, 1, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.01", 3))
     assert result.outcome is Outcome.AT_REST
     assert result.dataset.sizes["spring"] == 0
-
-
-def test_no_half_cycle_after_the_burn_in_leaves_the_velocity_unknown() -> None:
-    result = creep(TWO_SURE, ThetaPath(["0.01"]), burn_in=1)
-    assert math.isnan(result.velocity)
-    assert result.summary()["velocity"] is None
-    # one dilation: the lower slider has moved, the upper one has not, so no creep is seen yet
-    assert result.state.displacements[1] > 0 == result.state.displacements[0]
-    assert result.outcome is Outcome.CYCLING
-
-
-def test_the_standard_error_is_the_scatter_between_seeds() -> None:
-    results = [creep(TWO, GaussianSteps("0.01", 3000), seed=seed) for seed in range(40)]
-    scatter = np.std([result.velocity for result in results], ddof=1)
-    known = [result.velocity_error for result in results if not result.velocity_reason]
-    claimed = math.sqrt(np.mean(np.square(known)))
-    assert len(known) >= 20
-    assert 0.7 < claimed / scatter < 1.4
-
-
-def test_the_standard_error_is_unknown_for_a_few_half_cycles() -> None:
-    assert math.isnan(creep(TWO, Cycles("0.01", 5)).velocity_error)
 
 
 @pytest.mark.parametrize("solver", ["exact", "verlet"])
@@ -386,164 +272,6 @@ def test_sliders_that_would_cross_are_counted() -> None:
     assert result.warnings["crossings"] == 10
 
 
-# --- checkpoints ---------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("solver", "options"),
-    [
-        ("exact", {}),
-        ("verlet", {"dt": "0.05"}),
-        ("reference", {}),
-        ("mpmath", {"digits": 30}),
-        ("certified", {"digits": 30}),
-    ],
-)
-def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(
-    tmp_path: Path, solver: str, options: dict
-) -> None:
-    small = solver in ("reference", "mpmath", "certified")
-    chain, drive = (THREE, Cycles("0.0015", 4)) if small else (SIX, Cycles("0.005", 20))
-    run = {"seed": 5, "solver": solver, "record": RECORDS, **options}
-    whole = creep(chain, drive, **run)
-    file = tmp_path / "run.ckpt"
-    part = creep(chain, drive, max_events=whole.event_count // 3, checkpoint=file, **run)
-    assert part.outcome is Outcome.LIMIT
-    part = resume(file, max_events=whole.event_count // 2)
-    assert part.outcome is Outcome.LIMIT
-    assert part.event_count < whole.event_count
-    assert same(resume(file), whole)
-
-
-def test_what_is_finished_stays_finished(tmp_path: Path) -> None:
-    file = tmp_path / "run.ckpt"
-    whole = creep(SIX, Cycles("0.005", 20), record=RECORDS, checkpoint=file)
-    assert same(resume(file), whole)
-    assert same(resume(file), whole)
-
-
-def test_a_checkpoint_keeps_every_kind_of_value() -> None:
-    content = {
-        "rationals": [Fraction(1, 3), Fraction(-(7**200), 3**99)],
-        "numbers": (2**200, -5, 0.1, math.inf, True, None),
-        "arrays": {
-            "f": np.array([[0.1, -0.0], [5e-324, 2.0]], order="F"),
-            "i": np.arange(3, dtype=np.uint64),
-            "s": np.array(["1.25", ""]),
-            "o": np.array([Fraction(1, 7), 0.5], dtype=object),
-            "empty": np.empty((0, 3)),
-        },
-        "scalar": np.float64(1 / 3),
-    }
-    back = checkpoints.from_bytes(checkpoints.to_bytes(content))
-    assert back["rationals"] == content["rationals"]
-    assert back["numbers"] == content["numbers"]
-    assert back["scalar"] == content["scalar"]
-    for name, array in content["arrays"].items():
-        assert np.array_equal(back["arrays"][name], array)
-        assert back["arrays"][name].dtype == array.dtype
-    assert np.signbit(back["arrays"]["f"][0, 1])
-
-
-def test_a_checkpoint_damaged_anywhere_is_refused_in_one_sentence(tmp_path: Path) -> None:
-    file = tmp_path / "run.ckpt"
-    creep(TWO, Cycles("0.01", 3), checkpoint=file)
-    good = file.read_bytes()
-    generator = np.random.default_rng(1)
-    for place in generator.integers(0, len(good), 200).tolist():
-        bad = bytearray(good)
-        bad[place] ^= 1 << int(generator.integers(8))
-        file.write_bytes(bad)
-        with pytest.raises(InputError, match="checkpoint = "):
-            resume(file)
-    for length in (0, 5, 30, len(good) // 2, len(good) - 1):
-        file.write_bytes(good[:length])
-        with pytest.raises(InputError, match=r"not a checkpoint|truncated"):
-            resume(file)
-    now = checkpoints.VERSION
-    for version in (now - 1, now + 1):  # older and newer
-        other = good.replace(b"checkpoint %d\n" % now, b"checkpoint %d\n" % version, 1)
-        file.write_bytes(other)
-        with pytest.raises(InputError, match=f"{version}; this program reads version {now}"):
-            resume(file)
-    file.write_bytes(good + b"more")
-    with pytest.raises(InputError, match="checksum"):
-        resume(file)
-    for path in (tmp_path, tmp_path / "none"):
-        with pytest.raises(InputError, match="must be a file"):
-            resume(path)
-
-
-def test_a_checkpoint_that_cannot_be_written_leaves_the_last_one(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    file = tmp_path / "run.ckpt"
-    whole = creep(TWO, Cycles("0.01", 3), checkpoint=file)
-
-    def full(descriptor: int) -> None:
-        raise OSError(28, "No space left on device")
-
-    monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(InputError, match="No space left"):
-        checkpoints.write(file, {"nothing": 0})
-    monkeypatch.undo()
-    assert same(resume(file), whole)
-    assert [path.name for path in tmp_path.iterdir()] == ["run.ckpt"]
-
-
-@pytest.mark.parametrize("repaired", [True, False])
-def test_a_run_goes_on_and_tries_again_when_its_checkpoint_cannot_be_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, repaired: bool
-) -> None:
-    whole = creep(SIX, Cycles("0.005", 20))
-    file, written, write = tmp_path / "run.ckpt", [], checkpoints.write_file
-
-    def sometimes_full(*arguments, **options) -> None:
-        written.append(len(written))
-        if len(written) in (2, 3) or (not repaired and len(written) > 3):
-            raise InputError("checkpoint", str(file), "cannot be written: No space left on device")
-        write(*arguments, **options)
-
-    monkeypatch.setattr(checkpoints, "write_file", sometimes_full)
-    with pytest.warns(CheckpointWarning, match="No space left on device; the run goes on") as seen:
-        result = creep(SIX, Cycles("0.005", 20), checkpoint=file, every=0)
-    assert len(written) > 4
-    assert same(result, whole)
-    assert len(seen) == 1
-    monkeypatch.undo()
-    assert (resume(file, max_events=0).half_cycles == 40) == repaired
-    assert same(resume(file), whole)
-
-
-def test_of_two_runs_with_one_checkpoint_the_second_does_not_begin(tmp_path: Path) -> None:
-    """It is refused even if the first one's file was not there when both were started."""
-    file = tmp_path / "run.ckpt"
-    second = loop.Keeper.of(file, 60)
-    whole = creep(SIX, Cycles("0.005", 20), checkpoint=file)
-    experiment = Experiment.of(SIX, Cycles("0.005", 20))
-    with pytest.raises(InputError, match="exists and is not overwritten without force"):
-        loop.run_members([experiment], keeper=second)
-    assert same(resume(file), whole)
-
-
-def test_a_checkpoint_of_many_members_is_written_when_it_is_due_and_not_for_each(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    write, written = checkpoints.write_file, []
-
-    def counted(*arguments: object, **options: object) -> None:
-        written.append(arguments)
-        write(*arguments, **options)
-
-    monkeypatch.setattr(checkpoints, "write_file", counted)
-    members = [Experiment.of(TWO, Cycles("0.01", 2), seed=seed) for seed in range(9)]
-    whole = loop.run_members(members, keeper=loop.Keeper.of(tmp_path / "run.ckpt", 10**9))
-    assert len(written) == 2
-    saved = loop.Saved.read(tmp_path / "run.ckpt")
-    again = loop.run_members(saved.experiments, captured=saved.captured)
-    assert all(map(same, again, whole))
-
-
 def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> None:
     chain = Chain(8, 1, "1/1000", "101/1000", tan_alpha="-3/5000")
     tensions = [Fraction(t, 100) for t in (-3, 18, -18, -14, -2, 0, -2)]
@@ -558,76 +286,6 @@ def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> 
     short = creep(TWO, Cycles("0.01", 3))
     assert short.rearrangements > 100
     assert short.long_rearrangements == 0
-
-
-UNKNOWN = {
-    "all of the drive is burn-in": (
-        lambda: creep(TWO, Cycles("0.01", 5), burn_in=10),
-        "no whole cycle was completed after the burn-in of 10 half-cycles; 10 were reached",
-    ),
-    "a limit before the burn-in asked for ends": (
-        lambda: creep(TWO, Cycles("0.01", 500), burn_in=900, max_events=1000),
-        "no whole cycle was completed after the burn-in of 900 half-cycles; 5 were reached",
-    ),
-    "one cycle, which is burn-in": (
-        lambda: creep(TWO, Cycles("0.01", 1)),
-        "no whole cycle was completed after the burn-in of 2 half-cycles; 2 were reached",
-    ),
-    "a limit before the first target": (
-        lambda: creep(TWO, Cycles("0.01", 5), max_events=1),
-        "no whole cycle was completed after the burn-in of 0 half-cycles; 0 were reached",
-    ),
-    "one target": (
-        lambda: creep(TWO, ThetaPath(["0.01"]), burn_in=1),
-        "no target was completed after the burn-in of 1 targets; 1 were reached",
-    ),
-    "a runaway": (
-        lambda: creep(Chain(3, 10, "0.5", "0.6", tan_alpha="0.7"), Cycles("0.01", 5)),
-        "the chain runs away: a velocity without bound has no standard error",
-    ),
-    "too short": (
-        lambda: creep(TWO, Cycles("0.01", 5)),
-        "8 half-cycles after the burn-in are too few for a standard error",
-    ),
-    "correlated as long as the run": (
-        lambda: creep(WEAK, GaussianSteps("0.01", 1000), seed=WANDERING),
-        "900 targets after the burn-in are too few for a standard error beside the time over which"
-        " the advance is correlated",
-    ),
-    "nothing happens under random dilations": (
-        lambda: creep(TWO, GaussianSteps("1e-6", 100)),
-        "nothing happened in 90 targets: how rarely it does is not known",
-    ),
-    "too short after a long burn-in": (
-        lambda: creep(TWO, GaussianSteps("0.01", 9000), burn_in=8990),
-        "10 targets after the burn-in are too few for a standard error",
-    ),
-}
-
-
-@pytest.mark.parametrize("way", UNKNOWN)
-def test_a_velocity_that_is_not_known_says_why(way: str, tmp_path: Path) -> None:
-    compute, reason = UNKNOWN[way]
-    result = compute()
-    assert math.isnan(result.velocity_error)
-    assert math.isnan(result.velocity) is reason.startswith("no ")
-    assert result.velocity_reason == reason
-    assert result.summary()["velocity_reason"] == reason
-    result.save(tmp_path / "run.nc")
-    assert Creep.load(tmp_path / "run.nc").velocity_reason == reason
-
-
-def test_a_velocity_that_is_known_needs_no_reason() -> None:
-    for result in (
-        creep(TWO, Cycles("0.01", 100)),
-        creep(TWO, Cycles("1e-6", 100)),
-        creep(TWO, GaussianSteps("0.01", 100)),
-        creep(TWO, Cycles("0.001", 75), solver="certified", digits=20),
-    ):
-        assert math.isfinite(result.velocity)
-        assert math.isfinite(result.velocity_error)
-        assert result.velocity_reason == ""
-        assert "velocity_reason" not in result.summary()
 
 
 @pytest.mark.parametrize(("old", "new"), [("events", "event_count"), ("slips", "slip_count")])

@@ -174,6 +174,7 @@ from exactcreep.cli import status
 from exactcreep.commands import reproduce
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic.files import write_file
 from exactcreep.figures import style as figures
 
 @contextmanager
@@ -204,7 +205,7 @@ with full_disk("picture"):
 with full_disk("sweep"):
     assert status([*sweep, "."]) == 2
 with full_disk("checkpoint"):
-    checkpoint.write("it", {"values": np.zeros(9000)})
+    write_file("it", checkpoint.pieces({"values": np.zeros(9000)}), "checkpoint")
 with full_disk("reproduce"):
     class Blank:
         name = "it"

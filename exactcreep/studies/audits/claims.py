@@ -1,7 +1,7 @@
 """What a run says about itself, held against what its events make.
 
-Rows at targets and of tables, counts, outcome, evidence and velocities follow from the motion; what
-a `March` makes of a run, a `March` makes again of the motion that the auditor has followed.
+Rows at targets and of tables, counts, outcome, evidence and velocities follow from the motion: a
+`Measurement` is made again, of the motion that the auditor has followed.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.quasistatic.decimals import as_claimed, enclosure, floats, quantity
-from exactcreep.quasistatic.march import NEARLY, March
+from exactcreep.quasistatic.measurement import NEARLY, Measurement
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.auto import concluded
 from exactcreep.solvers.solver import Stretch
@@ -93,14 +93,14 @@ def follow(
     auditor: Auditor, result: Creep, columns: Columns, log: Sequence[LoggedRearrangement],
     say: Callable[..., None],
 ) -> None:  # fmt: skip
-    """Take the auditor along the drive of a run, and a march with it; then compare."""
+    """Take the auditor along the drive of a run, and a measurement with it; then compare."""
     arithmetic, partial = auditor.arithmetic, result.outcome in (Outcome.RUNAWAY, Outcome.LIMIT)
-    march = March(result.experiment, None)
+    measured = Measurement(result.experiment)
     followed = SimpleNamespace(
         tally=auditor.tally, state=lambda: auditor.state, evidence=result.evidence, report=dict,
         twin=lambda: None, capture=dict,
     )  # fmt: skip
-    march.simulation = followed  # type: ignore[assignment]
+    measured.simulation = followed  # type: ignore[assignment]
     tables: dict[Schema[Any], list[Any]] = {
         REARRANGEMENT_TABLE: auditor.rows,
         SLIP_TABLE: auditor.slip_rows,
@@ -140,7 +140,7 @@ def follow(
             for name in sorted(made.keys() & columns.keys()):
                 text = f"recorded {name} at target {q}"
                 _same(auditor, text, made[name], columns[name][q - 1 : q].ravel())
-            march.take(Stretch(1, {"x_G": x_G, "x": state.displacements[None, :]}))
+            measured.take(Stretch(1, {"x_G": x_G, "x": state.displacements[None, :]}))
     if r < len(log):
         auditor.find("order", f"{len(log) - r} rearrangements belong to no half-cycle")
     for table, rows in tables.items():
@@ -148,7 +148,7 @@ def follow(
         _compare_table(auditor, table, rows, columns, partial=last_may_lack)
     if result.outcome is not Outcome.RUNAWAY:  # it goes on moving until that is proved
         compare_end(auditor, result.state)
-    _compare_claims(auditor, result, march)
+    _compare_claims(auditor, result, measured)
 
 
 def _compare_table(
@@ -208,8 +208,8 @@ def compare_end(auditor: Auditor, state: State) -> None:
         auditor.find("state", "the final coefficients are not those of the last draws")
 
 
-def _compare_claims(auditor: Auditor, result: Creep, march: March) -> None:
-    """Compare what a run says about itself with what `march` finds on the same way."""
+def _compare_claims(auditor: Auditor, result: Creep, measured: Measurement) -> None:
+    """Compare what a run says about itself with what `measured` finds on the same way."""
     auditor.tally.undecided = result.undecided
     whole = result.half_cycles == result.drive.half_cycles
     in_motion = auditor.replay is not None and bool(auditor.replay.flow.signs.any())
@@ -218,12 +218,12 @@ def _compare_claims(auditor: Auditor, result: Creep, march: March) -> None:
     elif in_motion and auditor.tally.long_rearrangements:
         auditor.tally.long_rearrangements -= auditor.long  # it has not ended
     if not whole or in_motion:
-        march.outcome, march.reason = result.outcome, result.reason
+        measured.outcome, measured.reason = result.outcome, result.reason
     # the solver saw whether tensions came back exactly; here they are rounded anew
-    march.unseen = ROUNDING * auditor.scale * (1 + len(auditor.radii))
-    own = march.result()
+    measured.unseen = ROUNDING * auditor.scale * (1 + len(auditor.radii))
+    own = measured.result()
     if whole and not in_motion:
-        doubtful = _behaves(auditor, result, march)
+        doubtful = _behaves(auditor, result, measured)
     else:
         doubtful = False
         _ends_early(auditor, result)
@@ -256,14 +256,14 @@ def _compare_claims(auditor: Auditor, result: Creep, march: March) -> None:
     _compare_velocities(auditor, result, own)
 
 
-def _behaves(auditor: Auditor, result: Creep, march: March) -> bool:
+def _behaves(auditor: Auditor, result: Creep, measured: Measurement) -> bool:
     """Check what a run to the end of its drive says of the end; return if that is undecided."""
-    march.outcome = None
-    exactly = march._behaviour(auditor.state)
-    march.unseen = 0.0
+    measured.outcome = None
+    exactly = measured.behaviour(auditor.state)
+    measured.unseen = 0.0
     nearly = result.reason.startswith(NEARLY)
     claimed = result.outcome, result.since
-    for found in (exactly, march._behaviour(auditor.state)):
+    for found in (exactly, measured.behaviour(auditor.state)):
         settled = nearly and found.velocity is not None
         if claimed == (found.outcome, found.since) and (result.reason == found.reason or settled):
             return found.doubtful or nearly

@@ -1,4 +1,4 @@
-"""How far a run can be trusted: a twin that starts a few roundings apart tells how they grow.
+"""How sensitive a run is to rounding: a twin that starts a few roundings off shows how they grow.
 
 Where disorder makes nearby chains part, rounding decides after some half-cycles what happens: the
 statistics are right then, and the course is one of many. A twin with the same disorder goes along
@@ -20,16 +20,18 @@ from exactcreep.quasistatic.decimals import floats
 from exactcreep.solvers.solver import Simulation
 
 TRUSTED = 1e-9
-"""What `condition.PROMISE` is for a rearrangement, for `Creep.trusted_half_cycles`."""
+"""What `PROMISE` is for a rearrangement, for `Creep.trusted_half_cycles`."""
 MOST_EVENTS = 2**14
 """A twin that was not asked for goes along for so many events."""
 
 
-class Watch:
-    """Looks at a run at targets that lie further and further apart, and says since when it doubts.
+class RoundingSensitivity:
+    """Compares a run with its twin, at targets that lie further and further apart.
 
     Attributes
     ----------
+    asked : bool
+        Whether the twin is followed until it parts, however long that takes.
     checked : int
         The last target looked at.
     doubted_from : int
@@ -38,6 +40,8 @@ class Watch:
         The last target looked at up to which the twin has agreed to `TRUSTED`.
     parted : bool
         Whether it has ceased to.
+    followed : bool
+        Whether there is a twin, or may be.
     """
 
     def __init__(self, *, asked: bool) -> None:
@@ -46,7 +50,7 @@ class Watch:
         self.doubted_from = 0
         self.trusted = 0
         self.parted = False
-        self.followed = True  # as long as there is a twin, or may be
+        self.followed = True
         self._twin: Simulation | None = None
         self._apart = 0.0  # tensions of the twin, when last looked at
 
@@ -60,9 +64,9 @@ class Watch:
         """Up to which target the run can be trusted at the least, None if that is not known."""
         return self.trusted if self.parted or self.followed else None
 
-    def look(self, simulation: Simulation, drive: Drive, done: int, *, last: bool) -> None:
+    def look(self, simulation: Simulation, drive: Drive, done: int) -> None:
         """Look at a run that has reached target `done`, if it is due or the last."""
-        if done == self.checked or (done < self.next and not last):
+        if done == self.checked or self.next > done < drive.half_cycles:
             return
         since = self.checked + 1
         if self.followed and not self.parted:
@@ -74,26 +78,25 @@ class Watch:
 
     def _compare(self, simulation: Simulation, drive: Drive, done: int) -> None:
         """Take the twin to target `done`, and see whether it is where the run is."""
-        events = simulation.tally.events
+        events, first = simulation.tally.events, self.checked + 1
         allowed = self.asked or events <= MOST_EVENTS
-        if self.checked == 0 and allowed:
+        if first == 1 and allowed:
             self._twin = simulation.twin()
         if self._twin is None or not allowed:
             self.followed, self._twin = False, None
             return
-        twin, first = self._twin, self.checked + 1
         limits = Limits(events=2 * events + 1000)
-        stretch = twin.follow(drive, first, done - first + 1, limits)
-        one, other = simulation.state(), twin.state()
-        together = (
+        stretch = self._twin.follow(drive, first, done - first + 1, limits)
+        one, other = simulation.state(), self._twin.state()
+        self._apart = np.inf
+        if (
             stretch.stop is Stop.DONE
-            and twin.tally.events == events
+            and self._twin.tally.events == events
             and np.array_equal(one.draws, other.draws)
-        )
-        tensions = floats(one.tensions)
-        largest = max(1.0, float(np.abs(tensions).max()))
-        apart = float(np.abs(tensions - floats(other.tensions)).max()) / largest
-        self._apart = apart if together else np.inf
+        ):
+            tensions = floats(one.tensions)
+            largest = max(1.0, float(np.abs(tensions).max()))
+            self._apart = float(np.abs(tensions - floats(other.tensions)).max()) / largest
         if self._apart <= TRUSTED:
             self.trusted = done
         else:
@@ -104,7 +107,7 @@ class Watch:
         return vars(self) | {"_twin": self._twin and self._twin.capture()}
 
     def restore(self, captured: Mapping[str, Any], simulation: Simulation) -> None:
-        """Take over what `capture` returned; `simulation` is the one that is watched."""
+        """Take over what `capture` returned; `simulation` is the one that the twin goes beside."""
         vars(self).update(captured)
         if captured["_twin"] is not None:
             self._twin = twin = simulation.twin()

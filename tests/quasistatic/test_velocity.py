@@ -1,0 +1,184 @@
+"""Velocities: what is averaged over what, how well it is known, and why it may not be."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from exactcreep import (
+    Chain,
+    Creep,
+    Cycles,
+    GaussianSteps,
+    Outcome,
+    TemperatureRecord,
+    creep,
+)
+from exactcreep import Path as ThetaPath
+from tests.quasistatic.runs import SIX, TWO, TWO_SURE
+
+WEAK = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.005")
+WANDERING = 0
+
+
+def test_the_velocity_is_the_displacement_after_the_burn_in_divided_by_the_half_cycles() -> None:
+    result = creep(TWO, Cycles("0.01", 50), seed=3)
+    x = result.recorded["x_G"]
+    assert result.burn_in == 10
+    assert result.velocity == pytest.approx((x[99] - x[9]) / 90, rel=1e-15, abs=0)
+    assert result.half_cycles == 100
+    assert x.shape == (100,)
+
+
+def test_a_velocity_of_cycles_leaves_out_one_that_is_not_complete() -> None:
+    whole = creep(SIX, Cycles("0.01", 50), record=("x_G", "events"))
+    events = int((whole.recorded["event_half_cycle"] <= 59).sum())
+    cut = creep(SIX, Cycles("0.01", 50), burn_in=10, max_events=events)
+    assert cut.half_cycles == 59
+    x = whole.recorded["x_G"]
+    assert cut.velocity == pytest.approx((x[57] - x[9]) / 48, rel=1e-15, abs=0)
+
+
+@pytest.mark.parametrize(
+    ("cycles", "asked", "left_out"), [(5, None, 2), (100, None, 20), (55, None, 12), (50, 7, 8)]
+)
+def test_the_burn_in_is_a_tenth_at_least_two_and_even_for_cycles(
+    cycles: int, asked: int | None, left_out: int
+) -> None:
+    result = creep(TWO_SURE, Cycles("0.001", cycles), burn_in=asked)
+    assert result.burn_in == left_out
+
+
+def test_a_path_has_no_burn_in_unless_it_is_asked_for() -> None:
+    drive = ThetaPath(["0.01", "-0.01"] * 30)
+    result = creep(TWO, drive)
+    assert result.burn_in == 0
+    assert result.velocity == pytest.approx(result.x_G / 60, rel=1e-15, abs=0)
+    assert result.velocity_units == "g tau_dyn^2 per target"
+    cut = creep(TWO, drive, burn_in=4)
+    moved = result.x_G - result.recorded["x_G"][3]
+    assert cut.velocity == pytest.approx(moved / 56, rel=1e-13, abs=0)
+    assert creep(TWO, Cycles("0.01", 3)).velocity_units == "g tau_dyn^2 per half-cycle"
+
+
+def record_of(path: Path, hours: list[float]) -> TemperatureRecord:
+    """Return a record of two-day cycles of 10 degrees, sampled at these hours."""
+    rows = [f"{hour},{10 * math.sin(2 * math.pi * hour / 48):.12f}" for hour in hours]
+    path.write_text("\n".join(["time,temperature", *rows]), encoding="utf-8")
+    return TemperatureRecord(path, "0.001", 0, gaps="interpolate")
+
+
+def test_the_velocity_of_a_record_is_per_unit_of_time_however_it_is_sampled(
+    tmp_path: Path,
+) -> None:
+    extremes = [float(hour) for hour in range(12, 12 + 24 * 80, 24)]
+    fine = [12 + 6.0 * k for k in range(4 * 79 + 1)]
+    gaps = [hour for hour in fine if hour in extremes or not 200 < hour < 900]
+    results = [
+        creep(TWO_SURE, record_of(tmp_path / f"{k}.csv", hours))
+        for k, hours in enumerate((extremes, fine, gaps))
+    ]
+    for result in results:
+        assert result.burn_in == 0
+        assert result.velocity_units == "g tau_dyn^2 per unit of time"
+        assert result.velocity == pytest.approx(result.x_G / (24 * 79), rel=1e-14, abs=0)
+        assert result.velocity == pytest.approx(results[0].velocity, rel=1e-9, abs=0)
+        assert result.velocity > 0
+    results[2].save(tmp_path / "run.nc")
+    assert Creep.load(tmp_path / "run.nc").velocity == results[2].velocity
+    single = creep(TWO_SURE, record_of(tmp_path / "single.csv", [12.0]))
+    assert math.isnan(single.velocity)
+    assert single.velocity_reason == "one row of a record lasts no time"
+
+
+def test_no_half_cycle_after_the_burn_in_leaves_the_velocity_unknown() -> None:
+    result = creep(TWO_SURE, ThetaPath(["0.01"]), burn_in=1)
+    assert math.isnan(result.velocity)
+    assert result.summary()["velocity"] is None
+    # one dilation: the lower slider has moved, the upper one has not, so no creep is seen yet
+    assert result.state.displacements[1] > 0 == result.state.displacements[0]
+    assert result.outcome is Outcome.CYCLING
+
+
+def test_the_standard_error_is_the_scatter_between_seeds() -> None:
+    results = [creep(TWO, GaussianSteps("0.01", 3000), seed=seed) for seed in range(40)]
+    scatter = np.std([result.velocity for result in results], ddof=1)
+    known = [result.velocity_error for result in results if not result.velocity_reason]
+    claimed = math.sqrt(np.mean(np.square(known)))
+    assert len(known) >= 20
+    assert 0.7 < claimed / scatter < 1.4
+
+
+def test_the_standard_error_is_unknown_for_a_few_half_cycles() -> None:
+    assert math.isnan(creep(TWO, Cycles("0.01", 5)).velocity_error)
+
+
+UNKNOWN = {
+    "all of the drive is burn-in": (
+        lambda: creep(TWO, Cycles("0.01", 5), burn_in=10),
+        "no whole cycle was completed after the burn-in of 10 half-cycles; 10 were reached",
+    ),
+    "a limit before the burn-in asked for ends": (
+        lambda: creep(TWO, Cycles("0.01", 500), burn_in=900, max_events=1000),
+        "no whole cycle was completed after the burn-in of 900 half-cycles; 5 were reached",
+    ),
+    "one cycle, which is burn-in": (
+        lambda: creep(TWO, Cycles("0.01", 1)),
+        "no whole cycle was completed after the burn-in of 2 half-cycles; 2 were reached",
+    ),
+    "a limit before the first target": (
+        lambda: creep(TWO, Cycles("0.01", 5), max_events=1),
+        "no whole cycle was completed after the burn-in of 0 half-cycles; 0 were reached",
+    ),
+    "one target": (
+        lambda: creep(TWO, ThetaPath(["0.01"]), burn_in=1),
+        "no target was completed after the burn-in of 1 targets; 1 were reached",
+    ),
+    "a runaway": (
+        lambda: creep(Chain(3, 10, "0.5", "0.6", tan_alpha="0.7"), Cycles("0.01", 5)),
+        "the chain runs away: a velocity without bound has no standard error",
+    ),
+    "too short": (
+        lambda: creep(TWO, Cycles("0.01", 5)),
+        "8 half-cycles after the burn-in are too few for a standard error",
+    ),
+    "correlated as long as the run": (
+        lambda: creep(WEAK, GaussianSteps("0.01", 1000), seed=WANDERING),
+        "900 targets after the burn-in are too few for a standard error beside the time over which"
+        " the advance is correlated",
+    ),
+    "nothing happens under random dilations": (
+        lambda: creep(TWO, GaussianSteps("1e-6", 100)),
+        "nothing happened in 90 targets: how rarely it does is not known",
+    ),
+    "too short after a long burn-in": (
+        lambda: creep(TWO, GaussianSteps("0.01", 9000), burn_in=8990),
+        "10 targets after the burn-in are too few for a standard error",
+    ),
+}
+
+
+@pytest.mark.parametrize("way", UNKNOWN)
+def test_a_velocity_that_is_not_known_says_why(way: str, tmp_path: Path) -> None:
+    compute, reason = UNKNOWN[way]
+    result = compute()
+    assert math.isnan(result.velocity_error)
+    assert math.isnan(result.velocity) is reason.startswith("no ")
+    assert result.velocity_reason == reason
+    assert result.summary()["velocity_reason"] == reason
+    result.save(tmp_path / "run.nc")
+    assert Creep.load(tmp_path / "run.nc").velocity_reason == reason
+
+
+def test_a_velocity_that_is_known_needs_no_reason() -> None:
+    for result in (
+        creep(TWO, Cycles("0.01", 100)),
+        creep(TWO, Cycles("1e-6", 100)),
+        creep(TWO, GaussianSteps("0.01", 100)),
+        creep(TWO, Cycles("0.001", 75), solver="certified", digits=20),
+    ):
+        assert math.isfinite(result.velocity)
+        assert math.isfinite(result.velocity_error)
+        assert result.velocity_reason == ""
+        assert "velocity_reason" not in result.summary()
