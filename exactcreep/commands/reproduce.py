@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from exactcreep import Progress
-    from exactcreep.figures.catalogue import Picture
+    from exactcreep.figures.drawing import Picture
     from exactcreep.figures.tables import Table
 
 ALL = "all"

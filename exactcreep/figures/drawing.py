@@ -4,29 +4,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from exactcreep.figures.style import INKS
-from exactcreep.figures.tables import Row
-from exactcreep.laws import LAWS, Form, law_values
+from exactcreep.figures.style import DASHED, INKS, Style, picture
+from exactcreep.figures.tables import Data, Point, Table
+from exactcreep.laws import LAWS, law_values
 
-Data = Mapping[str, xr.Dataset]
-"""The sweeps of a picture by the names of their scenes."""
 VELOCITY = r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle$  ($g\,\tau_\mathrm{dyn}^2$)"
 SLOPE = r"$\tan\alpha$"
-PRINTED: dict[str, Any] = {"color": INKS[0], "linestyle": "-", "linewidth": 1.1}
+RATIO = r"$A_\theta/A_\theta^*$, $A_\theta^*$ of the paper"
+LIMIT = r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$"
+"""What a legend calls the law of the sliding limit."""
+PRINTED: Style = {"color": INKS[0], "linestyle": "-", "linewidth": 1.1}
 """How the paper's law is drawn."""
-EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": (0, (4, 1.5)), "linewidth": 1.3}
+EXACT: Style = {"color": INKS[1], "linestyle": DASHED, "linewidth": 1.3}
 """How the corrected or exact law is drawn."""
-CYCLES: dict[str, Any] = {"marker": "o", "markerfacecolor": "white", "color": INKS[6]}
+CYCLES: Style = {"marker": "o", "markerfacecolor": "white", "color": INKS[6]}
 """Points of temperature cycles: open circles, as in the paper."""
-RANDOM: dict[str, Any] = {"marker": "o", "markerfacecolor": INKS[6], "color": INKS[6]}
+RANDOM: Style = {"marker": "o", "markerfacecolor": INKS[6], "color": INKS[6]}
 """Points of random dilations: full circles, as in the paper."""
 
 _NAMES = {
@@ -41,57 +44,115 @@ _NAMES = {
 }
 
 
+@dataclass(frozen=True)
+class Picture:
+    """A picture of ``exactcreep reproduce``: the scenes behind it, its tables, how it is drawn.
+
+    Attributes
+    ----------
+    name : str
+        Of the files, and of the first scene.
+    size : pair of float
+        Width and height in inches.
+    tables : callable
+        Called with the data; returns the tables.
+    quick : mapping
+        For each scene the dotted keys that are set differently for a quick look.
+    drawing : callable
+        Called with an empty figure, the data and the tables; draws.
+    figure : str
+        The label of the paper's figure; empty for a picture that the paper does not have.
+    always : mapping
+        Dotted keys that are set in every scene, quick or not.
+    reduce : callable or None
+        Makes of each sweep what is kept of it.
+    compute : callable or None
+        Instead of a sweep: called with the settings, and a callable that is told the progress.
+    """
+
+    name: str
+    size: tuple[float, float]
+    tables: Callable[[Data], list[Table]]
+    quick: Mapping[str, Mapping[str, Any]]
+    drawing: Callable[[Figure, Data, list[Table]], None]
+    figure: str = ""
+    always: Mapping[str, Any] = field(default_factory=dict)
+    reduce: Callable[[xr.Dataset], xr.Dataset] | None = None
+    compute: Callable[..., xr.Dataset] | None = None
+
+    @property
+    def scenes(self) -> tuple[str, ...]:
+        """The scenes that are run."""
+        return tuple(self.quick)
+
+    def draw(self, data: Data, tables: list[Table]) -> Figure:
+        """Return the picture."""
+        figure = picture(*self.size)
+        self.drawing(figure, data, tables)
+        return figure
+
+
 def law_name(label: str) -> str:
     """Return what a legend calls a law of the paper, by its label, which data and tables have."""
     return f"paper: {_NAMES[label]}"
 
 
-def points(
+def draw_points(
     axes: Axes,
-    rows: Iterable[Row],
-    key: str,
-    *,
-    scale: Callable[[Row], float] = lambda row: 1.0,
+    rows: Iterable[Point],
+    x: str | Callable[[Point], float],
+    scale: Callable[[Point], float] = lambda row: 1.0,
     **style: Any,
 ) -> None:
-    """Draw the measured velocities of `rows` over the dimension `key`, with standard errors."""
+    """Draw the measured velocities of `rows` over a dimension, with their standard errors."""
     kept = list(rows)
-    x = [row.varied[key] for row in kept]
+    places = [row.varied[x] if isinstance(x, str) else x(row) for row in kept]
     y = [row.measured * scale(row) for row in kept]
     error = [0.0 if math.isnan(row.error) else row.error * scale(row) for row in kept]
-    about: dict[str, Any] = {"markersize": 4, "linestyle": "none", "elinewidth": 0.7, "capsize": 0}
-    axes.errorbar(x, y, yerr=error, zorder=3, **{**about, "markeredgewidth": 0.8, **style})
+    about: Style = {"markersize": 4, "linestyle": "none", "elinewidth": 0.7, "capsize": 0}
+    axes.errorbar(places, y, yerr=error, zorder=3, **{**about, "markeredgewidth": 0.8, **style})
 
 
 def law_line(
-    form: Form | None, over: str, values: Sequence[Any], parameters: Mapping[str, Any]
-) -> NDArray[np.float64]:
+    equation: str, over: str, values: Iterable[Any], parameters: Mapping[str, Any],
+    form: str = "printed",
+) -> NDArray[np.float64]:  # fmt: skip
     """Return a law over the values of one parameter; the mean where a plateau is not unique."""
-    out = []
-    for value in values:
-        found = law_values(form, {**parameters, over: value})
-        out.append(sum(found) / len(found) if found else math.nan)
-    return np.array(out)
+    law = getattr(LAWS[equation], form)
+    return np.array([mean_law(law_values(law, {**parameters, over: value})) for value in values])
 
 
-def plateau_lines(
+def mean_law(values: Sequence[float]) -> float:
+    """Return the mean of the values of a law, nan where there is none."""
+    return sum(values) / len(values) if values else math.nan
+
+
+def draw_law(
+    axes: Axes, equation: str, over: str, values: Sequence[Any], parameters: Mapping[str, Any],
+    form: str = "printed", label: str = "", **style: Any,
+) -> None:  # fmt: skip
+    """Draw the paper's or the exact law over the values of one parameter."""
+    about = {**(PRINTED if form == "printed" else EXACT), **style}
+    line = law_line(equation, over, values, parameters, form)
+    axes.plot([float(value) for value in values], line, label=label or law_name(equation), **about)
+
+
+def draw_plateaus(
     axes: Axes, equation: str, form: str, parameters: Mapping[str, Any], **style: Any
 ) -> None:
     """Draw a law over tan(alpha) plateau by plateau, with jumps where the pivot changes."""
     n, friction = int(parameters["n"]), Fraction(parameters["mu_d"])
     law = getattr(LAWS[equation], form)
-    first = True
+    given = {name: parameters[name] for name in law.required if name in parameters}
     for i in range(2, n + 2):
         low = max(friction * (1 - Fraction(2 * (i - 1), n)), Fraction(0))
         high = friction * (1 - Fraction(2 * (i - 2), n))
         if high <= 0:
-            continue
+            break
         slopes = [low + (high - low) * Fraction(k, 24) for k in range(25)]
-        given = {name: parameters[name] for name in law.required if name in parameters}
         values = [float(law(**{**given, "tan_alpha": slope, "i": i})) for slope in slopes]
-        about = style if first else {**style, "label": None}
-        axes.plot([float(slope) for slope in slopes], values, **about)
-        first = False
+        axes.plot([float(slope) for slope in slopes], values, **style)
+        style["label"] = None
 
 
 def degrees(axes: Axes) -> None:

@@ -26,6 +26,11 @@ from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent
 INKS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#999999")
 """Okabe and Ito's colours, which everybody can tell apart."""
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
+Style = dict[str, Any]
+"""Of lines and marks, by the names that matplotlib gives its arguments."""
+DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 2))
+GUIDE: Style = {"color": "0.55", "linewidth": 0.7, "linestyle": DOTTED}
+"""How a place on an axis is marked."""
 STYLE: dict[Any, Any] = {
     "font.family": "serif",
     "font.size": 10,

@@ -7,10 +7,10 @@ import io
 import itertools
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -19,62 +19,45 @@ from exactcreep.laws import LAWS, law_values
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.studies.sweep import dimensions
 
+Data = Mapping[str, xr.Dataset]
+"""The sweeps of a picture by the names of their scenes."""
 SEED = "run.seed"
 CONTROL = "velocity_sliding"
 """Variable of a sweep: the velocity of the sliding limit under the same random dilations."""
 NOTABLE = 3.0
 """Standard errors beyond which a deviation is explained."""
+_SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
 _FEWEST_SEEDS = 6  # whose scatter is trusted more than the block averages of each
 _ROUNDING = 1e-9  # relative; closer than this a value agrees with a law, or does not scatter
 
 
-class Cell(NamedTuple):
-    """One point of a grid, all its seeds together.
-
-    Attributes
-    ----------
-    parameters : dict
-        The chain and its drive, exactly, by the names that laws use; and what else was varied.
-    varied : dict of str to value
-        The dimensions (without the seed) and their values.
-    velocity, error : float
-        Mean over the seeds and its standard error, unit ``g tau_dyn**2`` per half-cycle. If the
-        sweep knows what the sliding limit does under the same random dilations (`CONTROL`), the
-        scatter of the dilations is taken out: velocity minus sliding limit, plus its known mean.
-    outcomes : tuple of str
-        Of each seed.
-    """
-
-    parameters: dict[str, Any]
-    varied: dict[str, Any]
-    velocity: float
-    error: float
-    outcomes: tuple[str, ...]
-
-
 @dataclass(frozen=True)
-class Row:
+class Point:
     """A measured velocity beside the laws.
 
     Attributes
     ----------
     varied : mapping of str to value
-        Which point it is.
+        Which point of a grid it is: the dimensions, without the seed, and their values.
     measured, error : float
-        Velocity and standard error, unit ``g tau_dyn**2`` per half-cycle (or target).
+        Mean over the seeds and its standard error, unit ``g tau_dyn**2`` per half-cycle (or
+        target).
     printed, exact : tuple of float
         What the paper's law gives as printed, and the corrected or exact law; two values where the
         plateau is not unique, none where there is no law.
     remark : str
         Why it departs, where it does.
+    parameters : dict
+        The chain and its drive, exactly, by the names that laws use; and what else was varied.
     """
 
     varied: Mapping[str, Any]
     measured: float
-    error: float
-    printed: tuple[float, ...]
-    exact: tuple[float, ...]
+    error: float = math.nan
+    printed: tuple[float, ...] = ()
+    exact: tuple[float, ...] = ()
     remark: str = ""
+    parameters: dict[str, Any] = field(default_factory=dict)
 
     @property
     def deviation_printed(self) -> float:
@@ -92,17 +75,23 @@ class Row:
         best = self.deviation_exact if self.exact else self.deviation_printed
         return abs(best) > NOTABLE
 
+    def beside(self, label: str) -> Point:
+        """Return the point with the law of the paper's equation `label`."""
+        law = LAWS[label]
+        better = law_values(law.exact or law.corrected, self.parameters)
+        return replace(self, printed=law_values(law.printed, self.parameters), exact=better)
+
 
 @dataclass(frozen=True)
 class Table:
-    """The rows of one series of points.
+    """The points of one series.
 
     Attributes
     ----------
     name, title : str
+    rows : tuple of Point
     printed, exact : str
         The formulas of the two laws, in words.
-    rows : tuple of Row
     note : str
         One line about the whole table: where the printed law is not the exact one.
     unit : str
@@ -111,11 +100,42 @@ class Table:
 
     name: str
     title: str
-    printed: str
-    exact: str
-    rows: tuple[Row, ...]
+    rows: tuple[Point, ...]
+    printed: str = "-"
+    exact: str = ""
     note: str = ""
     unit: str = "g tau_dyn^2 per half-cycle or target"
+
+
+def table_beside(name: str, title: str, label: str, rows: Iterable[Point], note: str = "") -> Table:
+    """Return points as a table headed by the law of the paper's equation `label`."""
+    law = LAWS[label]
+    better = law.exact or law.corrected
+    words = "" if better is None else better.text
+    return Table(name, title, tuple(rows), f"Eq. ({label}): {law.printed.text}", words, note)
+
+
+def series(
+    title: str, label: str, remark: Callable[[Point], str], note: str = "", scene: str = ""
+) -> Callable[[Data], list[Table]]:
+    """Return what makes a table of a sweep: its points beside the paper's equation `label`.
+
+    Parameters
+    ----------
+    title, label, note : str
+    remark : callable
+        Called for each point that departs from its law; says why in one line.
+    scene : str
+        Which of several sweeps; default the first.
+    """
+
+    def tables(data: Data) -> list[Table]:
+        name = scene or next(iter(data))
+        rows = [point.beside(label) for point in points_of(data[name])]
+        said = [replace(row, remark=remark(row)) if row.departs else row for row in rows]
+        return [table_beside(name, title, label, said, note)]
+
+    return tables
 
 
 def to_csv(tables: Sequence[Table]) -> str:
@@ -125,8 +145,7 @@ def to_csv(tables: Sequence[Table]) -> str:
     not unique, a law has its two values in two columns, else the same in both. The unit is that of
     the measured value, its standard error and the laws; deviations count standard errors.
     """
-    rows = [row for table in tables for row in table.rows]
-    varied = list(dict.fromkeys(key for row in rows for key in row.varied))
+    varied = list(dict.fromkeys(key for one in tables for row in one.rows for key in row.varied))
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(
@@ -136,14 +155,12 @@ def to_csv(tables: Sequence[Table]) -> str:
     )  # fmt: skip
     for table in tables:
         for row in table.rows:
-            laws = [end for law in (row.printed, row.exact)
-                    for end in ((min(law), max(law)) if law else (math.nan, math.nan))]  # fmt: skip
+            laws = [end(law, default=math.nan) for law in (row.printed, row.exact)
+                    for end in (min, max)]  # fmt: skip
             numbers = [row.measured, row.error, *laws, row.deviation_printed, row.deviation_exact]
-            writer.writerow(
-                [table.name, *(row.varied.get(key, "") for key in varied),
-                 *(repr(float(number)) for number in numbers),
-                 table.unit, row.remark]
-            )  # fmt: skip
+            known = [repr(float(number)) for number in numbers]
+            where = [row.varied.get(key, "") for key in varied]
+            writer.writerow([table.name, *where, *known, table.unit, row.remark])
     return text.getvalue()
 
 
@@ -163,34 +180,26 @@ def deviation(measured: float, error: float, law: Sequence[float]) -> float:
     return gap / error if error > rounding else math.copysign(math.inf, gap)
 
 
-def cells(dataset: xr.Dataset) -> list[Cell]:
-    """Return the points of a sweep's grid, the seeds of each taken together."""
+def points_of(dataset: xr.Dataset) -> list[Point]:
+    """Return the points of a sweep's grid without laws, the seeds of each taken together.
+
+    If the sweep knows what the sliding limit does under the same random dilations (`CONTROL`), the
+    scatter of the dilations is taken out: velocity minus sliding limit, plus its known mean.
+    """
     vary: dict[str, list[Any]] = json.loads(dataset.attrs["vary"])
     names = dimensions(vary)
     keys = [key for key in vary if key != SEED]
+    shared = {name: _exact(dataset.attrs[name]) for name in _SHARED if name in dataset.attrs}
     found = []
-    for indices in itertools.product(*(range(len(vary[key])) for key in keys)):
-        here = dataset.isel({names[key]: index for key, index in zip(keys, indices, strict=True)})
-        parameters = dict(_shared(dataset))
-        varied = {}
-        for key, index in zip(keys, indices, strict=True):
-            value = vary[key][index]
-            parameters[key.rpartition(".")[2]] = _exact(value)
-            varied[names[key]] = _shown(value)
-        velocity, error = _over_seeds(here, parameters)
-        outcomes = tuple(str(word) for word in np.atleast_1d(here["outcome"].to_numpy()))
-        found.append(Cell(parameters, varied, velocity, error, outcomes))
+    for places in itertools.product(*(range(len(vary[key])) for key in keys)):
+        place = dict(zip(keys, places, strict=True))
+        here = dataset.isel({names[key]: index for key, index in place.items()})
+        values = {key: vary[key][index] for key, index in place.items()}
+        varied = {names[key]: _shown(value) for key, value in values.items()}
+        own = {key.rpartition(".")[2]: _exact(value) for key, value in values.items()}
+        measured = _over_seeds(here, shared | own)
+        found.append(Point(varied, *measured, parameters=shared | own))
     return found
-
-
-def _shared(dataset: xr.Dataset) -> Iterator[tuple[str, Any]]:
-    for name in ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta"):
-        if name in dataset.attrs:
-            yield name, exact_number(_plain(dataset.attrs[name]), name)
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _exact(value: Any) -> Any:
@@ -214,71 +223,38 @@ def _over_seeds(here: xr.Dataset, parameters: Mapping[str, Any]) -> tuple[float,
     From the scatter of the seeds if there are enough of them, else from their block averages.
     """
     velocity = np.atleast_1d(here["velocity"].to_numpy())
-    error = np.atleast_1d(here["velocity_error"].to_numpy())
-    if CONTROL in here and velocity.size > 1:
+    controlled = CONTROL in here and velocity.size > 1
+    if controlled:
         known = law_values(LAWS["vitesse_seuil_random"].exact, parameters)
         control = np.atleast_1d(here[CONTROL].to_numpy())
         velocity = velocity - control + sum(known) / len(known)
-        return float(velocity.mean()), float(velocity.std(ddof=1)) / math.sqrt(velocity.size)
-    mean = float(velocity.mean())
-    if velocity.size >= _FEWEST_SEEDS:
-        return mean, float(velocity.std(ddof=1)) / math.sqrt(velocity.size)
-    return mean, math.sqrt(float((error**2).sum())) / velocity.size
+    if controlled or velocity.size >= _FEWEST_SEEDS:
+        return over_members(velocity)
+    error = np.atleast_1d(here["velocity_error"].to_numpy())
+    return float(velocity.mean()), math.sqrt(float((error**2).sum())) / velocity.size
+
+
+def over_members(velocity: Any) -> tuple[float, float]:
+    """Return the mean of the velocities of several members and its standard error, nan for one."""
+    values = np.asarray(velocity, dtype=float)
+    scatter = float(values.std(ddof=1)) if values.size > 1 else math.nan
+    return float(values.mean()), scatter / math.sqrt(values.size)
+
+
+def over_starts(points: Iterable[Point]) -> list[Point]:
+    """Return points with those that differ in nothing but their start taken together."""
+    groups: dict[tuple[Any, ...], list[Point]] = {}
+    for point in points:
+        varied = {key: value for key, value in point.varied.items() if key != "start"}
+        groups.setdefault(tuple(varied.values()), []).append(replace(point, varied=varied))
+    together = []
+    for group in groups.values():
+        mean, error = over_members([point.measured for point in group])
+        together.append(replace(group[0], measured=mean, error=error))
+    return together
 
 
 def with_control(dataset: xr.Dataset, sliding: xr.Dataset) -> xr.Dataset:
     """Return a sweep with the velocities of the sliding limit under the same dilations."""
     about = {**sliding["velocity"].attrs, "long_name": "sliding limit, same random dilations"}
-    values = (sliding["velocity"].dims, sliding["velocity"].to_numpy(), about)
-    return dataset.assign({CONTROL: values})
-
-
-class Series(NamedTuple):
-    """A table to be: every point of a sweep beside the law of the paper's equation `law`.
-
-    Attributes
-    ----------
-    scene : str
-        The sweep, and the name of the table.
-    title, law : str
-        `law` is a label of `LAWS`.
-    remark : callable
-        Called for each point that departs from its law; returns one line that says why.
-    note : str
-        For the table.
-    """
-
-    scene: str
-    title: str
-    law: str
-    remark: Callable[[Cell], str]
-    note: str = ""
-
-
-def tables_of(*series: Series) -> Callable[[Mapping[str, xr.Dataset]], list[Table]]:
-    """Return what makes the tables of these series out of the sweeps of a picture, by scene."""
-    return lambda data: [_table(one, data[one.scene]) for one in series]
-
-
-def _table(series: Series, dataset: xr.Dataset) -> Table:
-    rows = []
-    for cell in cells(dataset):
-        row = beside(cell, series.law)
-        rows.append(replace(row, remark=series.remark(cell)) if row.departs else row)
-    return table_of(series.scene, series.title, rows, series.law, note=series.note)
-
-
-def beside(cell: Cell, law: str, remark: str = "") -> Row:
-    """Return the row of a point beside the law of the paper's equation `law`."""
-    known = LAWS[law]
-    printed = law_values(known.printed, cell.parameters)
-    better = law_values(known.exact or known.corrected, cell.parameters)
-    return Row(cell.varied, cell.velocity, cell.error, printed, better, remark)
-
-
-def table_of(name: str, title: str, rows: Iterable[Row], law: str, note: str = "") -> Table:
-    """Return rows as a table headed by the law of the paper's equation `law`."""
-    known = LAWS[law]
-    better = known.exact or known.corrected
-    words = "" if better is None else better.text
-    return Table(name, title, f"Eq. ({law}): {known.printed.text}", words, tuple(rows), note)
+    return dataset.assign({CONTROL: (sliding["velocity"].dims, sliding["velocity"].data, about)})

@@ -22,7 +22,7 @@ from exactcreep.figures import drawing
 from exactcreep.figures.catalogue import PICTURES
 from exactcreep.figures.pictures.beyond import bursts
 from exactcreep.figures.style import STYLE
-from exactcreep.figures.tables import CONTROL, cells, deviation, with_control
+from exactcreep.figures.tables import CONTROL, deviation, points_of, with_control
 from exactcreep.laws import LAWS
 from exactcreep.model.numbers import exact_number
 from exactcreep.scene import load_scene
@@ -231,9 +231,9 @@ def test_dilations_taken_out_leave_the_mean_and_shrink_its_error() -> None:
     )
     raw = sweep(scene)
     sliding = sweep(scene.with_settings({"run.solver": "sliding"}))
-    (before,), (after,) = cells(raw), cells(with_control(raw, sliding))
+    (before,), (after,) = points_of(raw), points_of(with_control(raw, sliding))
     assert after.error < before.error / 20
-    assert abs(after.velocity - before.velocity) < 4 * before.error
+    assert abs(after.measured - before.measured) < 4 * before.error
     assert CONTROL not in raw
 
 
@@ -288,7 +288,7 @@ def test_the_command_lists_refuses_and_keeps_files(
 
 
 def test_a_legend_names_laws_in_words_that_a_reader_knows() -> None:
-    for path in Path(drawing.__file__).parent.glob("*.py"):
+    for path in Path(drawing.__file__).parent.rglob("*.py"):
         tree = ast.parse(path.read_text(encoding="utf-8"))
         for node in ast.walk(tree):
             if isinstance(node, ast.keyword) and node.arg == "label":

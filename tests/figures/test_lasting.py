@@ -4,15 +4,17 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from exactcreep import Evidence, fate
 from exactcreep.figures.catalogue import PICTURES
 from exactcreep.figures.pictures import lasting as fate_figures
 
 
-def settings(name: str, **changed: object) -> dict[str, object]:
+def computed(name: str, **changed: object) -> xr.Dataset:
     picture = PICTURES[name]
-    return {**picture.always, **picture.quick[name], **changed, "say": lambda *told: None}
+    settings = {**picture.always, **picture.quick[name], **changed}
+    return picture.compute(**settings, say=lambda *told: None)
 
 
 @pytest.mark.parametrize("n", [2, 3, *(pytest.param(n, marks=pytest.mark.slow) for n in (4, 5))])
@@ -45,25 +47,25 @@ def test_a_shipped_closed_form_lies_within_its_digits() -> None:
 
 def test_the_map_of_fates_shows_the_proved_thresholds_of_short_chains() -> None:
     sizes = [3, 5]
-    data = fate_figures.fates(**settings("fate-map", sizes=sizes, low=1.2, high=1.3, count=41))
+    data = computed("fate-map", sizes=sizes, low=1.2, high=1.3, count=41)
     for n in sizes:
-        edge = float(fate_figures.lasting_edges()[n]["upper"]) / fate_figures._in_units(n)
+        edge = float(fate_figures.lasting_edges()[n]["upper"]) / fate_figures.unit_of(n)
         creeps = data["ratio"].to_numpy()[data["kind"].sel(n=n).to_numpy() > 1]
         assert 0 <= creeps[0] - edge < 0.1 / 40
 
 
 def test_no_chain_of_the_map_rests_above_the_bound_of_rest() -> None:
-    data = fate_figures.fates(**settings("fate-map", sizes=[4], low=1.0, high=1.4, count=21))
-    bound = fate_figures._bounds(4)["at_rest"]
+    data = computed("fate-map", sizes=[4], low=1.0, high=1.4, count=21)
+    bound = fate_figures.bound("at_rest", 4)
     rests = data["kind"].sel(n=4).to_numpy() == 0
     assert rests.any()
     assert not rests[data["ratio"].to_numpy() > bound].any()
 
 
 def test_creep_of_six_sliders_lives_longer_towards_the_last_locked_cycle() -> None:
-    data = fate_figures.lifetimes(**settings("lifetimes", ratios=[0.95, 0.97], cycles=3000))
+    data = computed("lifetimes", ratios=[0.95, 0.97], cycles=3000)
     low, high = (data[name].sel(n=6).to_numpy() for name in ("rate_low", "rate_high"))
     assert high[-1] < low[0]  # the intervals are apart
-    (table,) = fate_figures.lifetime_tables({"lifetimes": data})
+    (table,) = PICTURES["lifetimes"].tables({"lifetimes": data})
     lives = [row.measured for row in table.rows]
     assert np.all(np.diff(lives) > 0)

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import io
-import math
 
 import pandas as pd
 
-from exactcreep.figures.tables import Row, Table, to_csv
+from exactcreep.figures.tables import Point, Table, to_csv
 
 TABLES = [
-    Table("plateau", "", "", "", (
-        Row({"n": 6, "tan_alpha": 0.1}, 1.5, 0.25, (2.0,), (1.0, 1.25), "a, remark"),
-        Row({"n": 7, "tan_alpha": 0.2}, -1.0, math.nan, (), ()),
+    Table("plateau", "", (
+        Point({"n": 6, "tan_alpha": 0.1}, 1.5, 0.25, (2.0,), (1.0, 1.25), "a, remark"),
+        Point({"n": 7, "tan_alpha": 0.2}, -1.0),
     )),
-    Table("life", "", "", "", (Row({"start": "cold"}, 1e-300, 0.0, (), ()),), unit="cycles"),
+    Table("life", "", (Point({"start": "cold"}, 1e-300, 0.0),), unit="cycles"),
 ]  # fmt: skip
 
 

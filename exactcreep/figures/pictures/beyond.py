@@ -8,6 +8,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -15,43 +16,43 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import PowerNorm
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from exactcreep.figures.departures import (
-    BELOW_THRESHOLD,
-    margin,
-    nearest_edge,
-    pivot_remark,
-    setting_amplitude,
-)
-from exactcreep.figures.drawing import (
-    CYCLES,
-    EXACT,
-    PRINTED,
-    RANDOM,
-    SLOPE,
-    VELOCITY,
+from exactcreep.figures import departures, drawing
+from exactcreep.figures.departures import setting_amplitude
+from exactcreep.figures.drawing import EXACT, PRINTED, SLOPE, VELOCITY, Picture, draw_law, law_name
+from exactcreep.figures.style import DASHED, DOTTED, INKS, Style
+from exactcreep.figures.tables import (
     Data,
-    degrees,
-    law_line,
-    law_name,
-    points,
+    Point,
+    Table,
+    over_starts,
+    points_of,
+    series,
+    table_beside,
 )
-from exactcreep.figures.style import INKS, picture
-from exactcreep.figures.tables import Cell, Row, Series, Table, beside, cells, table_of, tables_of
 from exactcreep.laws import (
     LAWS,
     critical_amplitude,
     gaussian_integral,
-    law_values,
     pivots,
     staircase_two_sliders,
 )
 from exactcreep.model.numbers import exact_number
 
+_SIZE = r"$A_\theta$ ($10^{-3}$; $\tilde{l}_0 = 10^3$)"
+_DOTS: Style = {"linestyle": "none", "marker": "o", "markersize": 2.2, "color": INKS[6]}
+_CHAIN = ("l0", "mu_d", "mu_s", "tan_alpha")  # of two sliders, whose staircase is known
+
+
+def _intervals(inside: ArrayLike) -> list[tuple[int, int]]:
+    """Return where each stretch of True begins, and where it has ended."""
+    edges = np.flatnonzero(np.diff(np.asarray(inside, dtype=int), prepend=0, append=0)).tolist()
+    return list(zip(edges[::2], edges[1::2], strict=True))
+
+
 # --- the staircase of two sliders ----------------------------------------------------------------
 
-_STAIRCASE = "two-sliders-staircase"
 _LINE = "velocity_th_2_cycle_corrected"
 
 
@@ -62,224 +63,179 @@ def _start_tension(start: str) -> Fraction:
     return exact_number(json.loads(start)["tensions"][0], "tensions")
 
 
-def _staircase(cell: Cell) -> float:
-    given = {name: cell.parameters[name] for name in
-             ("l0", "mu_d", "mu_s", "tan_alpha", "amplitude")}  # fmt: skip
-    return float(staircase_two_sliders(**given, r0=_start_tension(cell.varied["start"])))
-
-
-def staircase_tables(data: Data) -> list[Table]:
+def _staircase_tables(data: Data) -> list[Table]:
     """Return the velocities of two sliders without disorder beside line and staircase."""
-    law = LAWS[_LINE].printed
     rows = []
-    for cell in cells(data[_STAIRCASE]):
-        row = Row(cell.varied, cell.velocity, cell.error,
-                  law_values(law, cell.parameters), (_staircase(cell),))  # fmt: skip
-        rows.append(row)
+    for point in points_of(data["two-sliders-staircase"]):
+        given = {name: point.parameters[name] for name in (*_CHAIN, "amplitude")}
+        step = staircase_two_sliders(**given, r0=_start_tension(point.varied["start"]))
+        rows.append(replace(point.beside(_LINE), exact=(float(step),)))
+    table = table_beside(
+        "two-sliders-staircase",
+        "Two sliders without disorder, cycles, over the amplitude, from two starts",
+        _LINE,
+        rows,
+        "The printed line touches the staircase of the relaxed chain from below; its mean over"
+        " all starts is max(0, l0 A - m).",
+    )
     return [
-        Table(
-            _STAIRCASE,
-            "Two sliders without disorder, cycles, over the amplitude, from two starts",
-            f"Eq. ({_LINE}): {law.text}",
-            "D times the number of rho in r0 + D + 2D Z with |rho| < l0 A - m",
-            tuple(rows),
-            "The printed line touches the staircase of the relaxed chain from below; its mean over"
-            " all starts is max(0, l0 A - m).",
-        )
+        replace(table, exact="D times the number of rho in r0 + D + 2D Z with |rho| < l0 A - m")
     ]
 
 
-def draw_staircase(data: Data, tables: list[Table]) -> Figure:
+@partial(
+    Picture, "two-sliders-staircase", (5.4, 4.2), _staircase_tables,
+    {"two-sliders-staircase": {"drive.cycles": 50}},
+)  # fmt: skip
+def staircase(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the staircase of two sliders over the paper's line."""
     rows = tables[0].rows
-    parameters = cells(data[_STAIRCASE])[0].parameters
-    chain = {name: parameters[name] for name in ("l0", "mu_d", "mu_s", "tan_alpha")}
-    figure = picture(5.4, 4.2)
+    parameters = rows[0].parameters
+    chain = {name: parameters[name] for name in _CHAIN}
     axes = figure.subplots()
-    sizes = np.linspace(0, 0.0016, 1601)
-    exact = [Fraction(k, 10**6) + Fraction(1, 10**9) for k in range(1601)]
-    line = law_line(LAWS[_LINE].printed, "amplitude", exact, parameters)
-    axes.plot(1e3 * sizes, np.maximum(line, 0), **PRINTED,
-              label=law_name(_LINE))  # fmt: skip
-    average = LAWS[_LINE].corrected
-    axes.plot(1e3 * sizes, law_line(average, "amplitude", exact, parameters), color="0.55",
-              linewidth=0.9, linestyle=(0, (1, 1.5)), label=r"mean over all starts,"
+    shown = np.linspace(0, 1.6, 1601)
+    sizes = [Fraction(k, 10**6) + Fraction(1, 10**9) for k in range(1601)]
+    over = "amplitude", sizes, parameters
+    axes.plot(
+        shown, np.maximum(drawing.law_line(_LINE, *over), 0), **PRINTED, label=law_name(_LINE)
+    )
+    axes.plot(shown, drawing.law_line(_LINE, *over, "corrected"), color="0.55", linewidth=0.9,
+              linestyle=(0, (1, 1.5)), label=r"mean over all starts,"
               r" $\max(0, \tilde{l}_0A_\theta - m)$")  # fmt: skip
     starts = list(dict.fromkeys(row.varied["start"] for row in rows))
     for start, ink, marker in zip(starts, (INKS[6], INKS[1]), ("o", "^"), strict=False):
         r0 = _start_tension(start)
-        steps = [float(staircase_two_sliders(**chain, amplitude=a, r0=r0)) for a in exact]
-        axes.plot(1e3 * sizes, steps, color=ink, linewidth=0.9,
-                  label=rf"exact, $r_0 = {float(r0):g}$")  # fmt: skip
+        steps = [float(staircase_two_sliders(**chain, amplitude=a, r0=r0)) for a in sizes]
+        axes.plot(shown, steps, color=ink, linewidth=0.9, label=rf"exact, $r_0 = {float(r0):g}$")
         kept = [row for row in rows if row.varied["start"] == start]
         axes.plot(
             [1e3 * row.varied["amplitude"] for row in kept], [row.measured for row in kept],
             linestyle="none", marker=marker, markersize=3.2, markerfacecolor="white", color=ink,
             markeredgewidth=0.7, label=rf"computed, $r_0 = {float(r0):g}$",
         )  # fmt: skip
-    axes.set_xlim(0, 1.62)
-    axes.set_ylim(-0.05, 1.5)
-    axes.set_xlabel(r"amplitude $A_\theta$ ($10^{-3}$; $\tilde{l}_0 = 10^3$)")
-    axes.set_ylabel(VELOCITY)
+    axes.set(xlim=(0, 1.62), ylim=(-0.05, 1.5), xlabel=f"amplitude {_SIZE}", ylabel=VELOCITY)
     axes.legend(loc="upper left")
-    return figure
 
 
 # --- windows of creep ----------------------------------------------------------------------------
 
-_WINDOWS = "chain-windows"
 
-
-def _creeps(dataset: xr.Dataset) -> NDArray[np.bool_]:
-    return np.asarray(dataset["outcome"].to_numpy() == "creeping")
-
-
-def window_tables(data: Data) -> list[Table]:
+def _window_tables(data: Data) -> list[Table]:
     """Return the velocities on both sides of every edge between creep and rest."""
-    dataset = data[_WINDOWS]
-    every = cells(dataset)
-    creeps = _creeps(dataset)
+    dataset = data["chain-windows"]
+    every = points_of(dataset)
+    creeps = dataset["outcome"].to_numpy() == "creeping"
     rows = []
-    for k in np.flatnonzero(creeps[1:] != creeps[:-1]).tolist():
-        for cell, here in ((every[k], creeps[k]), (every[k + 1], creeps[k + 1])):
-            relative = float(cell.parameters["amplitude"]) / critical_amplitude(cell.parameters)
-            word = "creeps" if here else "does not creep"
-            remark = f"A = {relative:.4f} A* of Eq. (seuil): the chain {word}"
-            rows.append(beside(cell, "vitesse_seuil", remark=remark))
+    for edge in np.flatnonzero(creeps[1:] != creeps[:-1]).tolist():
+        for k in (edge, edge + 1):
+            word = "creeps" if creeps[k] else "does not creep"
+            ratio = departures.reduced(every[k])
+            remark = f"A = {ratio:.4f} A* of Eq. (seuil): the chain {word}"
+            rows.append(replace(every[k].beside("vitesse_seuil"), remark=remark))
     parameters = every[0].parameters
     ratio = setting_amplitude(parameters) / critical_amplitude(parameters)
-    return [
-        table_of(
-            _WINDOWS,
-            "Three sliders without disorder: the edges of creep",
-            rows,
-            "vitesse_seuil",
-            note="The amplitude (N m + D)/(2 l0) that sets the whole chain in motion is"
-            f" {ratio:.4f} A*; the laws hold for mu_s -> mu_d, and know of no windows.",
-        )
-    ]
+    title = "Three sliders without disorder: the edges of creep"
+    note = (
+        "The amplitude (N m + D)/(2 l0) that sets the whole chain in motion is"
+        f" {ratio:.4f} A*; the laws hold for mu_s -> mu_d, and know of no windows."
+    )
+    return [table_beside("chain-windows", title, "vitesse_seuil", rows, note)]
 
 
-def draw_windows(data: Data, tables: list[Table]) -> Figure:
+@partial(Picture, "chain-windows", (5.6, 4.0), _window_tables, {"chain-windows": {}})
+def windows(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of three sliders above the first threshold."""
-    dataset = data[_WINDOWS]
-    every = cells(dataset)
-    parameters = every[0].parameters
+    dataset = data["chain-windows"]
+    parameters = points_of(dataset)[0].parameters
     star = critical_amplitude(parameters)
-    figure = picture(5.6, 4.0)
     axes = figure.subplots()
+    inset = axes.inset_axes((0.55, 0.1, 0.42, 0.36))
     x = dataset["amplitude"].to_numpy() / star
-    creeps = _creeps(dataset)
-    _shade(axes, x, creeps)
+    half = (x[1] - x[0]) / 2
     sizes = np.linspace(x[0], x[-1], 50)
-    exact = law_line(LAWS["vitesse_seuil"].exact, "amplitude", (sizes * star).tolist(), parameters)
-    axes.plot(sizes, exact, **PRINTED, label=law_name("vitesse_seuil"))
-    axes.plot(x, dataset["velocity"], linestyle="none", marker="o", markersize=2.2,
-              color=INKS[6], label="computed, from the relaxed chain")  # fmt: skip
+    over = "amplitude", (sizes * star).tolist(), parameters
+    law = drawing.law_line("vitesse_seuil", *over, "exact")
+    for shown in (axes, inset):
+        for first, last in _intervals(dataset["outcome"].to_numpy() == "creeping"):
+            ends = x[first] - half, x[last - 1] + half
+            shown.axvspan(*ends, color=INKS[4], alpha=0.28, linewidth=0)
+        shown.plot(sizes, law, **PRINTED, label=law_name("vitesse_seuil"))
+        shown.plot(x, dataset["velocity"], **_DOTS, label="computed, from the relaxed chain")
     place = setting_amplitude(parameters) / star
     axes.axvline(place, ymax=0.8, **{**EXACT, "linewidth": 1.0})  # below the legend
     axes.annotate(
         r"$\frac{Nm+D}{2\,\tilde{l}_0}$", (place, 0.5), xytext=(-4, 0),
         textcoords="offset points", ha="right", fontsize=11, color=EXACT["color"],
     )  # fmt: skip
-    axes.set_xlim(x[0], x[-1])
-    axes.set_xlabel(r"$A_\theta/A_\theta^*$, $A_\theta^*$ of the paper")
-    axes.set_ylabel(VELOCITY)
+    axes.set(xlim=(x[0], x[-1]), xlabel=drawing.RATIO, ylabel=VELOCITY)
     axes.legend(loc="upper left")
-    inset = axes.inset_axes((0.55, 0.1, 0.42, 0.36))
-    near = (x > 1.22) & (x < 1.36)
-    _shade(inset, x[near], creeps[near])
-    inset.plot(x[near], dataset["velocity"].to_numpy()[near], linestyle="none", marker="o",
-               markersize=2.2, color=INKS[6])  # fmt: skip
-    inset.plot(sizes, exact, **PRINTED)
     inset.set(xlim=(1.22, 1.36), ylim=(-0.03, 0.35))
     inset.tick_params(labelsize=7)
     inset.set_title("shaded: the chain creeps", fontsize=7, pad=2)
-    return figure
-
-
-def _shade(axes: Axes, x: NDArray[Any], creeps: NDArray[np.bool_]) -> None:
-    """Shade where the chain creeps."""
-    if x.size < 2:
-        return
-    half = (x[1] - x[0]) / 2
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], creeps, [False]]).astype(int)))
-    for first, last in zip(edges[::2], edges[1::2], strict=True):
-        axes.axvspan(x[first] - half, x[last - 1] + half, color=INKS[4], alpha=0.28, linewidth=0)
 
 
 # --- the map -------------------------------------------------------------------------------------
 
-_MAP = "chain-map"
 _EVERY = 8  # rows of the table: every eighth slope and amplitude
 
 
-def _map_remark(cell: Cell) -> str:
-    relative = float(cell.parameters["amplitude"]) / critical_amplitude(cell.parameters)
-    if 0.5 < relative < 1.5:
+def _map_remark(point: Point) -> str:
+    if 0.5 < departures.reduced(point) < 1.5:
         return "near the threshold the excess mu_s - mu_d decides whether the whole chain moves"
-    return pivot_remark(cell)
+    return departures.pivot_remark(point)
 
 
-_WHOLE_MAP = Series(
-    _MAP, "Six sliders, cycles, over slope and amplitude (every eighth point)", "vitesse_seuil",
-    _map_remark, BELOW_THRESHOLD,
+_WHOLE_MAP = series(
+    "Six sliders, cycles, over slope and amplitude (every eighth point)", "vitesse_seuil",
+    _map_remark, departures.BELOW_THRESHOLD,
 )  # fmt: skip
 
 
-def map_tables(data: Data) -> list[Table]:
+def _map_tables(data: Data) -> list[Table]:
     """Return every eighth velocity of the map, in both directions, beside the law."""
-    (whole,) = tables_of(_WHOLE_MAP)(data)
-    columns = data[_MAP].sizes["amplitude"]
-    rows = tuple(
-        row for k, row in enumerate(whole.rows)
-        if (k // columns) % _EVERY == 0 and (k % columns) % _EVERY == 0
-    )  # fmt: skip
-    return [replace(whole, rows=rows)]
+    (whole,) = _WHOLE_MAP(data)
+    columns = data["chain-map"].sizes["amplitude"]
+    first = range(0, len(whole.rows), _EVERY * columns)
+    rows = [row for k in first for row in whole.rows[k : k + columns : _EVERY]]
+    return [replace(whole, rows=tuple(rows))]
 
 
-def draw_map(data: Data, tables: list[Table]) -> Figure:
+@partial(
+    Picture, "chain-map", (5.8, 4.4), _map_tables, {"chain-map": {"drive.cycles": 10}}
+)  # fmt: skip
+def velocity_map(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of six sliders over slope and amplitude, thresholds and pivots on it."""
-    dataset = data[_MAP]
-    parameters = dict(cells(dataset)[0].parameters)
+    dataset = data["chain-map"]
+    parameters = tables[0].rows[0].parameters
     velocity = dataset["velocity"].transpose("amplitude", "tan_alpha").to_numpy()
     slopes = dataset["tan_alpha"].to_numpy()
     sizes = 1e3 * dataset["amplitude"].to_numpy()
-    figure = picture(5.8, 4.4)
     axes = figure.subplots()
     image = axes.pcolormesh(slopes, sizes, np.maximum(velocity, 0), cmap="cividis",
                             norm=PowerNorm(0.5), shading="nearest", rasterized=True)  # fmt: skip
-    bar = figure.colorbar(image, ax=axes, pad=0.015)
-    bar.set_label(VELOCITY)
+    figure.colorbar(image, ax=axes, pad=0.015, label=VELOCITY)
     fine = [Fraction(k, 500) for k in range(250)]
-    x = [float(slope) for slope in fine]
-    lines = [{**parameters, "tan_alpha": slope} for slope in fine]
-    axes.plot(x, [1e3 * critical_amplitude(each) for each in lines], color="white", linewidth=1.3,
-              label=law_name("seuil"))  # fmt: skip
-    corrected = [1e3 * setting_amplitude(each) for each in lines]
-    axes.plot(x, corrected, color=INKS[5], linewidth=1.3, linestyle=(0, (4, 1.5)),
-              label=r"$(Nm + D)/(2\tilde{l}_0)$")  # fmt: skip
-    n, friction = int(parameters["n"]), parameters["mu_d"]
-    for i in range(2, n + 1):
-        edge = float(friction * (1 - Fraction(2 * (i - 1), n)))
+    for form, ink, dashes, label in (
+        ("printed", "white", "-", law_name("seuil")),
+        ("corrected", INKS[5], DASHED, r"$(Nm + D)/(2\tilde{l}_0)$"),
+    ):
+        law = 1e3 * drawing.law_line("seuil", "tan_alpha", fine, parameters, form)
+        style: Style = {"color": ink, "linestyle": dashes, "linewidth": 1.3, "label": label}
+        axes.plot([float(slope) for slope in fine], law, **style)
+    for edge in departures.plateau_edges(int(parameters["n"]), parameters["mu_d"])[1:]:
         if edge > 0:
-            axes.axvline(edge, color="white", linewidth=0.7, linestyle=(0, (1, 2)))
-    axes.set_xlim(slopes[0], slopes[-1])
-    axes.set_ylim(sizes[0], sizes[-1])
-    axes.set_xlabel(SLOPE + r"   (dotted: $\mu_\mathrm{d}(1-2(i-1)/N)$)")
-    axes.set_ylabel(r"$A_\theta$ ($10^{-3}$; $\tilde{l}_0 = 10^3$)")
-    legend = axes.legend(loc="upper left")
-    for text in legend.get_texts():
-        text.set_color("white")
-    return figure
+            axes.axvline(float(edge), color="white", linewidth=0.7, linestyle=DOTTED)
+    axes.set(
+        xlim=(slopes[0], slopes[-1]), xlabel=SLOPE + r"   (dotted: $\mu_\mathrm{d}(1-2(i-1)/N)$)",
+        ylim=(sizes[0], sizes[-1]), ylabel=_SIZE,
+    )  # fmt: skip
+    axes.legend(loc="upper left", labelcolor="white")
 
 
 # --- waiting times and jumps ---------------------------------------------------------------------
 
-_WAITING = "chain-waiting"
 
-
-def active_sliders(dataset: xr.Dataset) -> xr.Dataset:
+def _active_sliders(dataset: xr.Dataset) -> xr.Dataset:
     """Return the sweep with the number of sliders that slip in each half-cycle, not which."""
     slips = dataset["recorded_slips"]
     active = (slips > 0).sum("slider").astype(np.int16)
@@ -308,82 +264,72 @@ def bursts(active: NDArray[Any], x_G: NDArray[Any], n: int) -> tuple[list[int], 
     """
     cycles = (active.reshape(-1, 2) >= n - 1).any(axis=1)
     ends = x_G.reshape(-1, 2)[:, 1]
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], cycles, [False]]).astype(int)))
-    spans = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    spans = _intervals(cycles)
     jumps = [float(ends[last - 1] - (ends[first - 1] if first else 0.0)) for first, last in spans]
     waits = [after[0] - before[1] for before, after in itertools.pairwise(spans)]
     return waits, jumps
 
 
-def _statistics(dataset: xr.Dataset, amplitude: int) -> tuple[list[int], list[float]]:
-    here = dataset.isel(amplitude=amplitude)
+def _statistics(dataset: xr.Dataset) -> tuple[list[int], list[float]]:
+    """Return the waits and jumps of all starts at one amplitude."""
     n = int(dataset.attrs["n"])
     waits: list[int] = []
     jumps: list[float] = []
-    for start in range(here.sizes["start"]):
-        one = here.isel(start=start)
+    for k in range(dataset.sizes["start"]):
+        one = dataset.isel(start=k)
         found = bursts(one["recorded_active"].to_numpy(), one["recorded_x_G"].to_numpy(), n)
         waits += found[0]
         jumps += found[1]
     return waits, jumps
 
 
-def waiting_tables(data: Data) -> list[Table]:
+def _waiting_tables(data: Data) -> list[Table]:
     """Return the mean velocity at both amplitudes, with the statistics of bursts as remarks."""
-    dataset = data[_WAITING]
-    every = cells(dataset)
-    count = dataset.sizes["start"]
+    dataset = data["chain-waiting"]
     rows = []
-    for k in range(dataset.sizes["amplitude"]):
-        here = every[k * count : (k + 1) * count]
-        velocity = np.array([cell.velocity for cell in here])
-        waits, jumps = _statistics(dataset, k)
+    for k, point in enumerate(over_starts(points_of(dataset))):
+        waits, jumps = _statistics(dataset.isel(amplitude=k))
         remark = "no bursts"
         if jumps:
             mean = float(np.mean(waits)) if waits else math.nan
             remark = (
-                f"{len(jumps)} bursts from {count} starts, mean jump {np.mean(jumps):.3g},"
-                f" mean wait {mean:.3g} cycles, longest {max(waits, default=0)}"
+                f"{len(jumps)} bursts from {dataset.sizes['start']} starts, mean jump"
+                f" {np.mean(jumps):.3g}, mean wait {mean:.3g} cycles, longest"
+                f" {max(waits, default=0)}"
             )
-        together = here[0]._replace(
-            varied={"amplitude": here[0].varied["amplitude"]},
-            velocity=float(velocity.mean()),
-            error=float(velocity.std(ddof=1)) / math.sqrt(count) if count > 1 else math.nan,
-        )
-        rows.append(beside(together, "vitesse_seuil", remark=remark))
-    return [
-        table_of(
-            _WAITING,
-            "Thirty sliders without disorder near the critical amplitude, mean over starts",
-            rows,
-            "vitesse_seuil",
-            note="Both amplitudes lie below (N m + D)/(2 l0), which sets the whole chain in motion:"
-            " it creeps in bursts, which the laws of the sliding limit do not know.",
-        )
-    ]
+        rows.append(replace(point.beside("vitesse_seuil"), remark=remark))
+    title = "Thirty sliders without disorder near the critical amplitude, mean over starts"
+    note = (
+        "Both amplitudes lie below (N m + D)/(2 l0), which sets the whole chain in motion:"
+        " it creeps in bursts, which the laws of the sliding limit do not know."
+    )
+    return [table_beside("chain-waiting", title, "vitesse_seuil", rows, note)]
 
 
-def draw_waiting(data: Data, tables: list[Table]) -> Figure:
+@partial(
+    Picture, "chain-waiting", (7.0, 3.5), _waiting_tables,
+    {"chain-waiting": {
+        "drive.cycles": 500,
+        "vary.run.start": [{"size": "1e-6", "seed": k} for k in range(1, 9)],
+    }},
+    always={"run.record": ["x_G", "slips"]}, reduce=_active_sliders,
+)  # fmt: skip
+def waiting(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw how waiting times and jump sizes are distributed."""
-    dataset = data[_WAITING]
-    figure = picture(7.0, 3.5)
+    dataset = data["chain-waiting"]
     left, right = figure.subplots(1, 2)
-    star = critical_amplitude(cells(dataset)[0].parameters)
     for k, ink, marker in ((1, INKS[6], "o"), (0, INKS[1], "^")):
-        name = rf"$A_\theta = {float(dataset['amplitude'][k]) / star:.2f}\,A_\theta^*$"
-        waits, jumps = _statistics(dataset, k)
-        for axes, values in ((left, waits), (right, jumps)):
-            _draw_tail(axes, values, ink, marker, f"{name} ({len(values)})")
+        name = rf"$A_\theta = {departures.reduced(tables[0].rows[k]):.2f}\,A_\theta^*$"
+        waits, jumps = _statistics(dataset.isel(amplitude=k))
+        _draw_tail(left, waits, ink, marker, f"{name} ({len(waits)})")
+        _draw_tail(right, jumps, ink, marker, f"{name} ({len(jumps)})")
     left.plot([], [], color="0.4", linewidth=0.8, linestyle=(0, (3, 2)),
               label="no memory, same mean")  # fmt: skip
-    left.set_xscale("log")
-    left.set_xlabel("waiting time (cycles)")
-    left.set_ylabel("fraction of longer waits, larger jumps")
-    right.set_xlabel(r"jump of $\tilde{x}_G$ in one burst ($g\,\tau_\mathrm{dyn}^2$)")
-    for axes in (left, right):
-        axes.set_yscale("log")
-        axes.legend(loc="upper right" if axes is right else "lower left")
-    return figure
+    left.set(xscale="log", xlabel="waiting time (cycles)", yscale="log",
+             ylabel="fraction of longer waits, larger jumps")  # fmt: skip
+    left.legend(loc="lower left")
+    right.set(xlabel=r"jump of $\tilde{x}_G$ in one burst ($g\,\tau_\mathrm{dyn}^2$)", yscale="log")
+    right.legend(loc="upper right")
 
 
 def _draw_tail(axes: Axes, values: Sequence[float], ink: str, marker: str, name: str) -> None:
@@ -403,113 +349,100 @@ def _draw_tail(axes: Axes, values: Sequence[float], ink: str, marker: str, name:
 
 # --- the Gaussian closed form --------------------------------------------------------------------
 
-_CLOSED = "gaussian-closed-form"
 
-
-def _closed_remark(cell: Cell) -> str:
-    if _reduced(cell) > 1:
+def _closed_remark(point: Point) -> str:
+    if _reduced(point) > 1:
         return (
             "h > 1: rare large dilations; the excess mu_s - mu_d is not small beside l0 sigma_theta"
         )
-    return pivot_remark(cell)
+    return departures.pivot_remark(point)
 
 
-def _reduced(cell: Cell) -> float:
+def _reduced(point: Point) -> float:
     """Return h = N m/(2 l0 sigma_theta)."""
-    p = cell.parameters
-    return float(p["n"]) * margin(p) / (2 * float(p["l0"] * p["sigma_theta"]))
+    p = point.parameters
+    return float(p["n"]) * departures.margin(p) / (2 * float(p["l0"] * p["sigma_theta"]))
 
 
-def _unit(cell: Cell) -> float:
-    """Return (N + 3 - 2i) l0 sigma_theta."""
-    p = cell.parameters
+def _scale(point: Point) -> float:
+    """Return 1/[(N + 3 - 2i) l0 sigma_theta]."""
+    p = point.parameters
     i = pivots(int(p["n"]), p["tan_alpha"], p["mu_d"])[0]
-    return (int(p["n"]) + 3 - 2 * i) * float(p["l0"] * p["sigma_theta"])
+    return 1 / ((int(p["n"]) + 3 - 2 * i) * float(p["l0"] * p["sigma_theta"]))
 
 
-closed_form_tables = tables_of(
-    Series(_CLOSED, "Two, three and six sliders, random dilations, over sigma_theta",
-           "vitesse_seuil_random", _closed_remark,
-           "The printed law is the first two terms of the exact one, and negative for h > 0.846.")
+@partial(
+    Picture, "gaussian-closed-form", (7.0, 3.6),
+    series("Two, three and six sliders, random dilations, over sigma_theta", "vitesse_seuil_random",
+           _closed_remark,
+           "The printed law is the first two terms of the exact one, and negative for h > 0.846."),
+    {"gaussian-closed-form": {"drive.steps": 1000}},
 )  # fmt: skip
-
-
-def draw_closed_form(data: Data, tables: list[Table]) -> Figure:
+def closed_form(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw all velocities under random dilations on the one curve I(h)."""
-    every = cells(data[_CLOSED])
-    figure = picture(7.0, 3.6)
     left, right = figure.subplots(1, 2)
     h = np.linspace(0, 3.2, 200)
-    exact = np.array([float(gaussian_integral(float(value))) for value in h])
+    exact = [float(gaussian_integral(float(value))) for value in h]
+    line = 1 / math.sqrt(math.pi) - 2 * h / 3
     for axes in (left, right):
-        line = 1 / math.sqrt(math.pi) - 2 * h / 3
         axes.plot(h, line, **PRINTED, label=law_name("vitesse_seuil_random"))
         axes.plot(h, exact, **EXACT, label="$I(h)$")
         for n, marker, ink in ((2, "o", INKS[6]), (3, "s", INKS[2]), (6, "^", INKS[3])):
-            kept = [cell for cell in every if cell.parameters["n"] == n]
-            axes.errorbar(
-                [_reduced(cell) for cell in kept],
-                [cell.velocity / _unit(cell) for cell in kept],
-                yerr=[cell.error / _unit(cell) for cell in kept],
-                linestyle="none", marker=marker, markersize=4, color=ink, markerfacecolor="white",
-                markeredgewidth=0.8, elinewidth=0.7, label=rf"computed, $N = {n}$", zorder=3,
-            )  # fmt: skip
-        axes.set_xlabel(r"$h = N m/(2\,\tilde{l}_0\sigma_\theta)$")
-    left.set_xlim(0, 1.6)
-    left.set_xticks([0, 0.5, 1, 1.5])
-    left.set_ylim(-0.2, 0.6)
+            rows = [row for row in tables[0].rows if row.varied["n"] == n]
+            style = {"marker": marker, "color": ink, "label": rf"computed, $N = {n}$"}
+            drawing.draw_points(axes, rows, _reduced, _scale, **style, markerfacecolor="white")
     left.axhline(0, color="0.7", linewidth=0.6, zorder=0)
-    left.set_ylabel(
-        r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle\,/\,[(N+3-2i)\,\tilde{l}_0\sigma_\theta]$"
-    )
+    left.set(
+        xlim=(0, 1.6), xticks=(0, 0.5, 1, 1.5), ylim=(-0.2, 0.6),
+        ylabel=r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle\,/\,"
+        r"[(N+3-2i)\,\tilde{l}_0\sigma_\theta]$",
+    )  # fmt: skip
     left.legend(loc="upper right")
     right.set(xlim=(0, 3.2), yscale="log", ylim=(1e-4, 1))
-    return figure
+    for axes in (left, right):
+        axes.set_xlabel(r"$h = N m/(2\,\tilde{l}_0\sigma_\theta)$")
 
 
 # --- pivots under disorder -----------------------------------------------------------------------
 
-_PIVOTS = "chain-pivots"
 
-
-def _onset_remark(cell: Cell) -> str:
-    edge, distance = nearest_edge(cell)
-    if cell.parameters["sigma_mu"] == 0 and distance <= 1:
+def _onset_remark(point: Point) -> str:
+    edge, distance = departures.nearest_edge(point)
+    if point.parameters["sigma_mu"] == 0 and distance <= 1:
         return (
             f"in the window of two stable pivots around tan(alpha) = {float(edge):.4g}: the chain"
             " keeps the one that its history gave it"
         )
-    return pivot_remark(cell)
+    return departures.pivot_remark(point)
 
 
-pivot_tables = tables_of(
-    Series(_PIVOTS, "Three sliders, cycles, over tan(alpha)", "vitesse_seuil", _onset_remark,
+@partial(
+    Picture, "chain-pivots", (5.6, 4.1),
+    series("Three sliders, cycles, over tan(alpha)", "vitesse_seuil", _onset_remark,
            "Without disorder the relaxed chain keeps the lower pivot up to the upper edge, which is"
-           " Eq. (critical_angle) as printed.")
+           " Eq. (critical_angle) as printed."),
+    {"chain-pivots": {"drive.cycles": 50, "vary.run.seed": [1, 2]}},
 )  # fmt: skip
-
-
-def draw_pivots(data: Data, tables: list[Table]) -> Figure:
+def onset(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the onset of creep of three sliders without and with disorder, and the window."""
     rows = tables[0].rows
-    parameters = dict(cells(data[_PIVOTS])[0].parameters)
+    parameters = rows[0].parameters
     n, friction, static = int(parameters["n"]), parameters["mu_d"], parameters["mu_s"]
-    figure = picture(5.6, 4.1)
     axes = figure.subplots()
     upper = float(LAWS["critical_angle"].printed(n=n, i=2, mu_d=friction, mu_s=static))
-    middle = float(friction * (1 - Fraction(2, n)))
+    middle = float(departures.plateau_edges(n, friction)[1])
     axes.axvspan(2 * middle - upper, upper, color=INKS[4], alpha=0.25, linewidth=0,
                  label="two stable pivots")  # fmt: skip
-    axes.axvline(middle, color="0.45", linewidth=0.8, linestyle=(0, (1, 2)))
+    axes.axvline(middle, color="0.45", linewidth=0.8, linestyle=DOTTED)
     axes.axvline(upper, color=INKS[0], linewidth=0.9)
     slopes = [Fraction(k, 2000) for k in range(200, 501)]
-    law = law_line(LAWS["vitesse_seuil"].exact, "tan_alpha", slopes, parameters)
-    axes.plot([float(s) for s in slopes], law, **EXACT,
-              label=r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$")  # fmt: skip
+    over = "tan_alpha", slopes, parameters
+    draw_law(axes, "vitesse_seuil", *over, "exact", label=drawing.LIMIT)
     widths = list(dict.fromkeys(row.varied["sigma_mu"] for row in rows))
-    for width, style in zip(widths, (CYCLES, RANDOM), strict=False):
+    for width, style in zip(widths, (drawing.CYCLES, drawing.RANDOM), strict=False):
         kept = [row for row in rows if row.varied["sigma_mu"] == width]
-        points(axes, kept, "tan_alpha", **style, label=rf"computed, $\sigma_\mu = {width:g}$")
+        label = rf"computed, $\sigma_\mu = {width:g}$"
+        drawing.draw_points(axes, kept, "tan_alpha", **style, label=label)
     high = 10.6
     axes.annotate(r"$\mu_\mathrm{d}(1-\frac{2}{N})$", (middle, high), xytext=(-3, 0),
                   textcoords="offset points", ha="right", fontsize=9)  # fmt: skip
@@ -517,5 +450,4 @@ def draw_pivots(data: Data, tables: list[Table]) -> Figure:
                   textcoords="offset points", fontsize=8, color=INKS[0])  # fmt: skip
     axes.set(xlim=(0.1, 0.25), ylim=(-0.4, 11.6), xlabel=SLOPE, ylabel=VELOCITY)
     axes.legend(loc="center left")
-    degrees(axes)
-    return figure
+    drawing.degrees(axes)
