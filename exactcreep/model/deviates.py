@@ -10,7 +10,6 @@ from numba import types
 from numba.extending import intrinsic
 
 from exactcreep.compiling import njit
-from exactcreep.model.disorder import STREAM_COEFFICIENT
 
 _MULTIPLIER_0 = np.uint64(0xD2E7470EE14C6C93)
 _MULTIPLIER_1 = np.uint64(0xCA5A826395121157)
@@ -181,7 +180,7 @@ def deviates(seed, stream, n, first, out):
 
 
 @njit(cache=True, nogil=True)
-def first_deviates(seed, out):
-    """Fill `out` with deviate k = 0 of the coefficients of sliders 1, 2, ..., `out.size`."""
+def first_deviates(seed, stream, out):
+    """Fill `out` with deviate 0 of (seed, stream, n) for n = 1, 2, ..., `out.size`."""
     for i in range(out.size):
-        out[i] = normal_deviate(philox(seed, STREAM_COEFFICIENT, i + 1, 0)[0])
+        out[i] = normal_deviate(philox(seed, stream, i + 1, 0)[0])

@@ -46,7 +46,7 @@ LARGEST_DEVIATE = 9
 def first_deviates(seed: int, count: int) -> NDArray[np.float64]:
     """Return deviate k = 0 of the coefficients of sliders 1, 2, ..., `count`."""
     out = np.empty(count)
-    _compiled().first_deviates(np.uint64(seed), out)
+    _compiled().first_deviates(np.uint64(seed), np.uint64(STREAM_COEFFICIENT), out)
     return out
 
 
