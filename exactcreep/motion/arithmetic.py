@@ -43,6 +43,8 @@ class Arithmetic(ABC):
 
     Attributes
     ----------
+    encloses : bool
+        Whether a number is a proved enclosure.
     bits : int
         Working precision.
     roundoff : float
@@ -52,7 +54,6 @@ class Arithmetic(ABC):
 
     name: ClassVar[str]
     encloses: ClassVar[bool] = False
-    """Whether a number is a proved enclosure."""
     bits: int
     roundoff: float
 
@@ -68,13 +69,21 @@ class Arithmetic(ABC):
     def vector(self, values: Iterable[Any]) -> NDArray[Any]:
         """Return numbers of this arithmetic as a vector."""
 
-    @abstractmethod
+    def zeros(self, size: int) -> NDArray[Any]:
+        """Return a vector of zeros."""
+        return self.vector([self.number(0)] * size)
+
     def matrix(self, rows: NDArray[Any]) -> Any:
         """Return a two-dimensional array of numbers as a matrix for `product`."""
+        return rows
 
     @abstractmethod
     def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[Any]:
         """Return matrix times vector."""
+
+    def dot(self, x: NDArray[Any], y: NDArray[Any]) -> Any:
+        """Return the scalar product."""
+        return (x * y).sum() if x.size else self.number(0)
 
     @abstractmethod
     def sqrt(self, x: Any) -> Any:
@@ -114,6 +123,10 @@ class Arithmetic(ABC):
         """
         return int(x > slack) - int(x < -slack)
 
+    def larger(self, x: Any, y: Any) -> Any:
+        """Return the larger of two numbers."""
+        return max(x, y)
+
     def lower(self, x: Any) -> Any:
         """Return an exact number not above `x` (for floats and mpmath: `x`)."""
         return x
@@ -134,37 +147,13 @@ class Arithmetic(ABC):
         """Return the ball from `low` to `high` (for floats and mpmath: the middle)."""
         return (low + high) / 2
 
-    def zeros(self, size: int) -> NDArray[Any]:
-        """Return a vector of zeros."""
-        return self.vector([self.number(0)] * size)
-
     def plain(self, value: Any) -> Any:
         """Return a number or an array of them as plain data, exactly."""
-        if isinstance(value, np.ndarray) and value.dtype == object:
-            return [self._plain(x) for x in value.tolist()]
-        return value if isinstance(value, np.ndarray) else self._plain(value)
+        return value.copy() if isinstance(value, np.ndarray) else float(value)
 
     def from_plain(self, value: Any) -> Any:
         """Return the number or the vector that `plain` described."""
-        if isinstance(value, np.ndarray):
-            return value.copy()
-        if isinstance(value, list):
-            return _objects([self._from_plain(x) for x in value])
-        return self._from_plain(value)
-
-    def _plain(self, value: Any) -> Any:
-        return float(value)
-
-    def _from_plain(self, value: Any) -> Any:
-        return value
-
-    def dot(self, x: NDArray[Any], y: NDArray[Any]) -> Any:
-        """Return the scalar product."""
-        return (x * y).sum() if x.size else self.number(0)
-
-    def larger(self, x: Any, y: Any) -> Any:
-        """Return the larger of two numbers."""
-        return max(x, y)
+        return value.copy() if isinstance(value, np.ndarray) else value
 
 
 class Float64(Arithmetic):
@@ -178,45 +167,32 @@ class Float64(Arithmetic):
         return "FLOAT64"
 
     def number(self, value: Any) -> float:
-        """Return the nearest float64."""
         return nearest_float(value) if isinstance(value, Fraction) else float(value)
 
     def vector(self, values: Iterable[Any]) -> NDArray[np.float64]:
-        """Return a float64 array."""
         if isinstance(values, np.ndarray) and values.dtype == np.float64:
             return values.copy()
         return np.array([self.number(v) for v in values], dtype=np.float64)
 
-    def matrix(self, rows: NDArray[Any]) -> NDArray[np.float64]:
-        """Return the array itself."""
-        return rows
-
-    def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[np.float64]:
-        """Return matrix times vector."""
-        return np.asarray(matrix @ vector)
-
     def zeros(self, size: int) -> NDArray[np.float64]:
-        """Return a vector of zeros."""
         return np.zeros(size)
 
+    def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[np.float64]:
+        return np.asarray(matrix @ vector)
+
     def times_cosine(self, chain: Chain, value: Fraction) -> float:
-        """Return the float64 nearest to ``value cos(alpha)``."""
         return chain.times_cosine(value)
 
     def sqrt(self, x: Any) -> float:
-        """Return the square root."""
         return math.sqrt(x)
 
     def arctangent(self, y: Any, x: Any) -> float:
-        """Return the angle of the point (x, y)."""
         return math.atan2(y, x)
 
     def pi(self) -> float:
-        """Return pi."""
         return math.pi
 
     def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return sines and cosines."""
         return np.sin(angles), np.cos(angles)
 
     def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[np.float64]:
@@ -234,24 +210,66 @@ class Float64(Arithmetic):
 FLOAT64 = Float64()
 
 
-class Digits(Arithmetic):
+class _ObjectArithmetic(Arithmetic):
+    """An arithmetic of Python objects of one type, at any precision."""
+
+    kind: Any
+    """The type of its numbers."""
+
+    def __init__(self, bits: int) -> None:
+        self.bits = bits
+
+    def vector(self, values: Iterable[Any]) -> NDArray[Any]:
+        number, kind = self.number, self.kind
+        return _objects([v if type(v) is kind else number(v) for v in values])
+
+    def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
+        turned = np.mod(numerators, 2 * denominator)
+        distinct, places = np.unique(turned, return_inverse=True)
+        sines = _objects([self._sin_pi(k, denominator) for k in distinct.tolist()])
+        return sines[places.reshape(turned.shape)]
+
+    @abstractmethod
+    def _sin_pi(self, k: int, denominator: int) -> Any:
+        """Return the sine of one rational multiple of pi."""
+
+    def plain(self, value: Any) -> Any:
+        if isinstance(value, np.ndarray):
+            return [self.plain(x) for x in value.tolist()]
+        return float(value) if isinstance(value, (int, float)) else self._parts(value)
+
+    def from_plain(self, value: Any) -> Any:
+        if isinstance(value, list):
+            return _objects([self.from_plain(x) for x in value])
+        return value if isinstance(value, float) else self._joined(*value)
+
+    @abstractmethod
+    def _parts(self, value: Any) -> tuple[int, ...]:
+        """Return the integers that describe a number."""
+
+    @abstractmethod
+    def _joined(self, *parts: int) -> Any:
+        """Return the number that `_parts` described."""
+
+
+class Digits(_ObjectArithmetic):
     """mpmath numbers in a context of their own, whose precision nobody else sees or sets."""
 
     name = "mpmath"
 
     def __init__(self, bits: int) -> None:
-        self.bits = bits
+        super().__init__(bits)
         self.context = mpmath.MPContext()
         self.context.prec = bits
-        self.roundoff = 2.0**-bits if bits < 1070 else 2.0**-1070
+        self.roundoff = 2.0 ** -min(bits, 1070)  # a smaller float64 would be rounded itself
+        self.kind = self.context.mpf
         # a context makes a type of its own for its numbers, which pickle would not find again
-        self.context.mpf.__reduce__ = lambda x: (_digits_number, (bits, *map(int, x._mpf_)))
+        self.kind.__reduce__ = lambda x: (_digits_number, (bits, *map(int, x._mpf_)))
 
     def __reduce__(self) -> tuple[Any, tuple[int]]:
         return digits_of, (self.bits,)
 
     def number(self, value: Any) -> Any:
-        """Return the nearest number of this context."""
         if isinstance(value, Fraction):
             return self.context.mpf(value.numerator) / value.denominator
         if isinstance(value, flint.arb):
@@ -263,23 +281,6 @@ class Digits(Arithmetic):
             return self.context.make_mpf(value._mpf_) + 0
         return self.context.mpf(value)
 
-    def _plain(self, value: Any) -> Any:
-        if isinstance(value, (int, float)):
-            return float(value)
-        sign, mantissa, exponent, _ = value._mpf_
-        return (-int(mantissa) if sign else int(mantissa), int(exponent))
-
-    def _from_plain(self, value: Any) -> Any:
-        return value if isinstance(value, float) else self.context.mpf(tuple(value))
-
-    def vector(self, values: Iterable[Any]) -> NDArray[Any]:
-        """Return an array of mpmath numbers."""
-        return _objects([self.number(v) for v in values])
-
-    def matrix(self, rows: NDArray[Any]) -> NDArray[Any]:
-        """Return the array itself."""
-        return rows
-
     def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[Any]:
         """Return matrix times vector, each entry rounded once."""
         entries = vector.tolist()
@@ -290,31 +291,30 @@ class Digits(Arithmetic):
         return self.context.fdot(x.tolist(), y.tolist())
 
     def sqrt(self, x: Any) -> Any:
-        """Return the square root."""
         return self.context.sqrt(x)
 
     def arctangent(self, y: Any, x: Any) -> Any:
-        """Return the angle of the point (x, y)."""
         return self.context.atan2(y, x)
 
     def pi(self) -> Any:
-        """Return pi."""
         return +self.context.pi
 
     def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return sines and cosines."""
         pairs = [self.context.cos_sin(angle) for angle in angles.tolist()]
         return _objects([p[1] for p in pairs]), _objects([p[0] for p in pairs])
 
-    def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
-        """Return sines of rational multiples of pi."""
-        return _tabled(self._sin_pi_ratio, numerators, denominator)
-
-    def _sin_pi_ratio(self, k: int, denominator: int) -> Any:
+    def _sin_pi(self, k: int, denominator: int) -> Any:
         return self.context.sinpi(self.context.mpf(k) / denominator)
 
+    def _parts(self, value: Any) -> tuple[int, ...]:
+        sign, mantissa, exponent, _ = value._mpf_
+        return (-int(mantissa) if sign else int(mantissa), int(exponent))
 
-class Balls(Arithmetic):
+    def _joined(self, *parts: int) -> Any:
+        return self.context.mpf(parts)
+
+
+class Balls(_ObjectArithmetic):
     """python-flint's real balls: every number is a proved enclosure.
 
     python-flint has one working precision for the whole process. Every public call of the package
@@ -325,15 +325,14 @@ class Balls(Arithmetic):
     name = "balls"
     encloses = True
     roundoff = 0.0
-
-    def __init__(self, bits: int) -> None:
-        self.bits = bits
+    kind = flint.arb
 
     def __reduce__(self) -> tuple[Any, tuple[int]]:
         return balls_of, (self.bits,)
 
     @contextmanager
-    def _active(self) -> Iterator[None]:
+    def active(self) -> Iterator[None]:
+        """Return the context in which python-flint works at this precision."""
         with _FLINT:
             before = flint.ctx.prec
             flint.ctx.prec = self.bits
@@ -341,10 +340,6 @@ class Balls(Arithmetic):
                 yield
             finally:
                 flint.ctx.prec = before
-
-    def active(self) -> AbstractContextManager[None]:
-        """Return the context in which python-flint works at this precision."""
-        return self._active()
 
     def number(self, value: Any) -> Any:
         """Return a ball around `value` (exact for floats and ints)."""
@@ -357,38 +352,19 @@ class Balls(Arithmetic):
             return flint.arb((-int(mantissa) if sign else int(mantissa), exponent))
         return flint.arb(value.item() if isinstance(value, np.generic) else value)
 
-    def _plain(self, value: Any) -> Any:
-        return float(value) if isinstance(value, (int, float)) else _parts(value)
-
-    def _from_plain(self, value: Any) -> Any:
-        return value if isinstance(value, float) else _ball(*value)
-
-    def vector(self, values: Iterable[Any]) -> NDArray[Any]:
-        """Return an array of balls."""
-        number, ball = self.number, flint.arb
-        return _objects([v if type(v) is ball else number(v) for v in values])
-
-    def zeros(self, size: int) -> NDArray[Any]:
-        """Return a vector of zeros."""
-        return _objects([flint.arb(0)] * size)
-
     def matrix(self, rows: NDArray[Any]) -> Any:
-        """Return an ``arb_mat``."""
         return flint.arb_mat(rows.tolist())
 
     def product(self, matrix: Any, vector: NDArray[Any]) -> NDArray[Any]:
-        """Return matrix times vector."""
         return _objects((matrix * flint.arb_mat(len(vector), 1, vector.tolist())).entries())
 
     def dot(self, x: NDArray[Any], y: NDArray[Any]) -> Any:
-        """Return the scalar product."""
         n = len(x)
         if n == 0:
             return flint.arb(0)
         return (flint.arb_mat(1, n, x.tolist()) * flint.arb_mat(n, 1, y.tolist()))[0, 0]
 
     def larger(self, x: Any, y: Any) -> Any:
-        """Return a ball that holds the larger of two numbers."""
         return x.max(self.number(y))
 
     def sqrt(self, x: Any) -> Any:
@@ -399,27 +375,19 @@ class Balls(Arithmetic):
         return flint.arb(0).union(flint.arb.max(x.upper(), flint.arb(0)).sqrt())
 
     def arctangent(self, y: Any, x: Any) -> Any:
-        """Return the angle of the point (x, y)."""
         return flint.arb.atan2(y, x)
 
     def pi(self) -> Any:
-        """Return pi."""
         return flint.arb.pi()
 
     def sin_cos(self, angles: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-        """Return sines and cosines."""
         pairs = [angle.sin_cos() for angle in angles.tolist()]
         return _objects([p[0] for p in pairs]), _objects([p[1] for p in pairs])
 
-    def sin_pi(self, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
-        """Return sines of rational multiples of pi."""
-        return _tabled(self._sin_pi_ratio, numerators, denominator)
-
-    def _sin_pi_ratio(self, k: int, denominator: int) -> Any:
+    def _sin_pi(self, k: int, denominator: int) -> Any:
         return flint.arb.sin_pi_fmpq(flint.fmpq(k, denominator))
 
     def sign(self, x: Any, slack: Any = 0) -> int:
-        """Return the sign; a ball around zero that is not zero raises `Undecided`."""
         if x > slack:
             return 1
         if x < -slack:
@@ -429,24 +397,25 @@ class Balls(Arithmetic):
         raise Undecided(f"the sign of {x} is not decided at {self.bits} bits")
 
     def lower(self, x: Any) -> Any:
-        """Return the lower end, exactly."""
         return x.lower()
 
     def upper(self, x: Any) -> Any:
-        """Return the upper end, exactly."""
         return x.upper()
 
     def midpoint(self, x: Any) -> Any:
-        """Return the midpoint, exactly."""
         return x.mid()
 
+    def radius(self, x: Any) -> float:
+        return math.nextafter(float(x.rad()), math.inf) if not x.is_exact() else 0.0
+
     def between(self, low: Any, high: Any) -> Any:
-        """Return the ball from `low` to `high`."""
         return self.number(low).union(self.number(high))
 
-    def radius(self, x: Any) -> float:
-        """Return the radius, rounded up."""
-        return math.nextafter(float(x.rad()), math.inf) if not x.is_exact() else 0.0
+    def _parts(self, value: Any) -> tuple[int, ...]:
+        return _parts(value)
+
+    def _joined(self, *parts: int) -> Any:
+        return _ball(*parts)
 
 
 @lru_cache(maxsize=64)
@@ -464,18 +433,6 @@ def balls_of(bits: int) -> Balls:
 def _objects(values: list[Any]) -> NDArray[Any]:
     out = np.empty(len(values), dtype=object)
     out[:] = values
-    return out
-
-
-def _tabled(function: Any, numerators: NDArray[np.int64], denominator: int) -> NDArray[Any]:
-    """Apply `function(k, denominator)` once per distinct k modulo a turn."""
-    table: dict[int, Any] = {}
-    out = np.empty(numerators.shape, dtype=object)
-    for index, k in np.ndenumerate(np.mod(numerators, 2 * denominator)):
-        key = int(k)
-        if key not in table:
-            table[key] = function(key, denominator)
-        out[index] = table[key]
     return out
 
 

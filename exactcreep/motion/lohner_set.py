@@ -10,7 +10,8 @@ everything below is rounded up.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
 from typing import Any, NamedTuple
 
 import flint
@@ -19,20 +20,44 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
 from exactcreep.motion.arithmetic import Undecided
-from exactcreep.motion.verified_event import pass_through
+from exactcreep.motion.verified_event import ORDER, ROUNDING, STEP, WARY, size_of
 
-_TINY = 2.0**-900
+HURRY = 8.0
+"""Bound of how fast forces and velocities change, for each unit of pace and of (1 + time)."""
+TINY = 2.0**-900
+"""Above all that is lost where products of floats underflow."""
+NOT_BOUNDED = "the derivative of a rearrangement is not enclosed"
 
 
 class Passage(NamedTuple):
-    """A motion of the middle of a set and the event at its end; see `pass_through`."""
+    """A motion of the middle of a set and the event at its end.
 
+    Attributes
+    ----------
+    springs, signs : ndarray of int, shape (n,)
+        How many springs each slider has, and in which direction it moves (0: it rests).
+    velocities, accelerations : ndarray, shape (n,)
+        At the event, before it is resolved; zero at rest.
+    unsure : float
+        How far these are from those of any state of the set at one time.
+    time : float
+        How long it lasts.
+    late : float
+        How far the time of any state of the set is from `time`.
+    pace : float
+        Norms of all velocities and of all accelerations at the beginning, added up.
+    slider, side, image : int
+        Whose speed (side 0), or whose distance to the threshold on that side, reaches zero; its
+        mirror image does the same (-1: there is none).
+    """
+
+    springs: NDArray[np.int64]
     signs: NDArray[np.int64]
     velocities: NDArray[np.float64]
     accelerations: NDArray[np.float64]
+    unsure: float
     time: float
     late: float
-    unsure: float
     pace: float
     slider: int
     side: int
@@ -79,17 +104,6 @@ class LohnerSet:
         out._span(rows, list(fast))
         return out
 
-    def follow(
-        self, springs: NDArray[np.int64], passage: Passage, *, own: bool = True
-    ) -> tuple[float, float]:
-        """Let the middle pass through a motion, and its event; see `pass_through`."""
-        rows = self.forces, self.speeds, self.moved, self.errors
-        unit = math.ldexp(1.0, max(self.exponent, -1000))
-        spread, late = pass_through(springs, *passage, *rows, unit, own)
-        if not math.isfinite(spread):
-            raise Undecided("an event's slope is not separated from zero")
-        return spread, late
-
     def _span(self, rows: NDArray[np.float64], fast: list[int]) -> None:
         """Begin with these rows: of forces, of the speeds of sliders `fast`, of l0 theta."""
         n = len(self.reach)
@@ -101,6 +115,8 @@ class LohnerSet:
         self.errors[0] = 2.0**-52 * abs(self.forces).sum(axis=1)
         self.errors[1] = 2.0**-52 * abs(self.speeds).sum(axis=1)
         self.theta_error = 2.0**-52 * float(abs(self.theta).sum())
+
+    # -- how far states may lie from the middle ------------------------------------------------
 
     def of_forces(self) -> NDArray[np.float64]:
         """Return how far forces may lie from the middle's."""
@@ -125,18 +141,44 @@ class LohnerSet:
         """Return how far l0 theta may lie from the middle's."""
         return float(rounded_up(abs(self.theta).sum() + self.theta_error))
 
-    def balls(self, radii: Any) -> list[Any]:
+    def balls(self, radii: Iterable[float]) -> list[Any]:
         """Return radii as numbers."""
         unit, ball = flint.arb((1, self.exponent)), flint.arb
-        radii = radii if isinstance(radii, list) else radii.tolist()
-        return [(ball(x) * unit).upper() for x in radii]
+        return [(ball(x) * unit).upper() for x in map(float, radii)]
+
+    def widened(self, numbers: NDArray[Any], radii: NDArray[np.float64]) -> NDArray[Any]:
+        """Return numbers of the middle as balls of these radii."""
+        out = np.empty_like(numbers)
+        pairs = zip(numbers.tolist(), self.balls(radii), strict=True)
+        out[:] = [x + flint.arb(0, radius) for x, radius in pairs]
+        return out
+
+    def width(self) -> tuple[float, float]:
+        """Return the farthest that any force, velocity or l0 theta may lie from the middle's.
+
+        And the share of the errors in it, where that is largest.
+        """
+        widest, share = _width(self.forces, self.speeds, self.errors, self.theta, self.theta_error)
+        if not math.isfinite(widest):
+            raise Undecided(NOT_BOUNDED)
+        return widest, share
+
+    # -- where the set goes --------------------------------------------------------------------
+
+    def follow(self, passage: Passage, *, own: bool = True) -> tuple[float, float]:
+        """Let the middle pass through a motion, and its event; see `pass_through`."""
+        rows = self.forces, self.speeds, self.moved, self.errors
+        unit = math.ldexp(1.0, max(self.exponent, -1000))
+        spread, late = pass_through(passage, rows, unit, own)
+        if not math.isfinite(spread):
+            raise Undecided("an event's slope is not separated from zero")
+        return spread, late
 
     def at_target(self) -> None:
         """Take theta to a given value."""
         self.forces[0] += self.theta
         self.forces[-1] -= self.theta
-        self.errors[0, 0] += self.theta_error
-        self.errors[0, -1] += self.theta_error
+        self.errors[0, [0, -1]] += self.theta_error
         self._ramped()
         self.theta[:] = self.theta_error = 0.0
 
@@ -144,17 +186,15 @@ class LohnerSet:
         """Take theta to where the sliders `ends`, the first or the last or both, start."""
         both = self.forces[0] + self.forces[-1]
         error = self.errors[0, 0] + self.errors[0, -1]
-        first = 0 in ends  # l0 theta has moved by what this slider lacked
-        if first:
-            self.theta += self.forces[0]
-        else:
-            self.theta -= self.forces[-1]
-        self.theta_error += self.errors[0, 0 if first else -1]
-        for end in (0, -1):
-            self.forces[end] = self.errors[0, end] = 0.0
+        end, sign = (0, 1) if 0 in ends else (-1, -1)
+        self.theta += sign * self.forces[end]  # l0 theta has moved by what this slider lacked
+        self.theta_error += self.errors[0, end]
+        other = -1 - end
+        self.forces[end] = self.errors[0, end] = 0.0
         if len(ends) == 1:
-            other = -1 if first else 0
             self.forces[other], self.errors[0, other] = both, error
+        else:
+            self.forces[other] = self.errors[0, other] = 0.0
         self._ramped()
 
     def _ramped(self) -> None:
@@ -189,26 +229,43 @@ class LohnerSet:
 
     def captured(self) -> dict[str, Any]:
         """Return everything as plain data."""
-        return {name: _copied(value) for name, value in vars(self).items()}
+        return {name: copy(value) for name, value in vars(self).items()}
 
     @classmethod
     def restored(cls, captured: Mapping[str, Any]) -> LohnerSet:
         """Return what `captured` described."""
         out = cls.__new__(cls)
-        for name, value in captured.items():
-            setattr(out, name, _copied(value))
+        vars(out).update({name: copy(value) for name, value in captured.items()})
         return out
 
 
-def _copied(value: Any) -> Any:
-    return value.copy() if isinstance(value, np.ndarray) else value
+def _bounded(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    if not np.isfinite(x).all():
+        raise Undecided(NOT_BOUNDED)
+    return x
 
 
 def _within(rows: NDArray[np.float64], errors: NDArray[np.float64]) -> NDArray[np.float64]:
-    out = rounded_up(abs(rows).sum(axis=1) + errors)
-    if not np.isfinite(out).all():
-        raise Undecided("the derivative of a rearrangement is not enclosed")
-    return out
+    return _bounded(rounded_up(abs(rows).sum(axis=1) + errors))
+
+
+def rounded_up(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return sums of products of non-negative floats, raised above their rounding error."""
+    return x * (1 + 2.0**-30) + TINY
+
+
+def exponent_of(x: Any) -> int:
+    """Return the binary exponent of a number that is not negative (a very small one for 0)."""
+    if x == 0:
+        return -(10**6)
+    mantissa, exponent = x.upper().man_exp()
+    return int(exponent) + int(mantissa).bit_length()
+
+
+def scaled(numbers: Sequence[Any], exponent: int) -> NDArray[np.float64]:
+    """Return numbers that are not negative in units of ``2**exponent``, rounded up."""
+    unit = flint.arb(2) ** -exponent
+    return rounded_up(np.array([float((x * unit).upper()) for x in numbers]))
 
 
 def orthogonal(
@@ -230,12 +287,8 @@ def orthogonal(
     Undecided
         If the set is not bounded.
     """
-    if not np.isfinite(rows).all() or not np.isfinite(unsure).all():
-        raise Undecided("the derivative of a rearrangement is not enclosed")
-    axes, sizes = _turned(rows, unsure)
-    if not np.isfinite(sizes).all():
-        raise Undecided("the derivative of a rearrangement is not enclosed")
-    return axes, rounded_up(sizes)
+    axes, sizes = _turned(_bounded(rows), _bounded(unsure))
+    return axes, rounded_up(_bounded(sizes))
 
 
 @njit(cache=True)
@@ -246,16 +299,9 @@ def _turned(rows: Any, unsure: Any) -> tuple[Any, Any]:
     # long chain leaves those of the rest as they are
     block = np.arange(n)
     for c in range(k):
-        first = -1
-        for i in range(n):
-            if rows[i, c] != 0:
-                if first < 0:
-                    first = block[i]
-                elif block[i] != first:
-                    other = block[i]
-                    for j in range(n):
-                        if block[j] == other:
-                            block[j] = first
+        touched = np.flatnonzero(rows[:, c])
+        for i in touched[1:]:
+            block[block == block[i]] = block[touched[0]]
     for chosen in range(n):
         members = np.flatnonzero(block == chosen)
         size = len(members)
@@ -304,8 +350,7 @@ def _basis(part: Any) -> Any:
                 share = 0.0
                 for i in range(size):
                     share += one[i] * basis[i, j]
-                for i in range(size):
-                    one[i] -= share * basis[i, j]
+                one -= share * basis[:, j]
             after = math.sqrt((one * one).sum())
             if not after > (0.5 if again else least) * before:
                 break
@@ -316,21 +361,226 @@ def _basis(part: Any) -> Any:
     return basis
 
 
+@njit(cache=True, error_model="numpy")
+def pass_through(passage: Any, rows: Any, unit: float, own: bool) -> tuple[float, float]:
+    """Take the rows of a set through a motion, and to its event; return how its time spreads.
 
-def rounded_up(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return sums of products of non-negative floats, raised above their rounding error."""
-    return x * (1 + 2.0**-30) + _TINY
+    Parameters
+    ----------
+    passage : Passage
+    rows : tuple of forces, speeds, moved, errors
+        Those of a `LohnerSet`; changed in place.
+    unit : float
+        Of the rows.
+    own : bool
+        Whether the rows are those of the set, and say how late its states are; other rows, which
+        say how states part, are taken along.
+
+    Returns
+    -------
+    tuple of (float, float)
+        How far the times lie from that of the middle, in units of the rows; nan: the event's slope
+        is not separated from zero, and nothing was done. And `late`, as the rows have it.
+    """
+    time, late, slider, side = passage.time, passage.late, passage.slider, passage.side
+    forces, speeds, moved, errors = rows
+    rate = passage.accelerations[slider]  # of what the event brings to zero
+    if side != 0:
+        rate = _with_neighbours(0.0, passage.velocities, slider)
+    hurry = HURRY * passage.pace * (1 + time)
+    vague = 2 * (passage.unsure + late * hurry) + 2.0**-50 * abs(rate)
+    if not abs(rate) > 2 * vague:
+        return math.nan, late
+    moving, at = np.flatnonzero(passage.signs), np.full(len(forces), -1)
+    of_force, of_speed = 0.0, 0.0
+    for j, i in enumerate(moving):
+        at[i] = j
+        of_force += errors[0, i] ** 2
+        of_speed += errors[1, i] ** 2
+    of_force, of_speed = math.sqrt(of_force), math.sqrt(of_speed)
+    f, u, way, first, rounding = _flowed(passage.springs, moving, at, forces, speeds, time)
+    # the events of all states lie much closer together than it took to find them: by the slope,
+    # as far as the rows say at one time; that time has been rounded
+    scale = 8 * (first + of_force + of_speed) * (1 + time)
+    lag = 2.0**-52 * (1 + time) * scale
+    e_force = of_force + 2 * of_speed + 3 * rounding + lag
+    e_speed = of_speed + time * of_force + (1 + time) * rounding + lag
+    e_way = (time + time * time / 2) * (of_speed + of_force) + (1 + time) ** 2 * rounding + lag
+    if own:
+        apart = _apart(forces, errors, way, u, at, e_speed, e_way, slider, side)
+        by = unit * apart / (abs(rate) - vague) * (1 + WARY)
+        late = min(late, by + 2.0**-50 * (1 + time))
+    vague = 2 * (passage.unsure + late * hurry) + 2.0**-50 * abs(rate)
+    lag = late * scale
+    e_force, e_speed, e_way = e_force + lag, e_speed + lag, e_way + lag
+    for j, i in enumerate(moving):
+        forces[i], speeds[i] = f[j], u[j]
+        errors[0, i], errors[1, i] = e_force, e_speed
+        errors[2, i] += e_way
+        for c in range(len(way[j])):
+            moved[i, c] += way[j, c]
+        for m in (i - 1, i + 1):
+            if 0 <= m < len(at) and at[m] < 0:
+                errors[0, m] += e_way
+                for c in range(len(way[j])):
+                    forces[m, c] += way[j, c]
+    # the event is later or earlier, state by state
+    row, e_row = speeds[slider].copy(), errors[1, slider]
+    if side != 0:
+        row, e_row = forces[slider].copy(), errors[0, slider]
+    spread = 0.0
+    for c in range(len(row)):
+        row[c] = -row[c] / rate
+        spread += abs(row[c])
+    e_spread = (e_row + spread * vague) / (abs(rate) - vague) * (1 + WARY) + 2.0**-50 * spread
+    _shift(passage, moving, rows, row, vague / 2, spread, e_spread)
+    # what is constant at the event, whatever the state was
+    for m in (slider, passage.image):
+        if m >= 0:
+            constant = speeds if side == 0 else forces
+            constant[m] = 0.0
+            errors[1 if side == 0 else 0, m] = 0.0
+    return (spread + e_spread) * (1 + WARY), late
 
 
-def exponent_of(x: Any) -> int:
-    """Return the binary exponent of a number that is not negative (a very small one for 0)."""
-    if x == 0:
-        return -(10**6)
-    mantissa, exponent = x.upper().man_exp()
-    return int(exponent) + int(mantissa).bit_length()
+@njit(cache=True)
+def _flowed(springs: Any, moving: Any, at: Any, forces: Any, speeds: Any, time: float) -> Any:
+    """Return rows of forces, speeds and ways of the movers after `time`.
+
+    And their size at the beginning, and a bound of their rounding.
+    """
+    f, u = forces[moving], speeds[moving]
+    p, k = f.shape
+    way, x = np.zeros_like(f), np.empty_like(f)
+    even, odd = np.empty_like(f), np.empty_like(f)
+    steps = max(1, math.ceil(time / STEP))
+    h, root = time / steps, math.sqrt(p)
+    rounding, first = 0.0, 0.0
+    for step in range(steps):
+        size = 0.0
+        for c in range(k):
+            size += size_of(u[:, c], f[:, c])
+        if step == 0:
+            first = size
+        rounding += ROUNDING * size * root
+        for j in range(p):
+            for c in range(k):
+                even[j, c], odd[j, c] = u[j, c], f[j, c] * h
+                u[j, c] = even[j, c] + odd[j, c]
+                x[j, c] = even[j, c] + odd[j, c] / 2
+        left = 2 * h
+        for order in range(2, ORDER + 1):
+            left *= 2 * h / order
+            if left < 2.0**-70:
+                break
+            terms = even if order % 2 == 0 else odd
+            _bend(terms, moving, at, springs, h * h / (order * (order - 1)))
+            for j in range(p):
+                for c in range(k):
+                    u[j, c] += terms[j, c]
+                    x[j, c] += terms[j, c] / (order + 1)
+        x *= h
+        way += x
+        _bend(x, moving, at, springs, 1.0)  # a(t) = a(0) - K x(t)
+        f += x
+    return f, u, way, first, rounding
 
 
-def scaled(numbers: Sequence[Any], exponent: int) -> NDArray[np.float64]:
-    """Return numbers that are not negative in units of ``2**exponent``, rounded up."""
-    unit = flint.arb(2) ** -exponent
-    return rounded_up(np.array([float((x * unit).upper()) for x in numbers]))
+@njit(cache=True)
+def _bend(rows: Any, moving: Any, at: Any, springs: Any, factor: float) -> None:
+    """Replace rows by ``-factor K`` times them."""
+    p, k = rows.shape
+    before = np.zeros(k)
+    for j in range(p):
+        i = moving[j]
+        after = i + 1 < len(at) and at[i + 1] >= 0
+        if i == 0 or at[i - 1] < 0:
+            before[:] = 0.0
+        for c in range(k):
+            own = rows[j, c]
+            bent = springs[i] * own - before[c]
+            if after:
+                bent -= rows[j + 1, c]
+            before[c] = own
+            rows[j, c] = -factor * bent
+
+
+@njit(cache=True)
+def _apart(
+    forces: Any, errors: Any, way: Any, speeds: Any, at: Any, e_speed: float, e_way: float,
+    slider: int, side: int,
+) -> Any:  # fmt: skip
+    """Return how far what the event brings to zero may be from zero, at the middle's event."""
+    total = e_speed if side == 0 else errors[0, slider] + 2 * e_way
+    for c in range(way.shape[1]):
+        if side == 0:
+            value = speeds[at[slider], c]
+        else:
+            value = forces[slider, c]
+            for m in (slider - 1, slider + 1):
+                if 0 <= m < len(at) and at[m] >= 0:
+                    value += way[at[m], c]
+        total += abs(value)
+    return total
+
+
+@njit(cache=True)
+def _shift(
+    passage: Any, moving: Any, rows: Any, row: Any, unsure: float, spread: float, e_spread: float
+) -> None:
+    """Let the event be later by `row`, state by state, which is `spread` at most."""
+    forces, speeds, moved, errors = rows
+    n, k = forces.shape
+    velocities, accelerations = passage.velocities, passage.accelerations
+    off = np.zeros(n)
+    for i in moving:
+        off[i] = _off(velocities[i], unsure, spread, e_spread)
+    for i in range(max(moving[0] - 1, 0), min(moving[-1] + 2, n)):
+        pull = _with_neighbours(-passage.springs[i] * velocities[i], velocities, i)
+        for c in range(k):
+            speeds[i, c] += accelerations[i] * row[c]
+            moved[i, c] += velocities[i] * row[c]
+            forces[i, c] += pull * row[c]
+        if passage.signs[i] != 0:
+            errors[1, i] += _off(accelerations[i], unsure, spread, e_spread)
+            errors[2, i] += off[i]
+        errors[0, i] += _with_neighbours(2 * off[i], off, i)
+        for c in range(k):  # sums of a few terms
+            errors[0, i] += 2.0**-49 * abs(forces[i, c])
+            errors[1, i] += 2.0**-49 * abs(speeds[i, c])
+            errors[2, i] += 2.0**-49 * abs(moved[i, c])
+
+
+@njit(cache=True)
+def _off(x: float, unsure: float, spread: float, e_spread: float) -> Any:
+    return (abs(x) + unsure) * e_spread + (unsure + 2.0**-49 * abs(x)) * spread
+
+
+@njit(cache=True)
+def _with_neighbours(total: float, x: Any, i: int) -> float:
+    if i > 0:
+        total += x[i - 1]
+    if i < len(x) - 1:
+        total += x[i + 1]
+    return total
+
+
+@njit(cache=True)
+def _width(
+    forces: Any, speeds: Any, errors: Any, theta: Any, theta_error: float
+) -> tuple[float, float]:
+    widest, share = 0.0, 0.0
+    for c in range(len(theta)):
+        widest += abs(theta[c])
+    widest = (widest + theta_error) * (1 + WARY)
+    for way, rows in enumerate((forces, speeds)):
+        total, error = 0.0, 0.0
+        for i in range(len(rows)):
+            size = 0.0
+            for c in range(rows.shape[1]):
+                size += abs(rows[i, c])
+            total, error = max(total, size), max(error, errors[way, i])
+            widest = max(widest, (size + errors[way, i]) * (1 + WARY))
+        if error > share * total:
+            share = error / total if total > 0 else 1.0
+    return widest, share

@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from exactcreep.motion.arithmetic import balls_of
-from exactcreep.motion.event_enclosure import placed
 from exactcreep.motion.first_event import Search, root_time
-from exactcreep.motion.lohner_set import LohnerSet, Passage
+from exactcreep.motion.lohner_set import LohnerSet, Passage, pass_through
 from exactcreep.motion.modes import Flow
-from exactcreep.motion.verified_event import first_event, pass_through
+from exactcreep.motion.verified_event import enclosed_event, verified_event
 
 FRICTION = 0.5
 UNSURE = 1e-14
@@ -45,9 +44,8 @@ def proved(forces, velocities, signs, thresholds, unsure=UNSURE):
     n = len(forces)
     accelerations = np.where(signs == 0, 0.0, forces - FRICTION * signs)
     fresh = velocities == 0
-    return first_event(
-        springs_of(n), signs, fresh, velocities, accelerations, forces, thresholds, unsure, n
-    )
+    numbers = np.array([velocities, accelerations, forces])
+    return verified_event(springs_of(n), signs, fresh, numbers, thresholds, unsure, n)
 
 
 def searched(forces, velocities, signs, thresholds):
@@ -79,7 +77,7 @@ def test_what_float64_proves_to_be_first_is_what_a_search_in_balls_finds():
             flow = flow_of(balls, forces, velocities, signs)
             runs = flow.runs()
             room = balls.number(thresholds[slider]) - side * flow.forces[slider]
-            there, found = placed(runs, acting, room, time, radius)
+            there, found = enclosed_event(runs, acting, room, time, radius)
             assert there.contains(at)
             assert float(there.rad()) < 1e-40
             for run, (first, *mine), others in zip(runs, found, where, strict=True):
@@ -160,7 +158,7 @@ def test_nearby_states_are_where_the_rows_say_and_their_events_when():
                 flow.forces, flow.velocities = flow.forces + shift[0], flow.velocities + shift[1]
                 runs = flow.runs()
                 room = balls.number(thresholds[slider]) - side * flow.forces[slider]
-                at, _ = placed(runs, (slider, side), room, time, 1e-9)
+                at, _ = enclosed_event(runs, (slider, side), room, time, 1e-9)
                 flow.advance(runs, at)
                 return at, flow
 
@@ -170,19 +168,19 @@ def test_nearby_states_are_where_the_rows_say_and_their_events_when():
             fast = np.array([float(x) for x in middle.velocities])
             pulls = np.array([float(x) for x in middle.forces])
             pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
-            pace = np.linalg.norm(velocities) + np.linalg.norm(forces) + n * FRICTION
+            pace = float(np.linalg.norm(velocities) + np.linalg.norm(forces)) + n * FRICTION
             after = rows.copy()
             passage = Passage(
-                signs, fast, pulls, float(at), radius, UNSURE, float(pace), slider, side, -1
+                springs_of(n), signs, fast, pulls, UNSURE, float(at), radius, pace, slider, side, -1
             )
-            spread, late = pass_through(springs_of(n), *passage, *after, errors, unit, True)
+            spread, late = pass_through(passage, (*after, errors), unit, True)
             assert late <= radius
             # the same columns one by one, as the derivative is taken along
             for column in range(k):
                 alone, off = rows[:, :, [column]].copy(), np.zeros((3, n))
                 one = LohnerSet.spanned(np.vstack([alone[0], np.zeros((1, 1))]))
                 one.speeds, one.moved, one.errors = alone[1], alone[2], off
-                one.follow(springs_of(n), passage._replace(late=late), own=False)
+                one.follow(passage._replace(late=late), own=False)
                 turned = np.array([one.forces, one.speeds, one.moved])[:, :, 0]
                 assert (abs(turned - after[:, :, column]) <= off + errors + 1e-13).all()
             acting = after[1 if side == 0 else 0][slider]
@@ -210,7 +208,7 @@ def test_a_bracket_without_a_root_is_refused_and_one_without_a_slope_not_used():
         room = balls.number(thresholds[slider]) - side * flow.forces[slider]
         for wrong in (time + 1e-6, time - 1e-6):
             with pytest.raises(AssertionError, match="does not hold a state of the set"):
-                placed(runs, (slider, side), room, wrong, radius)
-        assert placed(runs, (slider, side), room, time, 0.5) is None
+                enclosed_event(runs, (slider, side), room, wrong, radius)
+        assert enclosed_event(runs, (slider, side), room, time, 0.5) is None
         flow = flow_of(balls, np.array([0.5, 0.0]), np.array([0.0, 0.0]), np.array([1, 0]))
-        assert placed(flow.runs(), (0, 0), None, 0.0, 1e-6) is None
+        assert enclosed_event(flow.runs(), (0, 0), None, 0.0, 1e-6) is None

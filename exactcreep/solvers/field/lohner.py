@@ -10,10 +10,10 @@ chain that may run away) is asked of the set as plain balls.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import accumulate
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import flint
 import numpy as np
@@ -23,21 +23,28 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
-from exactcreep.motion.event_enclosure import placed
 from exactcreep.motion.first_event import FirstEvent, lone_event
-from exactcreep.motion.lohner_set import LohnerSet, Passage
+from exactcreep.motion.lohner_set import HURRY, TINY, LohnerSet, Passage
 from exactcreep.motion.modes import Flow, ModalPiece, forces_of
 from exactcreep.motion.solution import Motion
-from exactcreep.motion.verified_event import HURRY, first_event, spans
+from exactcreep.motion.verified_event import enclosed_event, verified_event
 from exactcreep.solvers.field.event_loop import Mechanics, event_of
 
 STRETCH = 16
 """Events after which the set is put together again; the middle's rounding grows by about 3 bits
 per event meanwhile, and so do the errors of the derivative."""
-
 MOST_ERROR = 2.0**-10
 """Share of the errors of the derivative in the set at which it is put together earlier."""
-TINY = 2.0**-900
+
+
+class Verified(NamedTuple):
+    """The next event of all states of the set: who acts, when at most how far from when."""
+
+    slider: int = 0
+    side: int = 0
+    time: float = 0.0
+    radius: float = 0.0
+    pace: float = 0.0  # of the motion until then, see `Passage`
 
 
 class LohnerMechanics(Mechanics):
@@ -72,8 +79,7 @@ class LohnerMechanics(Mechanics):
         self.slack: Any = 0  # how far forces and l0 theta lie from the middle's
         self.far = 0.0  # so do velocities
         self.since = 0  # events since the set was put together
-        self.bracket = (0.0, 0.0)  # time of the next event in all states, and its largest error
-        self.foreseen: tuple[tuple[int, int], float] = ((0, 0), 0.0)  # who acts, and how fast
+        self.verified = Verified()
         self.springs = np.full(chain.n, 2)
         self.springs[[0, -1]] = 1
         self.crossing_ends: list[int] = []
@@ -84,73 +90,68 @@ class LohnerMechanics(Mechanics):
         # what is compared moves by at most two forces, or a force and l0 theta
         return super()._sign(x, 2 * self.slack if self.set is not None else slack)
 
-    def _widen(self, numbers: NDArray[Any], radii: Any) -> NDArray[Any]:
-        assert self.set is not None
-        pairs = zip(numbers.tolist(), self.set.balls(radii), strict=True)
-        return self.arithmetic.vector([x + flint.arb(0, r) for x, r in pairs])
+    def _widened(
+        self, numbers: NDArray[Any], radii: Callable[[LohnerSet], NDArray[np.float64]]
+    ) -> NDArray[Any]:
+        """Return numbers of the middle in balls that hold every state."""
+        return numbers.copy() if self.set is None else self.set.widened(numbers, radii(self.set))
 
     def _wide_velocities(self, velocities: NDArray[Any]) -> NDArray[Any]:
         """Return velocities in balls that hold every state; one that is zero is so in all."""
-        assert self.set is not None
-        wide = self._widen(velocities, self.set.of_speeds())
+        wide = self._widened(velocities, LohnerSet.of_speeds)
         still = [bool(x == 0) for x in velocities.tolist()]
         wide[still] = velocities[still]
         return wide
 
     def _wide(self, flow: Flow) -> Flow:
         """Return the flow in balls that hold every state."""
-        out = Flow(self.arithmetic, flow.forces, self.friction)
-        out.velocities, out.signs = flow.velocities.copy(), flow.signs.copy()
-        out.moved, out.touched = flow.moved.copy(), flow.touched
-        if self.set is not None:
-            out.forces = self._widen(flow.forces, self.set.of_forces())
-            out.velocities = self._wide_velocities(flow.velocities)
-            out.moved = self._widen(flow.moved, self.set.of_displacements())
+        forces = self._widened(flow.forces, LohnerSet.of_forces)
+        out = Flow(self.arithmetic, forces, self.friction)
+        out.velocities, out.signs = self._wide_velocities(flow.velocities), flow.signs.copy()
+        out.moved, out.touched = self._widened(flow.moved, LohnerSet.of_displacements), flow.touched
         return out
 
     def _give_up(self, flow: Flow) -> None:
         """Let the balls hold every state."""
-        assert self.set is not None
         wide = self._wide(flow)
         flow.forces, flow.velocities, flow.moved = wide.forces, wide.velocities, wide.moved
-        self.displacements = self._widen(self.displacements, self.set.of_displacements())
+        self.displacements = self._widened(self.displacements, LohnerSet.of_displacements)
         self.theta = self.known_theta()
         self.set, self.since, self._runs = None, self.stretch, None
 
+    def _fast(self) -> list[int]:
+        """Return the sliders whose velocity is not exactly zero."""
+        flow = self.flow
+        moving = [] if flow is None else np.flatnonzero(flow.signs).tolist()
+        return [n for n in moving if flow is not None and not bool(flow.velocities[n] == 0)]
+
     def _renew(self) -> None:
         """Put the set together again around a middle without errors."""
-        flow = self.flow
-        numbers = self.forces if flow is None else flow.forces
-        fast = [] if flow is None else np.flatnonzero(flow.signs).tolist()
-        fast = [n for n in fast if flow is not None and not bool(flow.velocities[n] == 0)]
+        numbers = self.forces if self.flow is None else self.flow.forces
         noise = [x.rad() for x in numbers.tolist()]
         numbers[:] = [x.mid() for x in numbers.tolist()]
         speeds = {}
-        for n in fast:
-            assert flow is not None
-            speeds[n] = flow.velocities[n].rad()
-            flow.velocities[n] = flow.velocities[n].mid()
+        for n in self._fast():
+            assert self.flow is not None
+            speeds[n] = self.flow.velocities[n].rad()
+            self.flow.velocities[n] = self.flow.velocities[n].mid()
         theta = (self.l0 * self.theta).rad()
         self.theta = self.theta.mid()
         if self.set is None:
             self.set = LohnerSet(noise, speeds, theta)
         else:
             self.set.renew(noise, speeds, theta)
-        if flow is None:
+        if self.flow is None:
             self.tensions = self._tensions(self.forces)
         self.since = 0
         self._look_around()
 
     def _look_around(self) -> None:
         """Note how far states lie from the middle."""
-        beside = self.set
-        assert beside is not None
-        theta = beside.theta, beside.theta_error
-        widest, share = spans(beside.forces, beside.speeds, beside.errors, *theta)
-        if not math.isfinite(widest):
-            raise Undecided("the derivative of a rearrangement is not enclosed")
-        (self.slack,) = beside.balls([widest])
-        self.far = math.ldexp(widest, max(beside.exponent, -2000)) + TINY
+        assert self.set is not None
+        widest, share = self.set.width()
+        (self.slack,) = self.set.balls([widest])
+        self.far = math.ldexp(widest, max(self.set.exponent, -2000)) + TINY
         if share > MOST_ERROR:
             self.since = self.stretch
 
@@ -169,12 +170,11 @@ class LohnerMechanics(Mechanics):
         middle = super().state()
         if self.set is None:
             return middle
-        return State(
-            self._widen(middle.tensions, self.set.of_tensions()),
-            self._widen(middle.displacements, self.set.of_displacements()),
-            middle.coefficients,
-            middle.draws,
-            self.known_theta(),
+        return replace(
+            middle,
+            tensions=self._widened(middle.tensions, LohnerSet.of_tensions),
+            displacements=self._widened(middle.displacements, LohnerSet.of_displacements),
+            theta=self.known_theta(),
         )
 
     def known_theta(self) -> Any:
@@ -186,17 +186,15 @@ class LohnerMechanics(Mechanics):
 
     def known_moves(self) -> NDArray[Any]:
         """Return how far sliders have come in the rearrangement, as well as it is known."""
-        moves = super().known_moves()
-        return moves if self.set is None else self._widen(moves, self.set.of_displacements())
+        return self._widened(super().known_moves(), LohnerSet.of_displacements)
 
     def known_forces(self) -> NDArray[Any]:
         """Return the forces at rest, as well as they are known."""
-        return self.forces if self.set is None else self._widen(self.forces, self.set.of_forces())
+        return self._widened(self.forces, LohnerSet.of_forces)
 
     def velocities(self) -> NDArray[Any]:
         """Return the present velocities."""
-        middle = super().velocities()
-        return middle if self.set is None else self._wide_velocities(middle)
+        return self._wide_velocities(super().velocities())
 
     # -- at rest -------------------------------------------------------------------------------
 
@@ -249,128 +247,121 @@ class LohnerMechanics(Mechanics):
 
     def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return what float64 proves to come first, at its time in the middle; None: nothing."""
-        n = self.chain.n
-        moving = np.flatnonzero(flow.signs).tolist()
-        low, high = max(moving[0] - 1, 0), min(moving[-1] + 2, n)
-        window = slice(low, high)
-        velocities, accelerations, forces, unsure = self._in_floats(flow, low, high)
+        n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
+        window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
+        numbers, unsure = self._in_floats(flow, window)
         thresholds = np.array([float(x) for x in self.thresholds[window].tolist()])
-        far = self.far if self.set is not None else 0.0
-        at, side, time, radius = first_event(
+        at, side, time, radius = verified_event(
             self.springs[window],
             flow.signs[window],
             np.array([bool(x == 0) for x in flow.velocities[window].tolist()]),
-            velocities,
-            accelerations,
-            forces,
+            numbers,
             thresholds,
-            unsure + far + 2.0**-50 * thresholds.max(),
-            min(n // 2 if self.mirrored else n, high) - low,
+            unsure + (self.far if self.set is not None else 0.0) + 2.0**-50 * thresholds.max(),
+            min(n // 2 if self.mirrored else n, window.stop) - window.start,
         )
         if at < 0:
             return None
-        acting = (low + at, side)
-        self.bracket = time, radius
-        pace = math.hypot(*velocities.tolist()) + math.hypot(*accelerations.tolist())
-        self.foreseen = acting, pace
+        velocities, accelerations, _ = numbers.tolist()
+        pace = math.hypot(*velocities) + math.hypot(*accelerations)
+        self.verified = Verified(window.start + at, side, time, radius, pace)
         try:
             if len(moving) == 1 and n > 1:
-                return self._placed_alone(flow, moving[0], acting)
-            return self._placed(flow, acting)
+                return self._lone(flow, moving[0])
+            return self._enclosed(flow)
         except Undecided:  # the middle is not known well enough
             return None
+
+    def _in_floats(self, flow: Flow, window: slice) -> tuple[NDArray[np.float64], float]:
+        """Return velocities, accelerations, forces, and by how much any of them may be off."""
+        speeds, pulls = flow.velocities[window].tolist(), flow.forces[window].tolist()
+        velocities, forces = [float(x) for x in speeds], [float(x) for x in pulls]
+        friction = float(self.friction)
+        pairs = zip(flow.signs[window].tolist(), forces, strict=True)
+        accelerations = [f - s * friction if s else 0.0 for s, f in pairs]
+        radius = max(float(x.rad()) for x in (*speeds, *pulls))
+        size = max(map(abs, (*velocities, *forces))) + friction
+        unsure = radius * (1 + 1e-9) + 2.0**-49 * size
+        return np.array([velocities, accelerations, forces]), unsure
+
+    def _lone(self, flow: Flow, n: int) -> FirstEvent:
+        """Return the event of a slider that moves alone, by its energy."""
+        crossed = self.crossed.get(n)
+        excess = {} if crossed is None else {n: self.arithmetic.number(crossed) * self.cosine}
+        found, _ = lone_event(flow, n, self.thresholds, excess)
+        slider, side, time, radius, _ = self.verified
+        if [(m, 0) for m in found.stops] + list(found.starts) != [(slider, side)]:
+            raise AssertionError("what is proved of all states is not true of one")
+        if not abs(found.time - time) <= radius:
+            raise AssertionError("the enclosure of an event does not hold a state of the set")
+        return found
+
+    def _enclosed(self, flow: Flow) -> FirstEvent | None:
+        """Return the event, and where it finds the middle."""
+        slider, side, time, radius, _ = self.verified
+        self.evaluations += 1
+        room = self.thresholds[slider] - side * flow.forces[slider]
+        found = enclosed_event(self.runs, (slider, side), room, time, radius)
+        if found is None:
+            return None
+        stops, starts = ([slider], []) if side == 0 else ([], [(slider, side)])
+        event = event_of(found[0], stops, starts, self.chain.n if self.mirrored else None)
+        return replace(event, shifts=tuple(found[1]))
+
+    def _late(self, found: FirstEvent) -> tuple[float, float]:
+        """Return the time of the middle's event, and how far from it is that of any state."""
+        time = float(found.time)
+        return time, self.verified.radius + abs(time - self.verified.time)
 
     def _is_steep(self, flow: Flow, found: FirstEvent) -> bool:
         """Return whether the event's slope is far from zero in all states, as `_set_follows` needs.
 
         It is not where an event nearly grazes: the float64 bracket of its time is too wide there.
         """
-        (slider, side), pace = self.foreseen
-        ways, speeds = [0.0] * (self.chain.n + 2), [0.0] * (self.chain.n + 2)
-        shifts = found.shifts or [(run.first, *run.motion.moved(found.time)) for run in self.runs]
-        for first, displacements, velocities in shifts:
-            for k, (x, v) in enumerate(zip(displacements, velocities, strict=True), first + 1):
-                ways[k], speeds[k] = float(x), float(v)
+        slider, side, *_, pace = self.verified
+        ways, speeds = np.zeros((2, self.chain.n + 2))
+        for first, displacements, velocities in found.shifts or ():
+            window = slice(first + 1, first + 1 + len(velocities))
+            ways[window], speeds[window] = displacements, velocities
         slope = speeds[slider] + speeds[slider + 2]
         if side == 0:
             bend = ways[slider] + ways[slider + 2] - self.springs[slider] * ways[slider + 1]
             friction = int(flow.signs[slider]) * float(self.friction)
             slope = float(flow.forces[slider]) + bend - friction
-        middle, radius = self.bracket
-        time = float(found.time)
-        late = radius + abs(time - middle) + 2.0**-50 * time
+        time, late = self._late(found)
+        late += 2.0**-50 * time
         vague = late * HURRY * pace * (1 + time) + len(speeds) * self.far * (3 + time)
         return bool(abs(slope) > 8 * vague)
 
-    def _in_floats(self, flow: Flow, low: int, high: int) -> tuple[Any, Any, Any, float]:
-        """Return velocities, accelerations, forces, and by how much any of them may be off."""
-        window = slice(low, high)
-        speeds, pulls = flow.velocities[window].tolist(), flow.forces[window].tolist()
-        velocities, forces = [float(x) for x in speeds], [float(x) for x in pulls]
-        friction = float(self.friction)
-        signs = flow.signs[window].tolist()
-        accelerations = [f - s * friction if s else 0.0 for s, f in zip(signs, forces, strict=True)]
-        radius = max(float(x.rad()) for x in (*speeds, *pulls))
-        size = max(map(abs, (*velocities, *forces))) + friction
-        unsure = radius * (1 + 1e-9) + 2.0**-49 * size
-        return np.array(velocities), np.array(accelerations), np.array(forces), unsure
-
-    def _placed_alone(self, flow: Flow, n: int, acting: tuple[int, int]) -> FirstEvent | None:
-        """Return the event of a slider that moves alone, by its energy."""
-        crossed = self.crossed.get(n)
-        excess = {} if crossed is None else {n: self.arithmetic.number(crossed) * self.cosine}
-        found, _ = lone_event(flow, n, self.thresholds, excess)
-        if [(m, 0) for m in found.stops] + list(found.starts) != [acting]:
-            raise AssertionError("what is proved of all states is not true of one")
-        time, radius = self.bracket
-        if not abs(found.time - time) <= radius:
-            raise AssertionError("the enclosure of an event does not hold a state of the set")
-        return found
-
-    def _placed(self, flow: Flow, acting: tuple[int, int]) -> FirstEvent | None:
-        """Return the event, and where it finds the middle."""
-        slider, side = acting
-        self.evaluations += 1
-        room = self.thresholds[slider] - side * flow.forces[slider]
-        found = placed(self.runs, acting, room, *self.bracket)
-        if found is None:
-            return None
-        time, shifts = found
-        stops, starts = ((slider,), ()) if side == 0 else ((), ((slider, side),))
-        event = event_of(time, list(stops), list(starts), self.chain.n if self.mirrored else None)
-        return replace(event, shifts=tuple(shifts))
-
     def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
         """Let the middle move to its event, and the set along with it."""
-        begin, signs = self.time, flow.signs.copy()
-        wide = self._wide(flow) if self.keep and not bool(found.time == 0) else None
+        begin, moves = self.time, not bool(found.time == 0)
+        wide = self._wide(flow) if self.keep and moves else None
         arrived = super().advance(flow, found)
-        if not bool(found.time == 0):
+        if moves:
             self.since = self.since + 1 if self.exact is None else 0
             if self.set is not None:
-                self._set_follows(flow, signs, found)
+                self._set_follows(flow, found)
         if wide is not None and self.start is not None:
             self.pieces.append(wide.piece(begin, self.time, self.start, wide.runs()))
         return arrived
 
-    def _set_follows(self, flow: Flow, signs: NDArray[Any], found: FirstEvent) -> None:
-        n, (middle, radius), ((slider, side), pace) = self.chain.n, self.bracket, self.foreseen
+    def _set_follows(self, flow: Flow, found: FirstEvent) -> None:
         assert self.set is not None
-        moving = np.flatnonzero(signs)
-        low, high = max(int(moving[0]) - 1, 0), min(int(moving[-1]) + 2, n)
-        velocities, accelerations = np.zeros((2, n))
-        numbers = self._in_floats(flow, low, high)
-        velocities[low:high], accelerations[low:high], _, unsure = numbers
-        time = float(found.time)
-        late = (radius + abs(time - middle)) * (1 + 1e-9) + 2.0**-50 * time
+        (slider, side, *_, pace), (time, late) = self.verified, self._late(found)
+        n, moving = self.chain.n, np.flatnonzero(flow.signs)
+        window = slice(max(int(moving[0]) - 1, 0), min(int(moving[-1]) + 2, n))
+        numbers = np.zeros((3, n))
+        numbers[:, window], unsure = self._in_floats(flow, window)
         unsure += math.sqrt(len(moving)) * self.far * (3 + time)
         image = n - 1 - slider if self.mirrored else -1
         passage = Passage(
-            signs, velocities, accelerations, time, late, unsure, pace, slider, side, image
-        )
-        spread, late = self.set.follow(self.springs, passage)
+            self.springs, flow.signs, numbers[0], numbers[1], unsure,
+            time, late * (1 + 1e-9) + 2.0**-50 * time, pace, slider, side, image,
+        )  # fmt: skip
+        spread, late = self.set.follow(passage)
         for rows in self.tangent:
-            rows.follow(self.springs, passage._replace(late=late), own=False)
+            rows.follow(passage._replace(late=late), own=False)
         (further,) = self.set.balls([spread])
         self.time = self.time + flint.arb(0, further)
         self._look_around()

@@ -107,9 +107,7 @@ class TangentMechanics(LohnerMechanics):
 
     def _renew(self) -> None:
         super()._renew()
-        flow = self.flow
-        fast = [] if flow is None else np.flatnonzero(flow.signs).tolist()
-        fast = [n for n in fast if flow is not None and not bool(flow.velocities[n] == 0)]
+        fast = self._fast()
         with balls_of(BITS).active():
             basis, self.product = _orthogonal(flint.arb_mat(self._rows(fast)), self.product)
         self.tangent = _columns(basis, fast)

@@ -70,26 +70,26 @@ def test_balls_are_evaluated_about_twice_per_event_and_search_for_none():
 def test_a_time_said_to_hold_for_all_states_of_the_set_is_refused_if_the_middle_has_another(
     monkeypatch, shift
 ):
-    found = lohner.first_event
+    found = lohner.verified_event
 
     def wrong(*numbers):
         slider, side, time, radius = found(*numbers)
         return slider, side, time + shift, radius
 
-    monkeypatch.setattr(lohner, "first_event", wrong)
+    monkeypatch.setattr(lohner, "verified_event", wrong)
     with pytest.raises(AssertionError, match="does not hold a state of the set"):
         followed(paper_chain(6), Cycles("0.003", 1), 15)
 
 
 def test_a_slider_that_does_not_act_then_is_refused(monkeypatch):
-    found = lohner.first_event
+    found = lohner.verified_event
 
     def wrong(springs, signs, *numbers):
         slider, side, time, radius = found(springs, signs, *numbers)
         others = [n for n in np.flatnonzero(signs).tolist() if (n, 0) != (slider, side)]
         return (others[0], 0, time, radius) if slider >= 0 and others else (-1, 0, 0.0, 0.0)
 
-    monkeypatch.setattr(lohner, "first_event", wrong)
+    monkeypatch.setattr(lohner, "verified_event", wrong)
     with pytest.raises(AssertionError, match="does not hold a state of the set"):
         followed(paper_chain(6), Cycles("0.003", 1), 15)
 
