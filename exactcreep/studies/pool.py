@@ -16,20 +16,14 @@ GLANCE = 0.25
 _FEWEST_AHEAD = 64  # tasks handed to an executor beyond those that have finished
 
 
+@dataclass
 class Signals:
-    """What a study and the tasks that it computes in its own threads tell each other.
+    """What a study and the tasks that it computes in its own threads tell each other."""
 
-    Attributes
-    ----------
-    stop : bool
-        The study was interrupted.
-    compiling : bool
-        The kernel is being compiled, once.
-    """
-
-    def __init__(self) -> None:
-        self.stop = False
-        self.compiling = False
+    stop: bool = False
+    """The study was interrupted."""
+    compiling: bool = False
+    """The kernel is being compiled, once."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +79,6 @@ class Pool:
                     take(waiting.pop(future), future)
                 show()
         except BaseException:
-            if self.signals is not None:
-                self.signals.stop = True
             for future in waiting:
                 future.cancel()
             for future, key in waiting.items():

@@ -14,11 +14,10 @@ import math
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Mapping
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
-from contextlib import contextmanager
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -59,12 +58,10 @@ _WORDS = {
     "reason": "for a limit or a runaway: one sentence",
     "velocity_reason": "why velocity or velocity_error is nan",
 }
+_TAKEN = {*_NUMBERS, *_COUNTS, *_WORDS, "half_cycle", "slider", "spring", "warnings"}
+"""Names in a grid that no dimension may have."""
 _MISSING = -1  # of a count
 _MOST_FAILURES = 10  # of cells, as long as none has succeeded
-
-
-class _Stopped(Exception):
-    """The sweep was interrupted while this cell was being computed."""
 
 
 @shows_progress
@@ -129,41 +126,128 @@ def sweep(
     {'tan_alpha': 2, 'seed': 3}
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
-    settings = scene.settings()
-    experiments = [_experiment(scene, setting) for setting in settings]
-    store = None if out is None else Store(out, resume=resume)
-    names = [_digest(experiment) for experiment in experiments]
-    values: list[dict[str, Any] | None] = [None] * len(experiments)
-    if store is not None:
-        values = [store.load(name) for name in names]
-    todo = {k: experiments[k] for k, value in enumerate(values) if value is None}
-    board = _Board(todo, len(experiments), progress)
-
-    def take(index: int, value: dict[str, Any]) -> None:
-        if store is not None:
-            store.save(names[index], value)
-        values[index] = value
-        board.add(index, value)
-
+    cells = _Cells(scene, None if out is None else CellFolder(out, resume=resume), progress)
     try:
-        with pool_of(executor, workers) as pool, _quiet():
-            board.signals = pool.signals
-            _compute(pool, todo, settings, take, board, patient=store is not None)
+        with (
+            pool_of(executor, workers) as pool,
+            warnings.catch_warnings(action="ignore", category=PhysicsWarning),  # they are counted
+        ):
+            cells.compute(pool)
     except (KeyboardInterrupt, CellsFailed):
-        if store is not None:  # it may know of a cell that was being noted at that moment
-            found = zip(names, values, strict=True)
-            values = [store.load(name) if value is None else value for name, value in found]
-            store.finish(_assembled(scene, experiments, values))
+        cells.load()  # the folder may know of one that was being noted at that moment
+        cells.finished()
         raise
-    dataset = _assembled(scene, experiments, values)
-    if store is not None:
-        store.finish(dataset)
-    _warn(values)
+    dataset = cells.finished()
+    left = Counter(name for value in cells.values if value for name in value["warnings"])
+    if left:
+        counts = ", ".join(f"{name} in {count}" for name, count in left.items())
+        told = f"of {len(cells.values)} cells: {counts} left the model's physical range"
+        warnings.warn(told, PhysicsWarning, stacklevel=3)
     return dataset
 
 
 class CellsFailed(InputError):
     """Cells that came to nothing; all others have been computed and saved."""
+
+
+class _Cells:
+    """The cells of a sweep: what each is, and what it came to, None before that."""
+
+    def __init__(self, scene: Scene, folder: CellFolder | None, progress: Hearer) -> None:
+        self.scene, self.folder, self.progress = scene, folder, progress
+        self.settings = scene.settings()
+        self.experiments = [_experiment(scene, setting) for setting in self.settings]
+        self.values: list[dict[str, Any] | None] = [None] * len(self.experiments)
+        self.load()
+        self.found, self.events, self.last = self.count, 0, -math.inf
+        self.begin = time.perf_counter()
+
+    @property
+    def count(self) -> int:
+        """How many have been computed."""
+        return sum(value is not None for value in self.values)
+
+    def load(self) -> None:
+        """Take from the folder what it holds of those that have not been computed."""
+        if self.folder is not None:
+            for k, experiment in enumerate(self.experiments):
+                self.values[k] = self.values[k] or self.folder.load(experiment)
+
+    def compute(self, pool: Pool) -> None:
+        """Compute what is missing, and save each cell as it finishes.
+
+        A cell that fails ends the sweep: at once, or at its end where the others are saved.
+        """
+        todo = {k: self.experiments[k] for k, value in enumerate(self.values) if value is None}
+        # a slider of a half-cycle costs about the same everywhere
+        weights = {k: one.drive.half_cycles * one.chain.n for k, one in todo.items()}
+        done, failed = 0, dict[int, CellsFailed]()
+
+        def collect(index: int, future: Future[dict[str, Any]]) -> None:
+            nonlocal done
+            try:
+                value = self._value(pool, future, index)
+            except CellsFailed as error:
+                failed[index] = error
+                hopeless = self.count == 0 and len(failed) >= _MOST_FAILURES
+                if self.folder is None or hopeless:
+                    raise
+                return
+            if self.folder is not None:
+                self.folder.save(self.experiments[index], value)
+            self.values[index] = value
+            self.events += value["events"]
+            done += weights[index]
+
+        def show(*, now: bool = False) -> None:
+            moment = time.perf_counter()
+            if callable(self.progress) and (now or moment - self.last >= GLANCE):
+                self.last = moment
+                compiling = pool.signals is not None and pool.signals.compiling
+                self.progress(
+                    Progress(
+                        "compiling" if compiling else "running",
+                        self.count,
+                        len(self.values),
+                        self.events,
+                        moment - self.begin,
+                        counted="cells",
+                        found=self.found,
+                        work=done / sum(weights.values()) if weights else 1.0,
+                    )
+                )
+
+        show(now=True)
+        pool.run(finished_cell, todo, collect, show)
+        show(now=True)
+        if failed:
+            first = failed[min(failed)]
+            count = f"{len(failed)} of {len(self.values)} cells failed, and all others are computed"
+            raise CellsFailed(first.field, first.value, f"{first.allowed}; {count}")
+
+    def _value(self, pool: Pool, future: Future[dict[str, Any]], index: int) -> dict[str, Any]:
+        """Return what a cell came to; an error in it names the cell."""
+        where = ", ".join(f"{key} = {text}" for key, text in self.settings[index].items())
+        try:
+            value = future.result()
+        except InputError as error:
+            allowed = f"{error.allowed} (in the cell {where})" if where else error.allowed
+            raise CellsFailed(error.field, error.value, allowed) from None
+        except (CancelledError, BrokenExecutor) as error:
+            raise pool.lost(error) from None
+        except Exception as error:  # of a worker: it died of this cell, or has no memory for it
+            raise CellsFailed("cell", where, f"failed: {reason_of(error)}") from error
+        if value["version"] != __version__:
+            allowed = f"must run the same version as this program, {__version__}"
+            raise InputError("worker", value["version"], allowed)
+        return value
+
+    def finished(self) -> xr.Dataset:
+        """Return the grid of what has been computed, and save it where there is a folder."""
+        dataset = _assembled(self.scene, self.experiments, self.values)
+        if self.folder is not None:
+            write_file(self.folder.path / "sweep.nc", netcdf({None: dataset}), "out")
+        return dataset
 
 
 def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dict[str, Any]:
@@ -180,7 +264,7 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dic
         if signals is not None:
             signals.compiling = progress.phase == "compiling"
             if signals.stop:
-                raise _Stopped
+                raise KeyboardInterrupt
 
     result = run_members([experiment], progress=glance)[0]
     value: dict[str, Any] = {"version": __version__, "seconds": result.seconds}
@@ -191,19 +275,18 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dic
         "evidence": result.evidence.value,
         "reason": result.reason,
         "velocity_reason": result.velocity_reason,
+        "warnings": dict(result.warnings),
+        "recorded": {name: result.recorded[name] for name in experiment.record},
     }
     if result.velocity_text is not None:
         value["velocity_decimal"] = result.velocity_text
-    value["warnings"] = dict(result.warnings)
-    value["recorded"] = {name: result.recorded[name] for name in experiment.record}
     if experiment.record and not experiment.drive.cyclic:
-        value["recorded"]["theta"] = experiment.drive.targets(
-            1, result.half_cycles, experiment.seed
-        )
+        drive, count = experiment.drive, result.half_cycles
+        value["recorded"]["theta"] = drive.targets(1, count, experiment.seed)
     return value
 
 
-class Store:
+class CellFolder:
     """The directory in which the cells of a sweep are saved, one file each.
 
     Raises
@@ -213,145 +296,39 @@ class Store:
     """
 
     def __init__(self, out: str | os.PathLike[str], *, resume: bool) -> None:
-        self.folder = output_directory(out, "out")
-        name = os.fspath(out)
-        self.cells = self.folder / "cells"
+        self.path = output_directory(out, "out")
+        self.cells = self.path / "cells"
         if not resume and self.cells.is_dir() and any(self.cells.glob("*.cell")):
-            raise InputError(
-                "out", name, "holds the cells of an earlier sweep; resume it, or name another"
-            )
+            allowed = "holds the cells of an earlier sweep; resume it, or name another"
+            raise InputError("out", os.fspath(out), allowed)
         output_directory(self.cells, "out")
-        for folder in (self.folder, self.cells):
+        for folder in (self.path, self.cells):
             remove_parts(folder)
         if not os.access(self.cells, os.W_OK):
-            raise InputError("out", name, "must be a directory that can be written")
+            raise InputError("out", os.fspath(out), "must be a directory that can be written")
 
-    def _path(self, name: str) -> Path:
-        return self.cells / f"{name}.cell"
-
-    def load(self, name: str) -> dict[str, Any] | None:
-        """Return the cell saved under `name`, None if there is none."""
-        path = self._path(name)
+    def load(self, experiment: Experiment) -> dict[str, Any] | None:
+        """Return what was saved of an experiment, None if nothing was."""
+        name = _digest(experiment)
+        path = self.cells / f"{name}.cell"
         if not path.exists():
             return None
         try:
             content = checkpoint.read(path)
-            if content.get("format") != _CELL_FORMAT or content.get("name") != name:
-                raise InputError("cell", os.fspath(path), "is not this cell")
-            value: dict[str, Any] = content["value"]
-        except (InputError, KeyError) as error:
-            reason = error.allowed if isinstance(error, InputError) else "it holds no value"
-            raise InputError(
-                "cell", os.fspath(path), f"{reason}; delete the file to compute it again"
-            ) from None
+        except InputError as error:
+            allowed = f"{error.allowed}; delete the file to compute it again"
+            raise InputError("cell", os.fspath(path), allowed) from None
+        if content.get("format") != _CELL_FORMAT or content.get("name") != name:
+            allowed = "is not this cell; delete the file to compute it again"
+            raise InputError("cell", os.fspath(path), allowed)
+        value: dict[str, Any] = content["value"]
         return value
 
-    def save(self, name: str, value: Mapping[str, Any]) -> None:
+    def save(self, experiment: Experiment, value: Mapping[str, Any]) -> None:
         """Write a cell, in one piece or not at all."""
+        name = _digest(experiment)
         content = {"format": _CELL_FORMAT, "name": name, "value": dict(value)}
-        write_file(self._path(name), checkpoint.to_bytes(content), "out")
-
-    def finish(self, dataset: xr.Dataset) -> None:
-        """Write the grid as ``sweep.nc``, in one piece or not at all."""
-        write_file(self.folder / "sweep.nc", netcdf({None: dataset}), "out")
-
-
-class _Board:
-    """Counts what has been done, and says so."""
-
-    def __init__(self, todo: Mapping[int, Experiment], total: int, progress: Hearer) -> None:
-        self.progress = progress
-        self.signals: Signals | None = None
-        self.total = total
-        self.found = self.total - len(todo)
-        self.cells = self.found
-        self.events = 0
-        self.begin = time.perf_counter()
-        self.last = -math.inf
-        # a slider of a half-cycle costs about the same everywhere
-        self.weights = {k: one.drive.half_cycles * one.chain.n for k, one in todo.items()}
-        self.weight = sum(self.weights.values())
-        self.done = 0
-
-    def add(self, index: int, value: Mapping[str, Any]) -> None:
-        self.cells += 1
-        self.events += value["events"]
-        self.done += self.weights[index]
-
-    def show(self, *, now: bool = False) -> None:
-        moment = time.perf_counter()
-        if not callable(self.progress) or not (now or moment - self.last >= GLANCE):
-            return
-        self.last = moment
-        compiling = self.signals is not None and self.signals.compiling
-        self.progress(
-            Progress(
-                "compiling" if compiling else "running",
-                self.cells,
-                self.total,
-                self.events,
-                moment - self.begin,
-                counted="cells",
-                found=self.found,
-                work=self.done / self.weight if self.weight else 1.0,
-            )
-        )
-
-
-def _compute(
-    pool: Pool,
-    tasks: Mapping[int, Experiment],
-    settings: list[dict[str, Any]],
-    take: Callable[[int, dict[str, Any]], None],
-    board: _Board,
-    patient: bool,
-) -> None:
-    """Have cells computed and take each one as it finishes.
-
-    A cell that fails ends the sweep: at once, or at its end if it is `patient`.
-    """
-    failed: dict[int, InputError] = {}
-
-    def collect(index: int, future: Future[dict[str, Any]]) -> None:
-        try:
-            value = _value(pool, future, settings[index])
-        except CellsFailed as error:
-            failed[index] = error
-            if not patient or (board.cells == 0 and len(failed) >= _MOST_FAILURES):
-                raise
-        else:
-            take(index, value)
-
-    board.show(now=True)
-    pool.run(finished_cell, tasks, collect, board.show)
-    board.show(now=True)
-    if failed:
-        first = failed[min(failed)]
-        count = f"{len(failed)} of {board.total} cells failed, and all others are computed"
-        raise CellsFailed(first.field, first.value, f"{first.allowed}; {count}")
-
-
-def _value(
-    pool: Pool, future: Future[dict[str, Any]], setting: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Return what a cell came to; an error in it names the cell."""
-    where = ", ".join(f"{key} = {text}" for key, text in setting.items())
-    try:
-        value = future.result()
-    except InputError as error:
-        allowed = f"{error.allowed} (in the cell {where})" if where else error.allowed
-        raise CellsFailed(error.field, error.value, allowed) from None
-    except (CancelledError, BrokenExecutor) as error:
-        raise pool.lost(error) from None
-    except _Stopped:
-        raise
-    except Exception as error:  # of a worker: it died of this cell, or has no memory for it
-        raise CellsFailed("cell", where, f"failed: {reason_of(error)}") from error
-    if value["version"] != __version__:
-        raise InputError(
-            "worker", value["version"], f"must run the same version as this program, {__version__}"
-        )
-    return value
+        write_file(self.cells / f"{name}.cell", checkpoint.to_bytes(content), "out")
 
 
 def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:
@@ -372,28 +349,6 @@ def _digest(experiment: Experiment) -> str:
     return hashlib.sha256(checkpoint.to_bytes(description)).hexdigest()[:32]
 
 
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Keep the warnings of single cells back; the sweep counts them."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PhysicsWarning)
-        yield
-
-
-def _warn(values: list[dict[str, Any] | None]) -> None:
-    kinds: dict[str, int] = {}
-    for value in values:
-        for name in value["warnings"] if value is not None else ():
-            kinds[name] = kinds.get(name, 0) + 1
-    if kinds:
-        counts = ", ".join(f"{name} in {count}" for name, count in kinds.items())
-        warnings.warn(
-            f"of {len(values)} cells: {counts} left the model's physical range",
-            PhysicsWarning,
-            stacklevel=3,
-        )
-
-
 # --- the grid ------------------------------------------------------------------------------------
 
 
@@ -401,23 +356,17 @@ def dimensions(vary: Mapping[str, list[Any]]) -> dict[str, str]:
     """Return the name of the dimension of each varied key: its last part, if no other has it."""
     short = [key.rpartition(".")[2] for key in vary]
     return {
-        key: name if short.count(name) == 1 and name not in _taken() else key.replace(".", "_")
+        key: name if short.count(name) == 1 and name not in _TAKEN else key.replace(".", "_")
         for key, name in zip(vary, short, strict=True)
     }
 
 
-def _taken() -> set[str]:
-    return {*_NUMBERS, *_COUNTS, *_WORDS, "half_cycle", "slider", "spring", "warnings"}
-
-
 def _coordinate(values: list[Any]) -> NDArray[Any]:
     """Return the values of a varied key as numbers, or as text where one is none."""
-    numbers: list[Fraction] = []
-    for value in values:
-        try:
-            numbers.append(exact_number(value, "value"))
-        except InputError:
-            return np.array([value if isinstance(value, str) else _text(value) for value in values])
+    try:
+        numbers = [exact_number(value, "value") for value in values]
+    except InputError:
+        return np.array([value if isinstance(value, str) else _text(value) for value in values])
     if all(number.denominator == 1 and abs(number) < 2**63 for number in numbers):
         return np.array([int(number) for number in numbers], dtype=np.int64)
     return np.array([nearest_float(number) for number in numbers])
@@ -437,21 +386,19 @@ def _assembled(
     coordinates = {names[key]: (names[key], _coordinate(v)) for key, v in scene.vary.items()}
     variables: dict[str, Any] = {}
 
-    def column(name: str, missing: Any, kind: Any) -> NDArray[Any]:
+    def add(name: str, missing: Any, **about: str) -> None:
         cells = [missing if value is None else value.get(name, missing) for value in values]
-        return np.array(cells, dtype=kind).reshape(shape)
+        variables[name] = (dims, np.array(cells).reshape(shape), about)
 
     per = " or ".join(dict.fromkeys(experiment.drive.per for experiment in experiments))
     for name, (units, meaning) in _NUMBERS.items():
-        about = {"units": units.format(per=per), "long_name": meaning.format(per=per)}
-        variables[name] = (dims, column(name, math.nan, np.float64), about)
+        add(name, math.nan, units=units.format(per=per), long_name=meaning.format(per=per))
     for name, meaning in _COUNTS.items():
-        about = {"units": "1", "long_name": meaning}
-        variables[name] = (dims, column(name, _MISSING, np.int64), about)
+        add(name, _MISSING, units="1", long_name=meaning)
     for name, meaning in _WORDS.items():
-        variables[name] = (dims, column(name, "", str), {"long_name": meaning})
+        add(name, "", long_name=meaning)
     if any(value is not None and "velocity_decimal" in value for value in values):
-        variables["velocity_decimal"] = (dims, column("velocity_decimal", "", str))
+        add("velocity_decimal", "")
     finished = np.array([value is not None for value in values]).reshape(shape)
     variables["finished"] = (dims, finished, {"long_name": "the cell has been computed"})
     variables |= _recorded(dims, shape, values)
@@ -462,8 +409,7 @@ def _assembled(
         "tables": _text({name: dict(table) for name, table in scene.tables.items()}),
         "vary": _text(dict(scene.vary)),
     }
-    attributes |= _shared(experiments)
-    return xr.Dataset(variables, coordinates, attributes)
+    return xr.Dataset(variables, coordinates, attributes | _shared(experiments))
 
 
 def _shared(experiments: list[Experiment]) -> dict[str, Any]:
