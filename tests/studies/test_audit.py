@@ -18,7 +18,9 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.drive import Cycles, GaussianSteps
 from exactcreep.model.numbers import InputError
+from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
+from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange
@@ -268,6 +270,35 @@ class TestSabotage:
         texts[i] = f"{head}.{tail[:19]}{digit}{tail[20:]}"
         found = audit(replace(result, recorded={**result.recorded, "event_time_decimal": texts}))
         assert not found.passed
+
+    @pytest.mark.parametrize(
+        ("damage", "told"),
+        [
+            (lambda x: {}, "x was recorded, or was not, against what was asked for"),
+            (lambda x: {"x": x[1:]}, "x has the shape (1, 6) instead of (2, 6)"),
+            (lambda x: {"x": x * np.nan}, "the log cannot be followed"),
+            (lambda x: {"x": x, "slips": x}, "slips was recorded, or was not"),
+        ],
+        ids=["missing", "short", "not finite", "one too many"],
+    )
+    def test_a_column_that_is_not_as_it_was_asked_for_is_caught(
+        self, damage: Callable[[Any], dict[str, Any]], told: str
+    ) -> None:
+        recorded = dict(run().recorded)
+        recorded |= damage(recorded.pop("x"))
+        assert told in audit(replace(run(), recorded=recorded)).findings[0].sentence
+
+    def test_more_half_cycles_than_the_drive_has_are_caught(self) -> None:
+        found = audit(replace(run(), half_cycles=3))
+        assert found.findings[0].sentence == "the drive has no target 3"
+
+    @pytest.mark.parametrize("reason", [NEVER_STOPS, NEVER_RESTS, "it is steep"])
+    def test_a_limit_that_calls_itself_a_runaway_is_caught(self, reason: str) -> None:
+        cut = creep(run().chain, run().drive, seed=SEED, record=("events",), max_events=25)
+        assert audit(cut).passed
+        forged = replace(cut, outcome=Outcome.RUNAWAY, reason=reason)
+        sentences = [finding.sentence for finding in audit(forged).findings]
+        assert "nothing proves that the chain runs away" in sentences
 
 
 class TestLimits:

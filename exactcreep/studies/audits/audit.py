@@ -265,7 +265,7 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
             known = [float(event.residual) for event in result.events]
             residuals = known if arithmetic is FLOAT64 else ()
             ended = result.outcome is Outcome.AT_REST
-            auditor.rearrangement(result.events, error, ended, residuals=residuals)
+            auditor.rearrangement(result.events, error, ended=ended, residuals=residuals)
         auditor.place = (None, None)
         compare_end(auditor, result.state)
     return _audited(auditor, 1, len(result.events))

@@ -25,7 +25,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.modes import Run, RunMotion, forces_of
 from exactcreep.motion.replay import Energies, Phase, Replay
-from exactcreep.quasistatic.decimals import enclosure
+from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.solvers.exact.layout import PROMISED_EVENTS
 from exactcreep.solvers.rows import Avalanche
 from exactcreep.solvers.solver import Tally
@@ -80,21 +80,15 @@ class Auditor:
     findings : list of Finding
     place : tuple of (int or None)
         Where the audit is: the rearrangement, and the event within it.
-    errors, radii : list of float
+    errors, radii, balance
         See `Audit`.
-    balance : float
-        Largest energy left over in a rearrangement, relative to its largest term.
     limits : Limits
-        Of the time that the audit may take.
-    reason : str
-        Why it ended before the log did.
-    done : int
-        Rearrangements that were looked at.
+        Of the time that the audit may take; `reason` says so if it has ended the audit, after
+        `done` rearrangements.
     tally : Tally
     slips : ndarray of int64, shape (n,)
         In this half-cycle.
-    rows : list of RearrangementRow
-    slip_rows : list of SlipRow
+    rows, slip_rows : list
         What a run records of its rearrangements, made again.
     load : float
         Largest ``l0 |theta|`` so far.
@@ -106,33 +100,29 @@ class Auditor:
         Of the ramp to the next rearrangement; 0 if there is none.
     room : float
         By which a resting slider may seem to exceed its threshold.
+    scale, accuracy : float
+        The largest threshold, and the error that the numbers of the log claim in its units.
     """
 
     def __init__(
         self, chain: Chain, start: State, seed: int, arithmetic: Arithmetic, digits: int, most: int
     ) -> None:
-        self.chain = chain
-        self.contacts = Contacts(chain, seed)
-        self.arithmetic = arithmetic
-        self.digits = digits
-        self.most = most
+        self.chain, self.contacts = chain, Contacts(chain, seed)
+        self.arithmetic, self.digits = arithmetic, digits
         self.l0 = arithmetic.number(chain.l0)
         self.findings: list[Finding] = []
+        self.most = most
         self.place: tuple[int | None, int | None] = (None, None)
         self.errors: list[float] = []
         self.radii: list[float] = []
-        self.balance = 0.0
-        self.limits, self.reason = NO_LIMITS, ""
-        self.done = 0
+        self.balance = self.load = self.room = 0.0
+        self.limits, self.reason, self.done = NO_LIMITS, "", 0
         self.tally = Tally()
         self.slips = np.zeros(chain.n, dtype=np.int64)
         self.rows: list[RearrangementRow] = []
         self.slip_rows: list[SlipRow] = []
-        self.load = 0.0
         self.replay: Replay | None = None
-        self.long = False
-        self.way = 0
-        self.room = 0.0
+        self.long, self.way = False, 0
         pairs = enumerate(start.draws.tolist())
         drawn = [float(self.contacts.coefficient(n + 1, k - 1)) for n, k in pairs]
         self.state = State(
@@ -205,22 +195,18 @@ class Auditor:
     # -- one rearrangement ---------------------------------------------------------------------
 
     def rearrangement(
-        self,
-        events: Sequence[Event],
-        load_error: float,
-        ended: bool,
-        half_cycle: int = 1,
+        self, events: Sequence[Event], load_error: float, *, ended: bool, half_cycle: int = 1,
         residuals: Sequence[float] = (),
-    ) -> None:
+    ) -> None:  # fmt: skip
         """Check one rearrangement, from the present state, and the residuals of its events."""
         known = [enclosure(event.time) for event in events]
         middles = [replace(e, time=time.middle) for e, time in zip(events, known, strict=True)]
         replay = Replay(self.chain, self.state, middles, self.arithmetic, self.contacts)
         self.replay = replay
-        rearrangement, number = self.place[0], 0
+        rearrangement, tally, number = self.place[0], self.tally, 0
         widest = self.floor() + load_error
         avalanche = Avalanche(
-            self.tally.rearrangements, half_cycle, self.state.theta, self.way, replay.tensions,
+            tally.rearrangements, half_cycle, self.state.theta, self.way, replay.tensions,
             self.arithmetic.zeros(self.chain.n),
         )  # fmt: skip
         for phase in replay:
@@ -234,25 +220,23 @@ class Auditor:
                 legal = self.contact(replay, event)
                 for n, sign in legal.items():
                     radius = nearest_float(known[number].radius)
-                    self.condition(replay, event.kind, n, sign, radius, slack, number == 0)
+                    self.condition(replay, event.kind, n, sign, radius, slack)
                 phase.happen(event, legal)
-                allowed = replace(
-                    event, sliders=tuple(n + 1 for n in legal), signs=tuple(legal.values())
-                )
+                sliders = tuple(n + 1 for n in legal)
+                allowed = replace(event, sliders=sliders, signs=tuple(legal.values()))
                 self.slip_rows += avalanche.take(
                     allowed, replay.flow.moved, replay.coefficient, self.arithmetic
                 )
                 number += 1
                 if event.kind is EventKind.STOP:
                     self.slips[list(legal)] += 1
-                    self.tally.draws_below_mu_d += sum(
-                        self.contacts.is_low(replay.coefficient(n)) for n in legal
-                    )
+                    drawn = map(replay.coefficient, legal)
+                    tally.draws_below_mu_d += sum(map(self.contacts.is_low, drawn))
         self.long = number > PROMISED_EVENTS
-        self.tally.rearrangements += 1
-        self.tally.events += number
-        self.tally.slips += avalanche.slips
-        self.tally.long_rearrangements += self.long
+        tally.rearrangements += 1
+        tally.events += number
+        tally.slips += avalanche.slips
+        tally.long_rearrangements += self.long
         self.place = (rearrangement, None)
         before, self.state = self.state, replay.state()
         self.balanced(replay.energies(), before.tensions)
@@ -312,20 +296,13 @@ class Auditor:
         return legal
 
     def condition(
-        self,
-        replay: Replay,
-        kind: EventKind,
-        n: int,
-        sign: int,
-        radius: float,
-        slack: float,
-        first: bool,
+        self, replay: Replay, kind: EventKind, n: int, sign: int, radius: float, slack: float
     ) -> None:
         """Check that slider `n` (from 0) stops without velocity, or starts at its threshold.
 
         Where it may start beyond its threshold, check that it is not below.
         """
-        flow = replay.flow
+        flow, first = replay.flow, self.place[1] == 0
         if kind is EventKind.STOP:
             value, what = flow.velocities[n], "moves"
             slope = float(abs(flow.forces[n] - flow.friction * int(flow.signs[n])))
@@ -369,7 +346,12 @@ class Watches:
     """
 
     def __init__(self, replay: Replay, runs: Sequence[Run]) -> None:
-        self.runs = [(run.first, _floating(run.motion)) for run in runs]
+        motions = [
+            own if own.arithmetic is FLOAT64
+            else RunMotion(FLOAT64, own.ends, floats(own.velocities), floats(own.accelerations))
+            for own in (run.motion for run in runs)
+        ]  # fmt: skip
+        self.runs = list(zip((run.first for run in runs), motions, strict=True))
         flow, n = replay.flow, replay.chain.n
         self.size = n
         movers = np.array([i for run in runs for i in run.sliders])
@@ -432,17 +414,6 @@ class Watches:
 def exact(value: Any) -> Fraction:
     """Return the middle of what is known of a number."""
     return enclosure(value).middle
-
-
-def _floating(motion: RunMotion) -> RunMotion:
-    """Return the motion of a run in float64."""
-    if motion.arithmetic is FLOAT64:
-        return motion
-    velocities, accelerations = (
-        np.array([nearest_float(enclosure(x).middle) for x in vector.tolist()])
-        for vector in (motion.velocities, motion.accelerations)
-    )
-    return RunMotion(FLOAT64, motion.ends, velocities, accelerations)
 
 
 def _moved(motion: RunMotion, t: NDArray[np.float64]) -> NDArray[np.float64]:
