@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from exactcreep.model.deviates import (
@@ -23,19 +25,16 @@ from exactcreep.model.deviates import (
     philox,
 )
 from exactcreep.model.disorder import STREAM_COEFFICIENT
-from exactcreep.solvers.exact.layout import COEFFICIENT, DRAWS, EXCESS, PAD, compiled, inlined
+from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact.layout import compiled, inlined
 from exactcreep.solvers.exact.simd import (
     WIDTH,
-    below,
     choose,
     exponent,
     lane_of,
     lowest_bit,
-    magnitude,
     mantissa,
-    not_above,
     spread,
-    square_root,
     store,
     upper_bits,
 )
@@ -51,26 +50,24 @@ def _fraction(numerator, denominator, r):
     top = spread(numerator[0])
     low = spread(denominator[0])
     for k in range(1, 8):
-        top = top * r + spread(numerator[k])
-        low = low * r + spread(denominator[k])
+        top = top * r + numerator[k]
+        low = low * r + denominator[k]
     return top, low
 
 
 @inlined
 def _logarithm(x):
-    one = spread(1.0)
-    two = spread(2.0)
     m = mantissa(x)
     e = exponent(x)
-    small = below(m, spread(ROOT_HALF))
-    m = choose(small, two * m, m)
-    e = choose(small, e - one, e)
-    z = (m - one) / (m + one)
+    small = m < ROOT_HALF
+    m = choose(small, 2.0 * m, m)
+    e = choose(small, e - 1.0, e)
+    z = (m - 1.0) / (m + 1.0)
     w = z * z
     series = spread(0.0)
     for k in range(ODD.size):
-        series = series * w + spread(ODD[k])
-    return e * spread(LN2_HIGH) + (e * spread(LN2_LOW) + two * z * w * series + two * z)
+        series = series * w + ODD[k]
+    return e * LN2_HIGH + (e * LN2_LOW + 2.0 * z * w * series + 2.0 * z)
 
 
 @inlined
@@ -80,15 +77,14 @@ def write_deviates(q, deviate, row, column):
     No operation is fused and none reordered, so that every lane has the bits of
     `disorder.normal_deviate`. Far tails, three draws in 10**11, are left to it.
     """
-    zero = spread(0.0)
-    top, low = _fraction(NUMERATOR, DENOMINATOR, spread(CENTRAL_SQUARE) - q * q)
+    top, low = _fraction(NUMERATOR, DENOMINATOR, CENTRAL_SQUARE - q * q)
     central = q * top / low
-    tails = not_above(magnitude(q), spread(CENTRAL)) ^ 255
-    r = square_root(zero - _logarithm(spread(0.5) - magnitude(q)))
-    far = tails & ~not_above(r, spread(NEAR_TAIL))
-    top, low = _fraction(NEAR_NUMERATOR, NEAR_DENOMINATOR, r - spread(NEAR_CENTRE))
+    tails = (abs(q) <= CENTRAL) ^ 255
+    r = math.sqrt(0.0 - _logarithm(0.5 - abs(q)))
+    far = tails & ~(r <= NEAR_TAIL)
+    top, low = _fraction(NEAR_NUMERATOR, NEAR_DENOMINATOR, r - NEAR_CENTRE)
     tail = top / low
-    tail = choose(below(q, zero), zero - tail, tail)
+    tail = choose(q < 0.0, 0.0 - tail, tail)
     store(deviate, row, column, choose(tails, tail, central))
     while far != 0:
         j = lowest_bit(far)
@@ -101,7 +97,7 @@ def fill(deviate, row, seed, slider, batch):
     """Write draws 8 batch .. 8 batch + 7 of a slider to their columns of deviate[row]."""
     a, b, c, d = philox(seed, STREAM_COEFFICIENT, slider, 2 * batch)
     e, f, g, h = philox(seed, STREAM_COEFFICIENT, slider, 2 * batch + 1)
-    q = upper_bits(a, b, c, d, e, f, g, h) * spread(CELL) + spread(CENTRE)
+    q = upper_bits(a, b, c, d, e, f, g, h) * CELL + CENTRE
     write_deviates(q, deviate, row, BATCH * batch % KEPT)
 
 
@@ -116,11 +112,11 @@ def coefficient(now, deviate):
 def renew(cell, now, i, deviate):
     """Give slider i the static coefficient of a deviate."""
     mu, above = coefficient(now, deviate)
-    cell[COEFFICIENT, i] = mu
+    cell[at.COEFFICIENT, i] = mu
     if above < 0.0:
         now.below += 1
         above = 0.0
-    cell[EXCESS, i] = above * now.cosine
+    cell[at.EXCESS, i] = above * now.cosine
 
 
 @inlined
@@ -129,16 +125,16 @@ def draw_ahead(deviate, now, i, k):
 
     Nobody waits for it: the processor makes it while it goes on with the batch at hand.
     """
-    fill(deviate, i, np.uint64(now.seed), i + 1 - PAD, k // BATCH + 1)
+    fill(deviate, i, np.uint64(now.seed), i + 1 - at.PAD, k // BATCH + 1)
 
 
 @inlined
 def draw(cell, count, deviate, now, i):
     """Give slider i its next static coefficient."""
-    k = count[DRAWS, i]
-    count[DRAWS, i] = k + 1
+    k = count[at.DRAWS, i]
+    count[at.DRAWS, i] = k + 1
     if now.constant == 1:
-        cell[EXCESS, i] = now.mean_excess
+        cell[at.EXCESS, i] = now.mean_excess
         return
     if k % BATCH == 0:
         draw_ahead(deviate, now, i, k)

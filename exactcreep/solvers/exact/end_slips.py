@@ -14,30 +14,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact import rows
 from exactcreep.solvers.exact.draws import BATCH, KEPT, coefficient, draw, draw_ahead, renew
-from exactcreep.solvers.exact.layout import (
-    DRAWS,
-    EXCESS,
-    FORCE,
-    FORCE_LOW,
-    PAD,
-    REST,
-    SLIPS,
-    TRAVEL,
-    TRAVEL_LOW,
-    ULP,
-    compiled,
-    inlined,
-)
-from exactcreep.solvers.exact.simd import (
-    below,
-    choose,
-    lane_of,
-    magnitude,
-    spread,
-    together,
-)
+from exactcreep.solvers.exact.layout import compiled, inlined
+from exactcreep.solvers.exact.simd import choose, lane_of, together
 from exactcreep.solvers.exact.two_floats import add, plus
 
 _PLAIN = 1.9
@@ -46,7 +27,7 @@ _PLAIN = 1.9
 It ends with friction minus the excess, in the direction in which it went. From two friction forces
 on the slider would go back; the tenth is far more than rounding.
 """
-_SLACK = 64.0 * ULP
+_SLACK = 64.0 * at.ULP
 """Of the sum of all forces that enter: how close to a comparison is not plain any more.
 
 The bounds of the comparisons in `next_start` and `end_slips` are below 10 ulp of that sum, and what
@@ -67,33 +48,33 @@ def next_start(cell, now, target, target_low):
     undecided : bool
         Whether a comparison lay within its rounding bound.
     """
-    top = PAD
-    end = PAD + now.n - 1
+    top = at.PAD
+    end = at.PAD + now.n - 1
     theta = now.theta
     theta_low = now.theta_low
     far = (target - theta) + (target_low - theta_low)
     up = 1.0 if far > 0.0 else -1.0
-    room_top = now.friction + cell[EXCESS, top]
-    room_end = now.friction + cell[EXCESS, end]
+    room_top = now.friction + cell[at.EXCESS, top]
+    room_end = now.friction + cell[at.EXCESS, end]
     # slider 1 starts with sign -up at f_1 + up room, slider N with sign up at up room - f_N
-    top_high, top_low = plus(cell[FORCE, top], cell[FORCE_LOW, top], up * room_top)
-    end_high, end_low = plus(-cell[FORCE, end], -cell[FORCE_LOW, end], up * room_end)
+    top_high, top_low = plus(cell[at.FORCE, top], cell[at.FORCE_LOW, top], up * room_top)
+    end_high, end_low = plus(-cell[at.FORCE, end], -cell[at.FORCE_LOW, end], up * room_end)
     far_top = max(up * ((top_high - theta) + (top_low - theta_low)), 0.0)
     far_end = max(up * ((end_high - theta) + (end_low - theta_low)), 0.0)
     far *= up
     # the rooms, and what the slips since the last change of direction may have rounded away
-    bound = 2.0 * ULP * (room_top + room_end + abs(top_high) + abs(end_high))
+    bound = 2.0 * at.ULP * (room_top + room_end + abs(top_high) + abs(end_high))
     nearest = min(far_top, far_end)
     if now.n == 1 or far == 0.0 or nearest >= far - bound:
         near = now.n > 1 and far > 0.0 and nearest <= far + bound
         return False, False, target, target_low, near
     apart = far_top - far_end
-    together = abs(apart) <= bound
+    both = abs(apart) <= bound
     if nearest == 0.0:
-        return together or apart < 0.0, together or apart > 0.0, theta, theta_low, together
+        return both or apart < 0.0, both or apart > 0.0, theta, theta_low, both
     if apart <= 0.0:
-        return True, together, top_high, top_low, together
-    return together, True, end_high, end_low, together
+        return True, both, top_high, top_low, both
+    return both, True, end_high, end_low, both
 
 
 @inlined
@@ -101,7 +82,7 @@ def _plus_in_lanes(high, low, term):
     """Return in every lane the two floats of `plus`."""
     total = high + term
     # the rounding error is exact either way; from the larger term it is known sooner
-    grew = below(magnitude(high), magnitude(term))
+    grew = abs(high) < abs(term)
     error = choose(grew, high - (total - term), term - (total - high)) + low
     result = total + error
     return result, error - (result - total)
@@ -121,24 +102,24 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
     constant = now.constant == 1
     friction = now.friction
     up = 1.0 if (target - now.theta) + (target_low - now.theta_low) > 0.0 else -1.0
-    i = PAD
-    other = PAD + n - 1
-    neighbour = PAD + 1
+    i = at.PAD
+    other = at.PAD + n - 1
+    neighbour = at.PAD + 1
     way = 1.0
     # up times the critical l0 theta of both ends
-    first = friction + cell[EXCESS, i] + up * cell[FORCE, i]
-    second = friction + cell[EXCESS, other] - up * cell[FORCE, other]
+    first = friction + cell[at.EXCESS, i] + up * cell[at.FORCE, i]
+    second = friction + cell[at.EXCESS, other] - up * cell[at.FORCE, other]
     if second < first:
         first, second = second, first
         i, other = other, i
         neighbour = i - 1
         way = -1.0
     side = -up * way
-    excess = cell[EXCESS, i]
-    spare = cell[EXCESS, neighbour]
-    between = side * (cell[FORCE, i] + cell[FORCE, neighbour])  # a slip does not change it
-    scale = abs(target) + abs(now.theta) + 8.0 * friction + cell[EXCESS, other] + spare
-    scale += abs(cell[FORCE, i]) + abs(cell[FORCE, other]) + abs(cell[FORCE, neighbour])
+    excess = cell[at.EXCESS, i]
+    spare = cell[at.EXCESS, neighbour]
+    between = side * (cell[at.FORCE, i] + cell[at.FORCE, neighbour])  # a slip does not change it
+    scale = abs(target) + abs(now.theta) + 8.0 * friction + cell[at.EXCESS, other] + spare
+    scale += abs(cell[at.FORCE, i]) + abs(cell[at.FORCE, other]) + abs(cell[at.FORCE, neighbour])
     slack = _SLACK * scale
     if first <= up * now.theta + slack:
         return
@@ -155,17 +136,24 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
         wall -= slack
     most -= slack
     high = together(
-        cell[FORCE, i], cell[FORCE, neighbour], cell[TRAVEL, i], now.total, 0.0, 0.0, 0.0, 0.0
+        cell[at.FORCE, i],
+        cell[at.FORCE, neighbour],
+        cell[at.TRAVEL, i],
+        now.total,
+        0.0,
+        0.0,
+        0.0,
+        0.0,
     )
     low = together(
-        cell[FORCE_LOW, i], cell[FORCE_LOW, neighbour], cell[TRAVEL_LOW, i], now.total_low,
+        cell[at.FORCE_LOW, i], cell[at.FORCE_LOW, neighbour], cell[at.TRAVEL_LOW, i], now.total_low,
         0.0, 0.0, 0.0, 0.0,
     )  # fmt: skip
     ways = together(-side, side, side, side, 0.0, 0.0, 0.0, 0.0)
     high_before = high
     low_before = low
     excess_before = excess
-    k = count[DRAWS, i]
+    k = count[at.DRAWS, i]
     slips = 0
     allowed = (stop_at - now.events + 1) // 2
     while slips < allowed:
@@ -175,7 +163,7 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
         high_before = high
         low_before = low
         excess_before = excess
-        high, low = _plus_in_lanes(high, low, ways * spread(2.0 * excess))
+        high, low = _plus_in_lanes(high, low, ways * (2.0 * excess))
         slips += 1
         if not constant:
             if k % BATCH == 0:
@@ -187,24 +175,24 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
         k += 1
     if slips == 0:
         return
-    cell[FORCE, i] = lane_of(high, 0)
-    cell[FORCE_LOW, i] = lane_of(low, 0)
-    cell[FORCE, neighbour] = lane_of(high, 1)
-    cell[FORCE_LOW, neighbour] = lane_of(low, 1)
-    cell[REST, neighbour] = lane_of(high, 1)
-    cell[TRAVEL, i] = lane_of(high, 2)
-    cell[TRAVEL_LOW, i] = lane_of(low, 2)
+    cell[at.FORCE, i] = lane_of(high, 0)
+    cell[at.FORCE_LOW, i] = lane_of(low, 0)
+    cell[at.FORCE, neighbour] = lane_of(high, 1)
+    cell[at.FORCE_LOW, neighbour] = lane_of(low, 1)
+    cell[at.REST, neighbour] = lane_of(high, 1)
+    cell[at.TRAVEL, i] = lane_of(high, 2)
+    cell[at.TRAVEL_LOW, i] = lane_of(low, 2)
     now.total = lane_of(high, 3)
     now.total_low = lane_of(low, 3)
     now.theta, now.theta_low = plus(
         way * lane_of(high_before, 0), way * lane_of(low_before, 0), up * (friction + excess_before)
     )
-    count[DRAWS, i] = k
+    count[at.DRAWS, i] = k
     if constant:
-        cell[EXCESS, i] = now.mean_excess
+        cell[at.EXCESS, i] = now.mean_excess
     else:
         renew(cell, now, i, deviate[i, (k - 1) % KEPT])
-    count[SLIPS, i] += slips
+    count[at.SLIPS, i] += slips
     now.slips += slips
     now.rearrangements += slips
     now.events += 2 * slips
@@ -216,7 +204,7 @@ def end_slips(cell, count, deviate, now, log, target, target_low, stop_at):
 
     Does what `loop` does in a ramp, a lone slip and at rest, without what such a slip can skip.
     """
-    last = PAD + now.n - 1
+    last = at.PAD + now.n - 1
     friction = now.friction
     pair = now.n == 2
     tables = log.tables
@@ -228,32 +216,32 @@ def end_slips(cell, count, deviate, now, log, target, target_low, stop_at):
         top, end, theta, theta_low, undecided = next_start(cell, now, target, target_low)
         if undecided or top == end:
             return
-        i = PAD if top else last
-        neighbour = PAD + 1 if top else last - 1
+        i = at.PAD if top else last
+        neighbour = at.PAD + 1 if top else last - 1
         side = 1.0 if end == ((target - theta) + (target_low - theta_low) > 0.0) else -1.0
-        drive = cell[EXCESS, i]
+        drive = cell[at.EXCESS, i]
         length = 2.0 * drive
-        pull = cell[REST, neighbour]
+        pull = cell[at.REST, neighbour]
         if pair:
             way = 1.0 if top else -1.0
-            low = cell[FORCE_LOW, neighbour] + way * theta_low
-            pull, _ = plus(cell[FORCE, neighbour], low, way * theta)
-        room = friction + cell[EXCESS, neighbour] - side * pull
-        bound = 8.0 * ULP * (2.0 * friction + drive + length + drive)
+            low = cell[at.FORCE_LOW, neighbour] + way * theta_low
+            pull, _ = plus(cell[at.FORCE, neighbour], low, way * theta)
+        room = friction + cell[at.EXCESS, neighbour] - side * pull
+        bound = 8.0 * at.ULP * (2.0 * friction + drive + length + drive)
         if room <= length + bound or drive >= _PLAIN * friction:
             return
         now.theta = theta
         now.theta_low = theta_low
         rows.at_theta(cell, now, tables)
         moved = side * length
-        add(cell, FORCE, FORCE_LOW, i, -moved)
-        add(cell, FORCE, FORCE_LOW, neighbour, moved)
-        cell[REST, neighbour] = cell[FORCE, neighbour]
-        add(cell, TRAVEL, TRAVEL_LOW, i, moved)
+        add(cell, at.FORCE, at.FORCE_LOW, i, -moved)
+        add(cell, at.FORCE, at.FORCE_LOW, neighbour, moved)
+        cell[at.REST, neighbour] = cell[at.FORCE, neighbour]
+        add(cell, at.TRAVEL, at.TRAVEL_LOW, i, moved)
         now.total, now.total_low = plus(now.total, now.total_low, moved)
         draw(cell, count, deviate, now, i)
         rows.end_slip(cell, now, tables, i, side if end else -side, moved)
-        count[SLIPS, i] += 1
+        count[at.SLIPS, i] += 1
         now.slips += 1
         now.rearrangements += 1
         now.events += 2

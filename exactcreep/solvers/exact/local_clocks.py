@@ -31,31 +31,8 @@ from __future__ import annotations
 
 import math
 
-from exactcreep.solvers.exact.layout import (
-    BASE,
-    CLOCKS,
-    DRIVE,
-    EPOCH,
-    EVENT,
-    EXCESS,
-    FRESH,
-    GUESS,
-    HOLD,
-    KEY,
-    KNOWN,
-    NEVER,
-    NOW_SPEED,
-    NOW_X,
-    REST,
-    ROOT,
-    SIDE,
-    SPEED,
-    STIFFNESS,
-    ULP,
-    X,
-    compiled,
-    inlined,
-)
+from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact.layout import compiled, inlined
 from exactcreep.solvers.exact.margins import (
     STEP_FACTORS,
     approach,
@@ -68,37 +45,34 @@ from exactcreep.solvers.exact.margins import (
     rounding,
 )
 from exactcreep.solvers.exact.simd import (
-    below,
+    across,
     choose,
     element,
-    everywhere,
     from_left,
     from_right,
     fused,
-    fused_scalar,
-    larger,
+    inner,
     largest,
     least,
     load,
     lowest_bit,
-    magnitude,
-    not_above,
     put,
-    smaller,
+    put_across,
     spread,
     store,
+    strips,
     take,
 )
 
 _CALM = 16.0
-_LEFT_OUT = 2.0 * math.exp(2 * EPOCH) / math.factorial(16)
+_LEFT_OUT = 2.0 * math.exp(2 * at.EPOCH) / math.factorial(16)
 """By jump and by acceleration, in units of w r**16."""
-_BUDGET = 8.0 * ULP
+_BUDGET = 8.0 * at.ULP
 """What an epoch may leave out of a margin, in units of friction."""
 _GAP = 2.0**-20
 """Events closer than that are looked at together."""
-_SIXTH, _SEVENTH = (EPOCH**k / math.factorial(k) for k in (6, 7))
-_TAIL = sum(2.0 ** (k - 8) * EPOCH**k / math.factorial(k) for k in range(8, 40))
+_SIXTH, _SEVENTH = (at.EPOCH**k / math.factorial(k) for k in (6, 7))
+_TAIL = sum(2.0 ** (k - 8) * at.EPOCH**k / math.factorial(k) for k in range(8, 40))
 """Of all orders from 8 on, in units of the largest derivative of the orders 8 and 9: two more
 orders multiply a mover's by at most 4, and a force at rest has twice its neighbours' before."""
 _PIECES = 8
@@ -111,29 +85,29 @@ _EARLY = 0.9
 @inlined
 def _blocks(cell):
     """Return the first of the rows with the first keys of all strips."""
-    return CLOCKS * (cell.shape[1] // 8)
+    return at.CLOCKS * (cell.shape[1] // 8)
 
 
 @inlined
 def _at(clock, cell, strip, time):
     """Return margins and displacements since their base times of eight columns."""
     zero = spread(0.0)
-    row = CLOCKS * strip
-    tau = larger(smaller(spread(time) - take(clock, row + BASE), spread(EPOCH)), zero)
+    row = at.CLOCKS * strip
+    tau = max(min(time - take(clock, row + at.BASE), at.EPOCH), 0.0)
     u = tau * tau
     even = odd = even_sum = odd_sum = zero
-    after = u * everywhere(STEP_FACTORS, 0, KNOWN + 1)
-    for k in range(KNOWN - 2, -1, -2):
+    after = u * element(STEP_FACTORS, 0, at.KNOWN + 1)
+    for k in range(at.KNOWN - 2, -1, -2):
         term = take(clock, row + k + 1)
-        step = u * everywhere(STEP_FACTORS, 0, k + 2)
+        step = u * element(STEP_FACTORS, 0, k + 2)
         odd = fused(odd, step, term)
         odd_sum = fused(odd_sum, after, term)
         term = take(clock, row + k)
-        after = u * everywhere(STEP_FACTORS, 0, k + 1)
+        after = u * element(STEP_FACTORS, 0, k + 1)
         even = fused(even, after, term)
         even_sum = fused(even_sum, step, term)
-    side = load(cell, SIDE, 8 * strip)
-    moved = (side * side) * (tau * fused(tau * spread(0.5), odd_sum, even_sum))
+    side = load(cell, at.SIDE, 8 * strip)
+    moved = (side * side) * (tau * fused(tau * 0.5, odd_sum, even_sum))
     return fused(tau, odd, even), moved
 
 
@@ -141,63 +115,63 @@ def _at(clock, cell, strip, time):
 def _inside(cell, clock, friction, strip, bent, tau):
     """Return which of eight margins are certified to stay in range for `tau` after their base."""
     column = 8 * strip
-    row = CLOCKS * strip
+    row = at.CLOCKS * strip
     zero = spread(0.0)
-    side = load(cell, SIDE, column)
-    resting = not_above(magnitude(side), zero)
-    fresh = below(zero, load(cell, FRESH, column))
-    share = tau * spread(1.0 / EPOCH)
+    side = load(cell, at.SIDE, column)
+    resting = abs(side) <= zero
+    fresh = load(cell, at.FRESH, column) > 0.0
+    share = tau * (1.0 / at.EPOCH)
     share = share * share * share
     square = tau * tau
     a0 = take(clock, row)
     a1 = tau * take(clock, row + 1)
-    a2 = square * take(clock, row + 2) * spread(1.0 / 2.0)
-    a3 = square * tau * take(clock, row + 3) * spread(1.0 / 6.0)
-    bend = magnitude(take(clock, row + 4)) * spread(1.0 / 24.0)
-    bend = fused(magnitude(take(clock, row + 5)) * spread(1.0 / 120.0), tau, bend)
+    a2 = square * take(clock, row + 2) * (1.0 / 2.0)
+    a3 = square * tau * take(clock, row + 3) * (1.0 / 6.0)
+    bend = abs(take(clock, row + 4)) * (1.0 / 24.0)
+    bend = fused(abs(take(clock, row + 5)) * (1.0 / 120.0), tau, bend)
     bend = fused(square * square, bend, bent * share * share)
-    b1 = fused(a1, spread(1.0 / 3.0), a0)
-    b2 = fused(a1 + a1 + a2, spread(1.0 / 3.0), a0)
+    b1 = fused(a1, 1.0 / 3.0, a0)
+    b2 = fused(a1 + a1 + a2, 1.0 / 3.0, a0)
     b3 = (a0 + a1) + (a2 + a3)
-    low = smaller(smaller(b1, b2), b3 - bend)
-    high = larger(larger(b1, b2), b3 + bend)
-    low = smaller(low, choose(fresh, low, a0))
-    high = larger(high, choose(fresh, high, a0))
-    threshold = load(cell, EXCESS, column) + spread(friction)
-    scale = (magnitude(a0) + magnitude(a1)) + (magnitude(a2) + magnitude(a3)) + bend
-    scale = scale + choose(resting, threshold + spread(friction), tau * spread(friction))
-    bound = spread(16.0 * ULP) * scale
+    low = min(b1, b2, b3 - bend)
+    high = max(b1, b2, b3 + bend)
+    low = min(low, choose(fresh, low, a0))
+    high = max(high, choose(fresh, high, a0))
+    threshold = load(cell, at.EXCESS, column) + friction
+    scale = (abs(a0) + abs(a1)) + (abs(a2) + abs(a3)) + bend
+    scale = scale + choose(resting, threshold + friction, tau * friction)
+    bound = (16.0 * at.ULP) * scale
     floor, ceiling = its_range(cell, friction, column)
-    return below(bound, low + floor) & below(bound, ceiling - high)
+    return (bound < low + floor) & (bound < ceiling - high)
 
 
 @inlined
 def _keep(cell, clock, friction, strip, begin, bent, lanes):
     """Give eight columns the keys of their new series; `simd` masks those that have one."""
-    never = spread(NEVER)
+    never = spread(at.NEVER)
     column = 8 * strip
-    row = CLOCKS * strip
-    moving = magnitude(load(cell, SIDE, column)) + magnitude(load(cell, SIDE, column - 1))
-    moving = moving + magnitude(load(cell, SIDE, column + 1))
-    watched = below(spread(0.0), moving) & lanes
-    left = spread(EPOCH - begin)
-    key = choose(lanes, never, take(clock, row + KEY))
+    row = at.CLOCKS * strip
+    moving = abs(load(cell, at.SIDE, column)) + abs(load(cell, at.SIDE, column - 1))
+    moving = moving + abs(load(cell, at.SIDE, column + 1))
+    watched = (moving > 0.0) & lanes
+    left = spread(at.EPOCH - begin)
+    key = choose(lanes, never, take(clock, row + at.KEY))
     ends = watched & ~_inside(cell, clock, friction, strip, bent, left)
     if ends != 0:
         guess = first_zero(*approach(cell, clock, row, friction, column))
-        tau = smaller(guess * spread(_EARLY), left)
+        tau = min(guess * _EARLY, left)
         inside = _inside(cell, clock, friction, strip, bent, tau)
-        key = choose(ends, choose(inside, spread(begin) + tau, spread(begin)), key)
-        put(clock, row + GUESS, choose(ends, spread(begin) + guess, take(clock, row + GUESS)))
-    put(clock, row + KEY, key)
-    put(clock, row + ROOT, choose(lanes, never, take(clock, row + ROOT)))
+        key = choose(ends, choose(inside, begin + tau, begin), key)
+        put(clock, row + at.GUESS, choose(ends, begin + guess, take(clock, row + at.GUESS)))
+    put(clock, row + at.KEY, key)
+    put(clock, row + at.ROOT, choose(lanes, never, take(clock, row + at.ROOT)))
     clock[_blocks(cell) + strip // 8, strip % 8] = least(key)
 
 
 @inlined
 def _mark(cell, clock, strip):
     """Bring up to date the first key of eight columns."""
-    keys = take(clock, CLOCKS * strip + KEY)
+    keys = take(clock, at.CLOCKS * strip + at.KEY)
     clock[_blocks(cell) + strip // 8, strip % 8] = least(keys)
 
 
@@ -213,25 +187,25 @@ def _sweep(clock, first, strips, k):
     last = last_2 = zero  # derivatives k + 2 and k + 3 of the strip two behind
     this = this_2 = zero  # and of the strip behind
     holds_behind = zero
-    row = CLOCKS * first
-    holds = take(clock, row + HOLD)
-    moving = below(holds, zero)
+    row = at.CLOCKS * first
+    holds = take(clock, row + at.HOLD)
+    moving = holds < 0.0
     moving_behind = moving
-    y = choose(moving, take(clock, row + k), zero)
-    y_2 = choose(moving, take(clock, row + k + 1), zero)
+    y = choose(moving, take(clock, row + k), 0.0)
+    y_2 = choose(moving, take(clock, row + k + 1), 0.0)
     for s in range(strips + 1):
         following = following_2 = following_holds = next_ = next_2 = zero
         following_moving = moving
         if s < strips:
             if s + 1 < strips:
-                following_holds = take(clock, row + CLOCKS + HOLD)
-                following_moving = below(following_holds, zero)
-                following = choose(following_moving, take(clock, row + CLOCKS + k), zero)
-                following_2 = choose(following_moving, take(clock, row + CLOCKS + k + 1), zero)
+                following_holds = take(clock, row + at.CLOCKS + at.HOLD)
+                following_moving = following_holds < 0.0
+                following = choose(following_moving, take(clock, row + at.CLOCKS + k), 0.0)
+                following_2 = choose(following_moving, take(clock, row + at.CLOCKS + k + 1), 0.0)
             around = from_left(before, y) + from_right(y, following)
             around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
-            next_ = choose(moving, fused(holds, y, around), zero)
-            next_2 = choose(moving, fused(holds, y_2, around_2), zero)
+            next_ = choose(moving, fused(holds, y, around), 0.0)
+            next_2 = choose(moving, fused(holds, y_2, around_2), 0.0)
             put(clock, row + k + 1, choose(moving, y_2, around))
             put(clock, row + k + 2, choose(moving, next_, around_2))
         if s > 0:
@@ -239,7 +213,7 @@ def _sweep(clock, first, strips, k):
             around_2 = from_left(last_2, this_2) + from_right(this_2, next_2)
             after = fused(holds_behind, this, around)
             after_2 = fused(holds_behind, this_2, around_2)
-            behind = row - CLOCKS
+            behind = row - at.CLOCKS
             put(clock, behind + k + 3, choose(moving_behind, this_2, around))
             put(clock, behind + k + 4, choose(moving_behind, after, around_2))
             put(clock, behind + k + 5, after_2)
@@ -255,7 +229,7 @@ def _sweep(clock, first, strips, k):
         y_2 = following_2
         holds = following_holds
         moving = following_moving
-        row += CLOCKS
+        row += at.CLOCKS
 
 
 @inlined
@@ -270,33 +244,33 @@ def _begin_epoch(cell, clock, now):
     forceless = 0
     for s in range(first, first + strips):
         i = 8 * s
-        row = CLOCKS * s
-        side = load(cell, SIDE, i)
-        stiffness = load(cell, STIFFNESS, i)
+        row = at.CLOCKS * s
+        side = load(cell, at.SIDE, i)
+        stiffness = load(cell, at.STIFFNESS, i)
         moves = side * side
         pull, push, idle = forces(cell, friction, i)
         forceless |= idle
-        speed = load(cell, SPEED, i)
-        put(clock, row + HOLD, zero - moves * stiffness)
-        put(clock, row, fused(spread(1.0) - moves, pull, side * speed))
+        speed = load(cell, at.SPEED, i)
+        put(clock, row + at.HOLD, 0.0 - moves * stiffness)
+        put(clock, row, fused(1.0 - moves, pull, side * speed))
         put(clock, row + 1, side * push)
-        put(clock, row + BASE, zero)
-        wildest = larger(wildest, larger(speed + speed, moves * magnitude(push)))
+        put(clock, row + at.BASE, 0.0)
+        wildest = max(wildest, speed + speed, moves * abs(push))
     wild = largest(wildest)
     if forceless != 0 or wild > _CALM * friction:
         return False
-    for k in range(0, KNOWN, 4):
+    for k in range(0, at.KNOWN, 4):
         _sweep(clock, first, strips, k)
     late = zero
     for s in range(first, first + strips):
-        row = CLOCKS * s
-        late = larger(late, magnitude(take(clock, row + 8)))
-        late = larger(late, magnitude(take(clock, row + 9)))
+        row = at.CLOCKS * s
+        late = max(late, abs(take(clock, row + 8)))
+        late = max(late, abs(take(clock, row + 9)))
     tail = spread(_TAIL * largest(late))
     for s in range(first, first + strips):
-        row = CLOCKS * s
-        bent = fused(magnitude(take(clock, row + 6)), spread(_SIXTH), tail)
-        bent = fused(magnitude(take(clock, row + 7)), spread(_SEVENTH), bent)
+        row = at.CLOCKS * s
+        bent = fused(abs(take(clock, row + 6)), _SIXTH, tail)
+        bent = fused(abs(take(clock, row + 7)), _SEVENTH, bent)
         _keep(cell, clock, friction, s, 0.0, bent, 255)
     now.tests += strips
     now.left = first
@@ -312,173 +286,97 @@ def _begin_epoch(cell, clock, now):
 @inlined
 def _arrive(cell, clock, i, time):
     """Take the sliders around i to the time of its event."""
-    zero = spread(0.0)
     a = (i - 15) // 8
     nearby = ((1 << 15) - 1) << (i - 7 - 8 * a)
     for q in range(5):
         strip = a + q
-        row = CLOCKS * strip
+        row = at.CLOCKS * strip
         column = 8 * strip
         margin, moved = _at(clock, cell, strip, time)
-        x = load(cell, X, column) + moved
-        speed = larger(load(cell, SIDE, column) * margin, zero)
-        put(clock, row + NOW_X, x)
-        put(clock, row + NOW_SPEED, speed)
+        x = load(cell, at.X, column) + moved
+        speed = max(load(cell, at.SIDE, column) * margin, 0.0)
+        put(clock, row + at.NOW_X, x)
+        put(clock, row + at.NOW_SPEED, speed)
         if 0 < q < 4:
             lanes = nearby >> (8 * q)
-            store(cell, X, column, choose(lanes, x, load(cell, X, column)))
-            store(cell, SPEED, column, choose(lanes, speed, load(cell, SPEED, column)))
-            store(cell, FRESH, column, choose(lanes, zero, load(cell, FRESH, column)))
-            put(clock, row + BASE, choose(lanes, spread(time), take(clock, row + BASE)))
+            store(cell, at.X, column, choose(lanes, x, load(cell, at.X, column)))
+            store(cell, at.SPEED, column, choose(lanes, speed, load(cell, at.SPEED, column)))
+            store(cell, at.FRESH, column, choose(lanes, 0.0, load(cell, at.FRESH, column)))
+            put(clock, row + at.BASE, choose(lanes, time, take(clock, row + at.BASE)))
 
 
 @inlined
-def _expanded(cell, clock, friction, strip, left, x, right, window):
-    """Return what moves, holds, the value, the first derivative and the size of eight columns."""
-    zero = spread(0.0)
-    column = 8 * strip
-    side = load(cell, SIDE, column)
-    stiffness = load(cell, STIFFNESS, column)
-    moves = side * side
-    around = from_left(left, x) + from_right(x, right)
-    pull = load(cell, REST, column) + (around - stiffness * x)
-    speed = take(clock, CLOCKS * strip + NOW_SPEED)
-    value = fused(spread(1.0) - moves, pull, side * speed)
-    slope = side * (side * pull - spread(friction))
-    size = larger(speed + speed, moves * magnitude(slope))
-    moving = below(zero, moves) & window
-    return moving, zero - stiffness, value, slope, choose(moving, size, zero)
-
-
-@inlined
-def _kept(clock, strip, k, lanes, row):
-    """Set derivative k of the lanes of a strip."""
-    place = CLOCKS * strip + k
-    put(clock, place, choose(lanes, row, take(clock, place)))
-
-
-@inlined
-def _next_order(moves, holds, y, after, around):
-    """Return two derivatives of eight velocities in a row, from the two one order before."""
-    return after, choose(moves, fused(holds, y, around), spread(0.0))
-
-
-@inlined
-def _velocities(cell, strip, lanes, y):
-    """Return the velocities of the movers among these lanes of eight columns, else zero."""
-    side = load(cell, SIDE, 8 * strip)
-    return choose(lanes & below(spread(0.0), side * side), y, spread(0.0))
+def _put_nearby(clock, row, nearby, vector):
+    """Set the lanes `nearby` of five strips, of which the outermost have none."""
+    new = inner(vector)
+    row += at.CLOCKS
+    put_across(clock, row, at.CLOCKS, choose(nearby >> 8, new, across(clock, row, at.CLOCKS, new)))
 
 
 @inlined
 def _renew(cell, clock, now):
-    """Expand the sliders around the last event anew; return whether they are calm enough."""
-    zero = spread(0.0)
-    friction = now.friction
+    """Expand the sliders around the last event anew; return whether they are calm enough.
+
+    Five strips side by side: fourteen sliders to either side move and are moved, of the next the
+    velocities alone are known. Seven to either side keep what is found.
+    """
     i = now.centre
     begin = now.clock
-    fresh = cell[FRESH, i] > 0.0
-    if fresh and cell[DRIVE, i] <= 0.0:
+    fresh = cell[at.FRESH, i] > 0.0
+    if fresh and cell[at.DRIVE, i] <= 0.0:
         return False
-    clock[CLOCKS * (i // 8) + NOW_SPEED, i % 8] = cell[SPEED, i]
-    a = (i - 15) // 8
-    b = a + 1
-    c = a + 2
-    d = a + 3
-    e = a + 4
-    x_a = take(clock, CLOCKS * a + NOW_X)
-    x_b = take(clock, CLOCKS * b + NOW_X)
-    x_c = take(clock, CLOCKS * c + NOW_X)
-    x_d = take(clock, CLOCKS * d + NOW_X)
-    x_e = take(clock, CLOCKS * e + NOW_X)
-    # fourteen sliders to either side, and the velocities alone of the next: what pulls them is
-    # not known
-    shift = i - 15 - 8 * a
-    window = ((1 << 29) - 1) << (shift + 1)
-    outer = ((1 << 31) - 1) << shift
-    nearby = ((1 << 15) - 1) << (shift + 8)
-    in_b = nearby >> 8
-    in_c = nearby >> 16
-    in_d = nearby >> 24
-    moves_a, holds_a, y_a, after_a, size_a = _expanded(
-        cell, clock, friction, a, zero, x_a, x_b, window
-    )
-    moves_b, holds_b, y_b, after_b, size_b = _expanded(
-        cell, clock, friction, b, x_a, x_b, x_c, window >> 8
-    )
-    moves_c, holds_c, y_c, after_c, size_c = _expanded(
-        cell, clock, friction, c, x_b, x_c, x_d, window >> 16
-    )
-    moves_d, holds_d, y_d, after_d, size_d = _expanded(
-        cell, clock, friction, d, x_c, x_d, x_e, window >> 24
-    )
-    moves_e, holds_e, y_e, after_e, size_e = _expanded(
-        cell, clock, friction, e, x_d, x_e, zero, window >> 32
-    )
-    wild = largest(larger(larger(larger(size_a, size_b), larger(size_c, size_d)), size_e))
-    rest = (EPOCH - begin) * (EPOCH - begin)
+    clock[at.CLOCKS * (i // 8) + at.NOW_SPEED, i % 8] = cell[at.SPEED, i]
+    first = (i - 15) // 8
+    lane = i - 8 * first
+    window = ((1 << 29) - 1) << (lane - 14)
+    outer = ((1 << 31) - 1) << (lane - 15)
+    nearby = ((1 << 15) - 1) << (lane - 7)
+    blocks = cell.shape[1] // 8
+    row = at.CLOCKS * first
+    zero = spread(0.0, 0.0, 0.0, 0.0, 0.0)
+    side = across(cell, at.SIDE * blocks + first, 1, zero)
+    stiffness = across(cell, at.STIFFNESS * blocks + first, 1, zero)
+    x = across(clock, row + at.NOW_X, at.CLOCKS, zero)
+    around = from_left(0.0, x) + from_right(x, 0.0)
+    pull = across(cell, at.REST * blocks + first, 1, zero) + (around - stiffness * x)
+    speed = across(clock, row + at.NOW_SPEED, at.CLOCKS, zero)
+    moves = side * side
+    moving = (moves > 0.0) & window
+    y = fused(1.0 - moves, pull, side * speed)
+    after = side * (side * pull - now.friction)
+    wild = largest(choose(moving, max(speed + speed, moves * abs(after)), 0.0))
+    rest = (at.EPOCH - begin) * (at.EPOCH - begin)
     rest *= rest
     rest *= rest
     rest *= rest
     now.wild = max(now.wild, wild)
     now.spent += rest * _LEFT_OUT
-    if wild > _CALM * friction or now.spent * now.wild > _BUDGET * friction:
+    if wild > _CALM * now.friction or now.spent * now.wild > _BUDGET * now.friction:
         return False
     if fresh:
-        begun = spread(cell[SIDE, i] * cell[DRIVE, i])
-        lane = (1 << 15) << shift
-        after_b = choose(lane >> 8, begun, after_b)
-        after_c = choose(lane >> 16, begun, after_c)
-    _kept(clock, b, 0, in_b, y_b)
-    _kept(clock, c, 0, in_c, y_c)
-    _kept(clock, d, 0, in_d, y_d)
-    y_a = _velocities(cell, a, outer, y_a)
-    y_b = choose(moves_b, y_b, zero)
-    y_c = choose(moves_c, y_c, zero)
-    y_d = _velocities(cell, d, outer >> 24, y_d)
-    y_e = _velocities(cell, e, outer >> 32, y_e)
-    after_a = choose(moves_a, after_a, zero)
-    after_b = choose(moves_b, after_b, zero)
-    after_c = choose(moves_c, after_c, zero)
-    after_d = choose(moves_d, after_d, zero)
-    after_e = choose(moves_e, after_e, zero)
-    bent_b = bent_c = bent_d = late = zero
-    for k in range(1, KNOWN):
-        around_a = from_left(zero, y_a) + from_right(y_a, y_b)
-        around_b = from_left(y_a, y_b) + from_right(y_b, y_c)
-        around_c = from_left(y_b, y_c) + from_right(y_c, y_d)
-        around_d = from_left(y_c, y_d) + from_right(y_d, y_e)
-        around_e = from_left(y_d, y_e) + from_right(y_e, zero)
-        row_b = choose(moves_b, after_b, around_b)
-        row_c = choose(moves_c, after_c, around_c)
-        row_d = choose(moves_d, after_d, around_d)
-        _kept(clock, b, k, in_b, row_b)
-        _kept(clock, c, k, in_c, row_c)
-        _kept(clock, d, k, in_d, row_d)
+        after = choose(1 << lane, cell[at.SIDE, i] * cell[at.DRIVE, i], after)
+    _put_nearby(clock, row, nearby, y)
+    y = choose((moves > 0.0) & outer, y, 0.0)
+    after = choose(moving, after, 0.0)
+    holds = 0.0 - stiffness
+    bent = inner(zero)
+    late = zero
+    for k in range(1, at.KNOWN):
+        around = from_left(0.0, y) + from_right(y, 0.0)
+        new = choose(moving, after, around)
+        _put_nearby(clock, row + k, nearby, new)
         if k == 6 or k == 7:
-            weight = spread(_SIXTH if k == 6 else _SEVENTH)
-            bent_b = fused(magnitude(row_b), weight, bent_b)
-            bent_c = fused(magnitude(row_c), weight, bent_c)
-            bent_d = fused(magnitude(row_d), weight, bent_d)
+            bent = fused(abs(inner(new)), _SIXTH if k == 6 else _SEVENTH, bent)
         elif k == 8 or k == 9:
-            late = larger(late, larger(magnitude(after_a), magnitude(after_e)))
-            late = larger(late, larger(magnitude(after_b), magnitude(after_d)))
-            late = larger(late, magnitude(after_c))
-            late = larger(late, choose(in_b, magnitude(row_b), zero))
-            late = larger(late, choose(in_c, magnitude(row_c), zero))
-            late = larger(late, choose(in_d, magnitude(row_d), zero))
-        y_a, after_a = _next_order(moves_a, holds_a, y_a, after_a, around_a)
-        y_b, after_b = _next_order(moves_b, holds_b, y_b, after_b, around_b)
-        y_c, after_c = _next_order(moves_c, holds_c, y_c, after_c, around_c)
-        y_d, after_d = _next_order(moves_d, holds_d, y_d, after_d, around_d)
-        y_e, after_e = _next_order(moves_e, holds_e, y_e, after_e, around_e)
-    tail = spread(_TAIL * largest(late))
-    _keep(cell, clock, friction, b, begin, bent_b + tail, in_b)
-    _keep(cell, clock, friction, c, begin, bent_c + tail, in_c)
-    _keep(cell, clock, friction, d, begin, bent_d + tail, in_d)
+            late = max(late, abs(after), choose(nearby, abs(new), 0.0))
+        y, after = after, choose(moving, fused(holds, y, around), 0.0)
+    bent_b, bent_c, bent_d = strips(bent + _TAIL * largest(late))
+    _keep(cell, clock, now.friction, first + 1, begin, bent_b, nearby >> 8)
+    _keep(cell, clock, now.friction, first + 2, begin, bent_c, nearby >> 16)
+    _keep(cell, clock, now.friction, first + 3, begin, bent_d, nearby >> 24)
     now.tests += 2
-    now.left = min(now.left, b)
-    now.right = max(now.right, d)
+    now.left = min(now.left, first + 1)
+    now.right = max(now.right, first + 3)
     now.centre = 0
     return True
 
@@ -491,17 +389,17 @@ def _soonest(cell, clock, now):
     last = blocks + now.right // 8
     keys = take(clock, first)
     for b in range(first + 1, last + 1):
-        keys = smaller(keys, take(clock, b))
+        keys = min(keys, take(clock, b))
     key = least(keys)
-    if key >= NEVER:
+    if key >= at.NEVER:
         return -1
     while True:
-        found = not_above(take(clock, first), spread(key))
+        found = take(clock, first) <= key
         if found != 0:
             break
         first += 1
     strip = 8 * (first - blocks) + lowest_bit(found)
-    return 8 * strip + lowest_bit(not_above(take(clock, CLOCKS * strip + KEY), spread(key)))
+    return 8 * strip + lowest_bit(take(clock, at.CLOCKS * strip + at.KEY) <= key)
 
 
 @inlined
@@ -510,30 +408,30 @@ def _alone(cell, clock, now, time):
     blocks = _blocks(cell)
     strip = -1
     for b in range(blocks + now.left // 8, blocks + now.right // 8 + 1):
-        found = not_above(take(clock, b), spread(time))
+        found = take(clock, b) <= time
         if found != 0:
             if strip >= 0 or found & (found - 1) != 0:
                 return False
             strip = 8 * (b - blocks) + lowest_bit(found)
-    found = not_above(take(clock, CLOCKS * strip + KEY), spread(time))
+    found = take(clock, at.CLOCKS * strip + at.KEY) <= time
     return found & (found - 1) == 0
 
 
 @compiled
 def _look(cell, clock, now, i):
     """Carry the key of one slider on; return whether that was plain."""
-    row = CLOCKS * (i // 8)
+    row = at.CLOCKS * (i // 8)
     lane = i % 8
-    base = element(clock, row + BASE, lane)
-    side = cell[SIDE, i]
-    limit = 0.0 if side != 0.0 else now.friction + cell[EXCESS, i]
-    a = element(clock, row + KEY, lane) - base
-    end = EPOCH - base
-    fresh = cell[FRESH, i] != 0.0
-    target = element(clock, row + GUESS, lane) - base
+    base = element(clock, row + at.BASE, lane)
+    side = cell[at.SIDE, i]
+    limit = 0.0 if side != 0.0 else now.friction + cell[at.EXCESS, i]
+    a = element(clock, row + at.KEY, lane) - base
+    end = at.EPOCH - base
+    fresh = cell[at.FRESH, i] != 0.0
+    target = element(clock, row + at.GUESS, lane) - base
     located = False
     if a < target < 1.0:
-        target = refined(cell, clock, now, i, row, lane, KNOWN, target)
+        target = refined(cell, clock, now, i, row, lane, at.KNOWN, target)
         if a < target <= end:
             target = (base + target) - base
             located = True
@@ -543,15 +441,15 @@ def _look(cell, clock, now, i):
     for _ in range(_PIECES):
         if b - a < _GAP:
             return False
-        at_b, slope_b = margin(clock, row, lane, KNOWN, b)
+        at_b, slope_b = margin(clock, row, lane, at.KNOWN, b)
         now.roots += 1
         bend = bend_odd = 0.0
-        for k in range(KNOWN - 2, 3, -2):
+        for k in range(at.KNOWN - 2, 3, -2):
             after = b * b * element(STEP_FACTORS, 0, k - 3)
-            bend = fused_scalar(bend, after, abs(element(clock, row + k, lane)))
+            bend = fused(bend, after, abs(element(clock, row + k, lane)))
             after = b * b * element(STEP_FACTORS, 0, k - 2)
-            bend_odd = fused_scalar(bend_odd, after, abs(element(clock, row + k + 1, lane)))
-        bend = fused_scalar(b, bend_odd, bend)
+            bend_odd = fused(bend_odd, after, abs(element(clock, row + k + 1, lane)))
+        bend = fused(b, bend_odd, bend)
         bound = rounding(cell, now, i, at_a, slope_a, at_b, slope_b, b)
         if located:
             outward = -side
@@ -559,7 +457,7 @@ def _look(cell, clock, now, i):
                 outward = 1.0 if slope_b >= 0.0 else -1.0
             off = at_b - outward * limit
             steep = outward * slope_b
-            plain = abs(off) <= bound + 2.0 * ULP * steep and steep * _GAP > 8.0 * bound
+            plain = abs(off) <= bound + 2.0 * at.ULP * steep and steep * _GAP > 8.0 * bound
             room = limit - outward * at_a
             plain = plain and (fresh or room > bound)
             plain = plain and is_clear(
@@ -571,9 +469,9 @@ def _look(cell, clock, now, i):
                     bend, b, bound, False, False,
                 )  # fmt: skip
             if plain:
-                clock[row + KEY, lane] = base + b
-                clock[row + ROOT, lane] = base + b
-                clock[row + GUESS, lane] = off
+                clock[row + at.KEY, lane] = base + b
+                clock[row + at.ROOT, lane] = base + b
+                clock[row + at.GUESS, lane] = off
                 _mark(cell, clock, i // 8)
                 return True
         else:
@@ -588,7 +486,7 @@ def _look(cell, clock, now, i):
                     False,
                 )  # fmt: skip
             if plain:
-                clock[row + KEY, lane] = base + b if b < end else NEVER
+                clock[row + at.KEY, lane] = base + b if b < end else at.NEVER
                 _mark(cell, clock, i // 8)
                 return True
         located = False
@@ -600,21 +498,20 @@ def _look(cell, clock, now, i):
 def at_once(cell, clock, now):
     """Take all sliders to the present time; the epoch is over."""
     time = now.clock
-    zero = spread(0.0)
-    never = spread(NEVER)
+    never = spread(at.NEVER)
     for b in range(now.left, now.right + 1):
         i = 8 * b
-        row = CLOCKS * b
-        clock[_blocks(cell) + b // 8, b % 8] = NEVER
-        put(clock, row + KEY, never)
+        row = at.CLOCKS * b
+        clock[_blocks(cell) + b // 8, b % 8] = at.NEVER
+        put(clock, row + at.KEY, never)
         margin_, moved = _at(clock, cell, b, time)
-        side = load(cell, SIDE, i)
-        kept = not_above(spread(time), take(clock, row + BASE))
-        store(cell, X, i, load(cell, X, i) + moved)
-        speed = choose(kept, load(cell, SPEED, i), larger(side * margin_, zero))
-        store(cell, SPEED, i, speed)
-        store(cell, FRESH, i, choose(kept, load(cell, FRESH, i), zero))
-        put(clock, row + BASE, spread(time))
+        side = load(cell, at.SIDE, i)
+        kept = time <= take(clock, row + at.BASE)
+        store(cell, at.X, i, load(cell, at.X, i) + moved)
+        speed = choose(kept, load(cell, at.SPEED, i), max(side * margin_, 0.0))
+        store(cell, at.SPEED, i, speed)
+        store(cell, at.FRESH, i, choose(kept, load(cell, at.FRESH, i), 0.0))
+        put(clock, row + at.BASE, time)
     now.local = 0
 
 
@@ -625,10 +522,10 @@ def present(cell, clock, scalars, out):
     for b in range(cell.shape[1] // 8):
         i = 8 * b
         margin_, moved = _at(clock, cell, b, now.clock)
-        kept = not_above(spread(now.clock), take(clock, CLOCKS * b + BASE))
-        speed = larger(load(cell, SIDE, i) * margin_, spread(0.0))
-        store(out, X, i, load(cell, X, i) + moved)
-        store(out, SPEED, i, choose(kept, load(cell, SPEED, i), speed))
+        kept = now.clock <= take(clock, at.CLOCKS * b + at.BASE)
+        speed = max(load(cell, at.SIDE, i) * margin_, 0.0)
+        store(out, at.X, i, load(cell, at.X, i) + moved)
+        store(out, at.SPEED, i, choose(kept, load(cell, at.SPEED, i), speed))
 
 
 @compiled
@@ -654,27 +551,27 @@ def advance(cell, count, clock, now):
     while True:
         i = _soonest(cell, clock, now)
         if i < 0:
-            now.clock = EPOCH
+            now.clock = at.EPOCH
             at_once(cell, clock, now)
             return now.clock - before, 0, 0.0
-        row = CLOCKS * (i // 8)
-        time = element(clock, row + ROOT, i % 8)
-        if time < NEVER:
+        row = at.CLOCKS * (i // 8)
+        time = element(clock, row + at.ROOT, i % 8)
+        if time < at.NEVER:
             if time - before < _GAP:
                 break
             if _alone(cell, clock, now, time + _GAP):
-                residual = abs(element(clock, row + GUESS, i % 8))
+                residual = abs(element(clock, row + at.GUESS, i % 8))
                 _arrive(cell, clock, i, time)
                 now.clock = time
                 now.centre = i
-                count[EVENT, 0] = i
+                count[at.EVENT, 0] = i
                 return time - before, 1, residual
-            clock[row + KEY, i % 8] = NEVER
+            clock[row + at.KEY, i % 8] = at.NEVER
             _mark(cell, clock, i // 8)
             j = _soonest(cell, clock, now)
-            if clock[CLOCKS * (j // 8) + ROOT, j % 8] < NEVER:
+            if clock[at.CLOCKS * (j // 8) + at.ROOT, j % 8] < at.NEVER:
                 break
-            clock[row + KEY, i % 8] = time
+            clock[row + at.KEY, i % 8] = time
             _mark(cell, clock, i // 8)
             i = j
         if not _look(cell, clock, now, i):

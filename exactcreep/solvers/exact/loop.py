@@ -22,50 +22,13 @@ import math
 
 import numpy as np
 
+from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact import rows
 from exactcreep.solvers.exact.draws import BATCH, draw, fill
 from exactcreep.solvers.exact.end_slips import end_slips, next_start
-from exactcreep.solvers.exact.layout import (
-    AT_REST,
-    BUDGET,
-    CLUSTER,
-    DONE,
-    DOUBTED,
-    DRAWS,
-    DRIVE,
-    ENDLESS,
-    EVENT,
-    EXCESS,
-    FORCE,
-    FORCE_LOW,
-    FRESH,
-    LEAST_LONG,
-    LOG_FULL,
-    LOGS_EVENTS,
-    LONE,
-    LONGEST_AVALANCHE,
-    ONE_DONE,
-    PAD,
-    PROMISED_EVENTS,
-    REST,
-    RUNAWAY,
-    SIDE,
-    SLIPS,
-    SPEED,
-    START,
-    STIFFNESS,
-    STOP,
-    TRAVEL,
-    TRAVEL_LOW,
-    ULP,
-    X,
-    compiled,
-    inlined,
-)
+from exactcreep.solvers.exact.layout import compiled, inlined
 from exactcreep.solvers.exact.local_clocks import advance, at_once
-from exactcreep.solvers.exact.simd import (
-    align_stack,
-)
+from exactcreep.solvers.exact.simd import align_stack
 from exactcreep.solvers.exact.taylor import step
 from exactcreep.solvers.exact.two_floats import add, plus, two_sum
 
@@ -89,7 +52,7 @@ def _write(now, events, kind, i, sign, residual):
     row.theta = now.theta
     row.time = now.time
     row.kind = kind
-    row.slider = i + 1 - PAD
+    row.slider = i + 1 - at.PAD
     row.sign = sign
     row.theta_low = now.theta_low
     row.residual = residual
@@ -101,20 +64,20 @@ def _place_ends(cell, now):
     """Give the forces at sliders 1 and N the present theta."""
     n = now.n
     if n > 1:
-        for i, way in ((PAD, -1.0), (PAD + n - 1, 1.0)):
-            low = cell[FORCE_LOW, i] + way * now.theta_low
-            cell[REST, i], _ = plus(cell[FORCE, i], low, way * now.theta)
+        for i, way in ((at.PAD, -1.0), (at.PAD + n - 1, 1.0)):
+            low = cell[at.FORCE_LOW, i] + way * now.theta_low
+            cell[at.REST, i], _ = plus(cell[at.FORCE, i], low, way * now.theta)
 
 
 @inlined
 def _present_force(cell, i):
-    around = cell[X, i - 1] + cell[X, i + 1]
-    return cell[REST, i] + (around - cell[STIFFNESS, i] * cell[X, i])
+    around = cell[at.X, i - 1] + cell[at.X, i + 1]
+    return cell[at.REST, i] + (around - cell[at.STIFFNESS, i] * cell[at.X, i])
 
 
 @inlined
 def _inside(now, i):
-    return PAD <= i < PAD + now.n
+    return at.PAD <= i < at.PAD + now.n
 
 
 @inlined
@@ -125,10 +88,10 @@ def _touch(now, i):
 
 @inlined
 def _start(cell, now, log, i, sign, drive, residual):
-    cell[SIDE, i] = sign
-    cell[SPEED, i] = 0.0
-    cell[FRESH, i] = 1.0
-    cell[DRIVE, i] = drive
+    cell[at.SIDE, i] = sign
+    cell[at.SPEED, i] = 0.0
+    cell[at.FRESH, i] = 1.0
+    cell[at.DRIVE, i] = drive
     now.moving += 1
     _touch(now, i)
     if now.moving == 1:
@@ -138,20 +101,20 @@ def _start(cell, now, log, i, sign, drive, residual):
         now.first = min(now.first, i)
         now.last = max(now.last, i)
     rows.start(cell, now, log.tables, i)
-    if now.logging & LOGS_EVENTS != 0:
-        _write(now, log.events, START, i, sign, residual)
+    if now.logging & at.LOGS_EVENTS != 0:
+        _write(now, log.events, at.START, i, sign, residual)
 
 
 @inlined
 def _stop(cell, count, deviate, now, log, i, residual):
-    if now.logging & LOGS_EVENTS != 0:
-        _write(now, log.events, STOP, i, cell[SIDE, i], residual)
-    cell[SIDE, i] = 0.0
-    cell[SPEED, i] = 0.0
-    cell[FRESH, i] = 0.0
+    if now.logging & at.LOGS_EVENTS != 0:
+        _write(now, log.events, at.STOP, i, cell[at.SIDE, i], residual)
+    cell[at.SIDE, i] = 0.0
+    cell[at.SPEED, i] = 0.0
+    cell[at.FRESH, i] = 0.0
     now.moving -= 1
     now.slips += 1
-    count[SLIPS, i] += 1
+    count[at.SLIPS, i] += 1
     draw(cell, count, deviate, now, i)
     rows.stop(cell, now, log.tables, i)
 
@@ -172,22 +135,22 @@ def _settle(cell, now, log):
     rows.end(cell, now, log.tables)
     first = now.touched_first
     last = now.touched_last
-    for i in range(max(first - 1, PAD), min(last + 2, PAD + now.n)):
+    for i in range(max(first - 1, at.PAD), min(last + 2, at.PAD + now.n)):
         # the neighbours' sum first: the mirror image adds the same two numbers
-        total, error = two_sum(cell[X, i - 1], cell[X, i + 1])
-        cell[FORCE_LOW, i] += error
-        add(cell, FORCE, FORCE_LOW, i, total)
-        add(cell, FORCE, FORCE_LOW, i, -cell[STIFFNESS, i] * cell[X, i])
-        cell[REST, i] = cell[FORCE, i]  # at sliders 1 and N once theta is known again
+        total, error = two_sum(cell[at.X, i - 1], cell[at.X, i + 1])
+        cell[at.FORCE_LOW, i] += error
+        add(cell, at.FORCE, at.FORCE_LOW, i, total)
+        add(cell, at.FORCE, at.FORCE_LOW, i, -cell[at.STIFFNESS, i] * cell[at.X, i])
+        cell[at.REST, i] = cell[at.FORCE, i]  # at sliders 1 and N once theta is known again
     for i in range(first, last + 1):
-        moved = cell[X, i]
+        moved = cell[at.X, i]
         if moved != 0.0:
-            add(cell, TRAVEL, TRAVEL_LOW, i, moved)
+            add(cell, at.TRAVEL, at.TRAVEL_LOW, i, moved)
             now.total, now.total_low = plus(now.total, now.total_low, moved)
-            cell[X, i] = 0.0
-    if now.number > PROMISED_EVENTS:
+            cell[at.X, i] = 0.0
+    if now.number > at.PROMISED_EVENTS:
         now.long += 1
-    now.stage = AT_REST
+    now.stage = at.AT_REST
 
 
 @inlined
@@ -199,21 +162,21 @@ def _decompose(cell, now, log):
         return
     first = now.first
     last = now.last
-    while cell[SIDE, first] == 0.0:
+    while cell[at.SIDE, first] == 0.0:
         first += 1
-    while cell[SIDE, last] == 0.0:
+    while cell[at.SIDE, last] == 0.0:
         last -= 1
     now.first = first
     now.last = last
-    now.stage = LONE if first == last else CLUSTER
+    now.stage = at.LONE if first == last else at.CLUSTER
 
 
 @inlined
 def _stopped_exceeds(cell, now, i, pull):
     """Test a slider that has just stopped; return the sign of its start, 0 if it stays."""
-    threshold = now.friction + cell[EXCESS, i]
+    threshold = now.friction + cell[at.EXCESS, i]
     beyond = abs(pull) - threshold
-    bound = 8.0 * ULP * (abs(pull) + threshold)
+    bound = 8.0 * at.ULP * (abs(pull) + threshold)
     if beyond > bound:
         return 1.0 if pull > 0.0 else -1.0
     if beyond > -bound:
@@ -235,10 +198,10 @@ def _ramp(cell, now, log, target, target_low):
     _begin(cell, now, log, up)
     _place_ends(cell, now)
     if top:
-        _start(cell, now, log, PAD, -up, cell[EXCESS, PAD], 0.0)
+        _start(cell, now, log, at.PAD, -up, cell[at.EXCESS, at.PAD], 0.0)
     if end:
-        i = PAD + now.n - 1
-        _start(cell, now, log, i, up, cell[EXCESS, i], 0.0)
+        i = at.PAD + now.n - 1
+        _start(cell, now, log, i, up, cell[at.EXCESS, i], 0.0)
     now.number += 1
     _decompose(cell, now, log)
     return True
@@ -250,13 +213,13 @@ def _unstable(cell, now, log):
     n = now.n
     began = False
     _place_ends(cell, now)
-    for i in range(PAD, PAD + n):
-        pull = cell[REST, i]
-        threshold = now.friction + cell[EXCESS, i]
+    for i in range(at.PAD, at.PAD + n):
+        pull = cell[at.REST, i]
+        threshold = now.friction + cell[at.EXCESS, i]
         beyond = abs(pull) - threshold
-        bound = 8.0 * ULP * (abs(pull) + threshold)
-        if n > 1 and (i == PAD or i == PAD + n - 1):
-            bound += 2.0 * ULP * abs(now.theta)
+        bound = 8.0 * at.ULP * (abs(pull) + threshold)
+        if n > 1 and (i == at.PAD or i == at.PAD + n - 1):
+            bound += 2.0 * at.ULP * abs(now.theta)
         if beyond > bound:
             if not began:
                 _begin(cell, now, log, 0.0)
@@ -265,8 +228,8 @@ def _unstable(cell, now, log):
             _start(cell, now, log, i, sign, abs(pull) - now.friction, 0.0)
         elif beyond > -bound:
             now.undecided += 1
-            cell[DOUBTED, i] = now.rearrangements + (not began)  # not again in what follows
-    now.stage = AT_REST
+            cell[at.DOUBTED, i] = now.rearrangements + (not began)  # not again in what follows
+    now.stage = at.AT_REST
     if began:
         now.number += 1
         _decompose(cell, now, log)
@@ -277,12 +240,12 @@ def _unstable(cell, now, log):
 def _lone(cell, count, deviate, now, log):
     """Advance a lone mover to its stop or to the start of a neighbour, by energy."""
     i = now.first
-    side = cell[SIDE, i]
-    stiff = cell[STIFFNESS, i]
-    speed = cell[SPEED, i]
+    side = cell[at.SIDE, i]
+    stiff = cell[at.STIFFNESS, i]
+    speed = cell[at.SPEED, i]
     friction = now.friction
-    drive = cell[DRIVE, i]  # exactly what made it start
-    if cell[FRESH, i] == 0.0:
+    drive = cell[at.DRIVE, i]  # exactly what made it start
+    if cell[at.FRESH, i] == 0.0:
         drive = side * _present_force(cell, i) - friction
     swing = 0.0
     if stiff == 0.0:
@@ -298,14 +261,14 @@ def _lone(cell, count, deviate, now, log):
     room_right = np.inf
     if stiff > 0.0:
         if _inside(now, i - 1):
-            threshold = friction + cell[EXCESS, i - 1]
+            threshold = friction + cell[at.EXCESS, i - 1]
             room_left = max(threshold - side * _present_force(cell, i - 1), 0.0)
         if _inside(now, i + 1):
-            threshold = friction + cell[EXCESS, i + 1]
+            threshold = friction + cell[at.EXCESS, i + 1]
             room_right = max(threshold - side * _present_force(cell, i + 1), 0.0)
     room = min(room_left, room_right)
-    bound = 8.0 * ULP * (2.0 * friction + cell[EXCESS, i] + length + abs(drive))
-    cell[FRESH, i] = 0.0
+    bound = 8.0 * at.ULP * (2.0 * friction + cell[at.EXCESS, i] + length + abs(drive))
+    cell[at.FRESH, i] = 0.0
     if room >= length - bound:
         if room <= length + bound:
             now.undecided += 1
@@ -314,11 +277,11 @@ def _lone(cell, count, deviate, now, log):
                 now.time += speed / -drive
             elif length > 0.0:
                 now.time += math.atan2(math.sqrt(stiff) * speed, -drive) / math.sqrt(stiff)
-        cell[X, i] += side * length
+        cell[at.X, i] += side * length
         # its acceleration has turned to the opposite of what a start from rest would need
         pull = side * (friction - (drive if speed == 0.0 else swing))
         if stiff == 0.0:
-            pull = cell[REST, i]
+            pull = cell[at.REST, i]
         _stop(cell, count, deviate, now, log, i, 0.0)
         now.number += 1
         turn = 0.0
@@ -342,18 +305,18 @@ def _lone(cell, count, deviate, now, log):
         )
         if turned > 0.0:
             now.time += turned / omega
-    cell[X, i] += side * room
-    cell[SPEED, i] = faster
+    cell[at.X, i] += side * room
+    cell[at.SPEED, i] = faster
     both = abs(room_left - room_right) <= bound
     if both:
         now.undecided += 1
     if both or room_left < room_right:
-        _start(cell, now, log, i - 1, side, cell[EXCESS, i - 1], 0.0)
+        _start(cell, now, log, i - 1, side, cell[at.EXCESS, i - 1], 0.0)
     if both or room_right < room_left:
-        _start(cell, now, log, i + 1, side, cell[EXCESS, i + 1], 0.0)
+        _start(cell, now, log, i + 1, side, cell[at.EXCESS, i + 1], 0.0)
     if faster == 0.0:
-        cell[FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
-        cell[DRIVE, i] = drive
+        cell[at.FRESH, i] = 1.0  # it has not moved yet: its velocity still starts from zero
+        cell[at.DRIVE, i] = drive
     now.number += 1
     _decompose(cell, now, log)
     return False
@@ -367,23 +330,23 @@ def _never_stops(cell, now):
     if down == 0:
         return False
     total = 0.0
-    for i in range(PAD, PAD + n):
-        if cell[SIDE, i] != down:
+    for i in range(at.PAD, at.PAD + n):
+        if cell[at.SIDE, i] != down:
             return False
-        total += cell[SPEED, i]
+        total += cell[at.SPEED, i]
     mean = total / n
     energy = 0.0
     tension = 0.0
     scale = 0.0
-    for i in range(PAD, PAD + n):
-        energy += (cell[SPEED, i] - mean) ** 2
+    for i in range(at.PAD, at.PAD + n):
+        energy += (cell[at.SPEED, i] - mean) ** 2
         tension += _present_force(cell, i) - now.sine
-        if i < PAD + n - 1:
+        if i < at.PAD + n - 1:
             energy += tension * tension
-        scale += abs(tension) + cell[SPEED, i]
+        scale += abs(tension) + cell[at.SPEED, i]
     # outward: the sums above are good to n ulp of their largest term
-    energy = energy * (1.0 + 8.0 * n * ULP) + (8.0 * n * ULP * scale) ** 2
-    return mean * (1.0 - 4.0 * n * ULP) > math.sqrt((1.0 - 1.0 / n) * energy)
+    energy = energy * (1.0 + 8.0 * n * at.ULP) + (8.0 * n * at.ULP * scale) ** 2
+    return mean * (1.0 - 4.0 * n * at.ULP) > math.sqrt((1.0 - 1.0 / n) * energy)
 
 
 @compiled
@@ -395,8 +358,8 @@ def _no_mode_stops(cell, series, now):
     """
     n = now.n
     mean = 0.0
-    for i in range(PAD, PAD + n):
-        mean += cell[SPEED, i] / n
+    for i in range(at.PAD, at.PAD + n):
+        mean += cell[at.SPEED, i] / n
     # the next step fills `series` anew
     for m in range(n):
         series[m // 8, m % 8] = 0.0
@@ -406,8 +369,8 @@ def _no_mode_stops(cell, series, now):
         push = 0.0
         for i in range(n):
             shape = math.cos((i + 0.5) * angle)
-            speed += shape * cell[SPEED, PAD + i]
-            push += shape * _present_force(cell, PAD + i)
+            speed += shape * cell[at.SPEED, at.PAD + i]
+            push += shape * _present_force(cell, at.PAD + i)
         omega = 2.0 * math.sin(0.5 * angle)
         amplitude = math.sqrt(speed * speed + (push / omega) ** 2)
         for m in range(n):
@@ -416,8 +379,8 @@ def _no_mode_stops(cell, series, now):
     for m in range(n):
         largest = max(largest, series[m // 8, m % 8])
     # each sum of n terms is good to n ulp of the sum of their sizes
-    slack = 64.0 * n * n * ULP * ULP
-    return mean * (1.0 - 4.0 * n * ULP) > largest * (1.0 + 16.0 * n * ULP) + slack
+    slack = 64.0 * n * n * at.ULP * at.ULP
+    return mean * (1.0 - 4.0 * n * at.ULP) > largest * (1.0 + 16.0 * n * at.ULP) + slack
 
 
 @inlined
@@ -437,7 +400,7 @@ def _runs_away(cell, series, now):
 def _long(now):
     """Return whether the movers stand far enough apart for clocks of their own."""
     apart = now.last - now.first
-    return apart >= LEAST_LONG and now.downhill == 0 and now.retry == 0
+    return apart >= at.LEAST_LONG and now.downhill == 0 and now.retry == 0
 
 
 @inlined
@@ -464,11 +427,11 @@ def _to_first_event(cell, count, clock, series, now):
 def _in_order(count, events):
     """Sort the columns in ``count[EVENT]``: which of them was found first must not matter."""
     for k in range(1, events):
-        i = count[EVENT, k]
-        while k > 0 and count[EVENT, k - 1] > i:
-            count[EVENT, k] = count[EVENT, k - 1]
+        i = count[at.EVENT, k]
+        while k > 0 and count[at.EVENT, k - 1] > i:
+            count[at.EVENT, k] = count[at.EVENT, k - 1]
             k -= 1
-        count[EVENT, k] = i
+        count[at.EVENT, k] = i
 
 
 @inlined
@@ -481,20 +444,20 @@ def _resolve(cell, count, deviate, now, log, events, residual):
     _in_order(count, events)
     stops = 0
     for k in range(events):
-        i = count[EVENT, k]
-        if cell[SIDE, i] != 0.0:
+        i = count[at.EVENT, k]
+        if cell[at.SIDE, i] != 0.0:
             _stop(cell, count, deviate, now, log, i, residual)
-            count[EVENT, k] = -i
+            count[at.EVENT, k] = -i
             stops += 1
     if stops > 0:
         now.number += 1
     starts = 0
     for k in range(events):
-        i = abs(count[EVENT, k])
+        i = abs(count[at.EVENT, k])
         pull = _present_force(cell, i)
         turn = 1.0 if pull > 0.0 else -1.0
-        drive, missed = cell[EXCESS, i], residual
-        if count[EVENT, k] < 0:
+        drive, missed = cell[at.EXCESS, i], residual
+        if count[at.EVENT, k] < 0:
             turn = _stopped_exceeds(cell, now, i, pull)
             drive, missed = abs(pull) - now.friction, 0.0
         if turn != 0.0:
@@ -516,8 +479,8 @@ def _cluster(cell, count, deviate, clock, series, now, log):
     if events > 0:
         _resolve(cell, count, deviate, now, log, events, residual)
         if clock is not None:
-            short = now.last - now.first < LEAST_LONG // 2
-            if now.local == 1 and (short or now.stage != CLUSTER):
+            short = now.last - now.first < at.LEAST_LONG // 2
+            if now.local == 1 and (short or now.stage != at.CLUSTER):
                 at_once(cell, clock, now)
     return False
 
@@ -527,11 +490,11 @@ def prepare(cell, count, deviate, scalars):
     """Fill the batches of deviates that hold the next draws."""
     now = scalars[0]
     if now.constant == 0:
-        for i in range(PAD, PAD + now.n):
-            batch = count[DRAWS, i] // BATCH
-            fill(deviate, i, np.uint64(now.seed), i + 1 - PAD, batch)
-            if count[DRAWS, i] % BATCH != 0:
-                fill(deviate, i, np.uint64(now.seed), i + 1 - PAD, batch + 1)
+        for i in range(at.PAD, at.PAD + now.n):
+            batch = count[at.DRAWS, i] // BATCH
+            fill(deviate, i, np.uint64(now.seed), i + 1 - at.PAD, batch)
+            if count[at.DRAWS, i] % BATCH != 0:
+                fill(deviate, i, np.uint64(now.seed), i + 1 - at.PAD, batch + 1)
 
 
 @compiled
@@ -564,21 +527,21 @@ def follow(
     stop_at = now.events + min(max_events, max_work)
     work_limit = now.work + max_work
     reached = 0
-    longest = LONGEST_AVALANCHE + 1000 * now.n
+    longest = at.LONGEST_AVALANCHE + 1000 * now.n
     if now.downhill == 0:
         longest = 2**62
     room = log.events.size - 2 * now.n - 4
     while reached < theta.size:
         stage = now.stage
         if now.events >= stop_at or now.work >= work_limit:
-            return BUDGET, reached
-        if now.logging & LOGS_EVENTS != 0 and now.logged > room:
-            return LOG_FULL, reached
+            return at.BUDGET, reached
+        if now.logging & at.LOGS_EVENTS != 0 and now.logged > room:
+            return at.LOG_FULL, reached
         slips_at_most = rows.room(log.tables) - now.n
         if slips_at_most <= 0:
-            return LOG_FULL, reached
-        if stage == AT_REST:
-            if now.logging & LOGS_EVENTS == 0 and now.n > 1 and not single:
+            return at.LOG_FULL, reached
+        if stage == at.AT_REST:
+            if now.logging & at.LOGS_EVENTS == 0 and now.n > 1 and not single:
                 end_slips(
                     cell, count, deviate, now, log, theta[reached], theta_low[reached],
                     min(stop_at, now.events + 2 * slips_at_most),
@@ -587,18 +550,18 @@ def follow(
                 travel[reached] = now.total + now.total_low
                 reached += 1
                 now.target += 1
-        elif stage == LONE:
+        elif stage == at.LONE:
             if _lone(cell, count, deviate, now, log):
-                return RUNAWAY, reached
-        elif stage == CLUSTER:
+                return at.RUNAWAY, reached
+        elif stage == at.CLUSTER:
             if series is None:  # known when this is compiled
-                return BUDGET, reached
+                return at.BUDGET, reached
             if _cluster(cell, count, deviate, clock, series, now, log):
-                return RUNAWAY, reached
+                return at.RUNAWAY, reached
         else:
             _unstable(cell, now, log)
-        if max(now.number, now.calm) > longest and now.stage != AT_REST:
-            return ENDLESS, reached
-        if single and now.stage == AT_REST and now.rearrangements > 0:
-            return ONE_DONE, reached
-    return DONE, reached
+        if max(now.number, now.calm) > longest and now.stage != at.AT_REST:
+            return at.ENDLESS, reached
+        if single and now.stage == at.AT_REST and now.rearrangements > 0:
+            return at.ONE_DONE, reached
+    return at.DONE, reached

@@ -28,17 +28,8 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout, loop
-from exactcreep.solvers.exact.layout import (
-    BUDGET,
-    DONE,
-    EXCESS,
-    FORCE,
-    FORCE_LOW,
-    PAD,
-    SLIPS,
-    compiled,
-    inlined,
-)
+from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact.layout import compiled, inlined
 from exactcreep.solvers.exact.solver import ExactSimulation
 
 MOST_PERIOD = 1000
@@ -112,7 +103,7 @@ class Memory(NamedTuple):
 def _slot(bits, first, last):
     """Return the hash of the present forces; the sign of a number does not count, nor of a zero."""
     state = np.uint64(14695981039346656037)
-    for row in (FORCE, FORCE_LOW):
+    for row in (at.FORCE, at.FORCE_LOW):
         for i in range(first, last):
             state = (state ^ (bits[row, i] << np.uint64(1))) * np.uint64(0x9E3779B97F4A7C15)
             state ^= state >> np.uint64(29)
@@ -126,8 +117,8 @@ def _returned(cell, bits, now, course, memory):
     Also the last cycle that had advanced then.
     """
     ring, link, head = memory.ring, memory.link, memory.head
-    first = PAD
-    last = PAD + now.n
+    first = at.PAD
+    last = at.PAD + now.n
     rows = ring.shape[0]
     cycle = course.cycle
     slot = _slot(bits, first, last)
@@ -135,7 +126,7 @@ def _returned(cell, bits, now, course, memory):
     while row > 0 and cycle - row <= rows - 1:
         there = row % rows
         same = True
-        for k, kind in enumerate((FORCE, FORCE_LOW, EXCESS)):
+        for k, kind in enumerate((at.FORCE, at.FORCE_LOW, at.EXCESS)):
             for i in range(first, last):
                 if ring[there, k, i - first] != cell[kind, i]:
                     same = False
@@ -146,7 +137,7 @@ def _returned(cell, bits, now, course, memory):
             return cycle - row, memory.advanced[there]
         row = link[there]
     there = cycle % rows
-    for k, kind in enumerate((FORCE, FORCE_LOW, EXCESS)):
+    for k, kind in enumerate((at.FORCE, at.FORCE_LOW, at.EXCESS)):
         for i in range(first, last):
             ring[there, k, i - first] = cell[kind, i]
     link[there] = head[slot]
@@ -160,7 +151,7 @@ def _apart(cell, now, state):
     """Return the largest difference of a force from those of `state`."""
     largest = 0.0
     for i in range(now.n):
-        largest = max(largest, abs(cell[FORCE, PAD + i] - state[0, i]))
+        largest = max(largest, abs(cell[at.FORCE, at.PAD + i] - state[0, i]))
     return largest
 
 
@@ -179,7 +170,7 @@ def _nearly_returned(cell, count, now, course, memory):
     close = course.close
     mark = np.uint64(now.events - course.before)
     for i in range(now.n):
-        made = count[SLIPS, PAD + i]
+        made = count[at.SLIPS, at.PAD + i]
         mark = (mark ^ np.uint64(made - slips[i])) * np.uint64(0x9E3779B97F4A7C15)
         mark ^= mark >> np.uint64(29)
         slips[i] = made
@@ -278,14 +269,14 @@ def settle(
     while course.settled < 0 and course.cycle < course.most_cycles:
         left = most_work - max(now.work - work, now.events - events)
         if left <= 0:
-            return BUDGET
-        at = course.reached
+            return at.BUDGET
+        begun = course.reached
         reason, reached = loop.follow(
-            cell, count, deviate, clock, series, scalars, log, high[at:], low[at:], travel,
+            cell, count, deviate, clock, series, scalars, log, high[begun:], low[begun:], travel,
             left, left, False,
         )  # fmt: skip
         course.reached += reached
-        if reason != DONE:
+        if reason != at.DONE:
             return reason
         course.reached = 0
         course.cycle += 1
@@ -305,8 +296,8 @@ def settle(
             course.furthest = course.cycle
         course.slipped = now.slips
         inner = 0
-        for i in range(PAD + 1, PAD + n - 1):
-            inner += count[SLIPS, i]
+        for i in range(at.PAD + 1, at.PAD + n - 1):
+            inner += count[at.SLIPS, i]
         if inner != course.inner:
             course.inner = inner
             course.stirred = course.cycle
@@ -328,7 +319,7 @@ def settle(
             elif course.near > 0 and course.streak >= max(PATIENCE, 2 * course.near):
                 _shortest(course, memory)
         course.before = now.events
-    return DONE
+    return at.DONE
 
 
 class Course:

@@ -16,28 +16,9 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact.draws import KEPT
-from exactcreep.solvers.exact.layout import (
-    COEFFICIENT,
-    DRAWS,
-    EXCESS,
-    FORCE,
-    FORCE_LOW,
-    LOGGED_EVENT,
-    NEVER,
-    NOW,
-    PAD,
-    REST,
-    STIFFNESS,
-    TRAVEL,
-    TRAVEL_LOW,
-    UNDER_WAY,
-    UNSTABLE,
-    Log,
-    Tables,
-    X,
-    compiled,
-)
+from exactcreep.solvers.exact.layout import Log, Tables, compiled
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.two_floats import split, split_ratio, two_sum
 from exactcreep.solvers.tables import REARRANGEMENT_TABLE, SLIP_TABLE
@@ -135,7 +116,7 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
 @lru_cache(maxsize=64)
 def _constants(chain: Chain) -> NDArray[np.int64]:
     """Return what `Work.now` of all simulations of a chain begins with, as bits."""
-    made = np.zeros(1, dtype=NOW)
+    made = np.zeros(1, dtype=at.NOW)
     now = made[0]
     now["friction"] = chain.friction
     now["mu_d"], now["mu_d_low"] = split(chain.mu_d)
@@ -145,7 +126,7 @@ def _constants(chain: Chain) -> NDArray[np.int64]:
     now["width"] = nearest_float(chain.sigma_mu)
     now["mean_excess"] = chain.excess
     now["n"] = chain.n
-    now["stage"] = UNSTABLE
+    now["stage"] = at.UNSTABLE
     now["constant"] = chain.sigma_mu == 0
     now["target"] = 1
     if chain.may_run_away:
@@ -178,7 +159,7 @@ def _room(n: int, logging: int) -> Work:
         deviate=deviate,
         clock=_clock(n) if n > layout.LONGEST_SHORT else None,
         series=_series(n) if n > _ALONE else None,
-        now=np.empty(1, dtype=NOW),
+        now=np.empty(1, dtype=at.NOW),
         log=_log(n, m, logging),
     )
 
@@ -191,10 +172,10 @@ def _log(n: int, m: int, logging: int) -> Log:
         slips=np.empty(rows, dtype=SLIP_TABLE.dtype),
         used=np.zeros(2, dtype=np.int64),
         track=np.zeros((layout.TRACKS, m)),
-        sums=np.zeros(1, dtype=UNDER_WAY),
+        sums=np.zeros(1, dtype=at.UNDER_WAY),
     )
     return Log(
-        np.empty(events, dtype=LOGGED_EVENT), tables if logging > layout.LOGS_EVENTS else None
+        np.empty(events, dtype=at.LOGGED_EVENT), tables if logging > layout.LOGS_EVENTS else None
     )
 
 
@@ -233,7 +214,7 @@ def _place(cell, count, deviate, scalars, numbers, draws):
     count[:] = 0
     before, before_low = 0.0, 0.0
     for k in range(n):
-        i = k + PAD
+        i = k + at.PAD
         after = numbers[TENSION, k] if k < n - 1 else 0.0
         after_low = numbers[TENSION_LOW, k] if k < n - 1 else 0.0
         force, low = two_sum(after, -before)
@@ -244,26 +225,26 @@ def _place(cell, count, deviate, scalars, numbers, draws):
             way = 1.0 if k == 0 else -1.0
             force, error = two_sum(force, way * now.theta)
             low += error + way * now.theta_low
-        cell[FORCE, i] = force
-        cell[REST, i] = force
-        cell[FORCE_LOW, i] = low
-        cell[TRAVEL, i] = numbers[PLACE, k]
-        cell[TRAVEL_LOW, i] = numbers[PLACE_LOW, k]
+        cell[at.FORCE, i] = force
+        cell[at.REST, i] = force
+        cell[at.FORCE_LOW, i] = low
+        cell[at.TRAVEL, i] = numbers[PLACE, k]
+        cell[at.TRAVEL_LOW, i] = numbers[PLACE_LOW, k]
         before, before_low = after, after_low
     for i in range(cell.shape[1]):
-        cell[STIFFNESS, i] = 2.0
-        cell[EXCESS, i] = NEVER
+        cell[at.STIFFNESS, i] = 2.0
+        cell[at.EXCESS, i] = at.NEVER
     for k in range(n):
-        i = k + PAD
+        i = k + at.PAD
         held = numbers[HELD, k]
         above = ((held - now.mu_d) - now.mu_d_low) + numbers[HELD_LOW, k]
-        cell[EXCESS, i] = max(above, 0.0) * now.cosine
+        cell[at.EXCESS, i] = max(above, 0.0) * now.cosine
         if now.constant == 1 and held == now.mean:
-            cell[EXCESS, i] = now.mean_excess
-        cell[COEFFICIENT, i] = held
-        count[DRAWS, i] = draws[k]
-    cell[STIFFNESS, PAD] = 1.0 if n > 1 else 0.0
-    cell[STIFFNESS, PAD + n - 1] = cell[STIFFNESS, PAD]
+            cell[at.EXCESS, i] = now.mean_excess
+        cell[at.COEFFICIENT, i] = held
+        count[at.DRAWS, i] = draws[k]
+    cell[at.STIFFNESS, at.PAD] = 1.0 if n > 1 else 0.0
+    cell[at.STIFFNESS, at.PAD + n - 1] = cell[at.STIFFNESS, at.PAD]
     prepare(cell, count, deviate, scalars)
 
 
@@ -275,20 +256,20 @@ def _read(
     """Write the present state to the last four; without disorder the loop renews no coefficient."""
     now = scalars[0]
     for k in range(draws.size):
-        i = k + PAD
-        displacements[k] = cell[TRAVEL, i] + (cell[TRAVEL_LOW, i] + cell[X, i])
-        draws[k] = count[DRAWS, i]
+        i = k + at.PAD
+        displacements[k] = cell[at.TRAVEL, i] + (cell[at.TRAVEL_LOW, i] + cell[at.X, i])
+        draws[k] = count[at.DRAWS, i]
         renewed = now.constant == 1 and draws[k] > drawn[k]
-        coefficients[k] = now.mean if renewed else cell[COEFFICIENT, i]
+        coefficients[k] = now.mean if renewed else cell[at.COEFFICIENT, i]
     # each is what displacements and theta have made of it
     for k in range(tensions.size):
-        i = k + PAD
+        i = k + at.PAD
         total, error = numbers[TENSION, k], numbers[TENSION_LOW, k]
         for step in range(6):
             if step == 0:
-                value, low = cell[TRAVEL, i + 1], cell[TRAVEL_LOW, i + 1] + cell[X, i + 1]
+                value, low = cell[at.TRAVEL, i + 1], cell[at.TRAVEL_LOW, i + 1] + cell[at.X, i + 1]
             elif step == 1:
-                value, low = -cell[TRAVEL, i], -(cell[TRAVEL_LOW, i] + cell[X, i])
+                value, low = -cell[at.TRAVEL, i], -(cell[at.TRAVEL_LOW, i] + cell[at.X, i])
             elif step == 2:
                 value, low = -numbers[PLACE, k + 1], -numbers[PLACE_LOW, k + 1]
             elif step == 3:

@@ -12,21 +12,8 @@ from __future__ import annotations
 
 import math
 
-from exactcreep.solvers.exact.layout import (
-    COEFFICIENT,
-    FORCE,
-    FORCE_LOW,
-    LOGS_REARRANGEMENTS,
-    LOGS_SLIPS,
-    PAD,
-    REST,
-    STIFFNESS,
-    T_REARRANGEMENT,
-    T_TIME,
-    T_X,
-    X,
-    inlined,
-)
+from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact.layout import inlined
 from exactcreep.solvers.exact.two_floats import plus
 
 _BOUNDLESS = 2**60
@@ -61,8 +48,8 @@ def at_theta(cell, now, tables):
         energy = 0.0
         tensions = 0.0
         high, low = -now.theta, -now.theta_low
-        for i in range(PAD, PAD + n - 1):
-            high, low = plus(high, low + cell[FORCE_LOW, i], cell[FORCE, i])
+        for i in range(at.PAD, at.PAD + n - 1):
+            high, low = plus(high, low + cell[at.FORCE_LOW, i], cell[at.FORCE, i])
             high, low = plus(high, low, -now.sine)
             tensions += high
             energy += 0.5 * high * high
@@ -94,13 +81,13 @@ def start(cell, now, tables, i):
     if tables is None:
         return
     track, sums = tables.track, tables.sums[0]
-    track[T_TIME, i] = now.time
-    track[T_X, i] = cell[X, i]
-    if track[T_REARRANGEMENT, i] != now.rearrangements:
-        track[T_REARRANGEMENT, i] = now.rearrangements
+    track[at.T_TIME, i] = now.time
+    track[at.T_X, i] = cell[at.X, i]
+    if track[at.T_REARRANGEMENT, i] != now.rearrangements:
+        track[at.T_REARRANGEMENT, i] = now.rearrangements
         sums.movers += 1.0
     if now.number == 0:
-        slider = i + 1 - PAD
+        slider = i + 1 - at.PAD
         sums.started += 1.0
         sums.started_first = min(sums.started_first, slider)
         sums.started_last = max(sums.started_last, slider)
@@ -109,14 +96,14 @@ def start(cell, now, tables, i):
 @inlined
 def _slip(cell, now, tables, i, number, began, ended, displacement):
     """Write a slip of rearrangement `number`, after which the slider has drawn anew."""
-    if now.logging & LOGS_SLIPS != 0:
+    if now.logging & at.LOGS_SLIPS != 0:
         row = tables.slips[tables.used[1]]
-        row.slider = i + 1 - PAD
+        row.slider = i + 1 - at.PAD
         row.rearrangement = number
         row.start = began
         row.stop = ended
         row.displacement = displacement
-        row.coefficient = now.mean if now.constant == 1 else cell[COEFFICIENT, i]
+        row.coefficient = now.mean if now.constant == 1 else cell[at.COEFFICIENT, i]
         tables.used[1] += 1
 
 
@@ -126,12 +113,12 @@ def stop(cell, now, tables, i):
     if tables is None:
         return
     track, sums = tables.track, tables.sums[0]
-    displacement = cell[X, i] - track[T_X, i]
+    displacement = cell[at.X, i] - track[at.T_X, i]
     length = abs(displacement)
     sums.path += length
     sums.largest = max(sums.largest, length)
     number = now.rearrangements - 1
-    _slip(cell, now, tables, i, number, track[T_TIME, i], now.time, displacement)
+    _slip(cell, now, tables, i, number, track[at.T_TIME, i], now.time, displacement)
 
 
 @inlined
@@ -140,7 +127,7 @@ def _row(now, tables, slips, events, duration, first, last, moved, gained):
     sums = tables.sums[0]
     before = sums.elastic
     sums.elastic = before + gained
-    if now.logging & LOGS_REARRANGEMENTS != 0:
+    if now.logging & at.LOGS_REARRANGEMENTS != 0:
         row = tables.rearrangements[tables.used[0]]
         row.half_cycle = now.target
         row.theta = now.theta + now.theta_low
@@ -152,8 +139,8 @@ def _row(now, tables, slips, events, duration, first, last, moved, gained):
         row.events = events
         row.slips = slips
         row.sliders = sums.movers
-        row.first = first + 1 - PAD
-        row.last = last + 1 - PAD
+        row.first = first + 1 - at.PAD
+        row.last = last + 1 - at.PAD
         row.displacement = moved / now.n
         row.largest_slip = sums.largest
         row.elastic_before = before
@@ -175,12 +162,12 @@ def end(cell, now, tables):
     moved = 0.0
     gained = 0.0
     for i in range(first, last + 1):
-        x = cell[X, i]
-        around = cell[X, i - 1] + cell[X, i + 1]
-        elastic = cell[REST, i] - now.sine
-        gained -= x * (elastic + 0.5 * (around - cell[STIFFNESS, i] * x))
+        x = cell[at.X, i]
+        around = cell[at.X, i - 1] + cell[at.X, i + 1]
+        elastic = cell[at.REST, i] - now.sine
+        gained -= x * (elastic + 0.5 * (around - cell[at.STIFFNESS, i] * x))
         moved += x
-    sums.tensions += cell[X, PAD + now.n - 1] - cell[X, PAD]
+    sums.tensions += cell[at.X, at.PAD + now.n - 1] - cell[at.X, at.PAD]
     slips = now.slips - sums.slips_before
     sums.slips_before = now.slips
     _row(now, tables, slips, now.number, now.time, first, last, moved, gained)
@@ -198,11 +185,11 @@ def end_slip(cell, now, tables, i, way, moved):
     length = abs(moved)
     sums.way = way
     sums.started = 1.0
-    sums.started_first = sums.started_last = i + 1 - PAD
+    sums.started_first = sums.started_last = i + 1 - at.PAD
     sums.movers = 1.0
     sums.path = sums.largest = length
     sums.slips_before += 1.0
-    sums.tensions += moved if i > PAD else -moved
+    sums.tensions += moved if i > at.PAD else -moved
     # from its threshold against friction, by twice the excess: what friction and gravity leave
     gained = now.sine * moved - now.friction * length
     duration = math.pi if length > 0.0 else 0.0

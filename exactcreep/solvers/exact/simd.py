@@ -1,389 +1,397 @@
-"""Eight sliders at a time: a vector of 8 float64 for the compiled kernel.
+"""Eight sliders at a time: vectors of float64 for the compiled kernel.
 
-A small room of its own, because compiled loops over 8 columns do not reliably become vector
-instructions. Inside functions compiled by numba a `Lanes` value is added, subtracted and
-multiplied with operators; the functions below do the rest. Comparisons give a mask, an integer
-whose bit j belongs to lane j. Every operation is one IEEE operation per lane (`fused` rounds once),
-so that results do not depend on the width of the machine's registers.
-`tests/solvers/exact/test_simd.py` holds each one against NumPy lane by lane.
+Compiled loops over eight columns do not reliably become vector instructions; what is written with
+`Lanes` does: a strip of `WIDTH` lanes, or several strips side by side. Compiled functions add,
+subtract, multiply and divide such vectors, take ``abs``, ``math.sqrt``, ``min`` and ``max`` (the
+second argument where one is not a number), and compare them. That gives a
+mask, an integer whose bit j belongs to lane j. A float among the operands stands for a vector whose
+lanes all hold it. The functions below do the rest.
+
+Every operation is one IEEE operation per lane (`fused` rounds once), so that results do not depend
+on the width of the machine's registers. `tests/solvers/exact/test_simd.py` holds each one against
+NumPy lane by lane. Tables are C-ordered, ``table[row]`` is of eight cells; no index is negative.
 """
 
 from __future__ import annotations
 
+import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from typing import Any
 
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
 from numba.core.datamodel.models import PrimitiveModel
-from numba.extending import intrinsic, overload, register_model
+from numba.core.typing.templates import AbstractTemplate, infer_global
+from numba.extending import lower_builtin, lower_cast, register_model
 
 WIDTH = 8
-"""Lanes of a vector."""
+"""Lanes of a strip."""
+_STRIP = ir.VectorType(ir.DoubleType(), WIDTH)
+_WORDS = ir.VectorType(ir.IntType(64), WIDTH)
+_BITS = ir.VectorType(ir.IntType(1), WIDTH)
+_WORD = ir.IntType(64)
+_FIRST = ir.Constant(_WORD, 0)
 
 
 class Lanes(types.Type):  # type: ignore[misc]
-    """The numba type of a vector of `WIDTH` float64; it exists only inside compiled functions."""
+    """The numba type of a vector of so many strips; it exists only inside compiled functions."""
 
-    def __init__(self) -> None:
-        super().__init__(name="Lanes")
+    def __init__(self, strips: int) -> None:
+        self.strips = strips
+        super().__init__(name=f"Lanes({strips})")
 
 
-lanes = Lanes()
-_VECTOR = ir.VectorType(ir.DoubleType(), WIDTH)
-_BITS = ir.VectorType(ir.IntType(1), WIDTH)
-_WORDS = ir.VectorType(ir.IntType(64), WIDTH)
-_BYTE = ir.IntType(WIDTH)
-_WORD = ir.IntType(64)
-_INDICES = ir.VectorType(ir.IntType(32), WIDTH)
+_LANES = Lanes(1)
 
 
 @register_model(Lanes)
 class _LanesModel(PrimitiveModel):  # type: ignore[misc]
-    def __init__(self, manager: Any, kind: Any) -> None:
-        super().__init__(manager, kind, _VECTOR)
+    def __init__(self, manager: Any, kind: Lanes) -> None:
+        wide = ir.ArrayType(_STRIP, kind.strips)
+        super().__init__(manager, kind, _STRIP if kind.strips == 1 else wide)
 
 
-def _spread(builder: Any, value: Any) -> Any:
-    first = builder.insert_element(
-        ir.Constant(_VECTOR, ir.Undefined), value, ir.Constant(ir.IntType(32), 0)
-    )
-    zeros = ir.Constant(_INDICES, [0] * WIDTH)
-    return builder.shuffle_vector(first, ir.Constant(_VECTOR, ir.Undefined), zeros)
+def _strips(builder: Any, vector: Any) -> list[Any]:
+    if vector.type == _STRIP:
+        return [vector]
+    return [builder.extract_value(vector, s) for s in range(vector.type.count)]
 
 
-def _from_mask(builder: Any, mask: Any) -> Any:
-    return builder.bitcast(builder.trunc(mask, _BYTE), _BITS)
-
-
-def _to_mask(builder: Any, bits: Any) -> Any:
-    return builder.zext(builder.bitcast(bits, _BYTE), _WORD)
-
-
-def _gathered(builder: Any, kind: Any, values: list[Any]) -> Any:
-    vector = ir.Constant(kind, ir.Undefined)
-    for j, value in enumerate(values):
-        vector = builder.insert_element(vector, value, ir.Constant(ir.IntType(32), j))
+def _beside(builder: Any, strips: Sequence[Any]) -> Any:
+    if len(strips) == 1:
+        return strips[0]
+    vector = ir.Constant(ir.ArrayType(_STRIP, len(strips)), ir.Undefined)
+    for s, strip in enumerate(strips):
+        vector = builder.insert_value(vector, strip, s)
     return vector
 
 
-def _exponent(builder: Any, values: list[Any]) -> Any:
-    bits = builder.bitcast(values[0], _WORDS)
-    biased = builder.lshr(bits, ir.Constant(_WORDS, [52] * WIDTH))
-    return builder.sitofp(builder.sub(biased, ir.Constant(_WORDS, [1022] * WIDTH)), _VECTOR)
+def _gathered(builder: Any, kind: Any, values: Sequence[Any]) -> Any:
+    strip = ir.Constant(kind, ir.Undefined)
+    for j, value in enumerate(values):
+        strip = builder.insert_element(strip, value, ir.Constant(ir.IntType(32), j))
+    return strip
 
 
-def _mantissa(builder: Any, values: list[Any]) -> Any:
-    bits = builder.bitcast(values[0], _WORDS)
+def _shuffled(builder: Any, a: Any, b: Any, order: Sequence[int]) -> Any:
+    indices = ir.VectorType(ir.IntType(32), WIDTH)
+    return builder.shuffle_vector(a, b, ir.Constant(indices, order))
+
+
+@lower_cast(types.Float, Lanes)
+def _spread(context: Any, builder: Any, given: Any, kind: Lanes, value: Any) -> Any:
+    first = _gathered(builder, _STRIP, [value])
+    strip = _shuffled(builder, first, first, [0] * WIDTH)
+    return _beside(builder, [strip] * kind.strips)
+
+
+def _called(builder: Any, name: str, *values: Any, reduces: bool = False) -> Any:
+    """Call a function of LLVM on numbers or on strips."""
+    kind = values[0].type
+    full = f"llvm.{name}.v{WIDTH}f64" if kind == _STRIP else f"llvm.{name}.f64"
+    called = ir.FunctionType(kind.element if reduces else kind, [kind] * len(values))
+    function = cgutils.get_or_insert_function(builder.module, called, full)
+    # a reduction need not look for lanes that are not numbers
+    return builder.call(function, values, fastmath=("nnan",) if reduces else ())
+
+
+def _define(key: Any, kind: Callable[..., Any], emit: Callable[..., Any], *given: Any) -> None:
+    """Let compiled code call `key` with arguments of the types, or kinds of types, `given`.
+
+    `kind` returns its signature, to whose types the arguments are converted, or None if it is not
+    for these; `emit` builds the code.
+    """
+
+    class Template(AbstractTemplate):  # type: ignore[misc]
+        def generic(self, arguments: Any, keywords: Any) -> Any:
+            return kind(*arguments)
+
+    def lowered(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        values = [
+            context.make_array(one)(context, builder, value) if type(one) is types.Array else value
+            for one, value in zip(signature.args, values, strict=True)
+        ]
+        made = emit(builder, *values)
+        return context.get_dummy_value() if made is None else made
+
+    Template.key = key
+    infer_global(key, types.Function(Template))
+    lower_builtin(key, *given)(lowered)
+
+
+def _function(kind: Callable[..., Any]) -> Callable[[Any], Any]:
+    """Decorate what builds the code of a function for compiled code; see `_define`."""
+
+    def register(emit: Any) -> Any:
+        _define(emit, kind, emit, types.VarArg(types.Any))
+        return emit
+
+    return register
+
+
+def _elementwise(*given: Any, gives: Any = Lanes, key: Any = None) -> Callable[[Any], Any]:
+    """Decorate what builds the code of a function, or of `key`, for a strip of each argument.
+
+    `given` and what it `gives` are vectors, `Lanes`, or masks, `types.Integer`.
+    """
+
+    def kind(*arguments: Any) -> Any:
+        vectors = [one for one in arguments if isinstance(one, Lanes)]
+        if not vectors or len(arguments) != len(given):
+            return None
+        wide = max(vectors, key=lambda one: one.strips)
+        made, *taken = (wide if one is Lanes else types.int64 for one in (gives, *given))
+        return made(*taken)
+
+    def register(emit: Any) -> Any:
+        def each(builder: Any, *values: Any) -> Any:
+            count = len(_strips(builder, values[-1]))
+            parts = zip(*(_parts(builder, one, count) for one in values), strict=True)
+            done = [emit(builder, *each) for each in parts]
+            return _beside(builder, done) if gives is Lanes else _mask(builder, done)
+
+        _define(key or emit, kind, each, *given)
+        return emit
+
+    return register
+
+
+def _parts(builder: Any, value: Any, count: int) -> list[Any]:
+    """Return the strips of a vector, or the bits of a mask that belong to each."""
+    if value.type != _WORD:
+        return _strips(builder, value)
+    parts = (builder.lshr(value, ir.Constant(_WORD, WIDTH * s)) for s in range(count))
+    return [builder.bitcast(builder.trunc(part, ir.IntType(WIDTH)), _BITS) for part in parts]
+
+
+def _mask(builder: Any, strips: Sequence[Any]) -> Any:
+    mask = _FIRST
+    for s, bits in enumerate(strips):
+        part = builder.zext(builder.bitcast(bits, ir.IntType(WIDTH)), _WORD)
+        mask = builder.or_(mask, builder.shl(part, ir.Constant(_WORD, WIDTH * s)))
+    return mask
+
+
+def _picked(symbol: str) -> Callable[..., Any]:
+    """Return what picks one of several strips in each lane, in rounds of pairs."""
+
+    def pick(builder: Any, *strips: Any) -> Any:
+        if len(strips) == 1:
+            return strips[0]
+        half = (len(strips) + 1) // 2
+        a, b = pick(builder, *strips[:half]), pick(builder, *strips[half:])
+        return builder.select(builder.fcmp_ordered(symbol, a, b), a, b)
+
+    return pick
+
+
+_smaller, _larger = _picked("<"), _picked(">")
+for _key, _emit in (
+    (operator.add, ir.IRBuilder.fadd), (operator.sub, ir.IRBuilder.fsub),
+    (operator.mul, ir.IRBuilder.fmul), (operator.truediv, ir.IRBuilder.fdiv),
+):  # fmt: skip
+    _elementwise(Lanes, Lanes, key=_key)(_emit)
+for _key, _emit in ((min, _smaller), (max, _larger)):
+    for _count in (2, 3, 4):
+        _elementwise(*[Lanes] * _count, key=_key)(_emit)
+for _key, _symbol in (
+    (operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")
+):  # fmt: skip
+    _elementwise(Lanes, Lanes, gives=types.Integer, key=_key)(
+        lambda builder, a, b, symbol=_symbol: builder.fcmp_ordered(symbol, a, b)
+    )
+_elementwise(Lanes, key=abs)(lambda builder, a: _called(builder, "fabs", a))
+_elementwise(Lanes, key=math.sqrt)(lambda builder, a: _called(builder, "sqrt", a))
+
+
+@_elementwise(types.Integer, Lanes, Lanes)
+def choose(builder: Any, mask: Any, a: Any, b: Any) -> Any:
+    """Return lane by lane `a` where the mask is set, else `b`."""
+    return builder.select(mask, a, b)
+
+
+@_elementwise(Lanes, Lanes, Lanes)
+def fused(builder: Any, a: Any, b: Any, c: Any) -> Any:
+    """Return a b + c, rounded once; also of three floats."""
+    return _called(builder, "fma", a, b, c)
+
+
+_define(
+    fused,
+    lambda *given: None if any(isinstance(one, Lanes) for one in given) else types.float64(*given),
+    fused,
+    *[types.Float] * 3,
+)
+
+
+@_elementwise(Lanes)
+def mantissa(builder: Any, a: Any) -> Any:
+    """Return m of a = m 2**e with m in [1/2, 1), for positive normal a."""
+    bits = builder.bitcast(a, _WORDS)
     fraction = builder.and_(bits, ir.Constant(_WORDS, [2**52 - 1] * WIDTH))
     half = ir.Constant(_WORDS, [1022 << 52] * WIDTH)
-    return builder.bitcast(builder.or_(fraction, half), _VECTOR)
+    return builder.bitcast(builder.or_(fraction, half), _STRIP)
 
 
-def _called(builder: Any, name: str, result: Any, arguments: list[Any]) -> Any:
-    kind = ir.FunctionType(result, [argument.type for argument in arguments])
-    function = cgutils.get_or_insert_function(builder.module, kind, name)
-    return builder.call(function, arguments)
+@_elementwise(Lanes)
+def exponent(builder: Any, a: Any) -> Any:
+    """Return e of a = m 2**e, for positive normal a."""
+    biased = builder.lshr(builder.bitcast(a, _WORDS), ir.Constant(_WORDS, [52] * WIDTH))
+    return builder.sitofp(builder.sub(biased, ir.Constant(_WORDS, [1022] * WIDTH)), _STRIP)
 
 
-def _address(context: Any, builder: Any, kind: Any, array: Any, row: Any, column: Any) -> Any:
-    """Return the address of array[row, column] of a C-ordered array."""
-    structure = context.make_array(kind)(context, builder, array)
-    width = builder.extract_value(structure.shape, 1)
-    index = builder.add(builder.mul(row, width), column)
-    cell = builder.gep(structure.data, [index])
-    return builder.bitcast(cell, _VECTOR.as_pointer())
+def _cell(builder: Any, table: Any, row: Any, column: Any) -> Any:
+    """Return the address of table[row, column]."""
+    width = builder.extract_value(table.shape, 1)
+    return builder.gep(table.data, [builder.add(builder.mul(row, width), column)])
 
 
-@intrinsic
-def load(typing_context: Any, array: Any, row: Any, column: Any) -> Any:
-    """Return array[row, column : column + 8]."""
+def _lane(builder: Any, table: Any, row: Any, lane: Any) -> Any:
+    """Return the address of table[row, lane], in a table of rows of eight."""
+    first = builder.mul(row, ir.Constant(_WORD, WIDTH))
+    return builder.gep(table.data, [builder.add(first, lane)])
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = context.cast(builder, arguments[1], signature.args[1], types.intp)
-        column = context.cast(builder, arguments[2], signature.args[2], types.intp)
-        address = _address(context, builder, signature.args[0], arguments[0], row, column)
-        return builder.load(address, align=8)
 
-    return lanes(array, row, column), generate
+def _rows(builder: Any, table: Any, row: Any, stride: Any, count: int) -> Iterator[Any]:
+    """Yield the addresses of so many rows of eight, `stride` rows apart."""
+    for s in range(count):
+        row = builder.add(row, stride) if s else row
+        yield _lane(builder, table, row, _FIRST)
 
 
-@intrinsic
-def store(typing_context: Any, array: Any, row: Any, column: Any, value: Any) -> Any:
-    """Set array[row, column : column + 8] to `value`."""
+def _read(builder: Any, address: Any) -> Any:
+    return builder.load(builder.bitcast(address, _STRIP.as_pointer()), align=8)
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = context.cast(builder, arguments[1], signature.args[1], types.intp)
-        column = context.cast(builder, arguments[2], signature.args[2], types.intp)
-        address = _address(context, builder, signature.args[0], arguments[0], row, column)
-        builder.store(arguments[3], address, align=8)
-        return context.get_dummy_value()
 
-    return types.none(array, row, column, lanes), generate
+def _write(builder: Any, strip: Any, address: Any) -> None:
+    builder.store(strip, builder.bitcast(address, _STRIP.as_pointer()), align=8)
 
 
-def _in_row(context: Any, builder: Any, kind: Any, array: Any, row: Any, lane: Any) -> Any:
-    """Return the address of array[row, lane] of a C-ordered array of shape (..., 8)."""
-    data = context.make_array(kind)(context, builder, array).data
-    first = builder.mul(row, ir.Constant(row.type, WIDTH))
-    return builder.gep(data, [first if lane is None else builder.add(first, lane)])
+@_function(lambda table, row, column: _LANES(table, types.intp, types.intp))
+def load(builder: Any, table: Any, row: Any, column: Any) -> Any:
+    """Return table[row, column : column + 8]."""
+    return _beside(builder, [_read(builder, _cell(builder, table, row, column))])
 
 
-@intrinsic
-def take(typing_context: Any, array: Any, row: Any) -> Any:
-    """Return array[row] of an array of shape (..., 8)."""
+@_function(lambda table, row, column, strip: types.none(table, types.intp, types.intp, _LANES))
+def store(builder: Any, table: Any, row: Any, column: Any, strip: Any) -> None:
+    """Set table[row, column : column + 8] to `strip`."""
+    _write(builder, strip, _cell(builder, table, row, column))
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = context.cast(builder, arguments[1], signature.args[1], types.intp)
-        address = _in_row(context, builder, signature.args[0], arguments[0], row, None)
-        return builder.load(builder.bitcast(address, _VECTOR.as_pointer()), align=8)
 
-    return lanes(array, row), generate
+@_function(lambda table, row: _LANES(table, types.intp))
+def take(builder: Any, table: Any, row: Any) -> Any:
+    """Return table[row]."""
+    return _beside(builder, [_read(builder, _lane(builder, table, row, _FIRST))])
 
 
-@intrinsic
-def put(typing_context: Any, array: Any, row: Any, value: Any) -> Any:
-    """Set array[row] of an array of shape (..., 8) to `value`."""
+@_function(lambda table, row, strip: types.none(table, types.intp, _LANES))
+def put(builder: Any, table: Any, row: Any, strip: Any) -> None:
+    """Set table[row] to `strip`."""
+    _write(builder, strip, _lane(builder, table, row, _FIRST))
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = context.cast(builder, arguments[1], signature.args[1], types.intp)
-        address = _in_row(context, builder, signature.args[0], arguments[0], row, None)
-        builder.store(arguments[2], builder.bitcast(address, _VECTOR.as_pointer()), align=8)
-        return context.get_dummy_value()
 
-    return types.none(array, row, lanes), generate
+@_function(lambda table, row, stride, like: like(table, types.intp, types.intp, like))
+def across(builder: Any, table: Any, row: Any, stride: Any, like: Any) -> Any:
+    """Return table[row], table[row + stride], .. side by side, as many as `like` has strips."""
+    addresses = _rows(builder, table, row, stride, len(_strips(builder, like)))
+    return _beside(builder, [_read(builder, address) for address in addresses])
 
 
-@intrinsic
-def element(typing_context: Any, array: Any, row: Any, lane: Any) -> Any:
-    """Return array[row, lane] of an array of shape (..., 8); neither index is negative."""
+@_function(lambda table, row, stride, vector: types.none(table, types.intp, types.intp, vector))
+def put_across(builder: Any, table: Any, row: Any, stride: Any, vector: Any) -> None:
+    """Set table[row], table[row + stride], .. to the strips of `vector`."""
+    parts = _strips(builder, vector)
+    addresses = _rows(builder, table, row, stride, len(parts))
+    for strip, address in zip(parts, addresses, strict=True):
+        _write(builder, strip, address)
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = context.cast(builder, arguments[1], signature.args[1], types.intp)
-        lane = context.cast(builder, arguments[2], signature.args[2], types.intp)
-        return builder.load(
-            _in_row(context, builder, signature.args[0], arguments[0], row, lane), align=8
-        )
 
-    return types.float64(array, row, lane), generate
+@_function(lambda table, row, lane: types.float64(table, types.intp, types.intp))
+def element(builder: Any, table: Any, row: Any, lane: Any) -> Any:
+    """Return table[row, lane]."""
+    return builder.load(_lane(builder, table, row, lane), align=8)
 
 
-@intrinsic
-def everywhere(typing_context: Any, array: Any, row: Any, lane: Any) -> Any:
-    """Return a vector whose lanes all hold array[row, lane] of an array of shape (..., 8)."""
+@_function(lambda *strips: Lanes(len(strips))(*[_LANES] * len(strips)))
+def spread(builder: Any, *strips: Any) -> Any:
+    """Return strips side by side; a number among them fills all lanes of its strip."""
+    return _beside(builder, strips)
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        row = context.cast(builder, arguments[1], signature.args[1], types.intp)
-        lane = context.cast(builder, arguments[2], signature.args[2], types.intp)
-        address = _in_row(context, builder, signature.args[0], arguments[0], row, lane)
-        return _spread(builder, builder.load(address, align=8))
 
-    return lanes(array, row, lane), generate
+@_function(lambda vector: types.UniTuple(_LANES, vector.strips)(vector))
+def strips(builder: Any, vector: Any) -> Any:
+    """Return the strips one by one."""
+    return vector
 
 
-@intrinsic
-def align_stack(typing_context: Any) -> Any:
-    """Let the function that calls this keep its spilled vectors within cache lines."""
+@_function(lambda vector: Lanes(vector.strips - 2)(vector))
+def inner(builder: Any, vector: Any) -> Any:
+    """Return all strips but the first and the last."""
+    return _beside(builder, _strips(builder, vector)[1:-1])
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        builder.function.attributes.alignstack = 64
-        builder.function.attributes.add("nounwind")  # alone the other is not written out
-        return context.get_dummy_value()
 
-    return types.none(), generate
+@_function(lambda previous, a: a(a, a) if isinstance(previous, Lanes) else a(_LANES, a))
+def from_left(builder: Any, previous: Any, a: Any) -> Any:
+    """Return in lane j lane j - 1 of a, in lane 0 the last lane of `previous`."""
+    strips = [_strips(builder, previous)[-1], *_strips(builder, a)]
+    order = [WIDTH - 1, *range(WIDTH, 2 * WIDTH - 1)]
+    return _beside(builder, [_shuffled(builder, *pair, order) for pair in pairwise(strips)])
 
 
-@intrinsic
-def spread(typing_context: Any, value: Any) -> Any:
-    """Return a vector whose lanes all hold `value`."""
+@_function(lambda a, following: a(a, a) if isinstance(following, Lanes) else a(a, _LANES))
+def from_right(builder: Any, a: Any, following: Any) -> Any:
+    """Return in lane j lane j + 1 of a, in the last the first lane of `following`."""
+    strips = [*_strips(builder, a), _strips(builder, following)[0]]
+    order = [*range(1, WIDTH), WIDTH]
+    return _beside(builder, [_shuffled(builder, *pair, order) for pair in pairwise(strips)])
 
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _spread(builder, arguments[0])
-
-    return lanes(types.float64), generate
-
-
-def _operation(emit: Callable[[Any, list[Any]], Any], arity: int, result: Any) -> Any:
-    """Return an intrinsic on `arity` vectors; `emit` builds it from their values."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return emit(builder, list(arguments))
-
-    if arity == 1:
-
-        @intrinsic
-        def unary(typing_context: Any, a: Any) -> Any:
-            return result(lanes), generate
-
-        return unary
-    if arity == 2:
 
-        @intrinsic
-        def binary(typing_context: Any, a: Any, b: Any) -> Any:
-            return result(lanes, lanes), generate
+@_function(types.float64)
+def least(builder: Any, a: Any) -> Any:
+    """Return the smallest of the lanes, all of which are numbers."""
+    one = _smaller(builder, *_strips(builder, a))
+    return _called(builder, "vector.reduce.fmin", one, reduces=True)
 
-        return binary
-
-    @intrinsic
-    def ternary(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-        return result(lanes, lanes, lanes), generate
 
-    return ternary
+@_function(types.float64)
+def largest(builder: Any, a: Any) -> Any:
+    """Return the largest of the lanes, all of which are numbers."""
+    one = _larger(builder, *_strips(builder, a))
+    return _called(builder, "vector.reduce.fmax", one, reduces=True)
 
 
-def _vector_call(name: str) -> Callable[[Any, list[Any]], Any]:
-    return lambda builder, arguments: _called(
-        builder, f"llvm.{name}.v{WIDTH}f64", _VECTOR, arguments
-    )
+@_function(lambda a, j: types.float64(_LANES, types.intp))
+def lane_of(builder: Any, a: Any, j: Any) -> Any:
+    """Return lane j of a strip."""
+    return builder.extract_element(a, j)
 
 
-def _reduced(name: str) -> Callable[[Any, list[Any]], Any]:
-    """Return a reduction that need not look for lanes that are not numbers."""
-
-    def emit(builder: Any, arguments: list[Any]) -> Any:
-        kind = ir.FunctionType(ir.DoubleType(), [_VECTOR])
-        function = cgutils.get_or_insert_function(
-            builder.module, kind, f"llvm.vector.reduce.{name}.v{WIDTH}f64"
-        )
-        return builder.call(function, arguments, fastmath=("nnan",))
-
-    return emit
-
-
-def _shuffled(order: list[int]) -> Callable[[Any, list[Any]], Any]:
-    indices = ir.Constant(_INDICES, order)
-    return lambda builder, arguments: builder.shuffle_vector(*arguments, indices)
-
-
-_add = _operation(lambda builder, v: builder.fadd(*v), 2, lanes)
-_subtract = _operation(lambda builder, v: builder.fsub(*v), 2, lanes)
-_multiply = _operation(lambda builder, v: builder.fmul(*v), 2, lanes)
-_divide = _operation(lambda builder, v: builder.fdiv(*v), 2, lanes)
-
-fused = _operation(_vector_call("fma"), 3, lanes)
-"""fused(a, b, c) = a b + c, rounded once."""
-magnitude = _operation(_vector_call("fabs"), 1, lanes)
-"""|a|."""
-square_root = _operation(_vector_call("sqrt"), 1, lanes)
-"""sqrt(a), NaN where a < 0."""
-mantissa = _operation(_mantissa, 1, lanes)
-"""m of a = m 2**e with m in [1/2, 1), for positive normal a."""
-exponent = _operation(_exponent, 1, lanes)
-"""e of a = m 2**e, for positive normal a."""
-smaller = _operation(lambda builder, v: builder.select(builder.fcmp_ordered("<", *v), *v), 2, lanes)
-"""The smaller of a and b in each lane, b where a is not a number."""
-larger = _operation(lambda builder, v: builder.select(builder.fcmp_ordered(">", *v), *v), 2, lanes)
-"""The larger of a and b in each lane, b where a is not a number."""
-least = _operation(_reduced("fmin"), 1, types.float64)
-"""The smallest of the lanes of a, all of which are numbers."""
-largest = _operation(_reduced("fmax"), 1, types.float64)
-"""The largest of the lanes of a, all of which are numbers."""
-from_left = _operation(_shuffled([WIDTH - 1, *range(WIDTH, 2 * WIDTH - 1)]), 2, lanes)
-"""from_left(previous, a): lane j holds lane j - 1 of a, lane 0 the last lane of `previous`."""
-from_right = _operation(_shuffled([*range(1, WIDTH), WIDTH]), 2, lanes)
-"""from_right(a, following): lane j holds lane j + 1 of a, the last the first of `following`."""
-turned_right = _operation(
-    lambda builder, v: builder.shuffle_vector(
-        v[0], v[0], ir.Constant(_INDICES, [WIDTH - 1, *range(WIDTH - 1)])
-    ),
-    1,
-    lanes,
-)
-"""turned_right(a): lane j holds lane j - 1 of a, lane 0 the last lane."""
-turned_left = _operation(
-    lambda builder, v: builder.shuffle_vector(
-        v[0], v[0], ir.Constant(_INDICES, [*range(1, WIDTH), 0])
-    ),
-    1,
-    lanes,
-)
-"""turned_left(a): lane j holds lane j + 1 of a, the last lane the first."""
-below = _operation(
-    lambda builder, v: _to_mask(builder, builder.fcmp_ordered("<", *v)), 2, types.int64
-)
-"""Mask of the lanes with a < b."""
-not_above = _operation(
-    lambda builder, v: _to_mask(builder, builder.fcmp_ordered("<=", *v)), 2, types.int64
-)
-"""Mask of the lanes with a <= b."""
-
-
-@intrinsic
-def choose(typing_context: Any, mask: Any, a: Any, b: Any) -> Any:
-    """Return lane by lane `a` where the mask is set, else `b`."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.select(_from_mask(builder, arguments[0]), arguments[1], arguments[2])
-
-    return lanes(types.int64, lanes, lanes), generate
-
-
-@intrinsic
-def together(
-    typing_context: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any
-) -> Any:
-    """Return the vector of eight floats."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _gathered(builder, _VECTOR, arguments)
-
-    return lanes(*[types.float64] * WIDTH), generate
-
-
-@intrinsic
-def upper_bits(
-    typing_context: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any, g: Any, h: Any
-) -> Any:
-    """Return the upper 53 bits of eight uint64, as whole numbers."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        words = _gathered(builder, _WORDS, arguments)
-        return builder.sitofp(builder.lshr(words, ir.Constant(_WORDS, [11] * WIDTH)), _VECTOR)
-
-    return lanes(*[types.uint64] * WIDTH), generate
-
-
-@intrinsic
-def lane_of(typing_context: Any, a: Any, j: Any) -> Any:
-    """Return lane j of a."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.extract_element(*arguments)
-
-    return types.float64(lanes, types.intp), generate
-
-
-@intrinsic
-def fused_scalar(typing_context: Any, a: Any, b: Any, c: Any) -> Any:
-    """Return a b + c of three floats, rounded once."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return _called(builder, "llvm.fma.f64", ir.DoubleType(), list(arguments))
-
-    return types.float64(types.float64, types.float64, types.float64), generate
-
-
-@intrinsic
-def lowest_bit(typing_context: Any, mask: Any) -> Any:
+@_function(lambda mask: types.int64(types.int64))
+def lowest_bit(builder: Any, mask: Any) -> Any:
     """Return the number of the lowest set bit of a mask that is not zero."""
-
-    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        return builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
-
-    return types.int64(types.int64), generate
+    return builder.cttz(mask, ir.Constant(ir.IntType(1), 1))
 
 
-def _operator(symbol: Any, instruction: Any) -> None:
-    @overload(symbol)
-    def resolve(a, b):  # numba compares the two signatures
-        if isinstance(a, Lanes) and isinstance(b, Lanes):
-            return lambda a, b: instruction(a, b)  # noqa: PLW0108 - numba wants a function
-        return None
+@_function(lambda *values: _LANES(*[types.float64] * WIDTH))
+def together(builder: Any, *values: Any) -> Any:
+    """Return the strip of eight floats."""
+    return _beside(builder, [_gathered(builder, _STRIP, values)])
 
 
-_operator(operator.add, _add)
-_operator(operator.sub, _subtract)
-_operator(operator.mul, _multiply)
-_operator(operator.truediv, _divide)
+@_function(lambda *words: _LANES(*[types.uint64] * WIDTH))
+def upper_bits(builder: Any, *words: Any) -> Any:
+    """Return the upper 53 bits of eight uint64, as whole numbers."""
+    gathered = _gathered(builder, _WORDS, words)
+    shifted = builder.lshr(gathered, ir.Constant(_WORDS, [11] * WIDTH))
+    return _beside(builder, [builder.sitofp(shifted, _STRIP)])
+
+
+@_function(types.none)
+def align_stack(builder: Any) -> None:
+    """Let the function that calls this keep its spilled vectors within cache lines."""
+    builder.function.attributes.alignstack = 64
+    builder.function.attributes.add("nounwind")  # alone the other is not written out

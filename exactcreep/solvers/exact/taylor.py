@@ -22,32 +22,8 @@ import math
 
 import numpy as np
 
-from exactcreep.solvers.exact.layout import (
-    AT_END,
-    BENT,
-    CROSSING,
-    DOUBTED,
-    DRIVE,
-    EVENT,
-    EXCESS,
-    FRESH,
-    HOLDS,
-    HORIZON,
-    LADDER,
-    MOVED,
-    MOVES,
-    ORDERS,
-    RESTS,
-    SERIES,
-    SIDE,
-    SLOPE_AT_END,
-    SPEED,
-    STIFFNESS,
-    ULP,
-    X,
-    compiled,
-    inlined,
-)
+from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact.layout import compiled, inlined
 from exactcreep.solvers.exact.margins import (
     STEP_FACTORS,
     approach,
@@ -59,36 +35,30 @@ from exactcreep.solvers.exact.margins import (
     refined,
     rounding,
 )
-from exactcreep.solvers.exact.simd import WIDTH as EIGHT
 from exactcreep.solvers.exact.simd import (
-    below,
+    WIDTH,
+    across,
     choose,
     element,
-    everywhere,
     from_left,
     from_right,
     fused,
-    larger,
     largest,
     least,
     load,
     lowest_bit,
-    magnitude,
-    not_above,
     put,
-    smaller,
+    put_across,
     spread,
     store,
     take,
-    turned_left,
-    turned_right,
 )
 
-_NEGLECTED = (2.0 * HORIZON) ** ORDERS / math.factorial(ORDERS)
+_NEGLECTED = (2.0 * at.HORIZON) ** at.ORDERS / math.factorial(at.ORDERS)
 _REACH = np.array(
     [0.0]
-    + [0.5 * (_NEGLECTED * math.factorial(p)) ** (1.0 / p) for p in range(1, ORDERS)]
-    + [HORIZON]
+    + [0.5 * (_NEGLECTED * math.factorial(p)) ** (1.0 / p) for p in range(1, at.ORDERS)]
+    + [at.HORIZON]
 )
 """For how long the terms before order p suffice: the first neglected one is as small as ever."""
 _SHORTEST = 12
@@ -118,85 +88,57 @@ def _expand(cell, series, friction, first, strips):
 
     Returns whether a slider has started without any force beyond friction.
     """
-    zero = spread(0.0)
     forceless = 0
     for s in range(strips):
-        i = first + EIGHT * s
-        row = SERIES * s
-        side = load(cell, SIDE, i)
-        stiffness = load(cell, STIFFNESS, i)
+        i = first + WIDTH * s
+        row = at.SERIES * s
+        side = load(cell, at.SIDE, i)
+        stiffness = load(cell, at.STIFFNESS, i)
         moves = side * side
-        rests = spread(1.0) - moves
+        rests = 1.0 - moves
         pull, push, idle = forces(cell, friction, i)
         forceless |= idle
-        put(series, row + MOVES, moves)
-        put(series, row + RESTS, rests)
-        put(series, row + HOLDS, zero - moves * stiffness)
-        put(series, row, fused(rests, pull, side * load(cell, SPEED, i)))
+        put(series, row + at.MOVES, moves)
+        put(series, row + at.RESTS, rests)
+        put(series, row + at.HOLDS, 0.0 - moves * stiffness)
+        put(series, row, fused(rests, pull, side * load(cell, at.SPEED, i)))
         put(series, row + 1, side * push)
     return forceless != 0
 
 
 @inlined
-def _differentiate_one(series, begin, end):
-    """Do what `_differentiate` does for a window of one strip, whose outer lanes are at rest."""
-    moves = take(series, MOVES)
-    rests = take(series, RESTS)
-    holds = take(series, HOLDS)
-    y = moves * take(series, begin)
-    after = take(series, begin + 1)
-    for k in range(begin + 1, end):
-        around = turned_right(y) + turned_left(y)
-        put(series, k, fused(rests, around, after))
-        new = fused(moves, around, holds * y)
-        y = after
-        after = new
-    put(series, end, after)
+def _differentiate_all(series, zero, begin, end):
+    """Do what `_differentiate` does for a window of as many strips as `zero`, in one vector.
 
-
-@inlined
-def _differentiate_two(series, begin, end):
-    """Do what `_differentiate` does for a window of two strips, whose outer lanes are at rest."""
-    moves = take(series, MOVES)
-    rests = take(series, RESTS)
-    holds = take(series, HOLDS)
-    moves_2 = take(series, SERIES + MOVES)
-    rests_2 = take(series, SERIES + RESTS)
-    holds_2 = take(series, SERIES + HOLDS)
-    y = moves * take(series, begin)
-    y_2 = moves_2 * take(series, SERIES + begin)
-    after = take(series, begin + 1)
-    after_2 = take(series, SERIES + begin + 1)
+    Its outer lanes are at rest: what turns round at its ends is zero.
+    """
+    moves = across(series, at.MOVES, at.SERIES, zero)
+    rests = across(series, at.RESTS, at.SERIES, zero)
+    holds = across(series, at.HOLDS, at.SERIES, zero)
+    y = moves * across(series, begin, at.SERIES, zero)
+    after = across(series, begin + 1, at.SERIES, zero)
     for k in range(begin + 1, end):
-        around = from_left(y_2, y) + from_right(y, y_2)
-        around_2 = from_left(y, y_2) + from_right(y_2, y)
-        put(series, k, fused(rests, around, after))
-        put(series, SERIES + k, fused(rests_2, around_2, after_2))
-        new = fused(moves, around, holds * y)
-        new_2 = fused(moves_2, around_2, holds_2 * y_2)
-        y = after
-        y_2 = after_2
-        after = new
-        after_2 = new_2
-    put(series, end, after)
-    put(series, SERIES + end, after_2)
+        around = from_left(y, y) + from_right(y, y)
+        put_across(series, k, at.SERIES, fused(rests, around, after))
+        y, after = after, fused(moves, around, holds * y)
+    put_across(series, end, at.SERIES, after)
 
 
 @inlined
 def _one_order(series, strips, k):
     """Complete row k + 1 of all strips and begin row k + 2."""
     before = spread(0.0)
-    y = take(series, MOVES) * take(series, k)
+    y = take(series, at.MOVES) * take(series, k)
     for s in range(strips):
-        row = SERIES * s
+        row = at.SERIES * s
         following = spread(0.0)
         if s + 1 < strips:
-            following = take(series, row + SERIES + MOVES) * take(series, row + SERIES + k)
+            following = take(series, row + at.SERIES + at.MOVES) * take(series, row + at.SERIES + k)
         around = from_left(before, y) + from_right(y, following)
         after = take(series, row + k + 1)
-        put(series, row + k + 1, fused(take(series, row + RESTS), around, after))
-        held = take(series, row + HOLDS) * y
-        put(series, row + k + 2, fused(take(series, row + MOVES), around, held))
+        put(series, row + k + 1, fused(take(series, row + at.RESTS), around, after))
+        held = take(series, row + at.HOLDS) * y
+        put(series, row + k + 2, fused(take(series, row + at.MOVES), around, held))
         before = y
         y = following
 
@@ -206,20 +148,20 @@ def _two_orders(series, strips, k):
     """Complete rows k + 1 and k + 2 of all strips and begin row k + 3."""
     before = spread(0.0)
     before_2 = before
-    y = take(series, MOVES) * take(series, k)
+    y = take(series, at.MOVES) * take(series, k)
     y_2 = take(series, k + 1)
     for s in range(strips):
-        row = SERIES * s
+        row = at.SERIES * s
         following = spread(0.0)
         following_2 = following
         if s + 1 < strips:
-            following = take(series, row + SERIES + MOVES) * take(series, row + SERIES + k)
-            following_2 = take(series, row + SERIES + k + 1)
+            following = take(series, row + at.SERIES + at.MOVES) * take(series, row + at.SERIES + k)
+            following_2 = take(series, row + at.SERIES + k + 1)
         around = from_left(before, y) + from_right(y, following)
         around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
-        moves = take(series, row + MOVES)
-        rests = take(series, row + RESTS)
-        holds = take(series, row + HOLDS)
+        moves = take(series, row + at.MOVES)
+        rests = take(series, row + at.RESTS)
+        holds = take(series, row + at.HOLDS)
         put(series, row + k + 1, fused(rests, around, y_2))
         after = fused(moves, around, holds * y)
         put(series, row + k + 2, fused(rests, around_2, after))
@@ -239,9 +181,9 @@ def _differentiate(series, strips, begin, end):
     holds the movers' part alone.
     """
     if strips == 1:
-        _differentiate_one(series, begin, end)
+        _differentiate_all(series, spread(0.0), begin, end)
     elif strips == 2:
-        _differentiate_two(series, begin, end)
+        _differentiate_all(series, spread(0.0, 0.0), begin, end)
     else:
         if (end - begin) % 2 == 0:
             _one_order(series, strips, begin)
@@ -253,20 +195,20 @@ def _differentiate(series, strips, begin, end):
 @inlined
 def _largest_late(series, strips):
     """Return the largest derivatives of the orders 10 and 11 in the window."""
-    even = magnitude(take(series, _LANEWISE))
-    odd = magnitude(take(series, _LANEWISE + 1))
+    even = abs(take(series, _LANEWISE))
+    odd = abs(take(series, _LANEWISE + 1))
     for s in range(1, strips):
-        even = larger(even, magnitude(take(series, SERIES * s + _LANEWISE)))
-        odd = larger(odd, magnitude(take(series, SERIES * s + _LANEWISE + 1)))
+        even = max(even, abs(take(series, at.SERIES * s + _LANEWISE)))
+        odd = max(odd, abs(take(series, at.SERIES * s + _LANEWISE + 1)))
     return largest(even), largest(odd)
 
 
 @inlined
 def _watched(cell, i):
     """Return the mask of the lanes that move or have a moving neighbour."""
-    moving = magnitude(load(cell, SIDE, i))
-    moving = moving + magnitude(load(cell, SIDE, i - 1)) + magnitude(load(cell, SIDE, i + 1))
-    return below(spread(0.0), moving)
+    moving = abs(load(cell, at.SIDE, i))
+    moving = moving + abs(load(cell, at.SIDE, i - 1)) + abs(load(cell, at.SIDE, i + 1))
+    return moving > 0.0
 
 
 @inlined
@@ -275,24 +217,23 @@ def _candidate(cell, series, friction, first, strips):
 
     A guess that only costs time if it is wrong. Lane -1: none within the `HORIZON`.
     """
-    zero = spread(0.0)
-    best = HORIZON
+    best = at.HORIZON
     lane = -1
     for s in range(strips):
-        i = first + EIGHT * s
-        row = SERIES * s
+        i = first + WIDTH * s
+        row = at.SERIES * s
         p0, p1, p2 = approach(cell, series, row, friction, i)
-        square = p1 * p1 - spread(4.0) * p2 * p0
+        square = p1 * p1 - 4.0 * p2 * p0
         # most strips have no zero before what has been found, neither past it nor in between
-        then = fused(fused(p2, spread(best), p1), spread(best), p0)
-        rises = below(zero, fused(p2, spread(2.0 * best), p1))
-        if not_above(then, zero) | (rises & below(p1, zero) & not_above(zero, square)) == 0:
+        then = fused(fused(p2, best, p1), best, p0)
+        rises = fused(p2, 2.0 * best, p1) > 0.0
+        if (then <= 0.0) | (rises & (p1 < 0.0) & (square >= 0.0)) == 0:
             continue
         guess = first_zero(p0, p1, p2)
         soonest = least(guess)
         if soonest < best:
             best = soonest
-            lane = EIGHT * s + lowest_bit(not_above(guess, spread(soonest)))
+            lane = WIDTH * s + lowest_bit(guess <= soonest)
     return lane, best
 
 
@@ -302,8 +243,8 @@ def _at_both_ends(series, row, lane):
     return (
         element(series, row, lane),
         element(series, row + 1, lane),
-        element(series, row + AT_END, lane),
-        element(series, row + SLOPE_AT_END, lane),
+        element(series, row + at.AT_END, lane),
+        element(series, row + at.SLOPE_AT_END, lane),
     )
 
 
@@ -320,8 +261,8 @@ def _falls(slope, bound):
 @compiled
 def _doubt(cell, now, i):
     """Count a slider as undecided, once in a rearrangement however many steps look at it."""
-    if cell[DOUBTED, i] != now.rearrangements:
-        cell[DOUBTED, i] = now.rearrangements
+    if cell[at.DOUBTED, i] != now.rearrangements:
+        cell[at.DOUBTED, i] = now.rearrangements
         now.undecided += 1
 
 
@@ -333,17 +274,17 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     bisection, with a certificate for every piece left behind. What is neither
     clear nor crossed when it is as short as a rounding error is a graze: undecided, no crossing.
     """
-    moving = cell[SIDE, i] != 0.0
+    moving = cell[at.SIDE, i] != 0.0
     side = -1.0 if upper else 1.0
-    threshold = 0.0 if moving else now.friction + cell[EXCESS, i]
+    threshold = 0.0 if moving else now.friction + cell[at.EXCESS, i]
     at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
-    bend = series[row + BENT, lane]
+    bend = series[row + at.BENT, lane]
     bound = rounding(cell, now, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
     at_a = threshold + side * at_a
     slope_a = side * slope_a
-    begins = cell[FRESH, i] != 0.0
+    begins = cell[at.FRESH, i] != 0.0
     if not begins and abs(at_a) <= bound:
         # exactly at its threshold: it starts at once if it is pushed outwards
         _doubt(cell, now, i)
@@ -404,8 +345,8 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
                     b = 0.5 * (a + far) if crossed else far
             else:
                 b = 0.5 * (a + b)
-        if b - a <= 4.0 * ULP * t:
-            if crossed and far - a <= 64.0 * ULP * t:
+        if b - a <= 4.0 * at.ULP * t:
+            if crossed and far - a <= 64.0 * at.ULP * t:
                 return far
             b = 0.5 * (a + far)
     _doubt(cell, now, i)
@@ -419,10 +360,9 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
     `even_tail`, `odd_tail` are the largest derivatives of the orders 10 and 11; see `_LANEWISE`.
     """
     u = t * t
-    at = spread(t)
-    ladder = series.shape[0] - LADDER
-    for k in range(LADDER):
-        put(series, ladder + k, spread(u) * take(STEP_FACTORS, k))
+    ladder = series.shape[0] - at.LADDER
+    for k in range(at.LADDER):
+        put(series, ladder + k, u * take(STEP_FACTORS, k))
     zero = spread(0.0)
     tail = spread(u * u * u * (even_tail * _EVEN_TAIL + t * odd_tail * _ODD_TAIL))
     # movers' displacements and velocities of the strip before and of the one being finished
@@ -432,37 +372,37 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
         following = zero
         running_following = zero
         if s < strips:
-            row = SERIES * s
+            row = at.SERIES * s
             even = odd = even_sum = odd_sum = zero
             for k in range(orders - 2, -1, -2):
                 term = take(series, row + k + 1)
-                step = everywhere(series, ladder, k + 2)
+                step = element(series, ladder, k + 2)
                 odd = fused(odd, step, term)
-                odd_sum = fused(odd_sum, everywhere(series, ladder, k + 3), term)
+                odd_sum = fused(odd_sum, element(series, ladder, k + 3), term)
                 term = take(series, row + k)
-                even = fused(even, everywhere(series, ladder, k + 1), term)
+                even = fused(even, element(series, ladder, k + 1), term)
                 even_sum = fused(even_sum, step, term)
-            value = fused(at, odd, even)
-            moves = take(series, row + MOVES)
-            following = moves * (at * fused(at * spread(0.5), odd_sum, even_sum))
+            value = fused(t, odd, even)
+            moves = take(series, row + at.MOVES)
+            following = moves * (t * fused(t * 0.5, odd_sum, even_sum))
             running_following = moves * value
-            put(series, row + AT_END, value)
-            put(series, row + MOVED, following)
-            bent = magnitude(take(series, row + 9))
-            bent = fused(bent, spread(t * (1.0 / 5.0)), magnitude(take(series, row + 8)))
-            bent = fused(bent, spread(t * (1.0 / 4.0)), magnitude(take(series, row + 7)))
-            bent = fused(bent, spread(t * (1.0 / 3.0)), magnitude(take(series, row + 6)))
-            bent = fused(bent, spread(t * (1.0 / 2.0)), magnitude(take(series, row + 5)))
-            bent = fused(bent, at, magnitude(take(series, row + 4)))
-            put(series, row + BENT, bent + tail)
+            put(series, row + at.AT_END, value)
+            put(series, row + at.MOVED, following)
+            bent = abs(take(series, row + 9))
+            bent = fused(bent, t * (1.0 / 5.0), abs(take(series, row + 8)))
+            bent = fused(bent, t * (1.0 / 4.0), abs(take(series, row + 7)))
+            bent = fused(bent, t * (1.0 / 3.0), abs(take(series, row + 6)))
+            bent = fused(bent, t * (1.0 / 2.0), abs(take(series, row + 5)))
+            bent = fused(bent, t, abs(take(series, row + 4)))
+            put(series, row + at.BENT, bent + tail)
         if s > 0:
-            row = SERIES * (s - 1)
+            row = at.SERIES * (s - 1)
             around = from_left(before, moved) + from_right(moved, following)
             flow = from_left(running_before, running) + from_right(running, running_following)
-            moves = take(series, row + MOVES)
-            held = take(series, row + HOLDS) * moved
+            moves = take(series, row + at.MOVES)
+            held = take(series, row + at.HOLDS) * moved
             push = fused(moves, around + take(series, row + 1), held)
-            put(series, row + SLOPE_AT_END, fused(take(series, row + RESTS), flow, push))
+            put(series, row + at.SLOPE_AT_END, fused(take(series, row + at.RESTS), flow, push))
         before = moved
         moved = following
         running_before = running
@@ -476,37 +416,36 @@ def _suspects(cell, series, friction, first, s, t):
     The first mask is for the lower end of the range, the second for the upper.
     """
     zero = spread(0.0)
-    i = first + EIGHT * s
-    row = SERIES * s
-    side = load(cell, SIDE, i)
-    resting = not_above(magnitude(side), zero)
-    at = spread(t)
+    i = first + WIDTH * s
+    row = at.SERIES * s
+    side = load(cell, at.SIDE, i)
+    resting = abs(side) <= zero
     third = spread(t * (1.0 / 3.0))
     g0 = take(series, row)
     slope0 = take(series, row + 1)
-    g1 = take(series, row + AT_END)
-    slope1 = take(series, row + SLOPE_AT_END)
-    rest = take(series, row + BENT) * spread(t * t * t * t * (1.0 / 144.0))
+    g1 = take(series, row + at.AT_END)
+    slope1 = take(series, row + at.SLOPE_AT_END)
+    rest = take(series, row + at.BENT) * (t * t * t * t * (1.0 / 144.0))
     b1 = fused(third, slope0, g0)
     b2 = g1 - third * slope1
     quarter = spread(0.25)
     three = spread(3.0)
     q1 = quarter * fused(three, b1, g0)
-    q2 = spread(0.5) * (b1 + b2)
+    q2 = 0.5 * (b1 + b2)
     q3 = quarter * fused(three, b2, g1)
-    low = smaller(smaller(q1, q2 - rest), smaller(q3, g1))
-    high = larger(larger(q1, q2 + rest), larger(q3, g1))
-    fresh = below(zero, load(cell, FRESH, i))
-    low = smaller(low, choose(fresh, low, g0))
-    high = larger(high, choose(fresh, high, g0))
-    threshold = load(cell, EXCESS, i) + spread(friction)
-    scale = magnitude(g0) + magnitude(g1) + at * (magnitude(slope0) + magnitude(slope1))
-    scale = scale + choose(resting, threshold + spread(friction), spread(t * friction))
-    bound = spread(16.0 * ULP) * scale
+    low = min(q1, q2 - rest, q3, g1)
+    high = max(q1, q2 + rest, q3, g1)
+    fresh = load(cell, at.FRESH, i) > 0.0
+    low = min(low, choose(fresh, low, g0))
+    high = max(high, choose(fresh, high, g0))
+    threshold = load(cell, at.EXCESS, i) + friction
+    scale = abs(g0) + abs(g1) + t * (abs(slope0) + abs(slope1))
+    scale = scale + choose(resting, threshold + friction, t * friction)
+    bound = (16.0 * at.ULP) * scale
     floor, ceiling = its_range(cell, friction, i)
     watched = _watched(cell, i)
-    lower = not_above(low + floor, bound) & watched
-    upper = not_above(ceiling - high, bound) & watched
+    lower = (low + floor <= bound) & watched
+    upper = (ceiling - high <= bound) & watched
     return lower, upper
 
 
@@ -519,15 +458,15 @@ def _tangential(cell, count, series, first, last):
     """
     events = 0
     for i in range(first, last + 1):
-        if cell[SIDE, i] == 0.0 or cell[FRESH, i] == 0.0 or cell[DRIVE, i] > 0.0:
+        if cell[at.SIDE, i] == 0.0 or cell[at.FRESH, i] == 0.0 or cell[at.DRIVE, i] > 0.0:
             continue
-        row = SERIES * ((i - first) // EIGHT)
+        row = at.SERIES * ((i - first) // WIDTH)
         lead = 0.0
-        for k in range(2, ORDERS):
+        for k in range(2, at.ORDERS):
             if lead == 0.0:
-                lead = series[row + k, (i - first) % EIGHT]
-        if lead * cell[SIDE, i] <= 0.0:
-            count[EVENT, events] = i
+                lead = series[row + k, (i - first) % WIDTH]
+        if lead * cell[at.SIDE, i] <= 0.0:
+            count[at.EVENT, events] = i
             events += 1
     return events
 
@@ -543,16 +482,16 @@ def _together(cell, count, series, now, first, contenders, t):
     for turn in range(2):
         events = 0
         for k in range(contenders):
-            i = count[EVENT, k]
-            row = SERIES * ((i - first) // EIGHT)
-            lane = (i - first) % EIGHT
+            i = count[at.EVENT, k]
+            row = at.SERIES * ((i - first) // WIDTH)
+            lane = (i - first) % WIDTH
             at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, lane)
             off = abs(at_1)
-            outward = -cell[SIDE, i] * slope_1
-            if cell[SIDE, i] == 0.0:
-                off = abs(off - (now.friction + cell[EXCESS, i]))
+            outward = -cell[at.SIDE, i] * slope_1
+            if cell[at.SIDE, i] == 0.0:
+                off = abs(off - (now.friction + cell[at.EXCESS, i]))
                 outward = slope_1 if at_1 > 0.0 else -slope_1
-            found = series[row + CROSSING, lane] == t
+            found = series[row + at.CROSSING, lane] == t
             if turn == 0:
                 if found:
                     missed = max(missed, off)
@@ -561,9 +500,9 @@ def _together(cell, count, series, now, first, contenders, t):
             near = off <= max(missed, bound)
             known = not (found or _falls(-outward, bound))
             for earlier in range(events):
-                known = known or count[EVENT, earlier] == i
+                known = known or count[at.EVENT, earlier] == i
             if near and not known:
-                count[EVENT, events] = i
+                count[at.EVENT, events] = i
                 events += 1
     now.undecided += max(events - 1, 0)
     return events
@@ -584,10 +523,10 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
     proved : bool
         Whether the margin stays in its range until t, and leaves it there.
     """
-    row = SERIES * (lane // EIGHT)
-    j = lane % EIGHT
-    side = cell[SIDE, i]
-    limit = 0.0 if side != 0.0 else now.friction + cell[EXCESS, i]
+    row = at.SERIES * (lane // WIDTH)
+    j = lane % WIDTH
+    side = cell[at.SIDE, i]
+    limit = 0.0 if side != 0.0 else now.friction + cell[at.EXCESS, i]
     for turn in range(_POLISH + 1):
         at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
         bound = rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
@@ -600,10 +539,10 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
             break
         t = min(max(t - off / slope_1, 0.0), _REACH[orders])
         _evaluate(series, strips, orders, even_tail, odd_tail, t)
-    fresh = cell[FRESH, i] != 0.0
+    fresh = cell[at.FRESH, i] != 0.0
     room = limit - outward * at_0
     holds = abs(off) <= bound and _falls(-outward * slope_1, bound)
-    bend = series[row + BENT, j]
+    bend = series[row + at.BENT, j]
     proved = (
         holds
         and (fresh or room > bound)
@@ -627,10 +566,10 @@ def step(cell, count, series, now, first, last):
         How far the margins are from the end of their ranges.
     """
     friction = now.friction
-    strips = (last - first + EIGHT) // EIGHT
+    strips = (last - first + WIDTH) // WIDTH
     now.steps += 1
     forceless = _expand(cell, series, friction, first, strips)
-    orders = ORDERS if forceless else _SHORTEST
+    orders = at.ORDERS if forceless else _SHORTEST
     _differentiate(series, strips, 0, orders)
     if forceless:
         events = _tangential(cell, count, series, first, last)
@@ -646,11 +585,11 @@ def step(cell, count, series, now, first, last):
             orders = wanted
         if lane < 0:
             break
-        row = SERIES * (lane // EIGHT)
-        t = refined(cell, series, now, first + lane, row, lane % EIGHT, orders, t)
-        if t > HORIZON:
+        row = at.SERIES * (lane // WIDTH)
+        t = refined(cell, series, now, first + lane, row, lane % WIDTH, orders, t)
+        if t > at.HORIZON:
             lane = -1
-            t = HORIZON
+            t = at.HORIZON
         elif t <= _REACH[orders]:
             break
     even_tail, odd_tail = _largest_late(series, strips)
@@ -665,16 +604,16 @@ def step(cell, count, series, now, first, last):
         )
         if holds:
             events = 1
-            count[EVENT, 0] = first + lane
-            series[SERIES * (lane // EIGHT) + CROSSING, lane % EIGHT] = t
+            count[at.EVENT, 0] = first + lane
+            series[at.SERIES * (lane // WIDTH) + at.CROSSING, lane % WIDTH] = t
     evaluated = t  # all look for their crossing until here: their order must not matter
     found = events > 0
     rivals = 0
     for s in range(strips):
         now.tests += 1
         lower, upper = _suspects(cell, series, friction, first, s, evaluated)
-        if proved and lane // EIGHT == s:
-            own = np.int64(1) << (lane % EIGHT)
+        if proved and lane // WIDTH == s:
+            own = np.int64(1) << (lane % WIDTH)
             if outward > 0.0:
                 upper &= ~own
             else:
@@ -683,8 +622,8 @@ def step(cell, count, series, now, first, last):
         while suspects != 0:
             bit = lowest_bit(suspects)
             suspects &= suspects - 1
-            i = first + EIGHT * s + bit
-            row = SERIES * s
+            i = first + WIDTH * s + bit
+            row = at.SERIES * s
             rivals += 1
             for side in range(2):
                 if ((upper if side == 1 else lower) >> bit) & 1 == 0:
@@ -692,12 +631,12 @@ def step(cell, count, series, now, first, last):
                 crossing = _first_crossing(
                     cell, series, now, i, row, bit, orders, side == 1, evaluated
                 )
-                if events == 0 or count[EVENT, events - 1] != i:
-                    count[EVENT, events] = i
+                if events == 0 or count[at.EVENT, events - 1] != i:
+                    count[at.EVENT, events] = i
                     events += 1
-                    series[row + CROSSING, bit] = np.inf
+                    series[row + at.CROSSING, bit] = np.inf
                 if crossing <= t:
-                    series[row + CROSSING, bit] = crossing
+                    series[row + at.CROSSING, bit] = crossing
                     found = True
                     t = crossing
     if t != evaluated:
@@ -706,17 +645,17 @@ def step(cell, count, series, now, first, last):
         events = _together(cell, count, series, now, first, events, t) if found else 0
         residual = 0.0
         for k in range(events):
-            i = count[EVENT, k]
-            value = series[SERIES * ((i - first) // EIGHT) + AT_END, (i - first) % EIGHT]
-            if cell[SIDE, i] == 0.0:
-                value = abs(value) - (friction + cell[EXCESS, i])
+            i = count[at.EVENT, k]
+            value = series[at.SERIES * ((i - first) // WIDTH) + at.AT_END, (i - first) % WIDTH]
+            if cell[at.SIDE, i] == 0.0:
+                value = abs(value) - (friction + cell[at.EXCESS, i])
             residual = max(residual, abs(value))
     for s in range(strips):
-        i = first + EIGHT * s
-        row = SERIES * s
-        side = load(cell, SIDE, i)
-        store(cell, X, i, load(cell, X, i) + take(series, row + MOVED))
-        store(cell, SPEED, i, larger(side * take(series, row + AT_END), spread(0.0)))
+        i = first + WIDTH * s
+        row = at.SERIES * s
+        side = load(cell, at.SIDE, i)
+        store(cell, at.X, i, load(cell, at.X, i) + take(series, row + at.MOVED))
+        store(cell, at.SPEED, i, max(side * take(series, row + at.AT_END), 0.0))
         if t > 0.0:
-            store(cell, FRESH, i, spread(0.0))
+            store(cell, at.FRESH, i, 0.0)
     return t, events, residual

@@ -75,9 +75,7 @@ def test_far_apart_events_are_those_of_the_whole_window_for_less(n: int, sigma_m
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("n", "sigma_mu"), [(150, "0.03"), (300, "0.01"), (1000, "0.01")])
-def test_far_apart_events_are_those_of_the_whole_window_in_thousands(
-    n: int, sigma_mu: str
-) -> None:
+def test_far_apart_events_are_those_of_the_whole_window_in_thousands(n: int, sigma_mu: str) -> None:
     assert compared(n, sigma_mu, 2000, 4000) < 0.9
 
 
@@ -127,9 +125,7 @@ def test_avalanches_from_random_states_have_the_events_of(
     for seed in range(count):
         state = near_failure(chain, seed)
         found, told = (
-            moments(
-                rearrange(chain, state, direction=0, seed=seed, solver=name, max_events=most)
-            )
+            moments(rearrange(chain, state, direction=0, seed=seed, solver=name, max_events=most))
             for name, most in (("exact", 4 * events), (solver, events))
         )
         ended = len(found) == len(told)

@@ -15,34 +15,27 @@ from numpy.typing import NDArray
 
 from exactcreep.solvers.exact.simd import (
     WIDTH,
+    across,
     align_stack,
-    below,
     choose,
     element,
-    everywhere,
     exponent,
     from_left,
     from_right,
     fused,
-    fused_scalar,
+    inner,
     lane_of,
-    larger,
     largest,
     least,
     load,
     lowest_bit,
-    magnitude,
     mantissa,
-    not_above,
     put,
-    smaller,
+    put_across,
     spread,
-    square_root,
     store,
     take,
     together,
-    turned_left,
-    turned_right,
     upper_bits,
 )
 from tests.processes import finished
@@ -93,9 +86,9 @@ CHOICES = np.random.default_rng(7).integers(-(2**62), 2**62, STRIPS)
 """Masks whose bits above the eighth belong to no lane."""
 
 (ADD, SUBTRACT, MULTIPLY, DIVIDE, FUSED, MAGNITUDE, ROOT, SMALLER, LARGER, LEFT, RIGHT, CHOSEN,
- SPREAD) = range(13)  # fmt: skip
+ SPREAD, SMALLEST, GREATEST, MIXED) = range(16)  # fmt: skip
 LEAST, LARGEST = range(2)
-BELOW, NOT_ABOVE = range(2)
+BELOW, NOT_ABOVE, ABOVE, NOT_BELOW = range(4)
 
 
 @njit(error_model="numpy")
@@ -111,25 +104,30 @@ def operate(operands, choices, vectors, numbers, masks):
         store(vectors, MULTIPLY, j, a * b)
         store(vectors, DIVIDE, j, a / b)
         store(vectors, FUSED, j, fused(a, b, c))
-        store(vectors, MAGNITUDE, j, magnitude(a))
-        store(vectors, ROOT, j, square_root(a))
-        store(vectors, SMALLER, j, smaller(a, b))
-        store(vectors, LARGER, j, larger(a, b))
+        store(vectors, MAGNITUDE, j, abs(a))
+        store(vectors, ROOT, j, math.sqrt(a))
+        store(vectors, SMALLER, j, min(a, b))
+        store(vectors, LARGER, j, max(a, b))
         store(vectors, LEFT, j, from_left(b, a))
         store(vectors, RIGHT, j, from_right(a, b))
         store(vectors, CHOSEN, j, choose(choices[s], a, b))
         store(vectors, SPREAD, j, spread(operands[2, j]))
         numbers[LEAST, s] = least(a)
         numbers[LARGEST, s] = largest(a)
-        masks[BELOW, s] = below(a, b)
-        masks[NOT_ABOVE, s] = not_above(a, b)
+        store(vectors, SMALLEST, j, min(a, b, c))
+        store(vectors, GREATEST, j, max(a, b, c))
+        store(vectors, MIXED, j, fused(a, operands[1, j], 0.5) - operands[2, j])
+        masks[BELOW, s] = a < b
+        masks[NOT_ABOVE, s] = a <= b
+        masks[ABOVE, s] = a > b
+        masks[NOT_BELOW, s] = a >= b
 
 
 @pytest.fixture(scope="module")
 def outcome() -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
-    vectors = np.full((13, OPERANDS.shape[1]), -7.25)
+    vectors = np.full((16, OPERANDS.shape[1]), -7.25)
     numbers = np.full((2, STRIPS), -7.25)
-    masks = np.full((2, STRIPS), -1, dtype=np.int64)
+    masks = np.full((4, STRIPS), -1, dtype=np.int64)
     operate(OPERANDS, CHOICES, vectors, numbers, masks)
     return vectors, numbers, masks
 
@@ -163,6 +161,9 @@ def test_magnitude_and_square_root_are_those_of_ieee_in_every_lane(outcome):
 def test_smaller_and_larger_choose_in_every_lane(outcome):
     assert same_bits(outcome[0][SMALLER], np.where(A < B, A, B))
     assert same_bits(outcome[0][LARGER], np.where(A > B, A, B))
+    smaller, larger = outcome[0][SMALLER], outcome[0][LARGER]
+    assert same_bits(outcome[0][SMALLEST], np.where(smaller < C, smaller, C))
+    assert same_bits(outcome[0][GREATEST], np.where(larger > C, larger, C))
 
 
 def test_least_and_largest_are_found_in_whichever_lane_they_stand(outcome):
@@ -214,13 +215,20 @@ def test_choose_takes_the_first_where_the_mask_is_set(outcome):
     assert len(np.unique(CHOICES & 0xFF)) > 150
 
 
-def test_spread_fills_every_lane(outcome):
+def test_a_number_fills_every_lane(outcome):
     assert same_bits(outcome[0][SPREAD], np.repeat(C[::EIGHT], EIGHT))
+    one, *numbers = (row[-800:] for row in OPERANDS)
+    b, c = (np.repeat(row[::EIGHT], EIGHT) for row in numbers)
+    half = Fraction(1, 2)
+    products = [Fraction(x) * Fraction(y) for x, y in zip(one, b, strict=True)]
+    exact = [rounded(product + half) for product in products] - c
+    assert same_bits(outcome[0][MIXED, -800:], exact)
 
 
 def test_bit_j_of_a_comparison_belongs_to_lane_j_and_nan_is_not_compared(outcome):
     weights = 1 << np.arange(EIGHT)
-    for row, truth in ((BELOW, A < B), (NOT_ABOVE, A <= B)):
+    truths = {BELOW: A < B, NOT_ABOVE: A <= B, ABOVE: A > B, NOT_BELOW: A >= B}
+    for row, truth in truths.items():
         expected = truth.reshape(STRIPS, EIGHT) @ weights
         assert np.array_equal(outcome[2][row], expected)
         assert len(np.unique(expected)) > 50
@@ -245,7 +253,7 @@ def test_load_and_store_reach_eight_cells_at_any_column_and_no_other():
 
 @njit(error_model="numpy")
 def within_rows(source, row, lane, target):
-    put(target, row + 1, take(source, row) + everywhere(source, row, lane))
+    put(target, row + 1, take(source, row) + element(source, row, lane))
     return element(source, row, lane)
 
 
@@ -261,16 +269,49 @@ def test_rows_of_eight_are_taken_put_and_read_lane_by_lane():
 
 @njit(error_model="numpy")
 def turned(source, target):
-    put(target, 0, turned_right(take(source, 0)))
-    put(target, 1, turned_left(take(source, 0)))
+    put(target, 0, from_left(take(source, 0), take(source, 0)))
+    put(target, 1, from_right(take(source, 0), take(source, 0)))
 
 
-def test_turning_brings_the_outermost_lane_to_the_other_end():
+def test_a_strip_beside_itself_is_turned_round():
     source = np.arange(8.0).reshape(1, EIGHT)
     target = np.empty((2, EIGHT))
     turned(source, target)
     assert target[0].tolist() == [7, 0, 1, 2, 3, 4, 5, 6]
     assert target[1].tolist() == [1, 2, 3, 4, 5, 6, 7, 0]
+
+
+@njit(error_model="numpy")
+def three_at_a_time(source, target, mask):
+    """Do everything that several strips can do; return a mask and two numbers."""
+    a = across(source, 1, 4, spread(0.0, 0.0, 0.0))
+    b = across(source, 2, 4, a)
+    put_across(target, 0, 6, from_left(0.0, a))
+    put_across(target, 1, 6, from_right(a, b))
+    put_across(target, 2, 6, choose(mask, a, 2.0))
+    put_across(target, 3, 6, from_left(b, a) * b)
+    put_across(target, 4, 6, inner(a))
+    put_across(target, 5, 6, spread(7.0, take(source, 0), element(source, 0, 3)))
+    return a < b, least(a), largest(a)
+
+
+def test_strips_side_by_side_act_as_one_long_vector():
+    source = np.random.default_rng(5).normal(size=(12, EIGHT))
+    target = np.full((18, EIGHT), -1.5)
+    mask = 0b1010_0110_0000_1111_0001_1001
+    below, smallest, greatest = three_at_a_time(source, target, mask)
+    a, b = source[1::4].ravel(), source[2::4].ravel()
+    chosen = np.array([mask >> j & 1 for j in range(24)], dtype=bool)
+    found = target.reshape(3, 6, EIGHT).transpose(1, 0, 2).reshape(6, 24)
+    assert np.array_equal(found[0], np.append(0.0, a[:-1]))
+    assert np.array_equal(found[1], np.append(a[1:], b[0]))
+    assert np.array_equal(found[2], np.where(chosen, a, 2.0))
+    assert np.array_equal(found[3], np.append(b[-1], a[:-1]) * b)
+    assert np.array_equal(found[4], np.append(a[8:16], [-1.5] * 16))
+    assert np.array_equal(found[5], np.r_[[7.0] * 8, source[0], [source[0, 3]] * 8])
+    assert [below >> j & 1 for j in range(24)] == (a < b).tolist()
+    assert below >> 24 == 0
+    assert (smallest, greatest) == (a.min(), a.max())
 
 
 @njit(error_model="numpy")
@@ -289,7 +330,7 @@ def test_what_is_stored_is_seen_by_an_overlapping_load():
 @njit(error_model="numpy")
 def fused_scalars(operands, out):
     for j in range(out.size):
-        out[j] = fused_scalar(operands[0, j], operands[1, j], operands[2, j])
+        out[j] = fused(operands[0, j], operands[1, j], operands[2, j])
 
 
 def test_the_scalar_fused_operation_is_the_one_of_the_lanes(outcome):
