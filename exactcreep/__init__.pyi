@@ -42,6 +42,6 @@ from .studies.thresholds.criteria import threshold as threshold
 from .studies.thresholds.half_life import HalfLife as HalfLife
 from .studies.thresholds.horizon import GivenUp as GivenUp
 from .studies.thresholds.intercept import Intercept as Intercept
-from .studies.thresholds.threshold import Threshold as Threshold
+from .studies.thresholds.results import Threshold as Threshold
 
 __version__: str

@@ -11,10 +11,9 @@ from exactcreep.figures.drawing import law_name
 from exactcreep.figures.style import DASHES, INKS, page
 from exactcreep.laws import edges
 from exactcreep.model.numbers import nearest_float
-from exactcreep.studies.thresholds.beside import laws_beside
 from exactcreep.studies.thresholds.half_life import HalfLife
 from exactcreep.studies.thresholds.intercept import Intercept
-from exactcreep.studies.thresholds.threshold import Threshold
+from exactcreep.studies.thresholds.results import Threshold, laws_beside
 
 _LAWS = {
     "law_seuil": law_name("seuil"),

@@ -7,34 +7,19 @@ after so many cycles. `intercept`: the straight part of v(A) meets zero.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
-from dataclasses import replace
-from fractions import Fraction
 from typing import Any
 
-import numpy as np
-
 from exactcreep.display import shows_progress
-from exactcreep.limits import Limits, OutOfTime
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
-from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.state import State
+from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.progress import Hearer, reporter
-from exactcreep.quasistatic.decimals import magnitude
-from exactcreep.solvers.registry import SOLVERS, solver_named
-from exactcreep.solvers.solver import advance
-from exactcreep.studies.thresholds.edges import MOST_DIGITS, SPARE, EdgeSearch
+from exactcreep.studies.thresholds.amplitudes import Span
+from exactcreep.studies.thresholds.edges import lowest_edge
 from exactcreep.studies.thresholds.half_life import HalfLife, half_life
-from exactcreep.studies.thresholds.horizon import Question
 from exactcreep.studies.thresholds.intercept import Intercept, intercept
-from exactcreep.studies.thresholds.lasting import MOST_CYCLES, Lasting
-from exactcreep.studies.thresholds.span import Span, text_of
-from exactcreep.studies.thresholds.threshold import Edge, Threshold
+from exactcreep.studies.thresholds.results import Threshold
 
-_SEED_SIZE = Fraction(1, 10**6)  # of seeded tensions: far below a slip, far above rounding
 _SHORT = 5  # sliders: longer chains creep chaotically, and for a while only
 _SEARCHED = ("digits", "low", "high", "points", "bracket", "windows", "refine", "start_tension")
 CRITERIA: dict[str, tuple[str, ...]] = {
@@ -163,13 +148,11 @@ def threshold(
     >>> found.lower, found.criterion, found.evidence.value
     ('0.00016923076923076', 'lasting', 'proved')
     """
-    given: dict[str, Any] = {
-        "cycles": cycles, "digits": digits, "low": low, "high": high, "points": points,
-        "bracket": bracket, "windows": windows, "refine": refine, "start_tension": start_tension,
-        "seeds": seeds, "solver": solver, "starts": starts, "size": size, "seed": seed, "fit": fit,
-        "workers": workers,
-    }  # fmt: skip
-    given = {name: value for name, value in given.items() if value is not None}
+    given = {
+        name: value
+        for name, value in locals().items()
+        if value is not None and any(name in taken for taken in CRITERIA.values())
+    }
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
     chosen = criterion is None
@@ -197,7 +180,7 @@ def threshold(
     span = Span.of(chain, *(given.pop(name, None) for name in ("low", "high", "bracket")))
     if criterion == "survival":
         return half_life(chain, span, limits, say, **given)
-    return _edge(criterion, chain, span, limits, say, **given)
+    return lowest_edge(criterion, chain, span, limits, say, **given)
 
 
 def _fitting(chain: Chain, given: dict[str, Any]) -> str:
@@ -207,120 +190,3 @@ def _fitting(chain: Chain, given: dict[str, Any]) -> str:
     if chain.sigma_mu != 0:
         return "intercept"
     return "lasting" if chain.n <= _SHORT or chain.mu_s == chain.mu_d else "survival"
-
-
-def _edge(
-    criterion: str,
-    chain: Chain,
-    span: Span,
-    limits: Limits,
-    say: Callable[..., None],
-    *,
-    cycles: Number = 20,
-    digits: Number = 15,
-    points: Number = 1000,
-    windows: bool = False,
-    refine: Number = 0,
-    start_tension: Number = 0,
-    seeds: Number = 0,
-    solver: str = "certified",
-) -> Threshold:
-    """Return the lowest edge of a chain."""
-    lasting = criterion == "lasting"
-    known = [name for name in MOST_DIGITS if name in SOLVERS and not (lasting and name == "mpmath")]
-    if not isinstance(solver, str) or solver not in known:
-        raise InputError("solver", solver, "must be " + " or ".join(known))
-    if not isinstance(windows, bool):
-        raise InputError("windows", windows, "must be true or false")
-    size = exact_number(start_tension, "start_tension")
-    most = MOST_CYCLES if lasting else whole_number(cycles, "cycles", least=1, most=10**7)
-    asked = Threshold(
-        chain=chain,
-        criterion=criterion,
-        cycles=most,
-        digits=whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver]),
-        solver=solver,
-        compare=_compared(chain, criterion, most, relaxed=size == 0),
-    )
-    steps = whole_number(points, "points", least=1, most=10**7)
-    count = whole_number(refine, "refine", least=0)
-    number = whole_number(seeds, "seeds", least=0, most=10**6)
-    if count and not windows:
-        raise InputError("refine", refine, "needs windows")
-    if span.bracket is not None and windows:
-        raise InputError("windows", windows, "needs a scan, and a bracket skips it")
-    if chain.n == 1:
-        return replace(
-            asked,
-            outcome_at_lower=Outcome.AT_REST,
-            outcome_evidence=Evidence.PROVED,
-            evidence=Evidence.PROVED,
-        )
-    if chain.mu_s == chain.mu_d:
-        for field, value in (("windows", windows), ("seeds", number)):
-            if value:
-                allowed = "has no meaning with mu_s = mu_d: there is one edge, whatever the start"
-                raise InputError(field, value, allowed)
-        return _sliding(asked)
-    start = State.prepared(chain, [size] * (chain.n - 1))
-    question = Question(chain, most, start, limits)
-    if lasting:
-        question = Lasting(chain, most, start, limits, solver)
-    search = EdgeSearch(asked, question, span, steps, say, windows, count)
-    try:
-        if span.free and question.creeps(span.scans[0][0]):
-            span = search.span = replace(span, scans=[(Fraction(0), span.scans[0][0])])
-        found = search.threshold()
-    except OutOfTime as limit:
-        return search.unfinished(str(limit))
-    preparations: dict[int, Edge | None] = {}
-    for seed in range(1, number + 1):
-        begin = State.perturbed(chain, abs(size) or _SEED_SIZE, start_seed=seed)
-        other = EdgeSearch(asked, replace(question, start=begin), span, steps, say)
-        try:
-            preparations[seed] = other.refined(*other.first_bracket()).edge
-        except InputError:
-            preparations[seed] = None
-        except OutOfTime as limit:
-            return replace(found, preparations=preparations, reason=str(limit))
-        say("preparations", seed, number, "starts")
-    return replace(found, preparations=preparations) if number else found
-
-
-def _compared(chain: Chain, criterion: str, cycles: int, *, relaxed: bool) -> str:
-    """Return which law an edge may be compared with."""
-    if chain.n == 1:
-        return "no law: one slider has no spring"
-    if chain.mu_s == chain.mu_d:
-        return "Eq. (seuil), which is exact without slips"
-    if chain.n == 2 and relaxed:
-        return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
-    if criterion == "horizon":
-        return f"no law: it says what happens in cycle {cycles}, and creep may end later"
-    return "no law: Eq. (seuil) is about long chains, and about the intercept of v(A)"
-
-
-def _sliding(asked: Threshold) -> Threshold:
-    """Return N m/(2 l0), where the chain slides with theta: mu_s = mu_d."""
-    chain = asked.chain
-    tangent = abs(chain.tan_alpha)
-    # N (mu_d - tan) cos / (2 l0) = sqrt(square), floored exactly
-    square = (chain.n * (chain.mu_d - tangent) / (2 * chain.l0)) ** 2 / (1 + tangent**2)
-    unit = Fraction(10) ** (magnitude(square) // 2 + 1 - asked.digits - SPARE)
-    below = math.isqrt(math.floor(square / unit**2))
-    cycles = min(asked.cycles, 20)  # it repeats from the second on
-    simulation = solver_named("sliding", {}).simulation(
-        chain, State.relaxed(chain), 0, ("x_G", "slips")
-    )
-    followed = advance(simulation, Cycles(below * unit, cycles), 2 * cycles)
-    moves = bool(np.any(followed.recorded["slips"][-2:]))
-    return replace(
-        asked,
-        solver="sliding",
-        lower=text_of(below, unit),
-        upper=text_of(below + 1, unit),
-        outcome_at_lower=Outcome.CYCLING if moves else Outcome.AT_REST,
-        evidence=Evidence.PROVED,
-        stable_digits=asked.digits if asked.criterion == "horizon" else None,
-        report={"exact": (below * unit) ** 2 == square},
-    )

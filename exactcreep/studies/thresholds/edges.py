@@ -1,9 +1,9 @@
 """The search for edges, the amplitudes at which creep begins or ends, to any number of digits.
 
 A scan in float64 finds where the answer to a question changes; bisection narrows the edge as far as
-float64 tells. Across the edge one event differs; its condition is followed to its root (see
-`deciding`). Two runs of the chosen solver, at the decimals that enclose the root, then show that
-the answers differ; what leads to these decimals need not be trusted.
+float64 tells. One event differs across the edge, and tells where it lies (see `deciding_event`).
+Two runs of the chosen solver, at the decimals that enclose this amplitude, then show that the
+answers differ; what leads to these decimals need not be trusted.
 """
 
 from __future__ import annotations
@@ -14,24 +14,144 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from exactcreep.model.numbers import InputError, nearest_float
+import numpy as np
+
+from exactcreep.limits import Limits, OutOfTime
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles
+from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
 from exactcreep.quasistatic.decimals import magnitude
+from exactcreep.solvers.registry import SOLVERS, solver_named
+from exactcreep.solvers.solver import advance
 from exactcreep.studies.eventlog import first_difference, numbered
-from exactcreep.studies.thresholds.deciding import conditions, secant
-from exactcreep.studies.thresholds.horizon import Question, Trial, last_outcome, transient, weaker
-from exactcreep.studies.thresholds.lasting import Lasting, side_by_side
-from exactcreep.studies.thresholds.span import Bracket, Span, bisected, text_of, unit_of
-from exactcreep.studies.thresholds.threshold import Difference, Edge, Threshold
+from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
+from exactcreep.studies.thresholds.deciding_event import deciding_amplitude
+from exactcreep.studies.thresholds.horizon import Question, Trial, transient, weaker
+from exactcreep.studies.thresholds.lasting import MOST_CYCLES, Lasting, side_by_side
+from exactcreep.studies.thresholds.results import Difference, Edge, Threshold
 
 MOST_DIGITS = {"certified": 5_000, "mpmath": 300, "exact": 12}
 """Digits of an amplitude that each solver is asked to tell."""
 _NARROW = Fraction(1, 10**11)  # relative width at which bisection in float64 ends
-SPARE = 2  # digits of the bracket beyond those asked for
+_STRAY = 10**5  # widths of a float64 bracket that rounding may have put it off
+_SPARE = 2  # digits of the bracket beyond those asked for
 _LATER = (4, 16, 64)  # times the cycles, after which a transient may be over
+_SEED_SIZE = Fraction(1, 10**6)  # of seeded tensions: far below a slip, far above rounding
 
 
-def _rounded(low: Fraction, high: Fraction, begins: bool) -> Edge:
+def lowest_edge(
+    criterion: str,
+    chain: Chain,
+    span: Span,
+    limits: Limits,
+    say: Callable[..., None],
+    *,
+    cycles: Number = 20,
+    digits: Number = 15,
+    points: Number = 1000,
+    windows: bool = False,
+    refine: Number = 0,
+    start_tension: Number = 0,
+    seeds: Number = 0,
+    solver: str = "certified",
+) -> Threshold:
+    """Return the lowest edge of a chain, by the criterion horizon or lasting; see `threshold`."""
+    lasting = criterion == "lasting"
+    known = [name for name in MOST_DIGITS if name in SOLVERS and not (lasting and name == "mpmath")]
+    if not isinstance(solver, str) or solver not in known:
+        raise InputError("solver", solver, "must be " + " or ".join(known))
+    if not isinstance(windows, bool):
+        raise InputError("windows", windows, "must be true or false")
+    size = exact_number(start_tension, "start_tension")
+    most = MOST_CYCLES if lasting else whole_number(cycles, "cycles", least=1, most=10**7)
+    asked = Threshold(
+        chain=chain,
+        criterion=criterion,
+        cycles=most,
+        digits=whole_number(digits, "digits", least=1, most=MOST_DIGITS[solver]),
+        solver=solver,
+        compare=_compared(chain, criterion, most, relaxed=size == 0),
+    )
+    steps = whole_number(points, "points", least=1, most=10**7)
+    count = whole_number(refine, "refine", least=0)
+    number = whole_number(seeds, "seeds", least=0, most=10**6)
+    if count and not windows:
+        raise InputError("refine", refine, "needs windows")
+    if span.bracket is not None and windows:
+        raise InputError("windows", windows, "needs a scan, and a bracket skips it")
+    if chain.n == 1:
+        rest, proved = Outcome.AT_REST, Evidence.PROVED
+        return replace(asked, outcome_at_lower=rest, outcome_evidence=proved, evidence=proved)
+    if chain.mu_s == chain.mu_d:
+        for name, value in (("windows", windows), ("seeds", number)):
+            if value:
+                allowed = "has no meaning with mu_s = mu_d: there is one edge, whatever the start"
+                raise InputError(name, value, allowed)
+        return _sliding(asked)
+    question = Question(chain, most, State.prepared(chain, [size] * (chain.n - 1)), limits)
+    if lasting:
+        question = Lasting(chain, most, question.start, limits, solver)
+    search = EdgeSearch(asked, question, span, steps, say)
+    preparations: dict[int, Edge | None] = {}
+    try:
+        if span.free and question.creeps(span.scans[0][0]):
+            search.span = replace(span, scans=[(Fraction(0), span.scans[0][0])])
+        search.search(windows=windows, refine=count)
+        for seed in range(1, number + 1):
+            begin = State.perturbed(chain, abs(size) or _SEED_SIZE, start_seed=seed)
+            other = replace(search, found=asked, question=replace(question, start=begin), runs={})
+            try:
+                preparations[seed] = other.refined(*other.first_bracket()).edge
+            except InputError:
+                preparations[seed] = None
+            say("preparations", seed, number, "starts")
+    except OutOfTime as limit:
+        search.found = replace(search.found, reason=str(limit))
+    return replace(search.found, report=search.report(), preparations=preparations or None)
+
+
+def _compared(chain: Chain, criterion: str, cycles: int, *, relaxed: bool) -> str:
+    """Return which law an edge may be compared with."""
+    if chain.n == 1:
+        return "no law: one slider has no spring"
+    if chain.mu_s == chain.mu_d:
+        return "Eq. (seuil), which is exact without slips"
+    if chain.n == 2 and relaxed:
+        return "(mu_s c - s)/l0, which is exact for two relaxed sliders, and no other law"
+    if criterion == "horizon":
+        return f"no law: it says what happens in cycle {cycles}, and creep may end later"
+    return "no law: Eq. (seuil) is about long chains, and about the intercept of v(A)"
+
+
+def _sliding(asked: Threshold) -> Threshold:
+    """Return N m/(2 l0), where the chain slides with theta: mu_s = mu_d."""
+    chain = asked.chain
+    tangent = abs(chain.tan_alpha)
+    # N (mu_d - tan) cos / (2 l0) = sqrt(square), floored exactly
+    square = (chain.n * (chain.mu_d - tangent) / (2 * chain.l0)) ** 2 / (1 + tangent**2)
+    unit = Fraction(10) ** (magnitude(square) // 2 + 1 - asked.digits - _SPARE)
+    below = math.isqrt(math.floor(square / unit**2))
+    cycles = min(asked.cycles, 20)  # it repeats from the second on
+    simulation = solver_named("sliding", {}).simulation(
+        chain, State.relaxed(chain), 0, ("x_G", "slips")
+    )
+    followed = advance(simulation, Cycles(below * unit, cycles), 2 * cycles)
+    moves = bool(np.any(followed.recorded["slips"][-2:]))
+    return replace(
+        asked,
+        solver="sliding",
+        lower=text_of(below, unit),
+        upper=text_of(below + 1, unit),
+        outcome_at_lower=Outcome.CYCLING if moves else Outcome.AT_REST,
+        evidence=Evidence.PROVED,
+        stable_digits=asked.digits if asked.criterion == "horizon" else None,
+        report={"exact": (below * unit) ** 2 == square},
+    )
+
+
+def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
     """Return an edge of float accuracy, rounded outward."""
     unit = unit_of(high, MOST_DIGITS["exact"] - 1)
     below, above = math.floor(low / unit), math.ceil(high / unit)
@@ -49,107 +169,90 @@ class Refined(NamedTuple):
 
 @dataclass
 class EdgeSearch:
-    """The search for an edge: scan, bisection, the deciding event's root, two deciding runs.
+    """The search for an edge: scan, bisection, the deciding event's theta_c, two deciding runs.
 
     Attributes
     ----------
-    asked : Threshold
-        What is looked for, with no answer yet.
+    found : Threshold
+        What is asked for, with what is known so far.
     question : Question
     span : Span
     points : int
         Equal steps of the scan.
     say : callable
         Told how far the search has come.
-    windows : bool
-        Whether all edges of the scan are wanted.
-    refine : int
-        How many of them to all digits.
+    runs : dict of (int, Fraction) to Trial
+        Of the deciding solver, by cycles and amplitude.
+    decided : bool
+        Whether the runs that decide about the threshold are done.
+    transient : dict or None
+        How a transient goes on that has come to no end.
     """
 
-    asked: Threshold
+    found: Threshold
     question: Question
     span: Span
     points: int
     say: Callable[..., None]
-    windows: bool = False
-    refine: int = 0
-    trials: int = 0
-    # what has been found, should time be out
-    found: list[tuple[Fraction, Fraction, bool]] = field(default_factory=list)
-    narrowest: Bracket | None = None
-    decided: Refined | None = None
+    runs: dict[tuple[int, Fraction], Trial] = field(default_factory=dict)
+    decided: bool = False
     transient: dict[str, Any] | None = None
 
-    def threshold(self) -> Threshold:
-        """Return the threshold, and what was asked for beside it."""
-        question, windows = self.question, None
-        edges = list(self.edges()) if self.windows else []
-        refined = self.decided = self.refined(*(edges[0][:2] if edges else self.first_bracket()))
-        at_lower, at_upper = refined.at_lower, refined.at_upper
-        if self.windows:
-            windows = tuple(
-                (self.refined(*edge).edge if k else refined.edge)
-                if k < self.refine
-                else self.rough(*edge)
-                for k, edge in enumerate(edges)
-            )
-        known: dict[str, Any] = {"windows": windows}
-        logs = [at_lower.log, at_upper.log]
+    def search(self, *, windows: bool, refine: int) -> None:
+        """Find the threshold, and what was asked for beside it; `found` grows on the way."""
+        question, edges = self.question, []
+        if windows:
+            self._know(windows=())
+            for edge in self.edges():
+                edges.append(edge)
+                self._know(windows=tuple(_rounded(*one) for one in edges))
+        low, high = edges[0][:2] if edges else self.first_bracket()
+        self._enclosed(_rounded(low, high))
+        refined = self.refined(low, high)
+        self.decided = True
+        self._enclosed(refined.edge)
+        lower, upper = refined.at_lower, refined.at_upper
+        outcome, evidence = lower.outcome, lower.outcome_evidence
+        self._know(outcome_at_lower=outcome, outcome_evidence=evidence)
+        if windows:
+            told = [refined.edge] if refine else []
+            told += [self.refined(*edge).edge for edge in edges[1:refine]]
+            told += [self.rough(*edge) for edge in edges[refine:]]
+            self._know(windows=tuple(told))
         if isinstance(question, Lasting):
-            logs = side_by_side(at_lower, at_upper)
-            known |= {
-                "outcome_at_lower": at_lower.outcome,
-                "outcome_evidence": at_lower.evidence,
-                "fates": (at_lower.fate, at_upper.fate),
-                "sensitive": tuple(sorted(map(nearest_float, question.sensitive))),
-                "reason": refined.doubt,
-            }
+            sensitive = tuple(sorted(map(nearest_float, question.sensitive)))
+            self._know(fates=(lower.fate, upper.fate), sensitive=sensitive, reason=refined.doubt)
         else:
-            outcome, evidence = last_outcome(at_lower, question.half_cycles)
             locked = outcome is Outcome.CYCLING and evidence is Evidence.PROVED
+            if outcome is None:
+                self._settle(Fraction(refined.edge.lower))
             lasts = locked or outcome is Outcome.AT_REST
-            if outcome is None:
-                outcome, evidence = self.settled(Fraction(refined.edge.lower))
-            known |= {"outcome_at_lower": outcome, "outcome_evidence": evidence}
-            known["stable_digits"] = self.stable_digits(refined.edge, lasts)
-        differs = None if refined.doubt else first_difference(*map(numbered, logs))
-        known["deciding_event"] = None if differs is None else Difference(*differs[1:])
-        return self.answer(refined.edge, **known)
+            self._know(stable_digits=self.stable_digits(refined.edge, lasts))
+        if not refined.doubt:
+            differs = first_difference(*map(numbered, side_by_side(lower, upper)))
+            self._know(deciding_event=None if differs is None else Difference(*differs[1:]))
 
-    def unfinished(self, reason: str) -> Threshold:
-        """Return what had been found when time was out."""
-        known: dict[str, Any] = {"reason": reason}
-        edge = None
-        if self.decided is not None:
-            edge, lower = self.decided.edge, self.decided.at_lower
-            outcome, evidence = lower.outcome, lower.evidence
-            if outcome is None:
-                outcome, evidence = last_outcome(lower, self.question.half_cycles)
-            known |= {"outcome_at_lower": outcome, "outcome_evidence": evidence}
-        elif self.narrowest is not None:
-            edge = _rounded(*self.narrowest, begins=True)
-        if self.windows:
-            known["windows"] = tuple(_rounded(*one) for one in self.found)
-        return self.answer(edge, **known)
+    def _know(self, **known: Any) -> None:
+        self.found = replace(self.found, **known)
 
-    def answer(self, edge: Edge | None, **known: Any) -> Threshold:
-        """Return what was asked for with an answer."""
-        report: dict[str, Any] = {"deciding_runs": self.trials}
+    def _enclosed(self, edge: Edge) -> None:
+        self._know(lower=edge.lower, upper=edge.upper, evidence=edge.evidence)
+
+    def report(self) -> dict[str, Any]:
+        """Return what it took."""
+        report: dict[str, Any] = {"deciding_runs": len(self.runs)}
         if self.transient is not None:
             report["transient"] = self.transient
         if isinstance(self.question, Lasting):
             report["certified_points"] = len(self.question.certified)
-        if edge is not None:
-            known |= {name: getattr(edge, name) for name in ("lower", "upper", "evidence")}
-        return replace(self.asked, report=report, **known)
+        return report
 
     # -- float64 -----------------------------------------------------------------------------
 
     def edges(self) -> Iterator[tuple[Fraction, Fraction, bool]]:
         """Yield a bracket of every edge of the scan, and whether creep begins there."""
         before = self.span.scans[0][0]
-        creeping = self.question.creeps(before)
+        creeping, found = self.question.creeps(before), False
         if creeping:
             allowed = "must be lower: the chain creeps there already"
             raise InputError("from", nearest_float(before), allowed)
@@ -159,11 +262,10 @@ class EdgeSearch:
                 creeps = self.question.creeps(amplitude)
                 self.say("scan", k, self.points, "amplitudes")
                 if creeps != creeping:
-                    self.found.append((before, amplitude, creeps))
-                    self.narrowest = self.narrowest or (before, amplitude)
+                    found = True
                     yield before, amplitude, creeps
                 before, creeping = amplitude, creeps
-            if self.found:
+            if found:
                 return
         allowed = "must be higher: the chain creeps at no point of the scan"
         raise InputError("to", nearest_float(before), allowed)
@@ -181,15 +283,14 @@ class EdgeSearch:
             shown = f"{nearest_float(low)} {nearest_float(high)}"
             allowed = "must straddle an edge: no creep at LO, creep at HI"
             raise InputError("bracket", shown, allowed)
-        self.narrowest = low, high
         return low, high
 
     def narrowed(self, low: Fraction, high: Fraction, begins: bool) -> Bracket:
         """Return the bracket after bisection in float64."""
         creeps = self.question.creeps
         for bracket in bisected(low, high, _NARROW, lambda a: creeps(a) == begins):
-            if begins and self.decided is None:
-                self.narrowest = bracket
+            if not self.decided:
+                self._enclosed(_rounded(*bracket))
         return bracket
 
     def rough(self, low: Fraction, high: Fraction, begins: bool) -> Edge:
@@ -208,126 +309,110 @@ class EdgeSearch:
         question, side = self.question, high if begins else low
         if question.unsettled(side):
             sides = [question.tried(amplitude, "exact", {}) for amplitude in (low, high)]
-            doubt = (
-                f"at A = {nearest_float(side):.9g} creep does not settle within"
-                f" {question.cycles} cycles"
-            )
+            doubt = f"at A = {nearest_float(side):.9g} creep does not settle within"
+            doubt += f" {question.cycles} cycles"
             return Refined(self.rough(low, high, begins), sides[0], sides[1], doubt)
-        unit = unit_of(high, self.asked.digits + SPARE)
-        coarse = question.float_fails(low, high)
-        if coarse:  # bisection in float64 would find an edge of its own
-            guess = high - unit
+        unit = unit_of(high, self.found.digits + _SPARE)
+        if question.float_fails(low, high):  # bisection in float64 would find an edge of its own
+            first, last = below, above = math.floor(low / unit), math.ceil(high / unit)
         else:
             low, high = self.narrowed(low, high, begins)
-            guess = self._guess(low, high)
-        if self.asked.solver == "exact":
-            # float64 claims no more than what its own edge shares with that of the same
-            # itinerary at more digits
-            apart = max(abs(guess - low), abs(guess - high))
-            while unit < 4 * apart:
-                unit *= 10
-        trials: dict[int, Trial] = {}
-
-        def above(k: int) -> bool:
-            if k not in trials:
-                trials[k] = self._tried(k * unit)
-            return trials[k].creeps == begins
-
-        first, last = math.floor(low / unit), math.ceil(high / unit)
-        below_k = first if coarse else math.floor(guess / unit)
-        above_k = last if coarse else below_k + 1
-        # the edge is the first condition's, or lies further on in the bracket of float64, or, if
+            room = _NARROW * high if high - low < _NARROW * high / 2 else 0  # or its ends are alike
+            guess = self._deciding(
+                *(question.tried(one, "exact", {}) for one in (low - room, high + room))
+            )
+            if guess is None or abs(guess - high) > _STRAY * (high - low + room):
+                guess = (low + high) / 2
+            if self.found.solver == "exact":
+                # float64 claims no more than what its own edge shares with that of the same
+                # itinerary at more digits
+                apart = max(abs(guess - low), abs(guess - high))
+                while unit < 4 * apart:
+                    unit *= 10
+            first, last = math.floor(low / unit), math.ceil(high / unit)
+            below = math.floor(guess / unit)
+            above = below + 1
+        # the edge is the deciding event's, or lies further on in the bracket of float64, or, if
         # that errs, outside
-        reach, step = math.floor(guess / unit) - first, max(math.ceil((high - low) / unit), 1)
-        while above(below_k):
-            above_k, below_k = below_k, max(below_k - max(reach, 1), 0)
-            reach, step = step, 2 * step
-            if above_k == 0:
+        step = last - first
+        while self._beyond(below, unit, begins):
+            if below == 0:
                 raise InputError("bracket", str(low), "must not creep at its lower end")
-        reach = last - above_k
-        while not above(above_k):
-            below_k, above_k = above_k, above_k + max(reach, 1)
-            reach, step = step, 2 * step
+            below, above = first if first < below else max(below - step, 0), below
+            step *= 2
+        while not self._beyond(above, unit, begins):
             if step * unit > high:
                 raise InputError("bracket", str(high), "must creep at its upper end")
-        while above_k - below_k > 1:
-            width = above_k - below_k
-            ends = trials[below_k], trials[above_k]
-            root = self._root(below_k * unit, above_k * unit, *ends, loss=1)
-            near = [] if root is None else [math.floor(root / unit), math.floor(root / unit) + 1]
-            for k in near:
-                if below_k < k < above_k:
-                    below_k, above_k = (below_k, k) if above(k) else (k, above_k)
-            if above_k - below_k > max(width // 2, 1):
-                k = (below_k + above_k) // 2
-                below_k, above_k = (below_k, k) if above(k) else (k, above_k)
+            below, above = above, last if last > above else above + step
+            step *= 2
+        return self._closed_in(below, above, unit, begins)
+
+    def _beyond(self, k: int, unit: Fraction, begins: bool) -> bool:
+        return self._tried(k * unit).creeps == begins
+
+    def _closed_in(self, below: int, above: int, unit: Fraction, begins: bool) -> Refined:
+        """Return the edge between two multiples of `unit`, within one unit of the last digit."""
+
+        def cut(k: int) -> None:
+            nonlocal below, above
+            if below < k < above:
+                below, above = (below, k) if self._beyond(k, unit, begins) else (k, above)
+
+        while (width := above - below) > 1:
+            edge = self._deciding(self._tried(below * unit), self._tried(above * unit))
+            if edge is not None:
+                cut(math.floor(edge / unit))
+                cut(math.floor(edge / unit) + 1)
+            if above - below > width // 2:
+                cut((below + above) // 2)
         # an end that lies exactly on the edge may be undecided; one unit further out it is not
-        if self.asked.solver == "certified":
-            if trials[below_k].evidence is not Evidence.PROVED and not above(below_k - 1):
-                below_k -= 1
-            if trials[above_k].evidence is not Evidence.PROVED and above(above_k + 1):
-                above_k += 1
-        at_lower, at_upper = trials[below_k], trials[above_k]
-        evidence = weaker(at_lower.evidence, at_upper.evidence)
-        edge = Edge(text_of(below_k, unit), text_of(above_k, unit), begins, evidence)
-        return Refined(edge, at_lower, at_upper)
+        ends = []
+        for k, way in ((below, -1), (above, 1)):
+            unproved = self._tried(k * unit).evidence is not Evidence.PROVED
+            if unproved and self.found.solver == "certified":
+                k += way if self._beyond(k + way, unit, begins) == (way > 0) else 0
+            ends.append(k)
+        lower, upper = (self._tried(k * unit) for k in ends)
+        evidence = weaker(lower.evidence, upper.evidence)
+        edge_ = Edge(text_of(ends[0], unit), text_of(ends[1], unit), begins, evidence)
+        return Refined(edge_, lower, upper)
 
     def _tried(self, amplitude: Fraction, question: Question | None = None) -> Trial:
-        self.trials += 1
-        self.say("deciding", self.trials, 0, "runs")
-        solver, digits = self.asked.solver, self.asked.digits + SPARE
-        options = {} if solver == "exact" else {"digits": digits}
-        if solver == "certified":
-            # an exact tie outside Q(c) is undecided at any precision: do not try very many
-            options["most_digits"] = 4 * digits + 1000
-        return (question or self.question).tried(amplitude, solver, options)
+        """Return what the deciding solver finds."""
+        question = question or self.question
+        key = question.cycles, amplitude
+        if key not in self.runs:
+            self.say("deciding", len(self.runs) + 1, 0, "runs")
+            solver, digits = self.found.solver, self.found.digits + _SPARE
+            options = {} if solver == "exact" else {"digits": digits}
+            if solver == "certified":
+                # an exact tie outside Q(c) is undecided at any precision: do not try very many
+                options["most_digits"] = 4 * digits + 1000
+            self.runs[key] = question.tried(amplitude, solver, options)
+        return self.runs[key]
 
-    def _guess(self, low: Fraction, high: Fraction) -> Fraction:
-        """Return where float64 has the edge: a root of the deciding condition, or the middle."""
-        if high - low < _NARROW * high / 2:  # float64 would not tell its ends apart
-            low, high = low - _NARROW * high, high + _NARROW * high
-        trials = [self.question.tried(amplitude, "exact", {}) for amplitude in (low, high)]
-        root = self._root(low, high, *trials, loss=16)
-        return (low + high) / 2 if root is None else root
-
-    def _root(
-        self, low: Fraction, high: Fraction, at_low: Trial, at_high: Trial, *, loss: int
-    ) -> Fraction | None:
-        """Return the root of the condition in which the runs at `low` and `high` first differ.
-
-        None if none of the conditions that may be it has a root there. Beyond the root the runs
-        may differ from that at `high` once more, and the edge lie further on. One bit is taken to
-        be lost in `loss` events.
-        """
-        log, beside = side_by_side(at_low, at_high)
-        one, other = numbered(log), numbered(beside)
-        events = len(one)
-        if at_low.fate is not None:  # what follows the difference does not matter
-            differs = first_difference(one, other)
-            events = 0 if differs is None else differs[0] // 4
-        lost = 64 + events // loss
-        for condition in conditions(self.question, log, one, other):
-            root = secant(condition, low, high, self.asked.digits + SPARE + 3, lost)
-            if root is not None:
-                return root
-        return None
+    def _deciding(self, one: Trial, other: Trial) -> Fraction | None:
+        """Return the amplitude that tells two runs apart."""
+        digits = self.found.digits + _SPARE + 3
+        return deciding_amplitude(self.question, *side_by_side(one, other), digits)
 
     # -- longer drives -------------------------------------------------------------------------
 
-    def settled(self, amplitude: Fraction) -> tuple[Outcome | None, Evidence]:
-        """Return what float64 has the chain do after many more cycles at `amplitude`."""
+    def _settle(self, amplitude: Fraction) -> None:
+        """Follow a transient in float64 through many more cycles at `amplitude`."""
         changes: list[tuple[int, float]] = []
         for times in _LATER:
             later = replace(self.question, cycles=times * self.question.cycles)
             most = _LATER[-1] * self.question.cycles
             self.say("behaviour below", later.cycles, most, "cycles")
             trial = later.tried(amplitude, "exact", {})
-            outcome, evidence = last_outcome(trial, later.half_cycles)
-            if outcome is not None and not trial.creeps:
-                return outcome, weaker(evidence, Evidence.COMPUTED)
+            evidence = weaker(trial.outcome_evidence, Evidence.COMPUTED)
+            if trial.outcome is not None and not trial.creeps:
+                self._know(outcome_at_lower=trial.outcome, outcome_evidence=evidence)
+                return
             changes.append((later.cycles, trial.change))
         self.transient = transient(changes)
-        return None, weaker(trial.evidence, Evidence.COMPUTED)
+        self._know(outcome_evidence=evidence)
 
     def stable_digits(self, edge: Edge, lasts: bool) -> int:
         """Return how many digits of an edge survive when `cycles` is doubled.
@@ -335,18 +420,16 @@ class EdgeSearch:
         `lasts`: what the chain does at its lower end, it does for ever.
         """
         lower, upper = Fraction(edge.lower), Fraction(edge.upper)
-        shown = min(self.asked.digits, magnitude(edge.middle / (upper - lower)))
+        shown = min(self.found.digits, magnitude(edge.middle / (upper - lower)))
         doubled = replace(self.question, cycles=2 * self.question.cycles)
-        if self._tried(upper, doubled).creeps and (
-            lasts or not self._tried(lower, doubled).creeps
-        ):
+        if self._tried(upper, doubled).creeps and (lasts or not self._tried(lower, doubled).creeps):
             return shown
-        again = EdgeSearch(self.asked, doubled, self.span, self.points, self.say)
+        again = replace(self, question=doubled, runs={})
         try:
             low, high = again.first_bracket()
         except InputError:
             return 0
-        low, high = again.narrowed(low, high, True)
+        low, high = again.narrowed(low, high, begins=True)
         close = abs((low + high) / 2 - edge.middle) <= 100 * _NARROW * high
         other = again.refined(low, high).edge.middle if close else (low + high) / 2
         if other == edge.middle:

@@ -25,8 +25,8 @@ from exactcreep.model.numbers import (
 )
 from exactcreep.studies.fates.numerical import refuse_sliding
 from exactcreep.studies.fates.survival import SIZE, Share, survival
-from exactcreep.studies.thresholds.beside import Measured, single_values
-from exactcreep.studies.thresholds.span import Span, bisected
+from exactcreep.studies.thresholds.amplitudes import Span, bisected
+from exactcreep.studies.thresholds.results import Measured, single_values
 
 _STEP = Fraction(23, 20)  # from one amplitude of the scan to the next
 _LOWER = 10  # halvings of the lower end of a scan, if half of the starts creep there

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
@@ -48,17 +47,10 @@ class Trial(NamedTuple):
     creeps: bool
     evidence: Evidence
     log: list[LoggedRearrangement]
-    tensions: tuple[Sequence[Any], Sequence[Any]] = ((), ())  # before and after the last cycle
-    outcome: Outcome | None = None  # of a fate
+    outcome: Outcome | None  # of the last cycle, or for ever; None: it goes on to change
+    outcome_evidence: Evidence
+    change: float = 0.0  # of a tension in the last cycle, the largest
     fate: Fate | None = None
-
-    @property
-    def change(self) -> float:
-        """The largest change of a tension in the last cycle."""
-        before, after = self.tensions
-        pairs = zip(before, after, strict=True)
-        changes = (abs(enclosure(y).middle - enclosure(x).middle) for x, y in pairs)
-        return nearest_float(max(changes, default=Fraction(0)))
 
 
 @dataclass(frozen=True)
@@ -96,9 +88,6 @@ class Question:
         record = ("x_G", "tension", "events")
         simulation = algorithm.simulation(self.chain, self.start, 0, record)
         stretch = self._followed(simulation, amplitude)
-        tensions = list(stretch.recorded["tension"][-3:])
-        if len(tensions) < 3:
-            tensions = [self.start.tensions, *tensions[-2:]]
         evidence = simulation.evidence
         creeps = stretch.stop is Stop.RUNAWAY
         if not creeps:
@@ -107,7 +96,15 @@ class Question:
             if abs(known.middle - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
                 evidence = Evidence.UNDECIDED
         log = logged(stretch.recorded)
-        return Trial(creeps, evidence, log, (list(tensions[0]), list(tensions[-1])))
+        tensions = [self.start.tensions, *stretch.recorded["tension"]][-3:]
+        before, after = (map(enclosure, tensions[k].tolist()) for k in (0, -1))
+        changes = [_difference(x, y) for x, y in zip(before, after, strict=True)]
+        change = nearest_float(max(abs(one.middle) for one in changes))
+        last = [one for one in log if one.half_cycle > self.half_cycles - 2]
+        room = Fraction(len(log), 2**50)
+        returned = all(abs(one.middle) <= one.radius + room for one in changes)
+        outcome = _last_outcome(last, evidence, returned=returned)
+        return Trial(creeps, evidence, log, *outcome, change)
 
     def _followed(self, simulation: Simulation, amplitude: Fraction) -> Stretch:
         """Take a simulation through all cycles, or to a runaway.
@@ -134,35 +131,28 @@ class Question:
         return stretch
 
     def _advance(self, values: list[Any]) -> Enclosure:
-        way = -1 if self.chain.tan_alpha < 0 else 1
-        end = enclosure(values[-1])
-        if len(values) < 3:
-            return Enclosure(way * end.middle, end.radius)
-        begin = enclosure(values[-3])
-        return Enclosure(way * (end.middle - begin.middle), end.radius + begin.radius)
+        """Return by how much x_G moves down the incline in the last cycle."""
+        begin, end = (enclosure(x) for x in ([0, *values][-3], values[-1]))
+        return _difference(end, begin) if self.chain.tan_alpha < 0 else _difference(begin, end)
 
 
-def last_outcome(trial: Trial, half_cycles: int) -> tuple[Outcome | None, Evidence]:
+def _difference(a: Enclosure, b: Enclosure) -> Enclosure:
+    return Enclosure(b.middle - a.middle, a.radius + b.radius)
+
+
+def _last_outcome(
+    last: list[LoggedRearrangement], evidence: Evidence, *, returned: bool
+) -> tuple[Outcome | None, Evidence]:
     """Return what the chain does in the last cycle of a run, and how well that is known."""
-    last = [one for one in trial.log if one.half_cycle > half_cycles - 2]
     if not last:
-        return Outcome.AT_REST, trial.evidence
-    moves: Counter[int] = Counter()
-    for one in last:
-        if not lone(one.itinerary):
-            break
-        moves.update(dict(zip(one.events[0].sliders, one.events[0].signs, strict=True)))
-    else:
+        return Outcome.AT_REST, evidence
+    if all(lone(one.itinerary) for one in last):
         # a lone slip from its threshold moves a slider by 2 D: the moves cancel, or do not
-        if not any(moves.values()):
-            return Outcome.CYCLING, trial.evidence
-        return None, trial.evidence
-    before, after = trial.tensions
-    pairs = [(enclosure(x), enclosure(y)) for x, y in zip(before, after, strict=True)]
-    room = Fraction(len(trial.log), 2**50)
-    if any(abs(x.middle - y.middle) > x.radius + y.radius + room for x, y in pairs):
-        return None, trial.evidence
-    return Outcome.CYCLING, weaker(trial.evidence, Evidence.COMPUTED)
+        moves: Counter[int] = Counter()
+        for one in last:
+            moves.update(dict(zip(one.events[0].sliders, one.events[0].signs, strict=True)))
+        return None if any(moves.values()) else Outcome.CYCLING, evidence
+    return (Outcome.CYCLING, weaker(evidence, Evidence.COMPUTED)) if returned else (None, evidence)
 
 
 def transient(changes: list[tuple[int, float]]) -> dict[str, Any]:

@@ -31,8 +31,8 @@ from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.fates.numerical import refuse_sliding
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
-from exactcreep.studies.thresholds.beside import Measured, single_values
-from exactcreep.studies.thresholds.span import two_numbers
+from exactcreep.studies.thresholds.amplitudes import two_numbers
+from exactcreep.studies.thresholds.results import Measured, single_values
 
 FEWEST_POINTS = 8
 """Amplitudes of a straight line."""

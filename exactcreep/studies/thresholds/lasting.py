@@ -23,6 +23,7 @@ CERTIFIED_CYCLES = 1_000
 """Of a certified one."""
 _SHORT = 5  # sliders: the transients of longer chains are too long to certify one after the other
 _TWIN = Fraction(1, 10**13)  # how far apart the starts are on whose fates float64 has to agree
+Log = list[LoggedRearrangement]
 _IDLE = (Outcome.AT_REST, Outcome.CYCLING)
 
 
@@ -97,21 +98,24 @@ class Lasting(Question):
             most = min(max(found.cycles, 1), CERTIFIED_CYCLES)
             past = Question(self.chain, most, self.start, self.limits)
             trial = past.tried(amplitude, solver, options)
-            return trial._replace(creeps=found.outcome not in _IDLE, outcome=found.outcome)
+            return trial._replace(
+                creeps=found.outcome not in _IDLE,
+                outcome=found.outcome,
+                outcome_evidence=trial.evidence,
+            )
         drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
         found, log = proved_fate(self.chain, drive, self.start, self.limits)
         if found.outcome is Outcome.LIMIT:
             self.limits.require()
         creeps = found.outcome not in _IDLE
-        return Trial(creeps, found.evidence, log, outcome=found.outcome, fate=found)
+        return Trial(creeps, found.evidence, log, found.outcome, found.evidence, fate=found)
 
 
-def side_by_side(one: Trial, other: Trial) -> list[list[LoggedRearrangement]]:
+def side_by_side(one: Trial, other: Trial) -> tuple[Log, Log]:
     """Return what happened in both, that which settled earlier gone on with its last period."""
-    logs = []
-    for trial, beside in ((one, other), (other, one)):
-        log = list(trial.log)
-        fate, longer = trial.fate, beside.fate
+
+    def gone_on(trial: Trial, beside: Trial) -> Log:
+        log, fate, longer = list(trial.log), trial.fate, beside.fate
         if fate is not None and longer is not None and fate.period is not None:
             end, step = 2 * fate.cycles, 2 * fate.period
             last = [again for again in log if again.half_cycle > end - step]
@@ -119,5 +123,6 @@ def side_by_side(one: Trial, other: Trial) -> list[list[LoggedRearrangement]]:
                 last = [again._replace(half_cycle=again.half_cycle + step) for again in last]
                 log += last
                 end += step
-        logs.append(log)
-    return logs
+        return log
+
+    return gone_on(one, other), gone_on(other, one)

@@ -23,11 +23,11 @@ from exactcreep import (
     threshold,
 )
 from exactcreep.limits import Limits
-from exactcreep.studies.thresholds import criteria as thresholds
+from exactcreep.studies.thresholds import edges
 from exactcreep.studies.thresholds.criteria import CRITERIA
 from exactcreep.studies.thresholds.intercept import _fitted
 from exactcreep.studies.thresholds.lasting import Lasting
-from exactcreep.studies.thresholds.threshold import Threshold
+from exactcreep.studies.thresholds.results import Threshold
 from tests.conftest import Command
 from tests.paper import captions
 
@@ -80,12 +80,10 @@ def test_an_argument_that_a_criterion_does_not_use_is_refused(criterion: str, na
 
 
 @pytest.mark.parametrize("criterion", CRITERIA)
-def test_the_help_names_the_criteria_that_use_an_argument(
-    criterion: str, command: Command
-) -> None:
+def test_the_help_names_the_criteria_that_use_an_argument(criterion: str, command: Command) -> None:
     text = " ".join(inspect.getdoc(threshold).split())  # type: ignore[union-attr]
     for name in CRITERIA[criterion]:
-        line = text[text.index(f" {name} :") if f" {name} :" in text else text.index(f"{name}, "):]
+        line = text[text.index(f" {name} :") if f" {name} :" in text else text.index(f"{name}, ") :]
         said = line[: line.index(" : ", line.index(" : ") + 3)]
         both = "all but ``intercept``" in said and criterion != "intercept"
         assert f"``{criterion}``" in said or both, name
@@ -192,9 +190,7 @@ def test_amplitudes_from_nothing_to_beyond_one_are_scanned(criterion: str) -> No
     chain = Chain(2, "0.1", "0.5", "0.6", tan_alpha="0.25")
     edge = 0.35 * 4 / math.sqrt(17) / 0.1
     found = of(criterion, chain, low=0, high=8)
-    low, high = (
-        (found.low, found.high) if criterion == "survival" else (found.lower, found.upper)
-    )
+    low, high = (found.low, found.high) if criterion == "survival" else (found.lower, found.upper)
     assert float(low) <= edge * 1.01
     assert float(high) >= edge * 0.99
     with pytest.raises(InputError, match="negative"):
@@ -240,7 +236,7 @@ def test_where_no_certified_run_tells_either_an_amplitude_is_called_sensitive() 
 def test_creep_that_does_not_settle_has_an_interval_and_no_edge(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(thresholds, "MOST_CYCLES", 1000)
+    monkeypatch.setattr(edges, "MOST_CYCLES", 1000)
     chain = captions(6)
     found = threshold(chain, criterion="lasting", low="0.00096", high="0.00104", points=8)
     assert isinstance(found, Threshold)

@@ -14,10 +14,10 @@ from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.studies.thresholds import beside
+from exactcreep.studies.thresholds import results
 from exactcreep.studies.thresholds.criteria import threshold
 from exactcreep.studies.thresholds.horizon import transient
-from exactcreep.studies.thresholds.threshold import Edge, Threshold
+from exactcreep.studies.thresholds.results import Edge, Threshold
 from tests.paper import captions
 
 FLOAT = {"solver": "exact", "digits": 9, "cycles": 20}
@@ -57,9 +57,8 @@ class TestTwoSliders:
         assert encloses(found, (Fraction(11, 65) - reduced) / 1000)
 
     def test_the_search_does_not_use_the_laws(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(beside, "LAWS", {})
+        monkeypatch.setattr(results, "laws_beside", None)
         found = threshold(pythagorean(), **FLOAT)
-        assert found.law_two_sliders is None
         assert encloses(found, Fraction(11, 65) / 1000)
 
     def test_the_laws_are_told_apart(self) -> None:

@@ -1,22 +1,54 @@
-"""What the search for an edge finds: the edge, what the chain does on both sides, and the laws."""
+"""What is found of a threshold, and what stands beside every one: the laws and theorems."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from fractions import Fraction
 from typing import Any
 
 import xarray as xr
 
+from exactcreep.laws import LAWS, edges
 from exactcreep.model.chain import Chain
+from exactcreep.model.numbers import nearest_float, plain_data
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.representation import Shown, drawn
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
+from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.studies.eventlog import LoggedEvent
 from exactcreep.studies.fates.result import Fate
-from exactcreep.studies.thresholds.beside import beside, laws_beside, single_values
 
 _OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "reason"
+
+
+def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
+    """Return what the laws predict for a chain or its mirror image, as decimals; None: no law."""
+    context = digits_of(math.ceil((digits + 10) * BITS_PER_DIGIT)).context
+    rationals = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha)}
+    numbers = {name: context.mpf(v.numerator) / v.denominator for name, v in rationals.items()}
+    forms = {"law_seuil": LAWS["seuil"].printed, "law_corrected": LAWS["seuil"].corrected}
+    forms["law_two_sliders"] = (
+        LAWS["threshold_th_2_cycle_corrected"].exact if chain.n == 2 else None
+    )
+    found: dict[str, str | None] = dict.fromkeys(forms)
+    for name, form in forms.items():
+        if form is not None:
+            value = form(**{one: numbers[one] for one in form.required})
+            found[name] = enclosure(value).text(digits)
+    return found
+
+
+def _beside(chain: Chain, compare: str, digits: int = 12) -> dict[str, Any]:
+    """Return what stands beside a threshold: laws, theorems, which of them are about the same."""
+    return {**laws_beside(chain, digits), "theorems": edges(chain), "compare": compare}
+
+
+def single_values(chain: Chain, summary: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what of a summary is text or a number, and the chain: attributes of a dataset."""
+    single = {k: v for k, v in summary.items() if isinstance(v, (str, int, float))}
+    return plain_data(chain.parameters()) | single
 
 
 @dataclass(frozen=True)
@@ -45,12 +77,8 @@ class Edge:
 
     def summary(self, what: str = "creep") -> dict[str, Any]:
         """Return the edge by names, ready for JSON; `what` begins or ends there."""
-        return {
-            "lower": self.lower,
-            "upper": self.upper,
-            what: "begins" if self.begins else "ends",
-            "evidence": self.evidence.value,
-        }
+        begins, evidence = "begins" if self.begins else "ends", self.evidence.value
+        return {"lower": self.lower, "upper": self.upper, what: begins, "evidence": evidence}
 
 
 @dataclass(frozen=True)
@@ -167,9 +195,8 @@ class Threshold(Shown):
         return f"advance in cycle {self.cycles}" if self.criterion == "horizon" else "creep"
 
     def _facts(self) -> dict[str, Any]:
-        names = ("lower", "upper", "outcome_at_lower", "evidence", "criterion", "digits",
-                 "law_seuil", "solver", "reason")  # fmt: skip
-        return {"n": self.chain.n} | {name: getattr(self, name) for name in names}
+        names = "lower upper outcome_at_lower evidence criterion digits law_seuil solver reason"
+        return {"n": self.chain.n} | {name: getattr(self, name) for name in names.split()}
 
     def _picture(self) -> str:
         """Return whether there is creep over the amplitude, from half the threshold to twice it."""
@@ -187,7 +214,7 @@ class Threshold(Shown):
             "evidence": self.evidence.value,
             "deciding_event": self.deciding_event and self.deciding_event.summary(),
         }
-        out |= beside(self.chain, self.compare, self.digits)
+        out |= _beside(self.chain, self.compare, self.digits)
         what = self.what.split()[0]
         if self.criterion == "lasting":
             out["sensitive"] = list(self.sensitive)
@@ -212,3 +239,29 @@ class Threshold(Shown):
             {name: ("edge", [getattr(e, name) for e in self.windows or ()]) for name in columns},
             attrs=single_values(self.chain, self.summary()),
         )
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Measured:
+    """What the thresholds have in common that are measured with float64, from many starts."""
+
+    chain: Chain
+    cycles: int
+    seed: int
+    size: Fraction
+    reason: str
+
+    criterion = ""
+    compare = ""
+
+    @property
+    def evidence(self) -> Evidence:
+        """`COMPUTED`; `UNDECIDED` if a limit ended the measurement, or it does not fit the law."""
+        return Evidence.UNDECIDED if self.reason else Evidence.COMPUTED
+
+    def summary(self) -> dict[str, Any]:
+        """Return everything by names, ready for JSON."""
+        measured = {one.name: getattr(self, one.name) for one in fields(self)[1:]}
+        about = {"criterion": self.criterion, "size": nearest_float(self.size)}
+        about |= {"evidence": self.evidence.value} | _beside(self.chain, self.compare)
+        return plain_data(measured | about)
