@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.motion.arithmetic import Arithmetic
-from exactcreep.motion.replay import Replay, elastic_gain
+from exactcreep.motion.replay import elastic_gain
 from exactcreep.solvers.tables import RearrangementRow, SlipRow
 
 
@@ -137,27 +137,3 @@ class Avalanche:
 
 
 _NUMBERS = ("theta", "tensions", "moved", "time", "path", "largest")
-
-
-def replayed_rows(
-    replay: Replay, number: int = 0, half_cycle: int = 1, direction: int = 0
-) -> tuple[RearrangementRow, list[SlipRow]]:
-    """Return the row of a rearrangement that comes to rest, and those of its slips, by replay.
-
-    Parameters
-    ----------
-    replay : Replay
-    number, half_cycle, direction : int
-        What the events do not tell; see `RearrangementRow`. Neither do they tell what was
-        undecided: the row says 0.
-    """
-    arithmetic = replay.arithmetic
-    theta, still = replay.initial.theta, arithmetic.zeros(replay.chain.n)
-    avalanche = Avalanche(number, half_cycle, theta, direction, replay.tensions, still)
-    slips: list[SlipRow] = []
-    for phase in replay:
-        phase.arrive()
-        for event in phase.events:
-            phase.happen(event)
-            slips += avalanche.take(event, replay.flow.moved, replay.coefficient, arithmetic)
-    return avalanche.row(replay.chain, arithmetic, 0), slips

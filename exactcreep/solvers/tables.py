@@ -7,10 +7,10 @@ schema, datasets take their labels from it, and studies read rows and events bac
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
-from itertools import groupby
+from functools import cached_property, partial
+from itertools import groupby, repeat
 from typing import Annotated, Any, Generic, NamedTuple, TypeVar, get_type_hints
 
 import numpy as np
@@ -127,18 +127,86 @@ class Schema(Generic[Row]):
         return "\n".join([f"{about}::", "", *lines])
 
 
+_real = partial(Column, "float64")
+_whole = partial(Column, "int64", NUMBER)
+_tiny = partial(Column, "int8", NUMBER)
+
+
 class HalfCycle(NamedTuple):
     """A row for each half-cycle, or target of another drive: what is known at its end."""
 
-    theta: Annotated[Any, Column("float64", NUMBER, "dilation at the end of the half-cycle")]
-    x_G: Annotated[Any, Column("float64", LENGTH, "displacement of the centre of mass")]
-    x: Annotated[Any, Column("float64", LENGTH, "displacement of each slider", ("slider",))]
-    tension: Annotated[
-        Any, Column("float64", FORCE, "tension of the spring below each slider", ("spring",))
+    theta: Annotated[Any, _real(NUMBER, "dilation at the end of the half-cycle")]
+    x_G: Annotated[Any, _real(LENGTH, "displacement of the centre of mass")]
+    x: Annotated[Any, _real(LENGTH, "displacement of each slider", ("slider",))]
+    tension: Annotated[Any, _real(FORCE, "tension of the spring below each slider", ("spring",))]
+    slips: Annotated[Any, _whole("slips of each slider within the half-cycle", ("slider",))]
+
+
+class EventRow(NamedTuple):
+    """A row for each slider of an event; those of one event differ in slider and sign alone."""
+
+    half_cycle: Annotated[int, _whole("number of the half-cycle, from 1")]
+    rearrangement: Annotated[int, _whole("number of the rearrangement, from 0")]
+    number: Annotated[int, _whole("number of the event within its rearrangement, from 0")]
+    theta: Annotated[Any, _real(NUMBER, "dilation at which the chain rearranges")]
+    time: Annotated[Any, _real(TIME, "time since the start of the rearrangement")]
+    kind: Annotated[int, _tiny("0 start, 1 stop")]
+    slider: Annotated[int, _whole("number of the slider, from 1")]
+    sign: Annotated[int, _tiny("+1 downhill, -1 uphill")]
+
+
+class RearrangementRow(NamedTuple):
+    """A row for each rearrangement that has come to rest."""
+
+    half_cycle: Annotated[int, _whole("number of the half-cycle, from 1")]
+    theta: Annotated[Any, _real(NUMBER, "dilation theta_c at which the chain rearranges")]
+    direction: Annotated[int, _tiny("of the ramp: +1 dilation, -1 contraction, 0 no ramp")]
+    began: Annotated[int, _whole("sliders that start first, together")]
+    began_first: Annotated[int, _whole("the uppermost of them, from 1")]
+    began_last: Annotated[int, _whole("the lowermost of them")]
+    duration: Annotated[Any, _real(TIME, "time from the first event to the last")]
+    events: Annotated[int, _whole("start and stop events")]
+    slips: Annotated[int, _whole("motions of one slider from start to stop")]
+    sliders: Annotated[int, _whole("different sliders that slip")]
+    first: Annotated[int, _whole("the uppermost slider that slips, from 1")]
+    last: Annotated[int, _whole("the lowermost slider that slips")]
+    displacement: Annotated[Any, _real(LENGTH, "of the centre of mass")]
+    largest_slip: Annotated[Any, _real(LENGTH, "length of the longest slip")]
+    elastic_before: Annotated[Any, _real(ENERGY, "elastic energy at theta_c")]
+    elastic_after: Annotated[Any, _real(ENERGY, "elastic energy at rest again")]
+    gravity: Annotated[Any, _real(ENERGY, "work of gravity on the sliders")]
+    dissipation: Annotated[Any, _real(ENERGY, "energy that friction takes")]
+    undecided: Annotated[
+        int, _whole("comparisons inside their bound, since the rearrangement before")
     ]
-    slips: Annotated[
-        Any, Column("int64", NUMBER, "slips of each slider within the half-cycle", ("slider",))
-    ]
+
+
+class SlipRow(NamedTuple):
+    """A row for each slip, in order of their stops."""
+
+    slider: Annotated[int, _whole("number of the slider, from 1")]
+    rearrangement: Annotated[int, _whole("number of the rearrangement, from 0")]
+    start: Annotated[Any, _real(TIME, "since the start of the rearrangement")]
+    stop: Annotated[Any, _real(TIME, "since the start of the rearrangement")]
+    displacement: Annotated[Any, _real(LENGTH, "of the slider, positive downhill")]
+    coefficient: Annotated[float, _real(NUMBER, "static coefficient drawn at the stop")]
+
+
+HALF_CYCLE_TABLE = Schema("half_cycle", HalfCycle)
+EVENT_TABLE = Schema("event", EventRow, "event_")
+REARRANGEMENT_TABLE = Schema("rearrangement", RearrangementRow, "rearrangement_")
+SLIP_TABLE = Schema("slip", SlipRow, "slip_")
+LOGS: dict[str, Schema[Any]] = {
+    "events": EVENT_TABLE,
+    "rearrangements": REARRANGEMENT_TABLE,
+    "slip_table": SLIP_TABLE,
+}
+"""The tables that have no row for each target, by what records them."""
+TABLES = (HALF_CYCLE_TABLE, *LOGS.values())
+COLUMNS = {name: column for table in TABLES for name, column in table.columns.items()}
+"""Of all tables, by their full names."""
+RECORDS = (*(name for name in HALF_CYCLE_TABLE.columns if name != "theta"), *LOGS)
+"""What a simulation can record; theta is known from the drive."""
 
 
 class TargetRows(NamedTuple):
@@ -168,80 +236,6 @@ class TargetRows(NamedTuple):
         """Return the rows of the first `done` targets by name."""
         rows = self._asdict().items()
         return {name: row[:done] for name, row in rows if name == "x_G" or name in record}
-
-
-class EventRow(NamedTuple):
-    """A row for each slider of an event; those of one event differ in slider and sign alone."""
-
-    half_cycle: Annotated[int, Column("int64", NUMBER, "number of the half-cycle, from 1")]
-    rearrangement: Annotated[int, Column("int64", NUMBER, "number of the rearrangement, from 0")]
-    number: Annotated[
-        int, Column("int64", NUMBER, "number of the event within its rearrangement, from 0")
-    ]
-    theta: Annotated[Any, Column("float64", NUMBER, "dilation at which the chain rearranges")]
-    time: Annotated[Any, Column("float64", TIME, "time since the start of the rearrangement")]
-    kind: Annotated[int, Column("int8", NUMBER, "0 start, 1 stop")]
-    slider: Annotated[int, Column("int64", NUMBER, "number of the slider, from 1")]
-    sign: Annotated[int, Column("int8", NUMBER, "+1 downhill, -1 uphill")]
-
-
-class RearrangementRow(NamedTuple):
-    """A row for each rearrangement that has come to rest."""
-
-    half_cycle: Annotated[int, Column("int64", NUMBER, "number of the half-cycle, from 1")]
-    theta: Annotated[
-        Any, Column("float64", NUMBER, "dilation theta_c at which the chain rearranges")
-    ]
-    direction: Annotated[
-        int, Column("int8", NUMBER, "of the ramp: +1 dilation, -1 contraction, 0 no ramp")
-    ]
-    began: Annotated[int, Column("int64", NUMBER, "sliders that start first, together")]
-    began_first: Annotated[int, Column("int64", NUMBER, "the uppermost of them, from 1")]
-    began_last: Annotated[int, Column("int64", NUMBER, "the lowermost of them")]
-    duration: Annotated[Any, Column("float64", TIME, "time from the first event to the last")]
-    events: Annotated[int, Column("int64", NUMBER, "start and stop events")]
-    slips: Annotated[int, Column("int64", NUMBER, "motions of one slider from start to stop")]
-    sliders: Annotated[int, Column("int64", NUMBER, "different sliders that slip")]
-    first: Annotated[int, Column("int64", NUMBER, "the uppermost slider that slips, from 1")]
-    last: Annotated[int, Column("int64", NUMBER, "the lowermost slider that slips")]
-    displacement: Annotated[Any, Column("float64", LENGTH, "of the centre of mass")]
-    largest_slip: Annotated[Any, Column("float64", LENGTH, "length of the longest slip")]
-    elastic_before: Annotated[Any, Column("float64", ENERGY, "elastic energy at theta_c")]
-    elastic_after: Annotated[Any, Column("float64", ENERGY, "elastic energy at rest again")]
-    gravity: Annotated[Any, Column("float64", ENERGY, "work of gravity on the sliders")]
-    dissipation: Annotated[Any, Column("float64", ENERGY, "energy that friction takes")]
-    undecided: Annotated[
-        int,
-        Column("int64", NUMBER, "comparisons inside their bound, since the rearrangement before"),
-    ]
-
-
-class SlipRow(NamedTuple):
-    """A row for each slip, in order of their stops."""
-
-    slider: Annotated[int, Column("int64", NUMBER, "number of the slider, from 1")]
-    rearrangement: Annotated[int, Column("int64", NUMBER, "number of the rearrangement, from 0")]
-    start: Annotated[Any, Column("float64", TIME, "since the start of the rearrangement")]
-    stop: Annotated[Any, Column("float64", TIME, "since the start of the rearrangement")]
-    displacement: Annotated[Any, Column("float64", LENGTH, "of the slider, positive downhill")]
-    coefficient: Annotated[float, Column("float64", NUMBER, "static coefficient drawn at the stop")]
-
-
-HALF_CYCLE_TABLE = Schema("half_cycle", HalfCycle)
-EVENT_TABLE = Schema("event", EventRow, "event_")
-REARRANGEMENT_TABLE = Schema("rearrangement", RearrangementRow, "rearrangement_")
-SLIP_TABLE = Schema("slip", SlipRow, "slip_")
-LOGS: dict[str, Schema[Any]] = {
-    "events": EVENT_TABLE,
-    "rearrangements": REARRANGEMENT_TABLE,
-    "slip_table": SLIP_TABLE,
-}
-"""The tables that have no row for each target, by what records them."""
-TABLES = (HALF_CYCLE_TABLE, *LOGS.values())
-COLUMNS = {name: column for table in TABLES for name, column in table.columns.items()}
-"""Of all tables, by their full names."""
-RECORDS = (*(name for name in HALF_CYCLE_TABLE.columns if name != "theta"), *LOGS)
-"""What a simulation can record; theta is known from the drive."""
 
 
 def record_arrays(rows: Mapping[str, Sequence[Any]], n: int) -> dict[str, NDArray[Any]]:
@@ -283,40 +277,32 @@ def rows_of(
 def logged_events(
     recorded: Mapping[str, NDArray[Any]], residuals: NDArray[Any] | None = None
 ) -> Iterator[tuple[EventRow, Event]]:
-    """Yield every recorded event behind the row of its first slider.
-
-    Parameters
-    ----------
-    recorded : mapping
-        With the columns of `EVENT_TABLE`.
-    residuals : ndarray, optional
-        Of each row; they are not recorded, and zero by default.
-    """
-    rows = list(EVENT_TABLE.rows(recorded))
-    known = [0] * len(rows) if residuals is None else residuals.tolist()
-    return events_of(rows, known)
+    """Yield every event of recorded columns behind the row of its first slider; see `events_of`."""
+    known = None if residuals is None else residuals.tolist()
+    return events_of(EVENT_TABLE.rows(recorded), known)
 
 
 def events_of(
-    rows: Sequence[EventRow], residuals: Sequence[Any]
+    rows: Iterable[EventRow], residuals: Iterable[Any] | None = None
 ) -> Iterator[tuple[EventRow, Event]]:
-    """Yield every event of some rows behind the row of its first slider; a residual for each."""
+    """Yield every event of some rows behind the row of its first slider.
 
-    def which(pair: tuple[EventRow, Any]) -> tuple[Any, ...]:
-        row, _ = pair
-        return (row.rearrangement, row.number, row.kind, row.time)
-
-    for _, group in groupby(zip(rows, residuals, strict=True), key=which):
-        pairs = sorted(group, key=lambda pair: pair[0].slider)
-        first = pairs[0][0]
+    Residuals, one for each row, are not recorded, and zero by default.
+    """
+    pairs = zip(rows, repeat(0) if residuals is None else residuals, strict=False)
+    for _, group in groupby(
+        pairs, lambda pair: (pair[0].rearrangement, pair[0].number, pair[0].kind, pair[0].time)
+    ):
+        together = sorted(group, key=lambda pair: pair[0].slider)
+        first = together[0][0]
         yield (
             first,
             Event(
                 time=first.time,
                 kind=_KINDS[first.kind],
-                sliders=tuple(row.slider for row, _ in pairs),
-                signs=tuple(row.sign for row, _ in pairs),
-                residual=max(residual for _, residual in pairs),
+                sliders=tuple(row.slider for row, _ in together),
+                signs=tuple(row.sign for row, _ in together),
+                residual=max(residual for _, residual in together),
             ),
         )
 

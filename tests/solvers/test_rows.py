@@ -20,7 +20,7 @@ from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.quasistatic.decimals import as_claimed, floats
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.rows import replayed_rows
+from exactcreep.solvers.rows import Avalanche
 from exactcreep.solvers.tables import (
     LOGS,
     REARRANGEMENT_TABLE,
@@ -46,6 +46,24 @@ def left(table: Mapping[str, NDArray[Any]]) -> NDArray[Any]:
     """Return what the ledger of each row leaves over."""
     before, gravity, dissipation, after = (table[name] for name in LEDGER)
     return np.asarray(before + gravity - dissipation - after)
+
+
+def replayed_rows(
+    replay: Replay, number: int, half_cycle: int, direction: int
+) -> tuple[RearrangementRow, list[SlipRow]]:
+    """Return the row of a rearrangement that comes to rest, and those of its slips, by replay.
+
+    Events do not tell what was undecided: the row says 0.
+    """
+    theta, still = replay.initial.theta, FLOAT64.zeros(replay.chain.n)
+    avalanche = Avalanche(number, half_cycle, theta, direction, replay.tensions, still)
+    slips: list[SlipRow] = []
+    for phase in replay:
+        phase.arrive()
+        for event in phase.events:
+            phase.happen(event)
+            slips += avalanche.take(event, replay.flow.moved, replay.coefficient, FLOAT64)
+    return avalanche.row(replay.chain, FLOAT64, 0), slips
 
 
 def replayed(run: Creep, direction: NDArray[Any]) -> tuple[list[RearrangementRow], list[SlipRow]]:
