@@ -94,6 +94,9 @@ NOW = np.dtype(
         ("number", np.int64),  # of the event in its rearrangement
         ("target", np.int64),
         ("way", np.int64),  # of the ramp to this rearrangement, 0 if there was none
+        ("near", np.int64),  # sliders in windows
+        ("written", np.int64),  # rows of events that are kept
+        ("spent", np.int64),  # steps since the last look at a clock, see `_PAUSE`
     ]
 )
 ROW = np.dtype(
@@ -101,13 +104,14 @@ ROW = np.dtype(
         *EVENT_TABLE.dtype,
         ("residual", np.float64),
         ("moved", np.float64),  # displacement since the last rest
+        ("coefficient", np.float64),  # of a stop: drawn at it
         ("undecided", np.int64),  # count up to now
         ("way", np.int64),
     ]
 )
 
 
-class Work(NamedTuple):
+class Arrays(NamedTuple):
     """Everything that changes. Sliders stand at 1 .. n, with a ghost at either end."""
 
     sliders: NDArray[Any]  # of SLIDER
@@ -116,11 +120,8 @@ class Work(NamedTuple):
     now: NDArray[Any]  # one NOW
     windows: NDArray[np.int64]  # first and last slider of every window
     near: NDArray[np.int64]  # the sliders in windows: movers and their neighbours, ascending
-    near_count: NDArray[np.int64]  # how many they are
     hit: NDArray[np.int8]  # 1: the slider stops or starts; 2: it has just stopped
     rows: NDArray[Any]  # of ROW: one for every slider of an event, if events are kept
-    written: NDArray[np.int64]  # how many rows
-    spent: NDArray[np.int64]  # steps since the last look at a clock, see `_PAUSE`
 
 
 X, Y, B, PULL, MASS, DRAG, SIGN, FLOOR, CEILING, SPRINGS = range(10)
@@ -171,69 +172,21 @@ def _velocity(lanes, i):
 
 
 @_compiled
-def _rounding(work, laws, i):
+def _rounding(arrays, laws, i):
     """Return a bound for the rounding errors of F_i and of its threshold."""
-    sliders, lanes = work.sliders, work.lanes
+    sliders, lanes = arrays.sliders, arrays.lanes
     size = abs(sliders[i].base) + abs(sliders[i - 1].base) + abs(laws.weight)
     size += abs(lanes[X, i - 1]) + abs(lanes[X, i + 1]) + 2.0 * abs(lanes[X, i])
     return 4.0 * _EPS * (size + sliders[i].threshold)
 
 
 @_compiled
-def _start(laws, work, i, sign):
-    """Set slider i in motion from velocity zero."""
-    now = work.now[0]
-    lanes = work.lanes
-    square = laws.dt * laws.dt
-    for k in range(max(i - 1, 1), min(i + 1, laws.n) + 1):
-        lanes[PULL, k] = _pull(laws, work.sliders, k)
-    lanes[SIGN, i] = sign
-    lanes[MASS, i] = square
-    lanes[DRAG, i] = square * laws.friction * sign
-    lanes[FLOOR, i] = _SMALLEST
-    lanes[CEILING, i] = np.inf
-    lanes[B, i] = square * _at(lanes, i) - lanes[DRAG, i]
-    lanes[Y, i] = -0.5 * lanes[B, i]
-    k = now.movers
-    while k > 0 and work.movers[k - 1] > i:
-        work.movers[k] = work.movers[k - 1]
-        k -= 1
-    work.movers[k] = i
-    now.movers += 1
-    now.low = min(now.low, i)
-    now.high = max(now.high, i)
-
-
-@_compiled
-def _stop(laws, work, i):
-    """Bring slider i to rest and draw its next static coefficient; `_discharge` must follow."""
-    lanes = work.lanes
-    _draw(laws, work.now[0], work.sliders[i], i)
-    for row in (Y, B, MASS, DRAG, SIGN, FLOOR):
-        lanes[row, i] = 0.0
-    lanes[CEILING, i] = work.sliders[i].threshold
-
-
-@_compiled
-def _discharge(work):
-    """Strike the sliders that rest off the list of movers."""
-    now = work.now[0]
-    kept = 0
-    for k in range(now.movers):
-        i = work.movers[k]
-        if work.lanes[SIGN, i] != 0.0:
-            work.movers[kept] = i
-            kept += 1
-    now.movers = kept
-
-
-@_compiled
-def _write(work, time, kind, i, sign, residual):
+def _write(arrays, time, kind, i, sign, residual):
     """Keep one slider of an event, if events are kept."""
-    if work.rows.size == 0:
+    if arrays.rows.size == 0:
         return
-    now = work.now[0]
-    row = work.rows[work.written[0]]
+    now = arrays.now[0]
+    row = arrays.rows[now.written]
     row.half_cycle = now.target
     row.rearrangement = now.rearrangements - 1
     row.number = now.number
@@ -243,10 +196,67 @@ def _write(work, time, kind, i, sign, residual):
     row.slider = i
     row.sign = np.int8(sign)
     row.residual = residual
-    row.moved = work.lanes[X, i]
+    row.moved = arrays.lanes[X, i]
+    row.coefficient = arrays.sliders[i].coefficient
     row.undecided = now.undecided
     row.way = now.way
-    work.written[0] += 1
+    now.written += 1
+
+
+@_compiled
+def _full(laws, arrays):
+    """Return whether there may be no room for the rows of another event."""
+    return arrays.rows.size > 0 and arrays.now[0].written + 2 * laws.n + 2 > arrays.rows.size
+
+
+@_compiled
+def _start(laws, arrays, i, sign, time, residual):
+    """Set slider i in motion from velocity zero."""
+    now = arrays.now[0]
+    lanes = arrays.lanes
+    square = laws.dt * laws.dt
+    for k in range(max(i - 1, 1), min(i + 1, laws.n) + 1):
+        lanes[PULL, k] = _pull(laws, arrays.sliders, k)
+    lanes[SIGN, i] = sign
+    lanes[MASS, i] = square
+    lanes[DRAG, i] = square * laws.friction * sign
+    lanes[FLOOR, i] = _SMALLEST
+    lanes[CEILING, i] = np.inf
+    lanes[B, i] = square * _at(lanes, i) - lanes[DRAG, i]
+    lanes[Y, i] = -0.5 * lanes[B, i]
+    k = now.movers
+    while k > 0 and arrays.movers[k - 1] > i:
+        arrays.movers[k] = arrays.movers[k - 1]
+        k -= 1
+    arrays.movers[k] = i
+    now.movers += 1
+    now.low = min(now.low, i)
+    now.high = max(now.high, i)
+    _write(arrays, time, _START, i, sign, residual)
+
+
+@_compiled
+def _stop(laws, arrays, i, time, residual):
+    """Bring slider i to rest and draw its next static coefficient; `_discharge` must follow."""
+    lanes = arrays.lanes
+    _draw(laws, arrays.now[0], arrays.sliders[i], i)
+    _write(arrays, time, _STOP, i, lanes[SIGN, i], residual)
+    for row in (Y, B, MASS, DRAG, SIGN, FLOOR):
+        lanes[row, i] = 0.0
+    lanes[CEILING, i] = arrays.sliders[i].threshold
+
+
+@_compiled
+def _discharge(arrays):
+    """Strike the sliders that rest off the list of movers."""
+    now = arrays.now[0]
+    kept = 0
+    for k in range(now.movers):
+        i = arrays.movers[k]
+        if arrays.lanes[SIGN, i] != 0.0:
+            arrays.movers[kept] = i
+            kept += 1
+    now.movers = kept
 
 
 @_compiled
@@ -270,29 +280,27 @@ def _begin(laws, now, way):
 
 
 @_compiled
-def release(laws, work):
+def release(laws, arrays):
     """Start every slider that exceeds its threshold as the chain stands; return how many."""
-    now = work.now[0]
+    now = arrays.now[0]
     started = 0
     for i in range(1, laws.n + 1):
-        force = _pull(laws, work.sliders, i)
-        excess = abs(force) - work.sliders[i].threshold
-        if abs(excess) <= _rounding(work, laws, i):
+        force = _pull(laws, arrays.sliders, i)
+        excess = abs(force) - arrays.sliders[i].threshold
+        if abs(excess) <= _rounding(arrays, laws, i):
             now.undecided += 1
         if excess > 0.0:
             if started == 0:
                 _begin(laws, now, 0)
             started += 1
-            sign = math.copysign(1.0, force)
-            _start(laws, work, i, sign)
-            _write(work, 0.0, _START, i, sign, 0.0)
+            _start(laws, arrays, i, math.copysign(1.0, force), 0.0, 0.0)
     if started > 0:
         _close_event(now)
     return started
 
 
 @_compiled
-def ramp(laws, work, way, room):
+def ramp(laws, arrays, way, room):
     """Ramp theta until an end slider starts, by less than `room` = l0 |d theta|; return whether.
 
     theta enters the forces on sliders 1 and n only, so theta_c is explicit.
@@ -300,15 +308,15 @@ def ramp(laws, work, way, room):
     n = laws.n
     if n == 1:
         return False
-    now = work.now[0]
-    sliders = work.sliders
+    now = arrays.now[0]
+    sliders = arrays.sliders
     gaps = (np.inf, np.inf)
     slack = 0.0
     for i in (1, n):
         sign = way if i == n else -way  # of the start that the ramp brings about
         gap = max(sliders[i].threshold - sign * _pull(laws, sliders, i), 0.0)
         gaps = (gaps[1], gap)
-        slack += _rounding(work, laws, i)
+        slack += _rounding(arrays, laws, i)
     ramp = min(gaps[0], gaps[1])
     if abs(ramp - room) <= slack:
         now.undecided += 1
@@ -324,57 +332,53 @@ def ramp(laws, work, way, room):
     _begin(laws, now, int(way))
     for i in (1, n):
         if tie or ramp == (gaps[1] if i == n else gaps[0]):
-            sign = way if i == n else -way
-            _start(laws, work, i, sign)
             residual = abs(abs(_pull(laws, sliders, i)) - sliders[i].threshold)
-            _write(work, 0.0, _START, i, sign, residual)
+            _start(laws, arrays, i, way if i == n else -way, 0.0, residual)
     _close_event(now)
     # where mu_s acts as mu_d the slip has no length: it stops where it starts, and draws anew
     stopped = 0
     for i in (1, n):
-        sign = work.lanes[SIGN, i]
-        if sign != 0.0 and sliders[i].threshold <= laws.friction:
-            _write(work, 0.0, _STOP, i, sign, 0.0)
-            _stop(laws, work, i)
+        if arrays.lanes[SIGN, i] != 0.0 and sliders[i].threshold <= laws.friction:
+            _stop(laws, arrays, i, 0.0, 0.0)
             stopped += 1
     if stopped > 0:
         _close_event(now)
-        _discharge(work)
+        _discharge(arrays)
     return True
 
 
 @_compiled
-def _lay_out(laws, work):
+def _lay_out(laws, arrays):
     """Lay windows around the movers, a neighbour at either side; return how many."""
-    now = work.now[0]
+    now = arrays.now[0]
     windows = 0
-    work.near_count[0] = 0
+    now.near = 0
     k = 0
     while k < now.movers:
-        low = work.movers[k]
+        low = arrays.movers[k]
         high = low
-        while k + 1 < now.movers and work.movers[k + 1] - high <= _GAP:
+        while k + 1 < now.movers and arrays.movers[k + 1] - high <= _GAP:
             k += 1
-            high = work.movers[k]
+            high = arrays.movers[k]
         k += 1
         low, high = max(low - 1, 1), min(high + 1, laws.n)
-        work.windows[2 * windows] = low
-        work.windows[2 * windows + 1] = high
+        arrays.windows[2 * windows] = low
+        arrays.windows[2 * windows + 1] = high
         windows += 1
         for i in range(low, high + 1):
-            work.near[work.near_count[0]] = i
-            work.near_count[0] += 1
+            arrays.near[now.near] = i
+            now.near += 1
     return windows
 
 
 @_compiled
-def _alone(laws, work, most):
+def _alone(laws, arrays, most):
     """Step a slider that moves alone until it stops or starts a neighbour.
 
     Returns the number of steps, at most `most`, and whether there is an event.
     """
-    lanes = work.lanes
-    i = work.movers[0]
+    lanes = arrays.lanes
+    i = arrays.movers[0]
     sign = lanes[SIGN, i]
     rate = lanes[SPRINGS, i] * laws.dt * laws.dt
     # the room of the neighbours: their forces grow as the slider advances
@@ -400,26 +404,26 @@ def _alone(laws, work, most):
     lanes[Y, i] = sign * y
     lanes[B, i] = sign * b
     stops = y + 0.5 * b <= 0.0
-    work.hit[i - 1] = x > left
-    work.hit[i] = stops
-    work.hit[i + 1] = x > right
+    arrays.hit[i - 1] = x > left
+    arrays.hit[i] = stops
+    arrays.hit[i + 1] = x > right
     return steps, stops or x > room
 
 
 @_compiled
-def _together(work, windows, most):
+def _together(arrays, windows, most):
     """Step all windows until a slider stops or starts; returns as `_alone`.
 
     One sweep over a window does a step: every slider advances just before the force on its left
     neighbour is needed.
     """
-    lanes = work.lanes
+    lanes = arrays.lanes
     steps = 0
     found = False
     while steps < most and not found:
         steps += 1
         for k in range(windows):
-            low, high = work.windows[2 * k], work.windows[2 * k + 1]
+            low, high = arrays.windows[2 * k], arrays.windows[2 * k + 1]
             x, y, b = lanes[X, low:], lanes[Y, low:], lanes[B, low:]
             pull, mass, drag = lanes[PULL, low:], lanes[MASS, low:], lanes[DRAG, low:]
             springs, sign = lanes[SPRINGS, low:], lanes[SIGN, low:]
@@ -448,26 +452,26 @@ def _together(work, windows, most):
                     break
                 steps += 1  # the only window goes on without being laid out again
     if found:
-        for i in work.near[: work.near_count[0]]:
+        for i in arrays.near[: arrays.now[0].near]:
             late = lanes[SIGN, i] * _velocity(lanes, i) < lanes[FLOOR, i]
-            work.hit[i] = late | (abs(_at(lanes, i)) > lanes[CEILING, i])
+            arrays.hit[i] = late | (abs(_at(lanes, i)) > lanes[CEILING, i])
     return steps, found
 
 
 @_compiled
-def _stepped(laws, work, most):
+def _stepped(laws, arrays, most):
     """Step the movers until one stops or a neighbour starts; returns as `_alone`."""
-    windows = _lay_out(laws, work)
-    if work.now[0].movers == 1:
-        return _alone(laws, work, most)
-    return _together(work, windows, most)
+    windows = _lay_out(laws, arrays)
+    if arrays.now[0].movers == 1:
+        return _alone(laws, arrays, most)
+    return _together(arrays, windows, most)
 
 
 @_compiled
-def _go_back(work):
+def _go_back(arrays):
     """Take the last step back, and keep where it began."""
-    lanes = work.lanes
-    near = work.near[: work.near_count[0]]
+    lanes = arrays.lanes
+    near = arrays.near[: arrays.now[0].near]
     for i in near:
         lanes[X, i] -= lanes[Y, i]
         lanes[OLD_X, i] = lanes[X, i]
@@ -477,13 +481,13 @@ def _go_back(work):
 
 
 @_compiled
-def _within(work, part):
+def _within(arrays, part):
     """Go on to the fraction `part` of the step that was taken back; return if a slider is hit.
 
     Within the step the motion is the velocity Verlet step of a shorter length.
     """
-    lanes = work.lanes
-    near = work.near[: work.near_count[0]]
+    lanes = arrays.lanes
+    near = arrays.near[: arrays.now[0].near]
     half = 0.5 * part
     for i in near:
         lanes[X, i] = lanes[OLD_X, i] + part * (lanes[OLD_W, i] + half * lanes[OLD_B, i])
@@ -495,46 +499,46 @@ def _within(work, part):
         lanes[B, i] = b
         lanes[Y, i] = w - 0.5 * b
         hit = (lanes[SIGN, i] * w < lanes[FLOOR, i]) | (abs(force) > lanes[CEILING, i])
-        work.hit[i] = hit
+        arrays.hit[i] = hit
         found |= hit
     return found
 
 
 @_compiled
-def _locate(work):
+def _locate(arrays):
     """Go back to the first event inside the last step.
 
     Returns the fraction of the step, and whether there is an event.
     """
-    _go_back(work)
+    _go_back(arrays)
     low = 0.0
     high = 1.0
-    if not _within(work, high):
+    if not _within(arrays, high):
         return high, False  # only a rounding error hit this step: the next one will be hit
     while high - low > _BISECTED:
         middle = 0.5 * (low + high)
-        if _within(work, middle):
+        if _within(arrays, middle):
             high = middle
         else:
             low = middle
-    return high, _within(work, high)
+    return high, _within(arrays, high)
 
 
 @_compiled
-def glide(laws, work, steps):
+def glide(laws, arrays, steps):
     """Take a chain in motion so many steps on, the last of them in part, whatever happens then."""
-    taken, _ = _stepped(laws, work, max(math.ceil(steps), 1))
-    _go_back(work)
-    _within(work, steps - (taken - 1))
+    taken, _ = _stepped(laws, arrays, max(math.ceil(steps), 1))
+    _go_back(arrays)
+    _within(arrays, steps - (taken - 1))
 
 
 @_compiled
-def _ties(laws, work):
+def _ties(laws, arrays):
     """Let what cannot be told apart from an event at this instant take part in it."""
-    now = work.now[0]
-    lanes = work.lanes
-    for i in work.near[: work.near_count[0]]:
-        if work.hit[i] != 0:
+    now = arrays.now[0]
+    lanes = arrays.lanes
+    for i in arrays.near[: arrays.now[0].near]:
+        if arrays.hit[i] != 0:
             continue
         sign = lanes[SIGN, i]
         if sign != 0.0:
@@ -542,71 +546,69 @@ def _ties(laws, work):
                 size = abs(lanes[OLD_W, i]) + abs(lanes[OLD_B, i])
                 if sign * _velocity(lanes, i) <= 4.0 * _EPS * size:
                     now.undecided += 1
-                    work.hit[i] = 1
+                    arrays.hit[i] = 1
             continue
         force = _at(lanes, i)
-        if lanes[CEILING, i] - abs(force) <= _rounding(work, laws, i):
+        if lanes[CEILING, i] - abs(force) <= _rounding(arrays, laws, i):
             # together with the event if the force is on the rise; else at threshold: it stays
             now.undecided += 1
             if (_velocity(lanes, i - 1) + _velocity(lanes, i + 1)) * force > 0.0:
-                work.hit[i] = 1
+                arrays.hit[i] = 1
 
 
 @_compiled
-def _resolve(laws, work):
+def _resolve(laws, arrays):
     """Stop, draw and start what the event asks for, in this order."""
-    now = work.now[0]
-    lanes = work.lanes
+    now = arrays.now[0]
+    lanes = arrays.lanes
     time = now.origin + now.step * laws.dt
-    _ties(laws, work)
+    _ties(laws, arrays)
     stopped = 0
-    for i in work.near[: work.near_count[0]]:
-        if work.hit[i] == 1 and lanes[SIGN, i] != 0.0:
-            _write(work, time, _STOP, i, lanes[SIGN, i], abs(_velocity(lanes, i)) / laws.dt)
-            _stop(laws, work, i)
-            work.hit[i] = 2
+    for i in arrays.near[: arrays.now[0].near]:
+        if arrays.hit[i] == 1 and lanes[SIGN, i] != 0.0:
+            _stop(laws, arrays, i, time, abs(_velocity(lanes, i)) / laws.dt)
+            arrays.hit[i] = 2
             stopped += 1
     if stopped > 0:
         _close_event(now)
-        _discharge(work)
+        _discharge(arrays)
     started = 0
-    for i in work.near[: work.near_count[0]]:
+    for i in arrays.near[: arrays.now[0].near]:
         if lanes[SIGN, i] != 0.0:
             continue
         force = _at(lanes, i)
         excess = abs(force) - lanes[CEILING, i]
-        if work.hit[i] == 2 and abs(excess) <= _rounding(work, laws, i):
+        if arrays.hit[i] == 2 and abs(excess) <= _rounding(arrays, laws, i):
             now.undecided += 1
-        if work.hit[i] == 1 or excess > 0.0:
+        if arrays.hit[i] == 1 or excess > 0.0:
             started += 1
-            sign = math.copysign(1.0, force)
-            _start(laws, work, i, sign)
             # one that has just stopped may exceed its threshold
-            _write(work, time, _START, i, sign, 0.0 if work.hit[i] == 2 else abs(excess))
+            residual = 0.0 if arrays.hit[i] == 2 else abs(excess)
+            _start(laws, arrays, i, math.copysign(1.0, force), time, residual)
     if started > 0:
         _close_event(now)
 
 
 @_compiled
-def _finite(work):
+def _finite(arrays):
     total = 0.0
-    for k in range(work.now[0].movers):
-        i = work.movers[k]
-        total += abs(work.lanes[X, i]) + abs(work.lanes[Y, i]) + abs(work.lanes[B, i])
+    for k in range(arrays.now[0].movers):
+        i = arrays.movers[k]
+        total += abs(arrays.lanes[X, i]) + abs(arrays.lanes[Y, i]) + abs(arrays.lanes[B, i])
     return total < np.inf
 
 
 @_compiled
-def _never_stops(laws, work):
+def _never_stops(laws, arrays):
     """Return whether the whole chain provably slides for ever (the runaway certificate).
 
     All sliders move down; with the mean velocity V and the conserved energy J of the internal
     motion, V > sqrt((1 - 1/N) 2 J) leaves every velocity positive for ever.
     """
     n = laws.n
-    if not laws.runs_away or work.now[0].movers < n:
+    if not laws.runs_away or arrays.now[0].movers < n:
         return False
-    sliders, lanes = work.sliders, work.lanes
+    sliders, lanes = arrays.sliders, arrays.lanes
     sign = lanes[SIGN, 1]
     if sign * laws.weight < 0.0:
         return False
@@ -620,86 +622,86 @@ def _never_stops(laws, work):
     for i in range(1, n + 1):
         twice += (_velocity(lanes, i) / laws.dt - mean) ** 2
     for i in range(1, n):
-        tension = sliders[i].base - work.now[0].shift + (lanes[X, i + 1] - lanes[X, i])
+        tension = sliders[i].base - arrays.now[0].shift + (lanes[X, i + 1] - lanes[X, i])
         twice += tension**2
     return sign * mean > math.sqrt((1.0 - 1.0 / n) * twice)
 
 
 @_compiled
-def _come_to_rest(laws, work):
+def _come_to_rest(laws, arrays):
     """End the rearrangement."""
-    now = work.now[0]
-    lanes = work.lanes
+    now = arrays.now[0]
+    lanes = arrays.lanes
     now.phase = AT_REST
     for i in range(now.low, now.high + 1):
-        work.sliders[i].displacement += lanes[X, i]
+        arrays.sliders[i].displacement += lanes[X, i]
     for i in range(max(now.low - 1, 1), min(now.high + 1, laws.n)):
-        work.sliders[i].base += lanes[X, i + 1] - lanes[X, i]
+        arrays.sliders[i].base += lanes[X, i + 1] - lanes[X, i]
     for i in range(now.low, now.high + 1):
         lanes[X, i] = 0.0
 
 
 @_compiled
-def advance(laws, work, last_event):
+def advance(laws, arrays, last_event):
     """Move the chain until it rests, or `last_event` events have happened, or it never will rest.
 
     Returns only where going on later changes no bit.
     """
-    now = work.now[0]
+    now = arrays.now[0]
     while now.movers > 0:
-        if not _finite(work):
+        if not _finite(arrays):
             return INFINITE
-        if _never_stops(laws, work):
+        if _never_stops(laws, arrays):
             return RUNAWAY
         if now.steps_here >= MOST_STEPS:
             return STEPS
         if now.events >= last_event:
             return EVENTS
-        if work.spent[0] >= _PAUSE:
+        if now.spent >= _PAUSE:
             return PAUSED
-        if work.rows.size > 0 and work.written[0] + 2 * laws.n + 2 > work.rows.size:
+        if _full(laws, arrays):
             return ROWS
         most = _LOOK if laws.runs_away and now.movers == laws.n else _SURVEY
         most = min(most, _PAUSE // (4 * now.movers) + 1)
-        steps, found = _stepped(laws, work, most)
-        work.spent[0] += steps * now.movers
+        steps, found = _stepped(laws, arrays, most)
+        now.spent += steps * now.movers
         now.steps += steps
         now.steps_here += steps
         now.step += steps
         if found and laws.locate:
-            part, found = _locate(work)
+            part, found = _locate(arrays)
             now.origin += (now.step - 1 + part) * laws.dt
             now.step = 0
         if found:
-            _resolve(laws, work)
-    _come_to_rest(laws, work)
+            _resolve(laws, arrays)
+    _come_to_rest(laws, arrays)
     return REST
 
 
 @_compiled
-def follow(laws, work, targets, first, budget, rows):
+def follow(laws, arrays, targets, first, budget, rows):
     """Take the chain to the targets; return why it returns and how many were reached."""
     n = laws.n
-    now = work.now[0]
-    sliders = work.sliders
+    now = arrays.now[0]
+    sliders = arrays.sliders
     last_event = now.events + budget
     done = 0
     while done < targets.size:
         now.target = first + done
-        if work.rows.size > 0 and work.written[0] + 2 * n + 2 > work.rows.size:
+        if _full(laws, arrays):
             return ROWS, done
         if now.phase == UNTESTED:
             now.phase = AT_REST
-            release(laws, work)
+            release(laws, arrays)
         if now.phase == MOVING:
-            code = advance(laws, work, last_event)
+            code = advance(laws, arrays, last_event)
             if code != REST:
                 return code, done
         if now.events >= last_event:
             return EVENTS, done
         goal = laws.l0 * targets[done] - laws.origin
         climb = goal - now.shift
-        if climb != 0.0 and ramp(laws, work, math.copysign(1.0, climb), abs(climb)):
+        if climb != 0.0 and ramp(laws, arrays, math.copysign(1.0, climb), abs(climb)):
             continue
         now.shift = goal
         now.theta = targets[done]
