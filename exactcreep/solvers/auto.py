@@ -41,7 +41,7 @@ from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.pilot import (
     ROUNDINGS,
     Pilot,
-    Trial,
+    Subject,
     event_nanoseconds,
     pilot_run,
     surveyed,
@@ -68,8 +68,8 @@ _COURSE_EVENTS = 100_000  # of certified, some minutes
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """One rung of the ladder, and what is known of its error.
+class Rung:
+    """A rung of the ladder, and what is known of its error.
 
     Attributes
     ----------
@@ -129,7 +129,7 @@ class Choice:
         One of `LADDER`.
     solver : Solver
         What runs the scene; for the law, which needs no run, the sliding limit.
-    candidates : tuple of Candidate
+    candidates : tuple of Rung
         All rungs, the cheapest first.
     reason : str
     accuracy : float
@@ -142,14 +142,14 @@ class Choice:
 
     name: str
     solver: Solver
-    candidates: tuple[Candidate, ...]
+    candidates: tuple[Rung, ...]
     reason: str
     accuracy: float
     pilot: Pilot | None = None
     law: tuple[float, ...] = ()
 
     @property
-    def taken(self) -> Candidate:
+    def taken(self) -> Rung:
         """The rung that is taken."""
         return next(rung for rung in self.candidates if rung.name == self.name)
 
@@ -219,26 +219,26 @@ def choose(
     wanted = float(valid_accuracy(accuracy))
     begun = Start(chain, State.relaxed(chain, seed) if start is None else start, seed)
     limits = replace(limits, events=None, bytes=None, used=0, pause=math.inf)
-    trial = Trial(begun, drive, limits)
+    subject = Subject(begun, drive, limits)
     if valid_question(question) == "course":
-        return _course(trial, wanted)
+        return _course(subject, wanted)
     pilot: Pilot | None = None
-    predicted = prediction(chain, drive, None if trial.relaxed else start)
+    predicted = prediction(chain, drive, None if subject.relaxed else start)
     laws = () if predicted is None else predicted.values
-    limit = _from_theorems(trial, laws)
+    limit = _from_theorems(subject, laws)
     needs_trajectory = any(name in record for name in _TRAJECTORIES)
     if limit is None or (limit.applies and limit.bias > wanted and not chain.slides):
-        pilot = pilot_run(trial, wanted)
+        pilot = pilot_run(subject, wanted)
         measured = _from_pilot(pilot, drive)
         wide = limit is None or (limit.known_by == "promised" and measured.bias < limit.bias)
         if wide and not needs_trajectory:  # a pilot sees x_G alone
             limit = measured
     if limit is None:
-        limit = Candidate("sliding", math.nan, "unknown", "no theorem bounds its error here")
+        limit = Rung("sliding", math.nan, "unknown", "no theorem bounds its error here")
     if needs_trajectory and limit.applies and limit.bias != 0:
         limit = _inapplicable("sliding", "its trajectories are not those of the chain")
-    law = _law(trial, record, limit, laws)
-    rungs = (law, limit, *_with_inertia(trial, pilot, limit))
+    law = _law(subject, record, limit, laws)
+    rungs = (law, limit, *_with_inertia(subject, pilot, limit))
     found = _cheapest(rungs, wanted, chain, pilot)
     left = ", ".join(rung.told for rung in rungs[: rungs.index(found)])
     reason = found.reason + (f"; cheaper ones: {left}" if left else "")
@@ -248,9 +248,7 @@ def choose(
     return Choice(found.name, runner(found.name, wanted), rungs, reason, wanted, pilot, laws)
 
 
-def _cheapest(
-    rungs: tuple[Candidate, ...], accuracy: float, chain: Chain, pilot: Pilot | None
-) -> Candidate:
+def _cheapest(rungs: tuple[Rung, ...], accuracy: float, chain: Chain, pilot: Pilot | None) -> Rung:
     """Return the rung that reaches the accuracy with the least work, or is nearest to it."""
     events = pilot.events / max(pilot.half_cycles, 1) if pilot is not None else chain.n
     exact = 20 + event_nanoseconds(chain) * events
@@ -279,50 +277,50 @@ def runner(name: str, accuracy: float, digits: int = 0) -> Solver:
     return Exact()
 
 
-def _inapplicable(name: str, why: str) -> Candidate:
-    return Candidate(name, math.nan, "unknown", why, math.nan, applies=False)
+def _inapplicable(name: str, why: str) -> Rung:
+    return Rung(name, math.nan, "unknown", why, math.nan, applies=False)
 
 
 def _two_sliders(chain: Chain) -> bool:
     return chain.n == 2 and chain.sigma_mu == 0 and 0 < abs(chain.tan_alpha) < chain.mu_d
 
 
-def _from_theorems(trial: Trial, laws: tuple[float, ...]) -> Candidate | None:
+def _from_theorems(subject: Subject, laws: tuple[float, ...]) -> Rung | None:
     """Return what theorems say of the sliding limit; None if they are silent."""
-    chain, drive = trial.chain, trial.drive
+    chain, drive = subject.chain, subject.drive
     if chain.n == 1 and abs(chain.tan_alpha) <= chain.mu_d:
-        return Candidate("sliding", 0.0, "exact", "a single slider rests for ever")
+        return Rung("sliding", 0.0, "exact", "a single slider rests for ever")
     if chain.may_run_away and not chain.slides:
         return _inapplicable("sliding", "|tan_alpha| >= mu_d: inertia decides")
     if chain.may_run_away:
-        return Candidate("sliding", 0.0, "exact", "|tan_alpha| >= mu_s = mu_d: nothing holds")
+        return Rung("sliding", 0.0, "exact", "|tan_alpha| >= mu_s = mu_d: nothing holds")
     if not (chain.slides or _two_sliders(chain)):
         return None
-    velocity, scatter = surveyed(trial)
+    velocity, scatter = surveyed(subject)
     if chain.slides:
         indices = pivots(chain.n, chain.tan_alpha, chain.mu_d)
         if len(indices) == 1:
             reason = "mu_s = mu_d: the sliding limit is the chain"
-            return Candidate("sliding", 0.0, "exact", reason, scatter)
+            return Rung("sliding", 0.0, "exact", reason, scatter)
         middle = abs(chain.n + 3 - sum(indices))
         error = 1 / middle if middle else math.inf
         reason = (
             "mu_s = mu_d, but the slope lies at the edge between two pivots, where the balance"
             f" of forces leaves the velocity open by a factor 1 +- {error:.3g}"
         )
-        return Candidate("sliding", error, "promised", reason, scatter)
-    if drive.cyclic and trial.relaxed:
+        return Rung("sliding", error, "promised", reason, scatter)
+    if drive.cyclic and subject.relaxed:
         gap, (truth,) = abs(velocity - laws[0]), map(abs, laws)
         error = gap / truth if truth else (0.0 if gap == 0 else math.inf)
         reason = "two relaxed sliders: the staircase is known exactly"
-        return Candidate("sliding", error, "exact", reason)
+        return Rung("sliding", error, "exact", reason)
     bound, size = chain.excess, abs(velocity)
     error = bound / (size - bound) if size > bound else math.inf
     reason = f"two sliders, sigma_mu = 0: within D = {bound:.3g} per half-cycle"
-    return Candidate("sliding", error, "promised", reason, scatter)
+    return Rung("sliding", error, "promised", reason, scatter)
 
 
-def _from_pilot(pilot: Pilot, drive: Drive) -> Candidate:
+def _from_pilot(pilot: Pilot, drive: Drive) -> Rung:
     """Return what a pilot says of the sliding limit."""
     largest = pilot.errors[1]
     silent = not pilot.events and not pilot.settled and drive.random
@@ -334,73 +332,69 @@ def _from_pilot(pilot: Pilot, drive: Drive) -> Candidate:
     elif math.isinf(largest) or silent:
         why = "the pilot was too short, or too silent, to measure its error"
     if why:
-        return Candidate("sliding", math.nan, "unknown", why, math.nan)
+        return Rung("sliding", math.nan, "unknown", why, math.nan)
     gap = f"{pilot.difference:.3g} +- {pilot.difference_error:.2g}"
     told = f"in the pilot it differs by {gap} from {pilot.velocity:.6g}"
     if largest == 0:
         told = "in the pilot it moves as the chain does"
     known_by = "estimated" if pilot.windows else "measured"
     statistical = pilot.relative(pilot.sliding_error, drive)
-    return Candidate("sliding", largest, known_by, told, statistical)
+    return Rung("sliding", largest, known_by, told, statistical)
 
 
-def _law(
-    trial: Trial, record: tuple[str, ...], limit: Candidate, values: tuple[float, ...]
-) -> Candidate:
+def _law(subject: Subject, record: tuple[str, ...], limit: Rung, values: tuple[float, ...]) -> Rung:
     """Return the rung that needs no run."""
-    drive = trial.drive
+    drive = subject.drive
     if not values:
         return _inapplicable("law", "there is no law for this scene")
     if record:
         return _inapplicable("law", f"it gives a velocity only; recorded is {', '.join(record)}")
-    if drive.cyclic and _two_sliders(trial.chain) and trial.relaxed:
-        return Candidate("law", 0.0, "exact", "two relaxed sliders under cycles: the staircase")
+    if drive.cyclic and _two_sliders(subject.chain) and subject.relaxed:
+        return Rung("law", 0.0, "exact", "two relaxed sliders under cycles: the staircase")
     if len(values) > 1 and limit.known_by == "measured":
         middle = abs(values[0] + values[1]) / 2
         error = abs(values[1] - values[0]) / 2 / middle if middle else math.inf
-        return Candidate("law", error, "promised", "the slope lies at the edge between two pivots")
+        return Rung("law", error, "promised", "the slope lies at the edge between two pivots")
     mean = "the expected" if drive.random else "the asymptotic"
     of = f"{mean} velocity of the sliding limit; {limit.reason}"
     return replace(limit, name="law", reason=of, statistical=0.0)
 
 
-def _with_inertia(
-    trial: Trial, pilot: Pilot | None, limit: Candidate
-) -> tuple[Candidate, Candidate]:
+def _with_inertia(subject: Subject, pilot: Pilot | None, limit: Rung) -> tuple[Rung, Rung]:
     """Return the rungs exact and certified."""
-    if trial.chain.slides:
+    if subject.chain.slides:
         why = "mu_s = mu_d: there are no slips"
         return _inapplicable("exact", why), _inapplicable("certified", why)
     if pilot is not None:
-        statistical = pilot.relative(pilot.velocity_error, trial.drive)
+        statistical = pilot.relative(pilot.velocity_error, subject.drive)
     else:  # what a theorem knows exactly has no statistical error
         statistical = 0.0 if limit.known_by == "exact" else math.nan
     # rounding takes a chain that does not settle to another of its courses: that is no bias
     bias = PROMISE if statistical < PROMISE and not (pilot and pilot.settled == "rest") else 0.0
     said = "the chain itself, in float64: no bias"
     return (
-        Candidate("exact", bias, "promised", said, statistical),
-        Candidate("certified", 0.0, "promised", "the chain itself, in many digits", statistical),
+        Rung("exact", bias, "promised", said, statistical),
+        Rung("certified", 0.0, "promised", "the chain itself, in many digits", statistical),
     )
 
 
-def _course(trial: Trial, accuracy: float) -> Choice:
+def _course(subject: Subject, accuracy: float) -> Choice:
     """Return how to follow x_G and the tensions at every target to `accuracy`, or refuse."""
-    chain, total = trial.chain, trial.drive.half_cycles
+    chain, total = subject.chain, subject.drive.half_cycles
     law = _inapplicable("law", "it gives a velocity only")
     if chain.slides or (chain.n == 1 and not chain.may_run_away):
-        limit = _from_theorems(trial, ())
+        limit = _from_theorems(subject, ())
         assert limit is not None
         limit = replace(limit, statistical=0.0)
-        rungs = (law, limit, *_with_inertia(trial, None, limit))
+        rungs = (law, limit, *_with_inertia(subject, None, limit))
         return Choice("sliding", runner("sliding", accuracy), rungs, limit.reason, accuracy)
     limit = _inapplicable("sliding", "its course is not that of the chain")
-    trusted, off, per_target = trusted_course(trial, accuracy)
+    trusted, off, per_target = trusted_course(subject, accuracy)
     whole = trusted == total and accuracy >= PROMISE
     error = max(PROMISE, ROUNDINGS * off) if whole else math.nan
     said = f"a twin that starts some roundings off is within {off:.1e} up to half-cycle {trusted}"
-    exact = Candidate("exact", error, "estimated" if whole else "unknown", said)
-    proved = Candidate("certified", 0.0, "promised", "balls: every digit is proved")
+    exact = Rung("exact", error, "estimated" if whole else "unknown", said)
+    proved = Rung("certified", 0.0, "promised", "balls: every digit is proved")
     rungs = (law, limit, exact, proved)
     if whole:
         return Choice("exact", Exact(), rungs, said, accuracy)

@@ -110,7 +110,7 @@ class Pilot:
 
 
 @dataclass(frozen=True)
-class Trial:
+class Subject:
     """A start, a drive, and the time that trying them out may take."""
 
     start: Start
@@ -129,16 +129,16 @@ class Trial:
         same = np.array_equal(given.coefficients, relaxed.coefficients)
         return given.theta == 0 and not given.tensions.any() and same
 
-    def course(self, solver: Solver, start: Start | None = None, done: int = 0) -> _Course:
+    def course(self, solver: Solver, start: Start | None = None, done: int = 0) -> _Track:
         """Return the course from the start, or from another one at target `done`."""
-        return _Course(self, solver, start or self.start, done)
+        return _Track(self, solver, start or self.start, done)
 
 
-class _Course:
+class _Track:
     """x_G of a simulation as far as it has been taken, from its start on."""
 
-    def __init__(self, trial: Trial, solver: Solver, start: Start, done: int) -> None:
-        self.trial, self.first = trial, done
+    def __init__(self, subject: Subject, solver: Solver, start: Start, done: int) -> None:
+        self.subject, self.first = subject, done
         self.simulation = solver.simulation_from(start, ())
         places = map(float, start.state.displacements.tolist())
         self.x_g = np.array([math.fsum(places) / start.chain.n])
@@ -155,9 +155,9 @@ class _Course:
 
     def upto(self, target: int, events: int | None = None) -> NDArray[np.float64]:
         """Go on to a target, or until there are so many events, or a runaway; return `x_g`."""
-        limits = replace(self.trial.limits, events=events, used=self.events)
+        limits = replace(self.subject.limits, events=events, used=self.events)
         done = self.first + self.targets
-        stretch = advance(self.simulation, self.trial.drive, target, limits, done=done)
+        stretch = advance(self.simulation, self.subject.drive, target, limits, done=done)
         if stretch.stop is Stop.DEADLINE:
             raise OutOfTime(stretch.reason)
         fresh = stretch.recorded["x_G"].astype(np.float64)
@@ -174,15 +174,15 @@ def _most_events(chain: Chain) -> int:
     return int(_PILOT_NANOSECONDS / event_nanoseconds(chain))
 
 
-def surveyed(trial: Trial) -> tuple[float, float]:
+def surveyed(subject: Subject) -> tuple[float, float]:
     """Return the mean velocity of the sliding limit per target, and its relative error at 95 %.
 
     Over the drive, or its beginning; the error is 0 unless the drive is random.
     """
-    drive = trial.drive
+    drive = subject.drive
     total = min(drive.half_cycles, _SURVEY_TARGETS)
     burn_in = _burn_in(total, drive)
-    positions = trial.course(Sliding()).upto(total)
+    positions = subject.course(Sliding()).upto(total)
     velocity = float(positions[-1] - positions[burn_in]) / max(total - burn_in, 1)
     if not drive.random:
         return velocity, 0.0
@@ -274,7 +274,7 @@ def _settled_advance(positions: NDArray[np.float64]) -> float:
     return math.nan
 
 
-def pilot_run(trial: Trial, accuracy: float) -> Pilot:
+def pilot_run(subject: Subject, accuracy: float) -> Pilot:
     """Return a pilot that represents the drive, long enough to tell whether sliding will do.
 
     Of cycles and Gaussian steps it doubles its length until that is decided within three standard
@@ -285,17 +285,17 @@ def pilot_run(trial: Trial, accuracy: float) -> Pilot:
     events, or in windows if it takes more.
     Raises `OutOfTime` when the time is over.
     """
-    chain, drive = trial.chain, trial.drive
+    chain, drive = subject.chain, subject.drive
     most_events = _most_events(chain)
     if not (drive.cyclic or drive.random):
-        exact, sliding = trial.course(Exact()), trial.course(Sliding())
+        exact, sliding = subject.course(Exact()), subject.course(Sliding())
         if exact.upto(drive.half_cycles, most_events).size <= drive.half_cycles:
-            return _in_windows(trial)
+            return _in_windows(subject)
         sliding.upto(drive.half_cycles)
-        return _over_courses(_compared(exact, sliding), trial, accuracy)
+        return _over_courses(_compared(exact, sliding), subject, accuracy)
     most = min(max(drive.half_cycles, _PILOT_TARGETS[0]), _PILOT_TARGETS[1])
     longer = replace(drive, **{"cycles" if drive.cyclic else "steps": most})
-    exact, sliding = (replace(trial, drive=longer).course(one) for one in (Exact(), Sliding()))
+    exact, sliding = (replace(subject, drive=longer).course(one) for one in (Exact(), Sliding()))
     may_settle = _may_settle(chain, drive)
     length = min(256, most)
     while True:
@@ -315,18 +315,18 @@ def pilot_run(trial: Trial, accuracy: float) -> Pilot:
         length = min(2 * length, most)
 
 
-def _over_courses(pilot: Pilot, trial: Trial, accuracy: float) -> Pilot:
+def _over_courses(pilot: Pilot, subject: Subject, accuracy: float) -> Pilot:
     """Return a pilot along a whole path with the scatter of its courses, if it is cheap.
 
     With disorder they are those of other seeds, twice as many until the accuracy is decided.
     Without, the path has one velocity, and rounding alone may miss it: courses that start some
     roundings apart show how far, as the true one is to each of them what they are to each other.
     """
-    chain, drive, start = trial.chain, trial.drive, trial.start
+    chain, drive, start = subject.chain, subject.drive, subject.start
     affordable = 2 * _most_events(chain) // max(pilot.events, 1)
     if affordable < _COURSES[0] or math.isnan(pilot.velocity):
         return pilot
-    relaxed, disorder = trial.relaxed, chain.sigma_mu != 0
+    relaxed, disorder = subject.relaxed, chain.sigma_mu != 0
     velocities = [pilot.velocity]
     while True:
         for other in range(len(velocities), max(_COURSES[0], 2 * len(velocities))):
@@ -335,7 +335,7 @@ def _over_courses(pilot: Pilot, trial: Trial, accuracy: float) -> Pilot:
             else:
                 key = (start.seed + other) % 2**64
                 begun = Start(chain, State.relaxed(chain, key) if relaxed else start.state, key)
-            x_g = trial.course(Exact(), begun).upto(drive.half_cycles)
+            x_g = subject.course(Exact(), begun).upto(drive.half_cycles)
             velocities.append(float(x_g[-1] - x_g[0]) / _span(drive, 0, drive.half_cycles))
         count = len(velocities)
         mean, scatter = math.fsum(velocities) / count, float(np.std(velocities, ddof=1))
@@ -364,9 +364,9 @@ def _roundings_off(start: Start, key: int) -> State:
     return replace(start.state, tensions=tensions)
 
 
-def _compared(exact: _Course, sliding: _Course, resting: bool = False) -> Pilot:
+def _compared(exact: _Track, sliding: _Track, resting: bool = False) -> Pilot:
     """Return what two courses show, from the start on."""
-    chain, drive = exact.trial.chain, exact.trial.drive
+    chain, drive = exact.subject.chain, exact.subject.drive
     done, events = exact.targets, exact.events
     burn_in = _burn_in(done, drive)
     last = done - done % 2 if drive.cyclic else done
@@ -391,24 +391,24 @@ def _compared(exact: _Course, sliding: _Course, resting: bool = False) -> Pilot:
     return Pilot(done, burn_in, events, moved, error, crept, sliding_error, gap, gap_error)
 
 
-def _in_windows(trial: Trial) -> Pilot:
+def _in_windows(subject: Subject) -> Pilot:
     """Return a pilot in windows spread over a path, and around its extremes.
 
     The windows begin where the sliding limit is then, and their first quarter is left out. The
     velocity of the exact chain is that of the sliding limit along the whole path, times the ratio
     of what both advance within the windows; its error comes from the scatter of the windows.
     """
-    chain, drive, total = trial.chain, trial.drive, trial.drive.half_cycles
-    theta = drive.targets(1, total, trial.start.seed)
+    chain, drive, total = subject.chain, subject.drive, subject.drive.half_cycles
+    theta = drive.targets(1, total, subject.start.seed)
     width = total // (_WINDOWS + 2)
     middles = [*(np.arange(_WINDOWS) + 0.5) * total / _WINDOWS, theta.argmax(), theta.argmin()]
     begins = sorted({min(max(int(middle) - width // 2, 0), total - width) for middle in middles})
-    sliding = trial.course(Sliding())
+    sliding = subject.course(Sliding())
     gains, used, events = [], 0, 0
     for begin in begins:
         sliding.upto(begin)
-        here = replace(trial.start, state=sliding.simulation.state())
-        exact = trial.course(Exact(), here, begin)
+        here = replace(subject.start, state=sliding.simulation.state())
+        exact = subject.course(Exact(), here, begin)
         one = exact.upto(begin + width, _most_events(chain) // len(begins))
         done, first = exact.targets, 1 + exact.targets // 4
         limit = sliding.upto(begin + done)[begin : begin + done + 1]
@@ -436,21 +436,21 @@ def _in_windows(trial: Trial) -> Pilot:
     )
 
 
-def trusted_course(trial: Trial, accuracy: float) -> tuple[int, float, float]:
+def trusted_course(subject: Subject, accuracy: float) -> tuple[int, float, float]:
     """Return how far exact follows the course, how far its twin is off there, events per target.
 
     The distance is that of tensions, in units of the largest (of 1, if that is less).
     """
-    exact = Exact().simulation_from(trial.start, ())
+    exact = Exact().simulation_from(subject.start, ())
     twin = exact.twin()
-    limits = replace(trial.limits, events=_most_events(trial.chain))  # of each part
+    limits = replace(subject.limits, events=_most_events(subject.chain))  # of each part
     trusted, largest_off = 0, 0.0
-    total = trial.drive.half_cycles
+    total = subject.drive.half_cycles
     while trusted < total:
         until = min(trusted + 1 + trusted // 8, total)
         ended = []
         for simulation in (exact, *([] if twin is None else [twin])):
-            stretch = advance(simulation, trial.drive, until, limits, done=trusted)
+            stretch = advance(simulation, subject.drive, until, limits, done=trusted)
             if stretch.stop is Stop.DEADLINE:
                 raise OutOfTime(stretch.reason)
             ended.append(stretch.stop)

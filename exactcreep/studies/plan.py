@@ -23,7 +23,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import course_of
 from exactcreep.quasistatic.sensitivity import MOST_EVENTS
 from exactcreep.scene import Scene
-from exactcreep.solvers.auto import LADDER, Candidate, Choice, choose, runner, valid_accuracy
+from exactcreep.solvers.auto import LADDER, Choice, Rung, choose, runner, valid_accuracy
 from exactcreep.solvers.solver import warm_up
 from exactcreep.studies.contest import Contestant, timed
 
@@ -110,7 +110,7 @@ class Plan(Shown):
         rungs = {rung.name: rung for rung in self.choice.candidates}
         return self.solver in rungs and rungs[self.solver].error <= self.accuracy
 
-    def seeds(self, rung: Candidate) -> float:
+    def seeds(self, rung: Rung) -> float:
         """Return how many seeds reach the accuracy; inf if no number does, nan if unknown.
 
         So many times longer a run, of cycles or Gaussian steps, does the same.
@@ -118,7 +118,7 @@ class Plan(Shown):
         times = rung.repeats(self.accuracy)
         return float(math.ceil(times)) if math.isfinite(times) else times
 
-    def seconds(self, rung: Candidate) -> float:
+    def seconds(self, rung: Rung) -> float:
         """Return what a rung costs that reaches the accuracy; nan if it does not, or is unknown."""
         seconds = self.costs[rung.name] * self.seeds(rung)
         return seconds if math.isfinite(seconds) else math.nan
