@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import difflib
 import itertools
-import json
 import math
 import os
 import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass
-from importlib import resources
+from functools import cache
 from inspect import signature
 from pathlib import Path as FilePath
 from typing import Any
@@ -32,12 +31,14 @@ from exactcreep.solvers.registry import SOLVERS
 
 MOST_MEMBERS = 1_000_000
 """A scene that varies more is a mistake: its settings alone would fill the memory."""
+_BUILTIN = FilePath(__file__).with_name("scenes")
 _LARGEST_FILE = 16 * 2**20  # bytes; long paths of dilations belong there, records do not
 _DEEPEST = 8  # tables within tables
 _DEEPEST_KEY = 100
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 
+@cache
 def _keys_of(make: Callable[..., Any]) -> dict[str, bool]:
     """Return the keys of a table from which something is made, and whether each is required.
 
@@ -47,12 +48,23 @@ def _keys_of(make: Callable[..., Any]) -> dict[str, bool]:
     return {each.name: each.default is each.empty for each in taken if each.default is not None}
 
 
-CHAIN_KEYS = _keys_of(Chain)
-PHYSICAL_KEYS = _keys_of(physical) | {"time_unit": False}
-IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_theta"}
+_TABLES = ("chain", "drive", "run", "physical")
+_IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_theta"}
 """Keys of ``[drive]`` beside ``[physical]``: temperatures (K) for dilations."""
-RUN_KEYS = ("solver", "seed", "burn_in", "record", "start")
-START_KEYS = ("tensions", "theta", "size", "seed")
+_RUN_KEYS = ("solver", "seed", "burn_in", "record", "start")
+_START_KEYS = ("tensions", "theta", "size", "seed")
+_SOLVERS = [solver for solver in SOLVERS.values() if is_dataclass(solver)]
+_OPTIONS = {key for solver in _SOLVERS for key in signature(solver).parameters}
+_OF_DRIVES = {key for kind in DRIVES.values() for key in _keys_of(kind)}
+_KEYS: dict[str, tuple[str, ...]] = {
+    "chain": tuple(_keys_of(Chain)),
+    "physical": (*_keys_of(physical), "time_unit"),
+    "run": (*_RUN_KEYS, *sorted(_OPTIONS)),
+    "run.start": _START_KEYS,
+    "drive": ("kind", *_IN_KELVIN, *sorted(_OF_DRIVES)),
+}
+"""The keys of every table of a scene; which of ``[drive]`` are known depends on its kind."""
+_SETTABLE = [f"{table}.{key}" for table, keys in _KEYS.items() for key in keys]
 
 
 class Literal(str):
@@ -128,26 +140,23 @@ class Scene:
         InputError
             If a name is unknown or a table is not one.
         """
-        _known(data, ("title", "chain", "physical", "drive", "run", "vary"), "")
+        _known(data, ("title", *_TABLES, "vary"), "")
         title = data.get("title", "")
         if not isinstance(title, str) or isinstance(title, Literal):
             raise InputError("title", title, "must be a string")
-        tables: dict[str, dict[str, Any]] = {}
-        for table in ("chain", "drive", "run", *(["physical"] if "physical" in data else [])):
+        tables = {}
+        for table in (*_TABLES, "vary"):
             entries = data.get(table, {})
             if not isinstance(entries, Mapping):
                 raise InputError(table, entries, f"must be a table, [{table}]")
-            tables[table] = dict(entries)
-        varied = data.get("vary", {})
-        if not isinstance(varied, Mapping):
-            raise InputError("vary", varied, "must be a table, [vary]")
-        vary = dict(_flattened(varied))
-        _known(tables["chain"], CHAIN_KEYS, "chain.")
-        _known(tables.get("physical", {}), PHYSICAL_KEYS, "physical.")
-        _known(tables["run"], _run_keys(), "run.")
-        scene = cls(name, title, tables, vary, folder or FilePath())
+            if table in data or table != "physical":
+                tables[table] = dict(entries)
+        vary = dict(_flattened(tables.pop("vary")))
+        for table in tables:
+            if table != "drive":
+                _known(tables[table], _KEYS[table], f"{table}.")
+        _known(vary, _SETTABLE, "vary.")
         for key, values in vary.items():
-            scene._check_key(key, values, "vary.")
             if not isinstance(values, list) or not values:
                 raise InputError(f"vary.{key}", values, "must be a list of at least one value")
         both = {f"chain.{key}": value for key, value in tables["chain"].items()} | vary
@@ -158,23 +167,10 @@ class Scene:
         kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
         keys = [key for kind in kinds if kind is not None for key in _keys_of(drive_of_kind(kind))]
         if "physical" in tables:
-            keys += [kelvin for kelvin, name in IN_KELVIN.items() if name in keys]
+            keys += [kelvin for kelvin, name in _IN_KELVIN.items() if name in keys]
         if keys:
             _known(tables["drive"], ("kind", *keys), "drive.")
-        return scene
-
-    def _check_key(self, key: str, value: Any, prefix: str = "") -> None:
-        """Raise InputError unless `key` is a dotted key of a scene."""
-        known = [f"chain.{name}" for name in CHAIN_KEYS]
-        known += [f"physical.{name}" for name in PHYSICAL_KEYS]
-        known += [f"run.{name}" for name in _run_keys()]
-        known += [f"run.start.{name}" for name in START_KEYS]
-        known += ["drive.kind", *(f"drive.{name}" for name in IN_KELVIN)]
-        known += sorted({f"drive.{name}" for kind in DRIVES.values() for name in _keys_of(kind)})
-        if key not in known:
-            near = difflib.get_close_matches(key, known, 1, 0.3)
-            hint = f"; did you mean {near[0]}?" if near else ""
-            raise InputError(_printable(f"{prefix}{key}"), value, f"is not a key of a scene{hint}")
+        return cls(name, title, tables, vary, folder or FilePath())
 
     def with_settings(self, settings: Mapping[str, Any]) -> Scene:
         """Return the scene with dotted keys set, ``{"chain.n": 6}``.
@@ -195,7 +191,7 @@ class Scene:
             vary = {key: values for key, values in vary.items() if not key.startswith("drive.")}
         for key, value in settings.items():
             varied = key.removeprefix("vary.")
-            self._check_key(varied, value, "vary." if varied != key else "")
+            _known({varied: value}, _SETTABLE, "vary." if varied != key else "")
             vary.pop(varied, None)
             if varied != key:
                 vary[varied] = value
@@ -229,22 +225,22 @@ class Scene:
         tables = {table: dict(entries) for table, entries in self.tables.items()}
         for key, value in (settings or {}).items():
             _put(tables, key, value)
-        solid: Solid | None = None
-        if "physical" in tables:
-            solid = _named("physical", lambda: _solid(tables["physical"]))
-        chain = _named("chain", lambda: _chain(tables["chain"])) if solid is None else solid.chain
+        about, solid = tables.get("physical"), None
+        if about is not None:
+            seconds = about.pop("time_unit", None)
+            solid = _named("physical", lambda: _made(physical, about))
+        chain = _named("chain", lambda: _made(Chain, tables["chain"])) if not solid else solid.chain
         drive = _named("drive", lambda: _drive(tables["drive"], self.folder, solid))
         run = tables["run"]
-        given = {name: run.pop(name) for name in RUN_KEYS if name in run}
+        given = {name: run.pop(name) for name in _RUN_KEYS if name in run}
         seed = given.get("seed", 0)
         start = _named("run.start", lambda: _start(given.pop("start", "relaxed"), chain, seed))
         experiment = _named(
             "run", lambda: Experiment.of(chain, drive, start=start, options=run, **given)
         )
-        seconds = tables.get("physical", {}).get("time_unit")
-        if solid is None or (seconds is None and drive.dates is None):
-            return Member(settings or {}, experiment, solid)
-        unit = _named("physical", lambda: solid.time_unit_of(drive, seconds))
+        unit = None
+        if solid is not None and (seconds is not None or drive.dates is not None):
+            unit = _named("physical", lambda: solid.time_unit_of(drive, seconds))
         return Member(settings or {}, experiment, solid, unit)
 
     def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
@@ -272,10 +268,7 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
     """
     name = file_name(scene, "scene")
     builtin = builtin_scenes()
-    if name in builtin:
-        folder = FilePath(str(resources.files("exactcreep") / "scenes"))
-        return Scene.from_text(builtin[name], name=name, folder=folder)
-    path = FilePath(name)
+    path = _BUILTIN / f"{name}.toml" if name in builtin else FilePath(name)
     if not path.exists():
         near = difflib.get_close_matches(name, builtin, 1, 0.3)
         hint = f" (did you mean {near[0]}?)" if near else ""
@@ -286,12 +279,7 @@ def load_scene(scene: str | os.PathLike[str]) -> Scene:
 
 def builtin_scenes() -> dict[str, str]:
     """Return the text of every built-in scene by its name."""
-    folder = resources.files("exactcreep") / "scenes"
-    return {
-        file.name.removesuffix(".toml"): file.read_text(encoding="utf-8")
-        for file in sorted(folder.iterdir(), key=lambda file: file.name)
-        if file.name.endswith(".toml")
-    }
+    return {file.stem: file.read_text("utf-8") for file in sorted(_BUILTIN.glob("*.toml"))}
 
 
 def parsed_value(text: str) -> Any:
@@ -333,12 +321,6 @@ def _known(table: Mapping[str, Any], known: Iterable[str], prefix: str) -> None:
             )
 
 
-def _run_keys() -> tuple[str, ...]:
-    solvers = [solver for solver in SOLVERS.values() if is_dataclass(solver)]
-    options = {name for solver in solvers for name in signature(solver).parameters}
-    return (*RUN_KEYS, *sorted(options))
-
-
 def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:
     """Yield dotted keys and values of nested tables."""
     for key, value in table.items():
@@ -370,46 +352,35 @@ def _named(table: str, build: Callable[[], Any]) -> Any:
         raise InputError(field, error.value, error.allowed) from None
 
 
-def _required(table: Mapping[str, Any], keys: Mapping[str, bool]) -> None:
-    names = [name for name, required in keys.items() if required]
-    for name in names:
-        if name not in table:
-            raise InputError(name, None, "is missing; " + ", ".join(names) + " are required")
+def _made(make: Callable[..., Any], given: Mapping[str, Any]) -> Any:
+    """Return what a table makes, or raise `InputError` if a key is missing."""
+    required = [name for name, needed in _keys_of(make).items() if needed]
+    for name in required:
+        if name not in given:
+            raise InputError(name, None, "is missing; " + ", ".join(required) + " are required")
+    return make(**given)
 
 
-def _chain(table: Mapping[str, Any]) -> Chain:
-    _required(table, CHAIN_KEYS)
-    return Chain(**table)
-
-
-def _solid(table: Mapping[str, Any]) -> Solid:
-    _required(table, PHYSICAL_KEYS)
-    return physical(**{name: value for name, value in table.items() if name != "time_unit"})
-
-
-def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None = None) -> Drive:
+def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None) -> Drive:
     given = dict(table)
-    _required(given, {"kind": True})
-    kind = given.pop("kind")
-    keys = _keys_of(drive_of_kind(kind))
-    for kelvin, name in IN_KELVIN.items():
+    make = drive_of_kind(given.pop("kind", None))
+    for kelvin, name in _IN_KELVIN.items():
         if solid is None or kelvin not in given:
             continue
         if name in given:
             raise InputError(kelvin, given[kelvin], f"must not be given together with {name}")
         given[name] = exact_number(given.pop(kelvin), kelvin) * solid.kappa
+    keys = _keys_of(make)
     _known(given, keys, "drive.")
-    if (
-        solid is not None
-        and "kappa" in keys
-        and exact_number(given.setdefault("kappa", solid.kappa), "kappa") != solid.kappa
-    ):
-        raise InputError("kappa", given["kappa"], "must be physical.kappa, or be left out")
-    _required(given, keys)
+    if solid is not None and "kappa" in keys:
+        kappa = given.setdefault("kappa", solid.kappa)
+        if exact_number(kappa, "kappa") != solid.kappa:
+            raise InputError("kappa", kappa, "must be physical.kappa, or be left out")
     if isinstance(given.get("file"), str):
         # a path in a scene is meant from where the scene is, not from where the program was started
         given["file"] = folder / given["file"]
-    return drive_of_kind(kind)(**given)
+    made: Drive = _made(make, given)
+    return made
 
 
 def _start(given: Any, chain: Chain, seed: Any) -> State | None:
@@ -419,7 +390,7 @@ def _start(given: Any, chain: Chain, seed: Any) -> State | None:
     if not isinstance(given, Mapping):
         allowed = 'must be "relaxed", { tensions = [...] } or { size = 1e-6, seed = 1 }'
         raise InputError("start", given, allowed)
-    _known(given, START_KEYS, "run.start.")
+    _known(given, _START_KEYS, "run.start.")
     if "size" in given:
         for name in ("tensions", "theta"):
             if name in given:
@@ -428,14 +399,3 @@ def _start(given: Any, chain: Chain, seed: Any) -> State | None:
     if "seed" in given:
         raise InputError("seed", given["seed"], "belongs to a start of a given size")
     return State.prepared(chain, given.get("tensions"), theta=given.get("theta", 0), seed=seed)
-
-
-def parsed_settings_text(text: Any, members: int) -> list[dict[str, Any]]:
-    """Return the varied keys and values of every member from the JSON text that keeps them."""
-    try:
-        settings = json.loads(text, parse_float=Literal)
-    except (ValueError, TypeError, RecursionError):
-        settings = None
-    if not isinstance(settings, list) or len(settings) != members:
-        return [{} for _ in range(members)]
-    return settings

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -242,9 +243,11 @@ def resume(session: Resumed) -> None:
         exactcreep resume jumps.ckpt --out jumps.nc
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
-    from exactcreep.scene import Member, parsed_settings_text
+    from exactcreep.scene import Literal, Member
 
-    saved = Checkpoint.read(session.checkpoint, session.every)
-    settings = parsed_settings_text(saved.note.get("settings"), len(saved.experiments))
+    saved = Saved.read(session.checkpoint)
+    told, settings = saved.note.get("settings"), [{}] * len(saved.experiments)
+    if told is not None:  # the command line wrote the file
+        settings = json.loads(told, parse_float=Literal)
     members = [Member(*each) for each in zip(settings, saved.experiments, strict=True)]
-    session.run(members, {"scene": session.checkpoint.stem} | dict(saved.note), saved)
+    session.run(members, {"scene": session.checkpoint.stem} | dict(saved.note), saved.captured)
