@@ -14,7 +14,6 @@ import re
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass
-from functools import cache
 from inspect import signature
 from pathlib import Path as FilePath
 from typing import Any
@@ -38,7 +37,6 @@ _DEEPEST_KEY = 100
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 
-@cache
 def _keys_of(make: Callable[..., Any]) -> dict[str, bool]:
     """Return the keys of a table from which something is made, and whether each is required.
 
@@ -56,14 +54,14 @@ _START_KEYS = ("tensions", "theta", "size", "seed")
 _SOLVERS = [solver for solver in SOLVERS.values() if is_dataclass(solver)]
 _OPTIONS = {key for solver in _SOLVERS for key in signature(solver).parameters}
 _OF_DRIVES = {key for kind in DRIVES.values() for key in _keys_of(kind)}
-_KEYS: dict[str, tuple[str, ...]] = {
-    "chain": tuple(_keys_of(Chain)),
-    "physical": (*_keys_of(physical), "time_unit"),
-    "run": (*_RUN_KEYS, *sorted(_OPTIONS)),
-    "run.start": _START_KEYS,
-    "drive": ("kind", *_IN_KELVIN, *sorted(_OF_DRIVES)),
+_KEYS = {
+    "chain": _keys_of(Chain),
+    "physical": _keys_of(physical) | {"time_unit": False},
+    "run": dict.fromkeys((*_RUN_KEYS, *sorted(_OPTIONS)), False),
+    "run.start": dict.fromkeys(_START_KEYS, False),
+    "drive": dict.fromkeys(("kind", *_IN_KELVIN, *sorted(_OF_DRIVES)), False),
 }
-"""The keys of every table of a scene; which of ``[drive]`` are known depends on its kind."""
+"""The keys of every table and whether each is required; those of ``[drive]`` depend on its kind."""
 _SETTABLE = [f"{table}.{key}" for table, keys in _KEYS.items() for key in keys]
 
 
@@ -228,8 +226,10 @@ class Scene:
         about, solid = tables.get("physical"), None
         if about is not None:
             seconds = about.pop("time_unit", None)
-            solid = _named("physical", lambda: _made(physical, about))
-        chain = _named("chain", lambda: _made(Chain, tables["chain"])) if not solid else solid.chain
+            solid = _named("physical", lambda: _made(physical, _KEYS["physical"], about))
+            chain = solid.chain
+        else:
+            chain = _named("chain", lambda: _made(Chain, _KEYS["chain"], tables["chain"]))
         drive = _named("drive", lambda: _drive(tables["drive"], self.folder, solid))
         run = tables["run"]
         given = {name: run.pop(name) for name in _RUN_KEYS if name in run}
@@ -352,9 +352,9 @@ def _named(table: str, build: Callable[[], Any]) -> Any:
         raise InputError(field, error.value, error.allowed) from None
 
 
-def _made(make: Callable[..., Any], given: Mapping[str, Any]) -> Any:
+def _made(make: Callable[..., Any], keys: Mapping[str, bool], given: Mapping[str, Any]) -> Any:
     """Return what a table makes, or raise `InputError` if a key is missing."""
-    required = [name for name, needed in _keys_of(make).items() if needed]
+    required = [name for name, needed in keys.items() if needed]
     for name in required:
         if name not in given:
             raise InputError(name, None, "is missing; " + ", ".join(required) + " are required")
@@ -379,7 +379,7 @@ def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None) -> D
     if isinstance(given.get("file"), str):
         # a path in a scene is meant from where the scene is, not from where the program was started
         given["file"] = folder / given["file"]
-    made: Drive = _made(make, given)
+    made: Drive = _made(make, keys, given)
     return made
 
 

@@ -245,9 +245,9 @@ def resume(session: Resumed) -> None:
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Literal, Member
 
-    saved = Saved.read(session.checkpoint)
-    told, settings = saved.note.get("settings"), [{}] * len(saved.experiments)
-    if told is not None:  # the command line wrote the file
-        settings = json.loads(told, parse_float=Literal)
-    members = [Member(*each) for each in zip(settings, saved.experiments, strict=True)]
-    session.run(members, {"scene": session.checkpoint.stem} | dict(saved.note), saved.captured)
+    kept = Checkpoint.read(session.checkpoint, session.every)
+    settings: list[dict[str, Any]] = [{} for _ in kept.experiments]
+    if "settings" in kept.note:  # the command line wrote the file
+        settings = json.loads(kept.note["settings"], parse_float=Literal)
+    members = [Member(*each) for each in zip(settings, kept.experiments, strict=True)]
+    session.run(members, {"scene": session.checkpoint.stem} | dict(kept.note), kept)
