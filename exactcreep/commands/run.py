@@ -156,7 +156,7 @@ class Session:
                     told = f"was made by another program meanwhile; this result is in {other}"
                     failure = Occupied("out", str(self.out), told)
             if self.plot is not None:
-                from exactcreep.figures.style import draw_descent, draw_run
+                from exactcreep.figures.runs import draw_descent, draw_run
 
                 if descent is not None:
                     draw_descent(descent, self.plot, title=title)

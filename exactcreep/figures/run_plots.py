@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 from matplotlib.axes import Axes
 
 from exactcreep.figures.pictures.avalanches import draw_distribution
-from exactcreep.figures.style import draw_one
+from exactcreep.figures.runs import draw_one
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.result import Creep
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
@@ -38,8 +38,6 @@ class Plots:
             raise InputError("plot", "x_G", 'was not recorded: the run needs record = ["x_G"]')
         axes = ax if ax is not None else _new_axes()
         draw_one(axes, result)
-        target = "half-cycles" if result.drive.cyclic else "targets"
-        axes.set_xlabel(rf"time $t/\tau_\mathrm{{th}}$ ({target})")
         return axes
 
     def avalanches(self, measure: str = "size", ax: Axes | None = None, **style: Any) -> Axes:

@@ -14,9 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from exactcreep.figures.style import INKS, picture
-from exactcreep.limits import Stop
-from exactcreep.model.chain import Chain
+from exactcreep.figures.style import DOTTED, INKS, picture
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
@@ -25,6 +23,7 @@ from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import Stretch, advance
+from exactcreep.solvers.tables import joined
 
 WINDOW = 200
 """Half-cycles that a space-time diagram shows, unless asked for others."""
@@ -46,8 +45,6 @@ class Portrait:
         At the ends of the half-cycles of the window; the first entry is what was before it.
     slips : ndarray of int, shape (w, n)
         Slips of each slider within each half-cycle of the window.
-    moved : ndarray, shape (w, n)
-        By how much each slider moved, unit ``g tau_dyn**2``.
     state : State
         At the end of `half_cycle`.
     """
@@ -58,24 +55,18 @@ class Portrait:
     theta: NDArray[np.float64]
     x_G: NDArray[np.float64]
     slips: NDArray[np.int64]
-    moved: NDArray[np.float64]
     state: State
-
-    @property
-    def chain(self) -> Chain:
-        """The chain."""
-        return self.result.chain
 
     @property
     def forces(self) -> NDArray[np.float64]:
         """Non-frictional force on each slider at the end of `half_cycle`, unit m g."""
-        tensions = np.concatenate([[0.0], floats(self.state.tensions), [0.0]])
-        return np.diff(tensions) + self.chain.sin_alpha
+        tensions = np.diff(floats(self.state.tensions), prepend=0.0, append=0.0)
+        return tensions + self.result.chain.sin_alpha
 
     @property
     def limits(self) -> NDArray[np.float64]:
         """Largest force that each resting slider withstands, mu_s,n cos(alpha), unit m g."""
-        chain = self.chain
+        chain = self.result.chain
         if self.result.solver == Sliding.name:
             return np.full(chain.n, chain.friction)
         return Contacts(chain).thresholds(floats(self.state.coefficients), FLOAT64)
@@ -85,7 +76,7 @@ class Portrait:
 
         From ``|F_n| <= coefficient cos(alpha)`` for all sliders, added up from either end.
         """
-        chain = self.chain
+        chain = self.result.chain
         b, s = chain.times_cosine(coefficient), chain.sin_alpha
         below = np.arange(1, chain.n)
         above = chain.n - below
@@ -122,62 +113,42 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
     window = whole_number(window, "window", least=1)
     last = min(max(half_cycle + window // 2, window), total)
     first = max(last - window, 0) + 1
-    experiment = result.experiment
+    experiment, drive = result.experiment, result.drive
     simulation = experiment.algorithm.simulation(
-        experiment.chain, experiment.initial, experiment.seed, ("x_G", "x", "slips")
+        experiment.chain, experiment.initial, experiment.seed, ("x_G", "slips")
     )
-    state = experiment.initial
-    before = floats(state.displacements)
-    rows: dict[str, list[NDArray[Any]]] = {"x_G": [], "x": [], "slips": []}
+    states = {0: experiment.initial}
+    shown: list[Any] = [{"x_G": np.empty(0), "slips": np.empty((0, experiment.chain.n), int)}]
     done = 0
 
     def take(stretch: Stretch) -> None:
-        nonlocal done, before
-        for k in range(stretch.completed):
-            done += 1
-            if done < first:
-                before = floats(stretch.recorded["x"][k])
-            else:
-                for name, kept in rows.items():
-                    kept.append(np.asarray(stretch.recorded[name][k]))
-            _check_repeats(result, done, stretch.recorded["x_G"][k])
+        nonlocal done
+        _check_repeats(result, done, floats(stretch.recorded["x_G"]))
+        done += stretch.completed
+        if done >= first:
+            shown.append(stretch.recorded)
 
-    for until in (half_cycle, last):
-        stretch = advance(simulation, experiment.drive, until, done=done, take=take)
-        if stretch.stop is not Stop.DONE:
-            raise InputError("half_cycle", half_cycle, f"is not reached: {stretch.reason}")
-        if until == half_cycle > 0:
-            state = simulation.state()
-    x = np.array([floats(np.asarray(row)) for row in [before, *rows["x"]]])
-    theta = _theta(result, first, last)
-    x_G = np.concatenate([[before.mean()], np.array(rows["x_G"], dtype=float)])
-    slips = np.array(rows["slips"], dtype=np.int64).reshape(-1, result.chain.n)
-    return Portrait(result, half_cycle, first, theta, x_G, slips, np.diff(x, axis=0), state)
+    for until in (first - 1, half_cycle, last):
+        advance(simulation, drive, until, done=done, take=take)
+        states.setdefault(until, simulation.state())
+    recorded = joined(shown)
+    x_G = np.append(floats(states[first - 1].displacements).mean(), floats(recorded["x_G"]))
+    theta = drive.targets(max(first - 1, 1), x_G.size - (first == 1), result.seed)
+    if first == 1:
+        theta = np.append(floats(np.array([experiment.initial.theta])), theta)
+    return Portrait(result, half_cycle, first, theta, x_G, recorded["slips"], states[half_cycle])
 
 
-def _check_repeats(result: Creep, half_cycle: int, x_G: Any) -> None:
+def _check_repeats(result: Creep, done: int, again: NDArray[np.float64]) -> None:
     """Raise `InputError` if the run does not come to the x_G that it recorded."""
-    recorded = result.recorded.get("x_G")
-    if recorded is None or half_cycle > recorded.size:
-        return
-    again = float(floats(np.array([x_G]))[0])
-    if again != float(recorded[half_cycle - 1]):
+    recorded = floats(result.recorded.get("x_G", np.empty(0)))[done : done + again.size]
+    for k in np.flatnonzero(again[: recorded.size] != recorded)[:1].tolist():
         raise InputError(
             "x_G",
-            again,
-            f"was {float(recorded[half_cycle - 1])!r} at half-cycle {half_cycle} when the run was"
-            " saved: this program computes it differently",
+            float(again[k]),
+            f"was {float(recorded[k])!r} at half-cycle {done + k + 1} when the run was saved:"
+            " this program computes it differently",
         )
-
-
-def _theta(result: Creep, first: int, last: int) -> NDArray[np.float64]:
-    count = last - first + 1
-    targets = result.drive.targets(first, count, result.seed) if count else np.empty(0)
-    if first > 1:
-        before = float(result.drive.targets(first - 1, 1, result.seed)[0])
-    else:
-        before = float(floats(np.array([result.experiment.initial.theta]))[0])
-    return np.concatenate([[before], targets])
 
 
 # --- drawing -------------------------------------------------------------------------------------
@@ -191,28 +162,27 @@ def draw_portrait(seen: Portrait) -> Figure:
     middle = figure.add_subplot(grid[1, :], sharex=top)
     space = figure.add_subplot(grid[2, :], sharex=top)
     figure.suptitle(_title(seen), fontsize=9)
-    time = np.arange(seen.first - 1, seen.first - 1 + seen.theta.size)
+    time = seen.first - 1 + np.arange(seen.theta.size)
     top.step(time, seen.theta, where="pre", color="0.25", linewidth=0.8)
     top.set_ylabel(r"$\theta$ at the end")
     middle.step(time, seen.x_G, where="pre", color=INKS[6], linewidth=1.2)
     middle.set_ylabel(r"$\Delta\tilde{x}_G$ ($g\,\tau_\mathrm{dyn}^2$)")
     for axes in (top, middle, space):
         axes.axvline(seen.half_cycle, color=INKS[0], linewidth=0.8, linestyle=(0, (3, 2)))
-    for axes in (top, middle):
-        axes.tick_params(labelbottom=False)
+        axes.tick_params(labelbottom=axes is space)
     _draw_slips(figure, space, seen)
     if seen.result.half_cycles > seen.slips.shape[0]:
         _inset_course(middle, seen)
-    if seen.chain.n > 1:
+    forces: Any = grid[3, :]
+    if seen.result.chain.n > 1:
         _draw_tensions(figure.add_subplot(grid[3, 0]), seen)
-        _draw_forces(figure.add_subplot(grid[3, 1]), seen)
-    else:
-        _draw_forces(figure.add_subplot(grid[3, :]), seen)
+        forces = grid[3, 1]
+    _draw_forces(figure.add_subplot(forces), seen)
     return figure
 
 
 def _title(seen: Portrait) -> str:
-    chain, result = seen.chain, seen.result
+    chain, result = seen.result.chain, seen.result
     return (
         rf"$N={chain.n}$, $\tilde{{l}}_0={float(chain.l0):g}$,"
         rf" $\mu_\mathrm{{d}}={float(chain.mu_d):g}$, $\mu_\mathrm{{s}}={float(chain.mu_s):g}$,"
@@ -223,8 +193,8 @@ def _title(seen: Portrait) -> str:
 
 def _inset_course(axes: Axes, seen: Portrait) -> None:
     """Show the whole course of x_G, if it was recorded, with the window marked."""
-    recorded = seen.result.recorded.get("x_G")
-    if recorded is None or not recorded.size:
+    recorded = seen.result.recorded.get("x_G", np.empty(0))
+    if not recorded.size:
         return
     inset = axes.inset_axes((0.68, 0.16, 0.3, 0.4))
     shown = np.unique(np.linspace(0, recorded.size - 1, 2000).astype(int))
@@ -237,28 +207,21 @@ def _inset_course(axes: Axes, seen: Portrait) -> None:
 
 def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
     """Draw how often each slider slips within each half-cycle."""
-    most = int(seen.slips.max(initial=0))
-    levels = _levels(most)
+    levels = _levels(int(seen.slips.max(initial=0)))
     shades = _SHADES[: len(levels) - 1]
-    norm = BoundaryNorm(np.array(levels) - 0.5, len(shades))
     window, n = seen.slips.shape
     image = axes.pcolormesh(
-        np.arange(seen.first - 1, seen.first + window),
-        np.arange(n + 1) + 0.5,
-        seen.slips.T,
-        cmap=ListedColormap(list(shades)),
-        norm=norm,
+        np.arange(seen.first - 1, seen.first + window), np.arange(n + 1) + 0.5, seen.slips.T,
+        cmap=ListedColormap(list(shades)), norm=BoundaryNorm(np.array(levels) - 0.5, len(shades)),
         rasterized=True,
-    )
-    axes.set_ylim(n + 0.5, 0.5)  # slider 1 is the upper one
+    )  # fmt: skip
     axes.yaxis.set_major_locator(MaxNLocator(8, integer=True))
-    axes.set(ylabel="slider (1 uppermost)", xlabel=r"time $t/\tau_\mathrm{th}$ (half-cycles)")
+    axes.set(ylabel="slider (1 uppermost)", xlabel=r"time $t/\tau_\mathrm{th}$ (half-cycles)",
+             ylim=(n + 0.5, 0.5))  # fmt: skip
     bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=16)
-    middles = [(a + b - 1) / 2 for a, b in itertools.pairwise(levels)]
-    bar.set_ticks(middles)
-    bar.set_ticklabels(
-        [str(a) if b - a == 1 else f"{a}-{b - 1}" for a, b in itertools.pairwise(levels)]
-    )
+    classes = list(itertools.pairwise(levels))
+    names = [str(a) if b - a == 1 else f"{a}-{b - 1}" for a, b in classes]
+    bar.set_ticks([(a + b - 1) / 2 for a, b in classes], labels=names)
     bar.ax.tick_params(labelsize=7, length=0)
     bar.set_label("slips per half-cycle", fontsize=8)
 
@@ -267,7 +230,7 @@ def _levels(most: int) -> list[int]:
     """Return where the classes of a count from 0 to `most` begin, and where the last one ends."""
     classes = len(_SHADES)
     if most < classes:
-        return list(range(most + 2 if most else 2))
+        return list(range(most + 2))
     ratio = (most + 1) ** (1 / (classes - 1))
     levels = [0, 1]
     for k in range(1, classes):
@@ -277,17 +240,14 @@ def _levels(most: int) -> list[int]:
 
 def _draw_tensions(axes: Axes, seen: Portrait) -> None:
     """Draw the tensions between the bounds that friction sets."""
-    chain = seen.chain
+    chain = seen.result.chain
     springs = np.arange(1, chain.n)
     for coefficient, dashes, name in (
         (chain.mu_d, "-", r"limit for $\mu_\mathrm{d}$"),
         (chain.mu_s, (0, (4, 2)), r"limit for $\mu_\mathrm{s}$"),
     ):
-        for number, bound in enumerate(seen.bounds(coefficient)):
-            axes.plot(
-                springs, bound, color="0.45", linewidth=0.9, linestyle=dashes,
-                label=name if number == 0 else None,
-            )  # fmt: skip
+        for bound, label in zip(seen.bounds(coefficient), (name, None), strict=True):
+            axes.plot(springs, bound, color="0.45", linewidth=0.9, linestyle=dashes, label=label)
     size = 3 if chain.n <= 60 else 1.5
     axes.plot(springs, floats(seen.state.tensions), color=INKS[0], marker="o", markersize=size,
               linewidth=0.9, label=r"$T_n$")  # fmt: skip
@@ -300,22 +260,25 @@ def _draw_tensions(axes: Axes, seen: Portrait) -> None:
 
 def _draw_forces(axes: Axes, seen: Portrait) -> None:
     """Draw the force on each slider between its static limits."""
-    chain = seen.chain
+    chain, limits = seen.result.chain, seen.limits
     sliders = np.arange(1, chain.n + 1)
-    width = 0.8 if chain.n <= 60 else 1.0
-    axes.bar(sliders, 2 * seen.limits, width, bottom=-seen.limits, color="0.88",
+    width, size = (0.8, 3.5) if chain.n <= 60 else (1.0, 1.5)
+    axes.bar(sliders, 2 * limits, width, bottom=-limits, color="0.88",
              label=r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$")  # fmt: skip
-    size = 3.5 if chain.n <= 60 else 1.5
     axes.plot(sliders, seen.forces, linestyle="none", marker="o", markersize=size, color=INKS[1],
               label=r"$F_n$")  # fmt: skip
-    for sign in (-1, 1):
-        axes.axhline(sign * chain.friction, color="0.45", linewidth=0.7, linestyle=(0, (1, 2)),
-                     label=r"$\pm\mu_\mathrm{d}\cos\alpha$" if sign == 1 else None)  # fmt: skip
+    draw_friction(axes, chain.friction, color="0.45")
     axes.set(xlabel="slider $n$", ylabel=r"force ($m\,g$)")
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
     axes.set_title(_moment(seen), fontsize=8)
-    axes.set_ylim(-1.2 * float(seen.limits.max()), 1.75 * float(seen.limits.max()))
+    axes.set_ylim(-1.2 * float(limits.max()), 1.75 * float(limits.max()))
     axes.legend(loc="upper right", fontsize=7, ncols=3, columnspacing=1.0, handlelength=1.5)
+
+
+def draw_friction(axes: Axes, friction: float, color: str) -> None:
+    """Mark the friction of a moving slider in either direction."""
+    for force, label in ((-friction, None), (friction, r"$\pm\mu_\mathrm{d}\cos\alpha$")):
+        axes.axhline(force, color=color, linewidth=0.7, linestyle=DOTTED, label=label)
 
 
 def _moment(seen: Portrait) -> str:

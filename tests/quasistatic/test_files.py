@@ -175,7 +175,7 @@ from exactcreep.commands import reproduce
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.files import write_file
-from exactcreep.figures import style as figures
+from exactcreep.figures import runs, style as figures
 
 @contextmanager
 def full_disk(name):  # no file in it can be longer than 20 kB
@@ -201,7 +201,7 @@ with full_disk("result"):
 with full_disk("run"):
     assert status([*run, "--out", "it", "--force"]) == 2
 with full_disk("picture"):
-    figures.draw_run([result], "it.png")
+    runs.draw_run([result], "it.png")
 with full_disk("sweep"):
     assert status([*sweep, "."]) == 2
 with full_disk("checkpoint"):
