@@ -126,7 +126,7 @@ def _accuracy(count: int) -> str:
 
 
 def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> None:
-    from exactcreep.quasistatic.result import known_of
+    from exactcreep.quasistatic.course import known_of
 
     told = [
         (measured(one, 4), _either(_predicted(one)[1], 4), one.outcome.value, str(one.slip_count))

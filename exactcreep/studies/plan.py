@@ -18,9 +18,9 @@ from exactcreep.model.representation import Shown, drawn
 from exactcreep.model.state import State
 from exactcreep.motion.rounding_error import PROMISE
 from exactcreep.progress import Hearer, reporter
+from exactcreep.quasistatic.course import course_of
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.result import course_of
 from exactcreep.quasistatic.sensitivity import MOST_EVENTS
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import LADDER, Choice, Rung, choose, runner, valid_accuracy

@@ -10,7 +10,7 @@ import pytest
 
 from exactcreep import Creep, Cycles, InputError, creep, load_scene, resume
 from exactcreep.quasistatic.checkpoint import VERSION
-from exactcreep.quasistatic.result import FORMAT
+from exactcreep.quasistatic.dataset import FORMAT
 
 ARCHIVE = Path(__file__).parents[1] / "data" / "archive"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, GaussianSteps, Outcome, State, creep, rearrange
-from exactcreep.quasistatic.result import known_of
+from exactcreep.quasistatic.course import known_of
 from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.verlet import solver as verlet
 
