@@ -59,11 +59,8 @@ class Quadratic:
             return NotImplemented
         return Quadratic(self.field, self.a - parts[0], self.b - parts[1])
 
-    def __rsub__(self, other: Any) -> Quadratic:
-        parts = self._parts(other)
-        if parts is None:
-            return NotImplemented
-        return Quadratic(self.field, parts[0] - self.a, parts[1] - self.b)
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
 
     def __neg__(self) -> Quadratic:
         return Quadratic(self.field, -self.a, -self.b)
@@ -90,10 +87,7 @@ class Quadratic:
         return parts is not None and self.a == parts[0] and self.b == parts[1]
 
     def __lt__(self, other: Any) -> bool:
-        parts = self._parts(other)
-        if parts is None:
-            return NotImplemented
-        return Quadratic(self.field, self.a - parts[0], self.b - parts[1]).sign() < 0
+        return bool((self - other).sign() < 0)
 
     def __hash__(self) -> int:
         a, b = self.rationals()
@@ -101,7 +95,7 @@ class Quadratic:
 
     def sign(self) -> int:
         """Return -1, 0 or +1, exactly."""
-        a, b = _sign(self.a), _sign(self.b)
+        a, b = sign_of(self.a), sign_of(self.b)
         if a == b or b == 0:
             return a
         if a == 0:
@@ -203,5 +197,6 @@ def _fraction(x: Any) -> Fraction:
     return Fraction(int(x.p), int(x.q))
 
 
-def _sign(x: Any) -> int:
+def sign_of(x: Any) -> int:
+    """Return the sign of a rational."""
     return int(x > 0) - int(x < 0)

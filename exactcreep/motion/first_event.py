@@ -1,20 +1,21 @@
 """The first event of the moving chain, by steps that are guaranteed to be free of events.
 
-Every slider that could act next is *watched*: a function of time that is positive until its event
-(the speed of a moving slider, the distance of a resting one from its threshold) with a bound B of
-its second derivative that holds for ever. From value g and slope d at a time t there is no root
-before ``t + (d + sqrt(d^2 + 2 g B)) / B``; and if ``d < 0`` and ``4 g B <= d^2`` there is exactly
-one root in ``[t, t + 2 g / |d|]``. Only the watch that can be next is evaluated; the first
-whose bracket ends before all others can begin is the event, refined by interval Newton. Just after
-an event the trivial root is removed by the first derivative that is not zero, never by an
+Every slider that could act next is a *candidate*: a function of time that is positive until its
+event (the speed of a moving slider, the distance of a resting one from its threshold) with a bound
+B of its second derivative that holds for ever. From value g and slope d at a time t there is no
+root before ``t + (d + sqrt(d^2 + 2 g B)) / B``; and if ``d < 0`` and ``4 g B <= d^2`` there is
+exactly one root in ``[t, t + 2 g / |d|]``. Only the candidate that can be next is evaluated; the
+first whose bracket ends before all others can begin is the event, refined by interval Newton. Just
+after an event the trivial root is removed by the first derivative that is not zero, never by an
 epsilon. A slider that moves alone needs no search: it is followed by its energy.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 from numpy.typing import NDArray
@@ -65,14 +66,16 @@ class Candidate:
     """A function of time that is positive until a slider acts.
 
     ``side`` is 0 for a moving slider (the function is its speed), else the direction in which the
-    resting slider would start (the function is what is missing to its threshold). ``safe``: no root
-    before this time; ``last``: the only root is not after this time (None: not isolated).
+    resting slider would start (the function is what is missing to its threshold). ``terms`` are
+    the movers (of a run, and which) whose velocity, or displacement, times ``sign`` it contains.
+    ``safe``: no root before this time; ``last``: the only root is not after this time (None: not
+    isolated).
     """
 
     slider: int
     side: int
-    direction: int
-    terms: tuple[tuple[RunMotion, int], ...]
+    sign: int
+    terms: Sequence[tuple[RunMotion, int]]
     value: Any
     slope: Any
     bound: Any
@@ -88,12 +91,12 @@ class Candidate:
         if self.side == 0:
             motion, i = self.terms[0]
             _, v, a = motion.slider(i, t)
-            return self.direction * v, self.direction * a
+            return self.sign * v, self.sign * a
         value, slope = self.value, 0
         for motion, i in self.terms:
             u, v, _ = motion.slider(i, t)
-            value = value - self.side * u
-            slope = slope - self.side * v
+            value = value + self.sign * u
+            slope = slope + self.sign * v
         return value, slope
 
 
@@ -126,7 +129,7 @@ class Search:
         flow: Flow,
         runs: Sequence[Run],
         thresholds: NDArray[Any],
-        excess: dict[int, Any],
+        excess: Mapping[int, Any],
         touching: Iterable[tuple[int, int]] = (),
         *,
         assume: bool = False,
@@ -143,10 +146,11 @@ class Search:
         self.evaluations = 0
         self.undecided = 0
         last = len(flow.forces) // 2 if half else len(flow.forces)
-        self.watches = [w for w in self._watched(runs) if w.slider < last]
+        every = [*self._stops(runs), *self._starts(runs)]
+        self.candidates = [one for one in every if one.slider < last]
 
     def first(self, horizon: Any = None) -> list[Candidate]:
-        """Return the watches that act first; several if they act together.
+        """Return the candidates that act first; several if they act together.
 
         Their ``safe`` and ``last`` enclose the time. Empty if nothing ever happens, or
         nothing before `horizon`.
@@ -157,16 +161,16 @@ class Search:
             In balls, if the order of two events or a graze is not decided.
         SearchLimit
         """
-        for watch in self.watches:
-            self._begin(watch)
-        while self.watches:
-            leader = min(self.watches, key=_soonest)
+        for one in self.candidates:
+            self._begin(one)
+        while self.candidates:
+            leader = min(self.candidates, key=attrgetter("safe"))
             if leader.safe == math.inf or (horizon is not None and leader.safe > horizon):
                 return []
             if leader.last is None:
                 self._evaluate(leader)
                 continue
-            rivals = [w for w in self.watches if w is not leader and not w.safe > leader.last]
+            rivals = [w for w in self.candidates if w is not leader and not w.safe > leader.last]
             if not rivals:
                 return [leader]
             if leader.refinements < EARLY_REFINEMENTS and self.refine(leader):
@@ -185,53 +189,56 @@ class Search:
             return [leader, *rivals]
         return []
 
-    def refine(self, watch: Candidate) -> bool:
+    def refine(self, one: Candidate) -> bool:
         """Narrow the bracket of an isolated root by one interval Newton step; say if it helped."""
-        width = watch.last - watch.safe
-        if watch.steepness is None or not width > 0:
+        width = one.last - one.safe
+        if one.steepness is None or not width > 0:
             return False
         self._count()
-        watch.refinements += 1
+        one.refinements += 1
         arithmetic = self.arithmetic
-        middle = arithmetic.midpoint((watch.safe + watch.last) / 2)
-        value, slope = watch(middle)
-        spread = watch.bound * width / 2
+        middle = arithmetic.midpoint((one.safe + one.last) / 2)
+        value, slope = one(middle)
+        spread = one.bound * width / 2
         if arithmetic.encloses:
             root = middle - value / (slope + arithmetic.between(-spread, spread))
             low, high = arithmetic.lower(root), arithmetic.upper(root)
         else:
-            steep = slope if slope < 0 else watch.steepness
+            steep = slope if slope < 0 else one.steepness
             root = middle - value / steep
-            error = watch.slack / -steep + 4 * arithmetic.roundoff * abs(root)
-            error = error + watch.bound * (root - middle) ** 2 / -steep
+            error = one.slack / -steep + 4 * arithmetic.roundoff * abs(root)
+            error = error + one.bound * (root - middle) ** 2 / -steep
             low, high = root - error, root + error
-        low = low if low > watch.safe else watch.safe
-        high = high if high < watch.last else watch.last
+        low = low if low > one.safe else one.safe
+        high = high if high < one.last else one.last
         if not high - low < 0.75 * width:
             return False
-        watch.safe, watch.last = low, high
+        one.safe, one.last = low, high
         return True
 
-    # -- what is watched -----------------------------------------------------------------------
+    # -- who may act ---------------------------------------------------------------------------
 
-    def _watched(self, runs: Sequence[Run]) -> list[Candidate]:
+    def _stops(self, runs: Sequence[Run]) -> list[Candidate]:
         flow, out = self.flow, []
-        neighbours: dict[int, list[tuple[RunMotion, int]]] = {}
         for run in runs:
             motion = run.motion
             for i, n in enumerate(run.sliders):
-                s = int(flow.signs[n])
+                sign = int(flow.signs[n])
                 bound = self.arithmetic.upper(motion.bound(i, 2))
-                speed, slope = s * flow.velocities[n], s * motion.accelerations[i]
+                speed, slope = sign * flow.velocities[n], sign * motion.accelerations[i]
                 slack = flow.velocity_slack
                 if self.arithmetic.roundoff:
                     slack = slack + self._rounding(motion)
-                out.append(Candidate(n, 0, s, ((motion, i),), speed, slope, bound, slack))
-            if run.first > 0:
-                neighbours.setdefault(run.first - 1, []).append((motion, 0))
-            after = run.first + motion.p
-            if after < len(flow.forces):
-                neighbours.setdefault(after, []).append((motion, motion.p - 1))
+                out.append(Candidate(n, 0, sign, [(motion, i)], speed, slope, bound, slack))
+        return out
+
+    def _starts(self, runs: Sequence[Run]) -> list[Candidate]:
+        flow, out = self.flow, []
+        neighbours: dict[int, list[tuple[RunMotion, int]]] = {}
+        for run in runs:
+            for n, i in ((run.first - 1, 0), (run.first + run.motion.p, run.motion.p - 1)):
+                if 0 <= n < len(flow.forces):
+                    neighbours.setdefault(n, []).append((run.motion, i))
         for n, terms in neighbours.items():
             bound = self.arithmetic.upper(sum(motion.bound(i, 1) for motion, i in terms))
             rate = sum(motion.velocities[i] for motion, i in terms)
@@ -244,22 +251,22 @@ class Search:
                 room = self.thresholds[n] - side * flow.forces[n]
                 if (n, side) in self.touching:
                     room = self.arithmetic.number(0)
-                out.append(Candidate(n, side, 0, tuple(terms), room, -side * rate, bound, slack))
+                out.append(Candidate(n, side, -side, terms, room, -side * rate, bound, slack))
         return out
 
     def _rounding(self, motion: RunMotion) -> Any:
         """Return a bound of the rounding of a speed that is evaluated within a period or so."""
         return self.arithmetic.roundoff * (motion.p + 16) * self.arithmetic.sqrt(motion.energy)
 
-    # -- one watch -----------------------------------------------------------------------------
+    # -- one candidate -------------------------------------------------------------------------
 
-    def _begin(self, watch: Candidate) -> None:
-        """Take the first step of a watch, from what is known at time 0."""
-        trivial = watch.side == 0 and bool(self.flow.velocities[watch.slider] == 0)
-        if trivial or self._sign(watch.value, watch.slack) == 0:
-            self._depart(watch)
+    def _begin(self, one: Candidate) -> None:
+        """Take the first step of a candidate, from what is known at time 0."""
+        trivial = one.side == 0 and bool(self.flow.velocities[one.slider] == 0)
+        if trivial or self._sign(one.value, one.slack) == 0:
+            self._depart(one)
         else:
-            self._step(watch, self.arithmetic.number(0), watch.value, watch.slope)
+            self._step(one, self.arithmetic.number(0), one.value, one.slope)
 
     def _sign(self, x: Any, slack: Any) -> int:
         try:
@@ -269,98 +276,91 @@ class Search:
                 raise
             return 0
 
-    def _depart(self, watch: Candidate) -> None:
+    def _depart(self, one: Candidate) -> None:
         """Leave the trivial root at time 0 by the first derivative that is not zero."""
         zero = self.arithmetic.number(0)
-        exactly = watch.side == 0 or bool(watch.value == 0)
-        for k, derivative in enumerate(self._derivatives(watch), 1):
-            sign = self._sign(derivative, self._derivative_slack(watch, k))
+        exactly = one.side == 0 or bool(one.value == 0)
+        # nothing drives it: a moving slider makes a slip of length zero, a resting one stays
+        one.safe, one.last = (zero, zero) if one.side == 0 else (math.inf, None)
+        for k, derivative in enumerate(self._derivatives(one), 1):
+            sign = self._sign(derivative, self._derivative_slack(one, k))
             if sign > 0:
                 # g(t) >= d_k t^k / k! - B_(k+1) t^(k+1) / (k+1)!
-                order = k + 1 if watch.side == 0 else k
-                total = sum(motion.bound(i, order) for motion, i in watch.terms)
+                order = k + 1 if one.side == 0 else k
+                total = sum(motion.bound(i, order) for motion, i in one.terms)
                 bound = self.arithmetic.upper(total)
                 inert = bool(bound == 0)
-                watch.safe = (
+                one.safe = (
                     math.inf if inert else self.arithmetic.lower((k + 1) * derivative / bound)
                 )
+                one.last = None
                 break
             if sign < 0:
-                watch.safe = watch.last = zero
+                one.safe = one.last = zero
                 break
             exactly = exactly and bool(derivative == 0)
-        else:
-            # nothing drives it: a moving slider makes a slip of length zero, a resting one stays
-            if watch.side == 0:
-                watch.safe = watch.last = zero
-            else:
-                watch.safe = math.inf
         self.undecided += not exactly
 
-    def _derivatives(self, watch: Candidate) -> list[Any]:
-        """Return derivatives 1 .. ORDERS of the watch's function at time 0."""
+    def _derivatives(self, one: Candidate) -> list[Any]:
+        """Return derivatives 1 .. ORDERS of the candidate's function at time 0."""
         out: list[Any] = [self.arithmetic.number(0)] * ORDERS
-        for motion, i in watch.terms:
+        for motion, i in one.terms:
             # v, a, -K v, -K a, K^2 v, ... are the derivatives of v from the 0th on
             even, odd = motion.velocities, motion.accelerations
-            series = []
-            for k in range(0, ORDERS + 1, 2):
+            series = [even[i], odd[i]]
+            while len(series) < ORDERS + 1:
+                even, odd = -_stiffened(motion, even), -_stiffened(motion, odd)
                 series += [even[i], odd[i]]
-                if k < ORDERS:
-                    even, odd = -_stiffened(motion, even), -_stiffened(motion, odd)
-            if watch.side == 0 and watch.slider in self.excess:
-                series[1] = watch.direction * self.excess[watch.slider]
-            for k in range(ORDERS):
-                if watch.side == 0:
-                    out[k] = out[k] + watch.direction * series[k + 1]
-                else:
-                    out[k] = out[k] - watch.side * series[k]
+            if one.side == 0 and one.slider in self.excess:
+                series[1] = one.sign * self.excess[one.slider]
+            if one.side == 0:
+                del series[0]
+            out = [x + one.sign * y for x, y in zip(out, series, strict=False)]
         return out
 
-    def _derivative_slack(self, watch: Candidate, k: int) -> Any:
-        of_force = k % 2 == (1 if watch.side == 0 else 0)
+    def _derivative_slack(self, one: Candidate, k: int) -> Any:
+        of_force = k % 2 == (1 if one.side == 0 else 0)
         slack = self.flow.force_slack if of_force else self.flow.velocity_slack
         return slack * 4 ** (k // 2)
 
-    def _step(self, watch: Candidate, t: Any, value: Any, slope: Any) -> None:
-        """Move the watch on from `t`: isolate its root, or pass a time free of roots."""
-        sign = self._sign(value, watch.slack)
-        reach = abs(value) + watch.slack
-        if slope < 0 and 4 * reach * watch.bound <= slope * slope:
-            watch.safe = t
-            watch.last = self.arithmetic.upper(t + 2 * reach / -slope)
-            watch.steepness = slope
+    def _step(self, one: Candidate, t: Any, value: Any, slope: Any) -> None:
+        """Move the candidate on from `t`: isolate its root, or pass a time free of roots."""
+        sign = self._sign(value, one.slack)
+        reach = abs(value) + one.slack
+        if slope < 0 and 4 * reach * one.bound <= slope * slope:
+            one.safe = t
+            one.last = self.arithmetic.upper(t + 2 * reach / -slope)
+            one.steepness = slope
             return
         if sign <= 0:
-            self._graze(watch, t)
+            self._graze(one, t)
             return
-        if bool(watch.bound == 0):
-            watch.safe = math.inf  # the slope is constant, and not negative
+        if bool(one.bound == 0):
+            one.safe = math.inf  # the slope is constant, and not negative
             return
-        root = self.arithmetic.sqrt(slope * slope + 2 * value * watch.bound)
-        step = 2 * value / (root - slope) if slope < 0 else (slope + root) / watch.bound
-        watch.safe = self.arithmetic.lower(t + step)
+        root = self.arithmetic.sqrt(slope * slope + 2 * value * one.bound)
+        step = 2 * value / (root - slope) if slope < 0 else (slope + root) / one.bound
+        one.safe = self.arithmetic.lower(t + step)
 
-    def _graze(self, watch: Candidate, t: Any) -> None:
+    def _graze(self, one: Candidate, t: Any) -> None:
         """Settle a root that is not simple at this precision: a stop stops, a rest stays."""
         if not self.assume:
             raise Undecided("a grazing root is not decided")
-        self.undecided += watch.grazes == 0
-        watch.grazes += 1
-        if watch.side == 0:
-            watch.safe = watch.last = t
+        self.undecided += one.grazes == 0
+        one.grazes += 1
+        if one.side == 0:
+            one.safe = one.last = t
             return
-        slack = watch.slack if watch.slack > 0 else self.arithmetic.upper(abs(watch(t)[0]))
+        slack = one.slack if one.slack > 0 else self.arithmetic.upper(abs(one(t)[0]))
         # by then the function has left the undecided band, or its bound is used again
-        watch.safe = self.arithmetic.upper(t + 2 * self.arithmetic.sqrt(slack / watch.bound))
+        one.safe = self.arithmetic.upper(t + 2 * self.arithmetic.sqrt(slack / one.bound))
 
-    def _evaluate(self, watch: Candidate) -> None:
+    def _evaluate(self, one: Candidate) -> None:
         self._count()
-        before = watch.safe
-        value, slope = watch(before)
-        self._step(watch, before, value, slope)
-        if watch.last is None and not watch.safe > before:
-            self._graze(watch, before)
+        before = one.safe
+        self._step(one, before, *one(before))
+        if one.last is None and not one.safe > before:
+            self._graze(one, before)
 
     def _count(self) -> None:
         self.evaluations += 1
@@ -369,20 +369,21 @@ class Search:
             raise SearchLimit(f"no event found within {MOST_EVALUATIONS} evaluations")
 
 
-def root_time(search: Search, watch: Candidate) -> Any:
+def root_time(search: Search, one: Candidate) -> Any:
     """Return the time of an isolated root, as well as this arithmetic can.
 
-    Guarantee: in balls, an enclosure of the only root between the watch's ``safe`` and ``last``.
+    Guarantee: in balls, an enclosure of the only root between the candidate's ``safe`` and
+    ``last``.
     """
-    while search.refine(watch):
+    while search.refine(one):
         pass
     arithmetic = search.arithmetic
-    if arithmetic.encloses or watch.steepness is None:
-        return arithmetic.between(watch.safe, watch.last)
-    t = (watch.safe + watch.last) / 2
+    if arithmetic.encloses or one.steepness is None:
+        return arithmetic.between(one.safe, one.last)
+    t = (one.safe + one.last) / 2
     for _ in range(2):  # the bracket is as wide as the rounding bound; its middle is not the root
-        value, slope = watch(t)
-        t = t - value / (slope if slope < 0 else watch.steepness)
+        value, slope = one(t)
+        t = t - value / (slope if slope < 0 else one.steepness)
     search.evaluations += 2
     return t
 
@@ -391,15 +392,16 @@ def lone_event(
     flow: Flow,
     n: int,
     thresholds: NDArray[Any],
-    excess: dict[int, Any],
+    excess: Mapping[int, Any],
     touching: Iterable[tuple[int, int]] = (),
     *,
-    assume: bool = False,
-) -> tuple[FirstEvent, int]:
-    """Return the first event while slider `n` (from 0) moves alone, and the undecided comparisons.
+    sign: Callable[[Any, Any], int],
+) -> FirstEvent:
+    """Return the first event while slider `n` (from 0) moves alone.
 
     With x the way from here, ``v^2 + 2 a x - w^2 x^2`` is its squared speed: it stops after
     ``(a + sqrt(a^2 + w^2 v^2)) / w^2``, or starts the neighbour with the smaller room before.
+    `sign` is that of a number that is off by a slack at most, as `Arithmetic.sign`.
 
     Raises
     ------
@@ -407,32 +409,30 @@ def lone_event(
         In balls, if the order of stop and starts is not decided.
     """
     arithmetic = flow.arithmetic
-    known = _Signs(flow, assume)
     direction = int(flow.signs[n])
     beside = [m for m in (n - 1, n + 1) if 0 <= m < len(flow.forces)]
     w2 = len(beside)
     speed = direction * flow.velocities[n]
-    pull = direction * flow.forces[n] - flow.friction
-    pull = excess.get(n, pull)
+    pull = excess.get(n, direction * flow.forces[n] - flow.friction)
     zero = arithmetic.number(0)
     from_rest = bool(speed == 0)
-    if from_rest and known.sign(pull, flow.force_slack) <= 0:
-        return FirstEvent(zero, (n,), (), ((n, [zero], [zero]),)), known.undecided
+    if from_rest and sign(pull, flow.force_slack) <= 0:
+        return FirstEvent(zero, (n,), (), ((n, [zero], [zero]),))
     root = pull if from_rest else arithmetic.sqrt(pull * pull + w2 * speed * speed)
     longest = (pull + root) / w2
     rooms = {}
     for m in beside:
         room = thresholds[m] - direction * flow.forces[m]
         touches = (m, direction) in touching
-        rooms[m] = zero if touches or known.sign(room, flow.force_slack) <= 0 else room
+        rooms[m] = zero if touches or sign(room, flow.force_slack) <= 0 else room
     slack = 2 * flow.force_slack + 4 * flow.velocity_slack
-    early = [m for m in beside if known.sign(longest - rooms[m], slack) > 0]
+    early = [m for m in beside if sign(longest - rooms[m], slack) > 0]
     if not early:  # reaching the threshold exactly at the stop is not crossing it
         phase = _phase(flow, speed, pull, w2)
         time = (arithmetic.pi() - phase) / arithmetic.sqrt(arithmetic.number(w2))
-        return FirstEvent(time, (n,), (), ((n, [direction * longest], [zero]),)), known.undecided
+        return FirstEvent(time, (n,), (), ((n, [direction * longest], [zero]),))
     if len(early) == 2:
-        order = known.sign(rooms[early[0]] - rooms[early[1]], slack)
+        order = sign(rooms[early[0]] - rooms[early[1]], slack)
         early = early if order == 0 else early[:1] if order < 0 else early[1:]
     way = rooms[early[0]]
     if bool(way == 0):
@@ -443,38 +443,13 @@ def lone_event(
         turned = _phase(flow, left, pull - w2 * way, w2) - _phase(flow, speed, pull, w2)
         time = turned / arithmetic.sqrt(arithmetic.number(w2))
     starts = tuple((m, direction) for m in early)
-    there = (n, [direction * way], [direction * left])
-    return FirstEvent(time, (), starts, (there,)), known.undecided
+    return FirstEvent(time, (), starts, ((n, [direction * way], [direction * left]),))
 
 
 def _phase(flow: Flow, speed: Any, pull: Any, w2: int) -> Any:
     """Return the phase of a lone slider's oscillation: 0 at rest behind, pi at rest ahead."""
     frequency = flow.arithmetic.sqrt(flow.arithmetic.number(w2))
     return flow.arithmetic.arctangent(speed * frequency, pull)
-
-
-class _Signs:
-    """Signs that are settled as zero, and counted, where they are not decided."""
-
-    def __init__(self, flow: Flow, assume: bool) -> None:
-        self.arithmetic = flow.arithmetic
-        self.assume = assume
-        self.undecided = 0
-
-    def sign(self, x: Any, slack: Any) -> int:
-        try:
-            sign = self.arithmetic.sign(x, slack)
-        except Undecided:
-            if not self.assume:
-                raise
-            sign = 0
-        # a zero that was rounded may be none
-        self.undecided += sign == 0 and (bool(slack > 0) or not bool(x == 0))
-        return sign
-
-
-def _soonest(watch: Candidate) -> Any:
-    return watch.safe
 
 
 def _stiffened(motion: RunMotion, x: NDArray[Any]) -> NDArray[Any]:

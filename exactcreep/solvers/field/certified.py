@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from itertools import count
 from typing import Any, ClassVar
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
@@ -31,6 +30,7 @@ from exactcreep.solvers.field.reference import (
     FieldSolver,
     completed,
     mechanics_report,
+    one_by_one,
 )
 from exactcreep.solvers.solver import (
     Rearrangement,
@@ -122,29 +122,23 @@ class Certified(FieldSolver):
         Where precision has to be raised later on, the enclosures of `rearrange` are narrower
         than those that were handed out before.
         """
-        known = 0
-        past = Past.of(start)
+        known, past = 0, Past.of(start)
         for bits, assume in self.precisions(past):
             arithmetic = balls_of(bits)
             try:
                 with arithmetic.active():
                     mechanics = _begun(start, arithmetic, past, assume, NO_LIMITS)
-                    mechanics.ramp(direction, None)
-                    events = filter(None, mechanics.rearrangement())
-                for number in count():
-                    with arithmetic.active():
-                        event = next(events, None)
-                    if event is None:
-                        return
+                for number, event in enumerate(one_by_one(mechanics, direction)):
                     if number >= known:
                         known += 1
                         yield event
+                return
             except Undecided:
                 continue
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         """Return a simulation in balls."""
-        return CertifiedSimulation(start.chain, start.state, start.seed, record, self)
+        return CertifiedSimulation(start, record, self)
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,7 +204,7 @@ def _begun(
     """Return the chain at its start, as well known as this precision allows."""
 
     def at(state: State) -> LohnerMechanics:
-        return LohnerMechanics(start.chain, start.seed, arithmetic, state, assume=assume, keep=True)
+        return LohnerMechanics(replace(start, state=state), arithmetic, assume=assume, keep=True)
 
     if past is None:
         return at(start.state)
@@ -247,23 +241,19 @@ def require_digits(mechanics: Mechanics, digits: int) -> None:
 
 def certificate(mechanics: Mechanics) -> dict[str, Any]:
     """Return radius, digits and bits lost, and assumed ties of a calculation in balls."""
-    radii = [mechanics.arithmetic.radius(x) for x in mechanics.state().displacements.tolist()]
-    largest = max(radii)
+    arithmetic, places = mechanics.arithmetic, mechanics.state().displacements.tolist()
+    largest = max(arithmetic.radius(x) for x in places)
+    relative = max(arithmetic.radius(x) / (1 + abs(float(x.mid()))) for x in places)
     lost = 0.0
-    wide = max(
-        mechanics.arithmetic.radius(x) / (1 + abs(float(x.mid())))
-        for x in mechanics.state().displacements.tolist()
-    )
     if largest > 0:
-        widest = max(mechanics.state().displacements.tolist(), key=lambda x: x.rad())
-        mantissa, exponent = widest.rad().man_exp()
-        lost = mechanics.arithmetic.bits + float(exponent) + math.log2(int(mantissa))
+        mantissa, exponent = max(places, key=lambda x: x.rad()).rad().man_exp()
+        lost = max(arithmetic.bits + float(exponent) + math.log2(int(mantissa)), 0.0)
     return {
         "ties_assumed": mechanics.tally.undecided,
         "largest_radius": largest,
-        "digits_left": math.floor(-math.log10(wide)) if wide > 0 else None,
-        "bits_lost": max(lost, 0.0),
-        "bits_lost_per_event": max(lost, 0.0) / max(mechanics.tally.events, 1),
+        "digits_left": math.floor(-math.log10(relative)) if relative > 0 else None,
+        "bits_lost": lost,
+        "bits_lost_per_event": lost / max(mechanics.tally.events, 1),
         "exact_in_q_c": mechanics.exact is not None,
     }
 
@@ -272,16 +262,14 @@ class CertifiedSimulation(FieldSimulation):
     """A simulation in balls, which goes back to its anchor when a comparison is undecided."""
 
     kind = LohnerMechanics
+    mechanics: LohnerMechanics
     leap: ClassVar[int] = 2
     """How many times the precision is taken where it does not suffice."""
 
-    def __init__(
-        self, chain: Chain, state: State, seed: int, record: tuple[str, ...], solver: Certified
-    ) -> None:
-        super().__init__(chain, state, seed, record, solver.arithmetic())
+    def __init__(self, start: Start, record: tuple[str, ...], solver: Certified) -> None:
+        super().__init__(start, record, solver.arithmetic())
         self.solver = solver
         self.restarts = 0
-        self.origin = state
         self.settles = False  # at the precision limit
         # rows of the half-cycle under way in earlier calls, and how many are to come once more
         self.handed_out = dict.fromkeys(LOGS, 0)
@@ -339,9 +327,7 @@ class CertifiedSimulation(FieldSimulation):
         self.settles = bits >= self.solver.most_bits
         more = balls_of(min(self.leap * bits, self.solver.most_bits))
         with more.active():
-            self.mechanics = self.kind(
-                self.chain, self.seed, more, self.origin, assume=self.settles
-            )
+            self.mechanics = self.kind(self.start, more, assume=self.settles)
             self.mechanics.take_over(self.anchor)
             if self.mechanics.exact is not None:
                 self.mechanics.renew()
@@ -351,9 +337,7 @@ class CertifiedSimulation(FieldSimulation):
         self.avalanche, self.undecided = None, self.tally.undecided
         self.repeated = dict(self.handed_out)
 
-    def follow(
-        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
-    ) -> Stretch:
+    def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         self.tally = self.mechanics.tally
         stretch = super().follow(drive, first, count, limits)
@@ -374,7 +358,7 @@ class CertifiedSimulation(FieldSimulation):
     def state(self) -> State:
         """Return the present state, or that at the last target if it has to be reached again."""
         if self.behind is not None:
-            return self.origin if self.known is None else self.known[0]
+            return self.start.state if self.known is None else self.known[0]
         return super().state()
 
     @property
@@ -409,9 +393,7 @@ class CertifiedSimulation(FieldSimulation):
         arithmetic = balls_of(int(captured["bits"]))
         self.settles = bool(captured["settles"])
         with arithmetic.active():
-            self.mechanics = self.kind(
-                self.chain, self.seed, arithmetic, self.origin, assume=self.settles
-            )
+            self.mechanics = self.kind(self.start, arithmetic, assume=self.settles)
         super().restore(captured)
         self.anchor = dict(captured["anchor"])
         q, target = captured["anchor_target"]

@@ -8,6 +8,7 @@ until every slider is at rest.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -17,27 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS
-from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, EventKind, start_direction
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import (
-    Arithmetic,
-    Undecided,
-)
-from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic
-from exactcreep.motion.first_event import (
-    FirstEvent,
-    Search,
-    SearchLimit,
-    lone_event,
-    root_time,
-)
-from exactcreep.motion.modes import Flow, Run, forces_of, incline, tensions_at
+from exactcreep.motion.arithmetic import Arithmetic, Undecided
+from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic, sign_of
+from exactcreep.motion.first_event import FirstEvent, Search, SearchLimit, lone_event, root_time
+from exactcreep.motion.modes import Flow, Run, forces_of, incline
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
-from exactcreep.solvers.solver import (
-    Tally,
-)
+from exactcreep.solvers.solver import Start, Tally
 
 LOOK = 2500
 """Events of an avalanche after which, and after each further so many, it is asked whether it can
@@ -83,10 +72,8 @@ class Mechanics:
 
     Parameters
     ----------
-    chain : Chain
-    seed : int
+    start : Start
     arithmetic : Arithmetic
-    state : State
     assume : bool
         Whether balls settle what they cannot decide by the model's rules, and count it.
     residuals : bool
@@ -98,29 +85,21 @@ class Mechanics:
     """
 
     def __init__(
-        self,
-        chain: Chain,
-        seed: int,
-        arithmetic: Arithmetic,
-        state: State,
-        *,
-        assume: bool = False,
-        residuals: bool = False,
+        self, start: Start, arithmetic: Arithmetic, *, assume: bool = False, residuals: bool = False
     ) -> None:
-        self.chain = chain
-        self.seed = seed
+        self.chain, self.seed, state = start.chain, start.seed, start.state
         self.arithmetic = arithmetic
         self.assume = assume or not arithmetic.encloses
         self.residuals = residuals and not arithmetic.encloses  # a ball of zero proves it
         self.tally = Tally()
         self.evaluations = 0
-        self.slips = np.zeros(chain.n, dtype=np.int64)
-        self.contacts = Contacts(chain, seed)
-        self.cosine, self.weight = incline(arithmetic, chain)
-        self.friction = arithmetic.times_cosine(chain, chain.mu_d)
-        self.l0 = arithmetic.number(chain.l0)
-        self.field = CosineField(chain.tan_alpha)
-        self.tensions = tensions_at(arithmetic, state)
+        self.slips = np.zeros(self.chain.n, dtype=np.int64)
+        self.contacts = Contacts(self.chain, self.seed)
+        self.cosine, self.weight = incline(arithmetic, self.chain)
+        self.friction = arithmetic.times_cosine(self.chain, self.chain.mu_d)
+        self.l0 = arithmetic.number(self.chain.l0)
+        self.field = CosineField(self.chain.tan_alpha)
+        self.tensions = arithmetic.vector(state.tensions)
         self.displacements = arithmetic.vector(state.displacements.tolist())
         self.coefficients = state.coefficients.astype(np.float64)
         self.draws = state.draws.astype(np.int64)
@@ -152,10 +131,6 @@ class Mechanics:
     def acting(self, n: int) -> Fraction:
         """Return the static coefficient that acts at slider `n` (from 0), exactly."""
         return self.contacts.acting(self.coefficients[n])
-
-    def threshold(self, n: int) -> Any:
-        """Return ``mu_s cos(alpha)`` as it acts at slider `n` (from 0)."""
-        return self.contacts.holds(self.coefficients[n], self.arithmetic)
 
     def _exactly(self, state: State) -> ExactState | None:
         try:
@@ -198,7 +173,8 @@ class Mechanics:
         """
         if self.fresh:
             self.fresh = False
-            starts = self._unstable()
+            every = [(n, self._start_direction(n)) for n in range(self.chain.n)]
+            starts = [(n, sign) for n, sign in every if sign]
             if starts:
                 self._set_off(starts, crossing=False)
                 return True
@@ -218,26 +194,16 @@ class Mechanics:
         self._set_off(ends, crossing=True)
         return True
 
-    def _unstable(self) -> list[tuple[int, int]]:
-        starts = []
-        for n in range(self.chain.n):
-            sign = self._start_direction(n)
-            if sign:
-                starts.append((n, sign))
-        return starts
-
     def _start_direction(self, n: int) -> int:
         """Return the direction in which a resting slider (from 0) starts, 0 if it stays."""
         if self.exact is not None:
             threshold = self.field.times_cosine(self.acting(n))
             return start_direction(self.exact.forces[n], threshold, Quadratic.sign)
         if n in self.pinned:
-            return start_direction(self.pinned[n], self.acting(n), _sign_of_rational)
-        if self.flow is None:
-            return start_direction(self.forces[n], self.thresholds[n], self._sign)
-        slack = self.flow.force_slack
+            return start_direction(self.pinned[n], self.acting(n), sign_of)
+        at = self if self.flow is None else self.flow
         return start_direction(
-            self.flow.forces[n], self.thresholds[n], lambda x: self._sign(x, slack)
+            at.forces[n], self.thresholds[n], lambda x: self._sign(x, at.force_slack)
         )
 
     def _room(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
@@ -246,33 +212,29 @@ class Mechanics:
         if n == 1:
             return None, []
         ends = [(0, -way), (n - 1, way)]
-        rooms: list[Any] = []
-        for end, sign in ends:
-            if self.exact is not None:
-                threshold = self.field.times_cosine(self.acting(end))
-                rooms.append(threshold - sign * self.exact.forces[end])
-            elif end in self.pinned:
-                left = self.acting(end) - sign * self.pinned[end]
-                rooms.append(self.arithmetic.number(left) * self.cosine)
-            else:
-                rooms.append(self.thresholds[end] - sign * self.forces[end])
+        first, last = (self._lacking(end, sign) for end, sign in ends)
         if self.mirrored:
-            return rooms[0], ends
-        difference = rooms[0] - rooms[1]
-        order = (
-            difference.sign()
-            if isinstance(difference, Quadratic)
-            else self._sign(difference, 2 * self.force_slack)
-        )
-        return rooms[0 if order <= 0 else 1], ends if order == 0 else ends[:1] if order < 0 else (
-            ends[1:]
-        )
+            return first, ends
+        difference = first - last
+        if isinstance(difference, Quadratic):
+            order = difference.sign()
+        else:
+            order = self._sign(difference, 2 * self.force_slack)
+        return first if order <= 0 else last, [ends[:1], ends, ends[1:]][order + 1]
+
+    def _lacking(self, end: int, sign: int) -> Any:
+        """Return what an end of the chain at rest lacks to start with `sign`."""
+        if self.exact is not None:
+            return self.field.times_cosine(self.acting(end)) - sign * self.exact.forces[end]
+        if end in self.pinned:
+            left = self.acting(end) - sign * self.pinned[end]
+            return self.arithmetic.number(left) * self.cosine
+        return self.thresholds[end] - sign * self.forces[end]
 
     def _reach(self, way: int, target: Fraction) -> Any:
         """Return how far ``l0 theta`` goes to `target`."""
         if self.exact is not None:
-            span = self.field.rational(target) - self.exact.theta
-            return way * self.chain.l0 * span
+            return way * self.chain.l0 * (self.field.rational(target) - self.exact.theta)
         return way * self.l0 * (self.arithmetic.number(target) - self.theta)
 
     def _comes_first(self, way: int, room: Any, target: Fraction) -> bool:
@@ -290,26 +252,26 @@ class Mechanics:
 
     def _move_theta(self, way: int, room: Any, target: Fraction | None) -> None:
         """Let ``l0 theta`` go by `room` in direction `way`, to `target` if that is given."""
-        if self.exact is not None and isinstance(room, Quadratic):
+        if self.exact is not None:
             exact, by = self.exact, way * room
             exact.theta = exact.theta + by / self.chain.l0
-            if self.chain.n > 1:
-                exact.forces[0] = exact.forces[0] - by
-                exact.forces[-1] = exact.forces[-1] + by
+            exact.forces[0] = exact.forces[0] - by
+            exact.forces[-1] = exact.forces[-1] + by  # of one slider: as it was
             room = room.ball()
         by = way * room
-        self.theta_slack = (
-            0 if target is not None else self.theta_slack + self._theta_rounding(room)
-        )
-        self.theta = (
-            self.arithmetic.number(target) if target is not None else self.theta + by / self.l0
-        )
-        if self.chain.n > 1 and not bool(room == 0):
+        if target is None:
+            self.theta_slack = self.theta_slack + self._theta_rounding(room)
+            self.theta = self.theta + by / self.l0
+        else:
+            self.theta_slack, self.theta = 0, self.arithmetic.number(target)
+        if self.chain.n == 1:
+            return
+        if not bool(room == 0):
             self.tensions = self.tensions - by
             self.forces[0] = self.forces[0] - by
             self.forces[-1] = self.forces[-1] + by
             self.pinned.clear()
-        if self.exact is not None and self.chain.n > 1:
+        if self.exact is not None:
             for end in (0, -1):
                 self.forces[end] = self.exact.forces[end].ball()
 
@@ -320,7 +282,7 @@ class Mechanics:
         self.announced = False
         self.event_number = 0
         self.tally.rearrangements += 1
-        self._start(starts, crossing=crossing)
+        self._start(self.flow, starts, [n for n, _ in starts] if crossing else [])
 
     # -- the rearrangement ---------------------------------------------------------------------
 
@@ -329,14 +291,12 @@ class Mechanics:
 
         After the events of each instant comes None: only there may a caller stop asking and later
         begin anew, for in between an event is only half resolved.
-
-        Decompose the moving sliders into runs. Find the first event among their stops and the
-        starts of their neighbours. Advance to it by the closed form. Resolve it by the contact
-        law. Repeat until every slider is at rest.
         """
         if self.flow is not None and not self.announced:
             self.announced = True
-            yield self._event(EventKind.START, *self._departing())
+            sliders = np.flatnonzero(self.flow.signs).tolist()
+            signs = self.flow.signs[sliders].tolist()
+            yield self._event(EventKind.START, sliders, signs, self.arithmetic.number(0))
             yield None
         while self.flow is not None and not self.runaway:
             self._runs = None
@@ -365,12 +325,6 @@ class Mechanics:
         ):
             self.runaway, self.proof = True, NEVER_RESTS
 
-    def _departing(self) -> tuple[list[int], list[int], Any]:
-        flow = self.flow
-        assert flow is not None
-        sliders = np.flatnonzero(flow.signs).tolist()
-        return sliders, [int(flow.signs[n]) for n in sliders], self.arithmetic.number(0)
-
     def _event(self, kind: EventKind, sliders: list[int], signs: list[int], residual: Any) -> Event:
         self.tally.events += 1
         self.event_number += 1
@@ -388,53 +342,58 @@ class Mechanics:
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event from here on; None if the chain has run away."""
         moving = np.flatnonzero(flow.signs).tolist()
-        found = self._exact_slips(moving) if self.exact is not None else None
+        found = self._exact_slips(self.exact, flow, moving) if self.exact is not None else None
         if found is not None:
             return found
-        excess = {
-            n: self.arithmetic.number(value) * self.cosine for n, value in self.crossed.items()
-        }
-        touching = self._touching(flow)
+        number = self.arithmetic.number
+        excess = {n: number(value) * self.cosine for n, value in self.crossed.items()}
+        touching = self._touching(flow, moving)
         horizon = None
         if flow.signs.all():
             horizon = self._escape(flow, self.runs[0])
             if horizon is not None and bool(horizon == 0):
                 return None
         elif len(moving) == 1:
-            found, undecided = lone_event(
-                flow, moving[0], self.thresholds, excess, touching, assume=self.assume
-            )
-            self.tally.undecided += undecided
-            return found
-        return self._search(flow, excess, touching, horizon)
+            return lone_event(flow, moving[0], self.thresholds, excess, touching, sign=self._sign)
+        search = Search(
+            flow, self.runs, self.thresholds, excess, touching,
+            assume=self.assume, half=self.mirrored, limits=self.limits,
+        )  # fmt: skip
+        first = search.first(horizon)
+        if not first:
+            if horizon is None:
+                raise SearchLimit("nothing ever happens, and no bound proves it")
+            flow.advance(self.runs, horizon)
+            self.time = self.time + horizon
+            return None
+        time = root_time(search, first[0])
+        self.evaluations += search.evaluations
+        self.tally.undecided += search.undecided
+        stops = [one.slider for one in first if one.side == 0]
+        starts = [(one.slider, one.side) for one in first if one.side != 0]
+        return event_of(time, stops, starts, self.chain.n if self.mirrored else None)
 
-    def _touching(self, flow: Flow) -> set[tuple[int, int]]:
+    def _touching(self, flow: Flow, moving: list[int]) -> set[tuple[int, int]]:
         """Return the resting sliders that are known to be exactly at threshold, and the side."""
         if self.exact is None:
             return set()
-        out = set()
-        moving = np.flatnonzero(flow.signs).tolist()
+        forces, out = self.exact.forces, set()
         for n in {m for k in moving for m in (k - 1, k + 1) if 0 <= m < self.chain.n}:
             if flow.signs[n] == 0:
                 threshold = self.field.times_cosine(self.acting(n))
-                for side in (1, -1):
-                    if (threshold - side * self.exact.forces[n]).sign() == 0:
-                        out.add((n, side))
+                out |= {(n, side) for side in (1, -1) if threshold == side * forces[n]}
         return out
 
-    def _exact_slips(self, moving: list[int]) -> FirstEvent | None:
+    def _exact_slips(self, exact: ExactState, flow: Flow, moving: list[int]) -> FirstEvent | None:
         """Return the common stop of sliders that each move alone, if Q(c) decides it.
 
         They start from rest together, have equally many neighbours, all at rest, and none of these
         reaches beyond its threshold: forces change monotonically, so the stop is the worst case.
         The two in the middle of a mirrored chain move alone together: their spring's middle rests.
         """
-        exact, n_sliders = self.exact, self.chain.n
-        assert exact is not None
-        assert self.flow is not None
-        signs = self.flow.signs
+        n_sliders = self.chain.n
         friction = self.field.times_cosine(self.chain.mu_d)
-        pulls = {n: int(signs[n]) * exact.forces[n] - friction for n in moving}
+        pulls = {n: int(flow.signs[n]) * exact.forces[n] - friction for n in moving}
         beside = {n: [m for m in (n - 1, n + 1) if 0 <= m < n_sliders] for n in moving}
         stiffnesses = {n: len(neighbours) for n, neighbours in beside.items()}
         middle = (n_sliders // 2 - 1, n_sliders // 2)
@@ -442,7 +401,7 @@ class Mechanics:
             for n, other in (middle, middle[::-1]):
                 beside[n].remove(other)
                 stiffnesses[n] += 1
-        if any(signs[m] for n in moving for m in beside[n]) or n_sliders == 1:
+        if any(flow.signs[m] for n in moving for m in beside[n]) or n_sliders == 1:
             return None
         zero = self.arithmetic.number(0)
         idle = [n for n in moving if pulls[n].sign() <= 0]
@@ -451,20 +410,19 @@ class Mechanics:
         w2 = stiffnesses[moving[0]]
         if any(stiffnesses[n] != w2 for n in moving):
             return None
-        ways = {n: Fraction(2 * int(signs[n]), w2) * pulls[n] for n in moving}
-        changes: dict[int, Quadratic] = {}
+        ways = {n: Fraction(2 * int(flow.signs[n]), w2) * pulls[n] for n in moving}
+        forces = dict(enumerate(exact.forces))
         for n in moving:
             for m in beside[n]:
-                changes[m] = changes[m] + ways[n] if m in changes else ways[n]
-        for m, change in changes.items():
+                forces[m] = forces[m] + ways[n]
+        for m in {m for n in moving for m in beside[n]}:
             threshold = self.field.times_cosine(self.acting(m))
-            if start_direction(exact.forces[m] + change, threshold, Quadratic.sign):
+            if start_direction(forces[m], threshold, Quadratic.sign):
                 return None
         for n in moving:
             exact.displacements[n] = exact.displacements[n] + ways[n]
-            exact.forces[n] = exact.forces[n] - w2 * ways[n]
-        for m, change in changes.items():
-            exact.forces[m] = exact.forces[m] + change
+            forces[n] = forces[n] - w2 * ways[n]
+        exact.forces = list(forces.values())
         time = self.arithmetic.pi() / self.arithmetic.sqrt(self.arithmetic.number(w2))
         shifts = tuple((n, [ways[n].ball()], [zero]) for n in moving)
         return FirstEvent(time, tuple(moving), (), shifts, exact=True)
@@ -499,62 +457,29 @@ class Mechanics:
             return zero
         return None if gain == 0 else arithmetic.upper(lacking / rate)
 
-    def _search(
-        self,
-        flow: Flow,
-        excess: dict[int, Any],
-        touching: set[tuple[int, int]],
-        horizon: Any,
-    ) -> FirstEvent | None:
-        half = self.mirrored
-        search = Search(
-            flow,
-            self.runs,
-            self.thresholds,
-            excess,
-            touching,
-            assume=self.assume,
-            half=half,
-            limits=self.limits,
-        )
-        watches = search.first(horizon)
-        if not watches:
-            if horizon is None:
-                raise SearchLimit("nothing ever happens, and no bound proves it")
-            flow.advance(self.runs, horizon)
-            self.time = self.time + horizon
-            return None
-        time = root_time(search, watches[0])
-        self.evaluations += search.evaluations
-        self.tally.undecided += search.undecided
-        stops = [w.slider for w in watches if w.side == 0]
-        starts = [(w.slider, w.side) for w in watches if w.side != 0]
-        return event_of(time, stops, starts, self.chain.n if half else None)
-
     def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
         """Let the sliders move to the event, and return their velocities there."""
         if bool(found.time == 0):
             return flow.velocities.copy()
         later = self.time + found.time
         self.crossed.clear()
-        for n in np.flatnonzero(flow.signs).tolist():
+        moving = np.flatnonzero(flow.signs)
+        for n in moving.tolist():
             for m in (n - 1, n, n + 1):
                 self.pinned.pop(m, None)
         if not found.exact:
             self.exact = None
+        speeds = None
         if found.shifts is None or self.residuals:
             speeds = np.concatenate([run.motion.moved(found.time)[1] for run in self.runs])
-        else:
-            speeds = None
         if found.shifts is None:
             flow.advance(self.runs, found.time)
-        else:
-            for first, displacements, velocities in found.shifts:
-                flow.shift(first, self.arithmetic.vector(displacements))
-                flow.velocities[first : first + len(velocities)] = velocities
+        for first, displacements, velocities in found.shifts or ():
+            flow.shift(first, self.arithmetic.vector(displacements))
+            flow.velocities[first : first + len(velocities)] = velocities
         arrived = flow.velocities.copy()
         if speeds is not None:
-            arrived[np.flatnonzero(flow.signs)] = speeds
+            arrived[moving] = speeds
         if self.mirrored:
             flow.mirror()
         if self.exact is not None:
@@ -566,7 +491,7 @@ class Mechanics:
         """Yield the stops and the starts of an event: freeze, draw in ascending order, test."""
         stops = sorted(found.stops)
         if stops:
-            signs = [int(flow.signs[n]) for n in stops]
+            signs = flow.signs[stops].tolist()
             flow.stop(stops)
             for n in stops:
                 self.crossed.pop(n, None)
@@ -575,38 +500,29 @@ class Mechanics:
             self.slips[stops] += 1
             residual = max(abs(speeds[n]) for n in stops)
             yield self._event(EventKind.STOP, stops, signs, residual)
-        starts = dict(found.starts)
         distance = self.arithmetic.number(0)
         for n, sign in found.starts:
             distance = max(distance, abs(self.thresholds[n] - sign * flow.forces[n]))
-        crossing = set(starts)
-        for n in stops:
-            sign = self._start_direction(n)
-            if sign:
-                starts[n] = sign
+        back = [(n, self._start_direction(n)) for n in stops]
+        starts = sorted([*found.starts, *((n, sign) for n, sign in back if sign)])
         if starts:
-            ordered = sorted(starts.items())
-            self._start(ordered, crossing=False)
-            for n in crossing:
-                self.crossed[n] = self.acting(n) - self.chain.mu_d
-            sliders, signs = [n for n, _ in ordered], [sign for _, sign in ordered]
+            self._start(flow, starts, [n for n, _ in found.starts])
+            sliders, signs = [n for n, _ in starts], [sign for _, sign in starts]
             yield self._event(EventKind.START, sliders, signs, distance)
 
     def _draw(self, n: int) -> None:
         """Draw the next static coefficient of slider `n` (from 0)."""
-        k = int(self.draws[n])
+        drawn = self.contacts.coefficient(n + 1, int(self.draws[n]))
         self.draws[n] += 1
-        drawn = self.contacts.coefficient(n + 1, k)
         self.coefficients[n] = float(drawn)
         self.tally.draws_below_mu_d += self.contacts.is_low(drawn)
-        self.thresholds[n] = self.threshold(n)
+        self.thresholds[n] = self.contacts.holds(self.coefficients[n], self.arithmetic)
 
-    def _start(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
-        assert self.flow is not None
-        self.flow.start([n for n, _ in starts], [sign for _, sign in starts])
-        if crossing:
-            for n, _ in starts:
-                self.crossed[n] = self.acting(n) - self.chain.mu_d
+    def _start(self, flow: Flow, starts: list[tuple[int, int]], crossing: list[int]) -> None:
+        """Set sliders in motion, of which those of `crossing` are just at their threshold."""
+        flow.start([n for n, _ in starts], [sign for _, sign in starts])
+        for n in crossing:
+            self.crossed[n] = self.acting(n) - self.chain.mu_d
 
     def rest(self, flow: Flow) -> None:
         """End the rearrangement: every slider is at rest."""
@@ -619,12 +535,12 @@ class Mechanics:
         self.flow = None
         self.crossed.clear()
 
+    # -- the present state ---------------------------------------------------------------------
+
     def _shape(self, flow: Flow) -> tuple[NDArray[Any], NDArray[Any]]:
-        if not flow.touched:
-            return self.tensions, self.displacements
-        low, high = min(flow.touched), max(flow.touched) + 1
+        """Return tensions and displacements at present."""
+        first, last = max(min(flow.touched) - 1, 0), max(flow.touched) + 1
         tensions = self.tensions.copy()
-        first, last = max(low - 1, 0), min(high, self.chain.n - 1)
         change = np.diff(flow.moved[first : last + 1])
         tensions[first:last] = tensions[first:last] + change
         return tensions, self._displaced(flow)
@@ -637,10 +553,16 @@ class Mechanics:
 
     def state(self) -> State:
         """Return the present state."""
-        tensions, displacements = (
-            self._shape(self.flow) if self.flow is not None else (self.tensions, self.displacements)
-        )
-        return State(tensions, displacements, self.coefficients, self.draws, self.theta)
+        shape = (self.tensions, self.displacements)
+        if self.flow is not None:
+            shape = self._shape(self.flow)
+        return State(*shape, self.coefficients, self.draws, self.theta)
+
+    def velocities(self) -> NDArray[Any]:
+        """Return the present velocities."""
+        if self.flow is None:
+            return self.arithmetic.zeros(self.chain.n)
+        return self.flow.velocities.copy()
 
     def known_theta(self) -> Any:
         """Return theta, as well as it is known."""
@@ -651,24 +573,42 @@ class Mechanics:
         assert self.flow is not None
         return self.flow.moved
 
-    def known_forces(self) -> NDArray[Any]:
-        """Return the forces at rest, as well as they are known."""
-        return self.forces
+    # -- to go on later ------------------------------------------------------------------------
 
     def captured(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit: numbers, strings and arrays by name."""
         plain, flow = self.arithmetic.plain, self.flow
-        out = {name: plain(_copied(getattr(self, name))) for name in _NUMBERS}
-        out |= {name: _copied(getattr(self, name)) for name in _PLAIN}
+        out = {name: plain(getattr(self, name)) for name in _NUMBERS}
+        out |= {name: copy(getattr(self, name)) for name in _PLAIN}
         out |= {name: [list(item) for item in getattr(self, name).items()] for name in _BY_SLIDER}
         out["tally"] = vars(self.tally).copy()
         out["exact"] = self.exact and self.exact.captured()
         out["flow"] = flow and {
             "signs": flow.signs.copy(),
             "touched": sorted(flow.touched),
-            **{name: plain(_copied(getattr(flow, name))) for name in _FLOW},
+            **{name: plain(getattr(flow, name)) for name in _FLOW},
         }
         return out
+
+    def take_over(self, captured: Mapping[str, Any]) -> None:
+        """Take over what `captured` returned, for the same chain and seed."""
+        number = self.arithmetic.from_plain
+        for name in _NUMBERS:
+            setattr(self, name, number(captured[name]))
+        for name in _PLAIN:
+            setattr(self, name, copy(captured[name]))
+        for name in _BY_SLIDER:
+            setattr(self, name, {int(n): value for n, value in captured[name]})
+        self.tally = Tally(**captured["tally"])
+        exact, flow = captured["exact"], captured["flow"]
+        self.exact = exact and ExactState.restored(self.field, exact)
+        self.thresholds = self.contacts.thresholds(self.coefficients, self.arithmetic)
+        self.flow = None
+        if flow is not None:
+            self.flow = Flow(self.arithmetic, self.forces, self.friction)
+            for name in _FLOW:
+                setattr(self.flow, name, number(flow[name]))
+            self.flow.signs, self.flow.touched = flow["signs"].copy(), set(flow["touched"])
 
     def renew(self) -> None:
         """Take every number at rest from its exact value, as this precision encloses it."""
@@ -685,47 +625,12 @@ class Mechanics:
             tensions.append(tension.ball())
         self.tensions = vector(tensions)
 
-    def take_over(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `captured` returned, for the same chain and seed."""
-        number = self.arithmetic.from_plain
-        for name in _NUMBERS:
-            setattr(self, name, number(captured[name]))
-        for name in _PLAIN:
-            setattr(self, name, _copied(captured[name]))
-        for name in _BY_SLIDER:
-            setattr(self, name, {int(n): value for n, value in captured[name]})
-        self.tally = Tally(**captured["tally"])
-        exact, flow = captured["exact"], captured["flow"]
-        self.exact = exact and ExactState.restored(self.field, exact)
-        self.thresholds = self.contacts.thresholds(self.coefficients, self.arithmetic)
-        self.flow = None
-        if flow is not None:
-            self.flow = Flow(self.arithmetic, self.forces, self.friction)
-            for name in _FLOW:
-                setattr(self.flow, name, number(flow[name]))
-            self.flow.signs, self.flow.touched = flow["signs"].copy(), set(flow["touched"])
-
-    def velocities(self) -> NDArray[Any]:
-        """Return the present velocities."""
-        if self.flow is None:
-            return self.arithmetic.zeros(self.chain.n)
-        return self.flow.velocities.copy()
-
 
 _NUMBERS = ("tensions", "displacements", "forces", "theta", "force_slack", "theta_slack", "time")
 _PLAIN = (
-    "coefficients",
-    "draws",
-    "slips",
-    "fresh",
-    "way",
-    "announced",
-    "event_number",
-    "runaway",
-    "proof",
-    "mirrored",
-    "evaluations",
-)
+    "coefficients", "draws", "slips", "fresh", "way", "announced", "event_number", "runaway",
+    "proof", "mirrored", "evaluations",
+)  # fmt: skip
 _BY_SLIDER = ("pinned", "crossed")
 _FLOW = ("forces", "velocities", "moved", "velocity_slack", "force_slack")
 
@@ -738,11 +643,3 @@ def event_of(
         stops += [mirrored - 1 - n for n in stops]
         starts += [(mirrored - 1 - n, -sign) for n, sign in starts]
     return FirstEvent(time, tuple(sorted(stops)), tuple(sorted(starts)))
-
-
-def _copied(value: Any) -> Any:
-    return value.copy() if isinstance(value, np.ndarray) else value
-
-
-def _sign_of_rational(x: Any) -> int:
-    return int(x > 0) - int(x < 0)

@@ -19,7 +19,6 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
@@ -29,6 +28,7 @@ from exactcreep.motion.modes import Flow, ModalPiece, forces_of
 from exactcreep.motion.solution import Motion
 from exactcreep.motion.verified_event import enclosed_event, verified_event
 from exactcreep.solvers.field.event_loop import Mechanics, event_of
+from exactcreep.solvers.solver import Start
 
 STRETCH = 16
 """Events after which the set is put together again; the middle's rounding grows by about 3 bits
@@ -61,16 +61,9 @@ class LohnerMechanics(Mechanics):
     stretch: ClassVar[int] = STRETCH
 
     def __init__(
-        self,
-        chain: Chain,
-        seed: int,
-        arithmetic: Arithmetic,
-        state: State,
-        *,
-        assume: bool = False,
-        keep: bool = False,
+        self, start: Start, arithmetic: Arithmetic, *, assume: bool = False, keep: bool = False
     ) -> None:
-        super().__init__(chain, seed, arithmetic, state, assume=assume)
+        super().__init__(start, arithmetic, assume=assume)
         self.keep = keep
         self.start: Motion | None = None
         self.pieces: list[ModalPiece] = []
@@ -80,7 +73,7 @@ class LohnerMechanics(Mechanics):
         self.far = 0.0  # so do velocities
         self.since = 0  # events since the set was put together
         self.verified = Verified()
-        self.springs = np.full(chain.n, 2)
+        self.springs = np.full(self.chain.n, 2)
         self.springs[[0, -1]] = 1
         self.crossing_ends: list[int] = []
 
@@ -288,7 +281,7 @@ class LohnerMechanics(Mechanics):
         """Return the event of a slider that moves alone, by its energy."""
         crossed = self.crossed.get(n)
         excess = {} if crossed is None else {n: self.arithmetic.number(crossed) * self.cosine}
-        found, _ = lone_event(flow, n, self.thresholds, excess)
+        found = lone_event(flow, n, self.thresholds, excess, sign=self.arithmetic.sign)
         slider, side, time, radius, _ = self.verified
         if [(m, 0) for m in found.stops] + list(found.starts) != [(slider, side)]:
             raise AssertionError("what is proved of all states is not true of one")

@@ -6,24 +6,22 @@ What they do from event to event is `event_loop`; here it becomes a solver and a
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar
 
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
-from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import (
-    BITS_PER_DIGIT,
-    FLOAT64,
-    Arithmetic,
-    digits_of,
-)
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
+from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
 from exactcreep.solvers.field.event_loop import Mechanics
 from exactcreep.solvers.rows import Avalanche
@@ -41,48 +39,47 @@ from exactcreep.solvers.tables import record_arrays, rows_of
 class FieldSolver(Solver):
     """A solver that is `Mechanics` in one arithmetic."""
 
+    @abstractmethod
     def arithmetic(self) -> Arithmetic:
         """Return the arithmetic to begin with."""
-        raise NotImplementedError
-
-    def _mechanics(self, start: Start, arithmetic: Arithmetic) -> Mechanics:
-        return Mechanics(start.chain, start.seed, arithmetic, start.state, residuals=True)
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Rearrange by `Mechanics`."""
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = self._mechanics(start, arithmetic)
+            mechanics = Mechanics(start, arithmetic, residuals=True)
             return completed(mechanics, direction, self.name, limits)
 
     def events_from(self, start: Start, direction: int) -> Iterator[Event]:
         """Yield the events one by one."""
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = self._mechanics(start, arithmetic)
-            mechanics.ramp(direction, None)
-            events = filter(None, mechanics.rearrangement())
-        while True:
-            with arithmetic.active():
-                event = next(events, None)
-            if event is None:
-                return
-            yield event
+            mechanics = Mechanics(start, arithmetic, residuals=True)
+        return one_by_one(mechanics, direction)
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         """Return a simulation by `Mechanics`."""
-        arithmetic = self.arithmetic()
-        return FieldSimulation(start.chain, start.state, start.seed, record, arithmetic)
+        return FieldSimulation(start, record, self.arithmetic())
 
 
-def completed(
-    mechanics: Mechanics, direction: int, solver: str, limits: Limits
-) -> Rearrangement:
-    """Return the rearrangement that follows a ramp of `event_loop` in `direction`."""
+def one_by_one(mechanics: Mechanics, direction: int) -> Iterator[Event]:
+    """Yield the events that follow a ramp in `direction`, the arithmetic active only meanwhile."""
+    with mechanics.arithmetic.active():
+        mechanics.ramp(direction, None)
+    events = filter(None, mechanics.rearrangement())
+    while True:
+        with mechanics.arithmetic.active():
+            event = next(events, None)
+        if event is None:
+            return
+        yield event
+
+
+def completed(mechanics: Mechanics, direction: int, solver: str, limits: Limits) -> Rearrangement:
+    """Return the rearrangement that follows a ramp in `direction`."""
     mechanics.limits = limits
+    mechanics.ramp(direction, None)
     initial = mechanics.state()
-    if mechanics.ramp(direction, None):
-        initial = mechanics.state()
     events: list[Event] = []
     outcome, reason = Outcome.AT_REST, ""
     try:
@@ -135,32 +132,20 @@ class FieldSimulation(Simulation):
 
     kind: ClassVar[type[Mechanics]] = Mechanics
 
-    def __init__(
-        self,
-        chain: Chain,
-        state: State,
-        seed: int,
-        record: tuple[str, ...],
-        arithmetic: Arithmetic,
-    ) -> None:
+    def __init__(self, start: Start, record: tuple[str, ...], arithmetic: Arithmetic) -> None:
         refuse_records(record)
-        self.chain = chain
-        self.seed = seed
+        self.start = start
         self.record = record
         with arithmetic.active():
-            self.mechanics = self.kind(chain, seed, arithmetic, state)
+            self.mechanics = self.kind(start, arithmetic)
         self.tally = self.mechanics.tally
         self.avalanche: Avalanche | None = None
         self.undecided = 0  # up to the end of the last rearrangement
         self.theta_target: Fraction | None = None
-        try:
-            self.theta_target = exact_number(state.theta, "theta")
-        except InputError:
-            self.theta_target = None
+        with suppress(InputError):
+            self.theta_target = exact_number(start.state.theta, "theta")
 
-    def follow(
-        self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS
-    ) -> Stretch:
+    def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         self.limits = limits
         self.begun = self.tally.events
@@ -177,7 +162,7 @@ class FieldSimulation(Simulation):
                 stop = Stop.DONE if done == count else self._early()
         if stop is Stop.RUNAWAY:
             reason = self.mechanics.proof
-        recorded = record_arrays(rows, self.chain.n)
+        recorded = record_arrays(rows, self.start.chain.n)
         return Stretch(done, recorded, stop, reason or limits.reason(stop))
 
     def _early(self) -> Stop | None:
@@ -193,7 +178,7 @@ class FieldSimulation(Simulation):
         mechanics = self.mechanics
         mechanics.limits = self.limits
         with mechanics.arithmetic.active():
-            target = drive.exact_target(q, self.seed)
+            target = drive.exact_target(q, self.start.seed)
             while True:
                 try:
                     for event in mechanics.rearrangement():
@@ -216,12 +201,11 @@ class FieldSimulation(Simulation):
         """Return the direction of the ramp; once under way it does not change."""
         mechanics = self.mechanics
         if self.theta_target is not None:
-            ahead = target - self.theta_target
-            mechanics.way = int(ahead > 0) - int(ahead < 0)
+            mechanics.way = sign_of(target - self.theta_target)
             self.theta_target = None
         elif mechanics.way == 0:
-            ahead_of = mechanics.arithmetic.number(target) - mechanics.known_theta()
-            mechanics.way = mechanics.arithmetic.sign(ahead_of)
+            ahead = mechanics.arithmetic.number(target) - mechanics.known_theta()
+            mechanics.way = mechanics.arithmetic.sign(ahead)
         return mechanics.way
 
     def _arrive(self, target: Fraction, rows: dict[str, list[Any]]) -> None:
@@ -229,19 +213,21 @@ class FieldSimulation(Simulation):
         mechanics.way = 0
         self.theta_target = target
         state = mechanics.state()
-        rows["x_G"].append(sum(state.displacements.tolist()) / self.chain.n)
-        if "x" in rows:
-            rows["x"].append(state.displacements.copy())
-        if "tension" in rows:
-            rows["tension"].append(state.tensions.copy())
-        if "slips" in rows:
-            rows["slips"].append(mechanics.slips.copy())
+        reached = {
+            "x_G": sum(state.displacements.tolist()) / self.start.chain.n,
+            "x": state.displacements,
+            "tension": state.tensions,
+            "slips": mechanics.slips,
+        }
+        for name, value in reached.items():
+            if name in rows:
+                rows[name].append(copy(value))
         mechanics.slips[:] = 0
 
     def _log(self, event: Event, q: int, rows: dict[str, list[Any]]) -> None:
         if rows.keys().isdisjoint(("events", "rearrangements", "slip_table")):
             return
-        mechanics = self.mechanics
+        mechanics, arithmetic = self.mechanics, self.mechanics.arithmetic
         number, theta = mechanics.tally.rearrangements - 1, mechanics.known_theta()
         if "events" in rows:
             rows["events"] += rows_of(event, q, number, mechanics.event_number - 1, theta)
@@ -249,28 +235,19 @@ class FieldSimulation(Simulation):
             return
         if mechanics.event_number == 1:
             way = mechanics.way if mechanics.crossed else 0
-            still = mechanics.arithmetic.zeros(self.chain.n)
-            tensions = mechanics.state().tensions
-            self.avalanche = Avalanche(
-                number, q, theta, way, tensions, still, self.undecided
-            )
+            tensions, still = mechanics.state().tensions, arithmetic.zeros(self.start.chain.n)
+            self.avalanche = Avalanche(number, q, theta, way, tensions, still, self.undecided)
         assert self.avalanche is not None
-        slips = self.avalanche.take(
-            event,
-            mechanics.known_moves(),
-            mechanics.coefficients.__getitem__,
-            mechanics.arithmetic,
-        )
+        coefficient = mechanics.coefficients.__getitem__
+        slips = self.avalanche.take(event, mechanics.known_moves(), coefficient, arithmetic)
         rows.get("slip_table", []).extend(slips)
 
     def _log_rest(self, rows: dict[str, list[Any]]) -> None:
-        mechanics, avalanche = self.mechanics, self.avalanche
-        if avalanche is not None and "rearrangements" in rows:
-            undecided = mechanics.tally.undecided
-            rows["rearrangements"].append(
-                avalanche.row(self.chain, mechanics.arithmetic, undecided)
-            )
-        self.avalanche, self.undecided = None, mechanics.tally.undecided
+        mechanics, undecided = self.mechanics, self.mechanics.tally.undecided
+        if self.avalanche is not None and "rearrangements" in rows:
+            row = self.avalanche.row(mechanics.chain, mechanics.arithmetic, undecided)
+            rows["rearrangements"].append(row)
+        self.avalanche, self.undecided = None, undecided
 
     def state(self) -> State:
         """Return the present state."""
@@ -279,13 +256,13 @@ class FieldSimulation(Simulation):
 
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
-        with self.mechanics.arithmetic.active():
+        arithmetic, avalanche = self.mechanics.arithmetic, self.avalanche
+        with arithmetic.active():
             return {
-                "bits": self.mechanics.arithmetic.bits,
+                "bits": arithmetic.bits,
                 "theta_target": self.theta_target,
                 "mechanics": self.mechanics.captured(),
-                "avalanche": self.avalanche
-                and self.avalanche.captured(self.mechanics.arithmetic.plain),
+                "avalanche": avalanche and avalanche.captured(arithmetic.plain),
                 "undecided": self.undecided,
             }
 

@@ -27,6 +27,7 @@ from exactcreep.motion.lohner_set import LohnerSet, exponent_of, scaled
 from exactcreep.motion.modes import Flow
 from exactcreep.solvers.field.lohner import LohnerMechanics
 from exactcreep.solvers.field.reference import FieldSimulation
+from exactcreep.solvers.solver import Start
 
 BITS = 128
 """Of the product of the derivatives of short stretches."""
@@ -153,5 +154,5 @@ class TangentSimulation(FieldSimulation):
     mechanics: TangentMechanics
 
     def __init__(self, chain: Chain, state: State, drive: Cycles, arithmetic: Arithmetic) -> None:
-        super().__init__(chain, state, 0, ("events",), arithmetic)
+        super().__init__(Start(chain, state, 0), ("events",), arithmetic)
         self.theta_target = -drive.amplitude

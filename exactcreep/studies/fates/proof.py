@@ -46,7 +46,7 @@ from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
 from exactcreep.quasistatic.decimals import Enclosure, enclosure
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import TangentSimulation
-from exactcreep.solvers.solver import advance
+from exactcreep.solvers.solver import Start, advance
 from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.result import Fate
 
@@ -95,7 +95,7 @@ class _Proof:
         self.chain, self.drive, self.start, self.limits = chain, drive, start, limits
         digits = max(1, math.floor((BITS - 64) / BITS_PER_DIGIT))
         solver = Certified(digits=digits, most_digits=30_000)
-        self.simulation = _Leaping(chain, start, 0, ("events",), solver)
+        self.simulation = _Leaping(Start(chain, start, 0), ("events",), solver)
         self.halves: list[HalfCycle] = []
         self.log: list[LoggedRearrangement] = []
         self.travel: list[Enclosure] = []  # x_G at the ends of cycles, from the start on

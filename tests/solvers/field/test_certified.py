@@ -20,8 +20,13 @@ from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.solvers.field import certified, lohner
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.reference import FieldSimulation
+from exactcreep.solvers.solver import Start
 from exactcreep.solvers.tables import LOGS, joined
 from tests.paper import event_rows, paper_chain
+
+
+def relaxed(chain):
+    return Start(chain, State.relaxed(chain, 3), 3)
 
 
 def followed(chain, drive, digits, seed=3, max_events=10**6, record=("x", "tension", "events")):
@@ -49,7 +54,7 @@ def test_enclosures_hold_the_trajectory_that_mpmath_computes_with_more_digits():
     chain = paper_chain(6)
     _, proved = followed(chain, Cycles("0.003", 1), 15)
     arithmetic = digits_of(500)
-    other = FieldSimulation(chain, State.relaxed(chain, 3), 3, ("x", "events"), arithmetic)
+    other = FieldSimulation(relaxed(chain), ("x", "events"), arithmetic)
     computed = other.follow(Cycles("0.003", 1), 1, 2)
     assert event_rows(proved) == event_rows(computed)
     balls = balls_of(600)
@@ -109,9 +114,8 @@ def agree_with_plain_balls(scenes, seed, events):
         chain, drive = random_scene(random)
         narrow, first = followed(chain, drive, 15, max_events=events)
         many = narrow.tally.events
-        plain = FieldSimulation(
-            chain, State.relaxed(chain, 3), 3, ("x", "tension", "events"), balls_of(200 + 6 * many)
-        )
+        record = ("x", "tension", "events")
+        plain = FieldSimulation(relaxed(chain), record, balls_of(200 + 6 * many))
         try:
             second = plain.follow(drive, 1, 2, Limits(events))
         except Undecided:  # a tie that no precision decides
@@ -145,7 +149,7 @@ def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_ev
     events = narrow.tally.events
     assert events > 300
     assert narrow.report()["bits_lost_per_event"] < 0.2
-    plain = FieldSimulation(chain, State.relaxed(chain, 3), 3, (), balls_of(4 * events))
+    plain = FieldSimulation(relaxed(chain), (), balls_of(4 * events))
     plain.follow(drive, 1, drive.half_cycles)
     assert plain.tally.events == events
     widest = max(x.rad() for x in plain.mechanics.displacements)
@@ -157,7 +161,7 @@ def test_enclosures_keep_almost_all_bits_where_plain_balls_lose_some_at_every_ev
 def test_plain_balls_and_the_narrow_set_enclose_the_same_motion():
     chain, drive = paper_chain(5), Cycles("0.003", 1)
     narrow, _ = followed(chain, drive, 30)
-    plain = FieldSimulation(chain, State.relaxed(chain, 3), 3, (), balls_of(3000))
+    plain = FieldSimulation(relaxed(chain), (), balls_of(3000))
     plain.follow(drive, 1, 2)
     pairs = zip(narrow.mechanics.known_forces(), plain.mechanics.forces, strict=True)
     assert all(a.overlaps(b) for a, b in pairs)
@@ -185,7 +189,7 @@ def test_lone_slips_stay_exact_for_ever():
 def test_asking_for_more_digits_raises_the_precision_until_they_are_there():
     chain, drive = paper_chain(6), Cycles("0.003", 1)
     simulation = Certified(digits=30).simulation(chain, State.relaxed(chain, 3), 3, ("x",))
-    simulation.mechanics = simulation.kind(chain, 3, balls_of(110), State.relaxed(chain, 3))
+    simulation.mechanics = simulation.kind(relaxed(chain), balls_of(110))
     simulation.tally = simulation.mechanics.tally
     stretch = simulation.follow(drive, 1, 2)
     assert simulation.restarts > 0
@@ -196,10 +200,9 @@ def test_asking_for_more_digits_raises_the_precision_until_they_are_there():
 def test_a_restart_hands_out_no_row_twice():
     chain, drive = paper_chain(6), Cycles("0.003", 1)
     _, expected = followed(chain, drive, 60, record=tuple(LOGS))
-    simulation = CertifiedSimulation(
-        chain, State.relaxed(chain, 3), 3, tuple(LOGS), Certified(digits=1, most_digits=2000)
-    )
-    simulation.mechanics = simulation.kind(chain, 3, balls_of(72), State.relaxed(chain, 3))
+    solver = Certified(digits=1, most_digits=2000)
+    simulation = CertifiedSimulation(relaxed(chain), tuple(LOGS), solver)
+    simulation.mechanics = simulation.kind(relaxed(chain), balls_of(72))
     simulation.tally = simulation.mechanics.tally
     rows, parts, done = [], [], 0
     while done < 2:
