@@ -28,7 +28,6 @@ from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.result import Creep
 
-STANDARD_GRAVITY = "9.80665"
 SECONDS_PER_DAY = 86400
 DAYS_PER_YEAR = Fraction(1461, 4)
 MILLIMETRES_PER_METRE = 1000
@@ -117,11 +116,11 @@ class Solid:
 
     def metres(self, displacement: Any) -> Any:
         """Return a dimensionless displacement (number or array of floats) in metres."""
-        return displacement * _unit(self.length_unit, displacement)
+        return _times(displacement, self.length_unit)
 
     def newtons(self, force: Any) -> Any:
         """Return a dimensionless force (number or array of floats) in newtons."""
-        return force * _unit(self.force_unit, force)
+        return _times(force, self.force_unit)
 
     def seconds(self, time: Any) -> Any:
         """Return a dimensionless time (number or array of floats) in seconds."""
@@ -139,7 +138,7 @@ class Solid:
             paths and random temperatures, twice the time from one target to the next; for records,
             whose velocities are per unit of time, 2 if that is the second.
         """
-        return velocity * _unit(self._daily(period), velocity)
+        return _times(velocity, self._daily(period))
 
     def per_year(self, velocity: float, time_unit: Number) -> float:
         """Return a velocity per unit of a drive's clock, of so many seconds, in mm per year."""
@@ -148,7 +147,7 @@ class Solid:
 
     def per_half_cycle(self, millimetres_per_day: Any, period: Number) -> Any:
         """Return a velocity in mm/day as a dimensionless displacement per half-cycle."""
-        return millimetres_per_day / _unit(self._daily(period), millimetres_per_day)
+        return _times(millimetres_per_day, 1 / self._daily(period))
 
     def _daily(self, period: Number) -> Fraction:
         """Return what one dimensionless unit per half-cycle is in mm/day."""
@@ -163,9 +162,8 @@ class Solid:
         InputError
             If the chain's numbers leave their range.
         """
-        chain = self.chain
+        chain, factor = self.chain, positive_number(friction, "friction")
         n = chain.n if contacts is None else whole_number(contacts, "contacts", least=1)
-        factor = positive_number(friction, "friction")
         coefficients = (factor * mu for mu in (chain.mu_d, chain.mu_s, chain.sigma_mu))
         other = Chain(n, n * chain.l0 / chain.n, *coefficients, tan_alpha=chain.tan_alpha)
         return replace(self, chain=other)
@@ -184,8 +182,7 @@ class Solid:
             Seconds of one unit of the record's times, from one target of another drive to the next
             (43200 for day and night); not for dates.
         solver : str
-            By default the sliding limit, which needs no more time than the record has rows. It
-            leaves static friction and inertia out.
+            By default the sliding limit, which leaves static friction and inertia out.
         **options
             As for `exactcreep.creep`.
 
@@ -199,13 +196,7 @@ class Solid:
         return Descent.of(self, result, time_unit)
 
     def time_unit_of(self, temperatures: Drive, time_unit: Number | None = None) -> float:
-        """Return how many seconds one unit of a drive's clock lasts; see `creep`.
-
-        Raises
-        ------
-        InputError
-            If it is no drive or a record of another kappa, or the time unit is missing.
-        """
+        """Return how many seconds one unit of a drive's clock lasts; refuse what `creep` does."""
         if not isinstance(temperatures, Drive):
             raise InputError("temperatures", temperatures, "must be a TemperatureRecord or a drive")
         kappa = getattr(temperatures, "kappa", self.kappa)
@@ -246,9 +237,8 @@ class Solid:
 
     def _dimensionless(self) -> dict[str, Any]:
         """Return the parameters of the laws; a negative slope is the mirror image."""
-        chain = self.chain
-        slope = abs(chain.tan_alpha)
-        return {"n": chain.n, "l0": chain.l0, "mu_d": chain.mu_d, "tan_alpha": slope}
+        known = self.chain.parameters() | {"tan_alpha": abs(self.chain.tan_alpha)}
+        return {name: known[name] for name in ("n", "l0", "mu_d", "tan_alpha")}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -284,13 +274,7 @@ class Descent(Shown):
 
     @classmethod
     def of(cls, solid: Solid, result: Creep, time_unit: Number | None = None) -> Descent:
-        """Return the descent of a run that was made of this solid.
-
-        Raises
-        ------
-        InputError
-            If the run has another chain or kappa, or the time unit is missing.
-        """
+        """Return the descent of a run of this solid's chain; raise `InputError` for another."""
         seconds = solid.time_unit_of(result.drive, time_unit)
         if result.chain != solid.chain:
             raise InputError("result", result.chain, "must be a run of the solid's chain")
@@ -299,9 +283,8 @@ class Descent(Shown):
         for contacts in (n, MANY_CONTACTS if n < MANY_CONTACTS else 4 * n):
             for factor in FRICTION:
                 other = solid.altered(contacts=contacts, friction=factor)
-                run = creep(
-                    other.chain, result.drive, seed=result.seed, solver="sliding", record=()
-                )
+                chain, drive, seed = other.chain, result.drive, result.seed
+                run = creep(chain, drive, seed=seed, solver="sliding", record=())
                 rates[contacts, factor] = other.per_year(run.velocity, seconds)
         return cls(solid, result, seconds, rates)
 
@@ -336,9 +319,8 @@ class Descent(Shown):
         """
         if "x_G" not in self.result.recorded:
             raise InputError("record", self.result.experiment.record, "must hold x_G")
-        moved = self.result.recorded["x_G"].astype(float)
-        millimetres: NDArray[np.float64] = MILLIMETRES_PER_METRE * self.solid.metres(moved)
-        return millimetres
+        moved = self.solid.metres(self.result.recorded["x_G"].astype(float))
+        return np.asarray(MILLIMETRES_PER_METRE * moved)
 
     @property
     def total(self) -> float:
@@ -384,16 +366,17 @@ class Descent(Shown):
 
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, ready for JSON: a number that is not finite is None."""
+        rates = [
+            {"contacts": n, "friction": float(factor), "millimetres_per_year": rate}
+            for (n, factor), rate in self.rates.items()
+        ]
         return plain_data(
             {
                 "millimetres": self.total,
                 "days": self.days,
                 "millimetres_per_year": self.millimetres_per_year,
                 "millimetres_per_year_error": self.error,
-                "rates": [
-                    {"contacts": n, "friction": float(factor), "millimetres_per_year": rate}
-                    for (n, factor), rate in self.rates.items()
-                ],
+                "rates": rates,
                 "pivot_step": self.pivot_step,
                 "artefact_of_contacts": self.artefact,
             }
@@ -402,9 +385,9 @@ class Descent(Shown):
     def lines(self) -> list[tuple[str, str]]:
         """Return the descent and what it depends on, as pairs of a name and a sentence."""
         few, many = self.contacts
-        error = self.error
-        known = f" (standard error {error:.2g})" if math.isfinite(error) else ""
-        yearly = f"{self.millimetres_per_year:.4g} mm/year{known}"
+        yearly = f"{self.millimetres_per_year:.4g} mm/year"
+        if math.isfinite(self.error):
+            yearly += f" (standard error {self.error:.2g})"
         if self.days < 360:
             yearly += ", the rate of these days and no year's"
         said = {}
@@ -446,7 +429,7 @@ def physical(
     mu_s: Number,
     tan_alpha: Number,
     sigma_mu: Number = 0,
-    gravity: Number = STANDARD_GRAVITY,
+    gravity: Number = "9.80665",
 ) -> Solid:
     """Return a solid on a slope with its dimensionless chain (``physical(...).chain``).
 
@@ -490,59 +473,25 @@ def physical(
     >>> round(roof.continuum_velocity(10, 86400), 3)
     0.862
     """
-    modulus = positive_number(youngs_modulus, "youngs_modulus")
-    weight = positive_number(gravity, "gravity") * positive_number(density, "density")
+    known = {
+        "length": length,
+        "youngs_modulus": youngs_modulus,
+        "density": density,
+        "section": section,
+        "kappa": kappa,
+        "gravity": gravity,
+    }
+    exact = {name: positive_number(value, name) for name, value in known.items()}
+    weight = exact["gravity"] * exact["density"] * exact["length"]
     n = whole_number(contacts, "contacts", least=1)
-    l0 = n * modulus / (weight * positive_number(length, "length"))
-    chain = Chain(n, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
-    return solid_of(
-        chain,
-        youngs_modulus=modulus,
-        density=density,
-        section=section,
-        kappa=kappa,
-        gravity=gravity,
-    )
-
-
-def solid_of(
-    chain: Chain,
-    *,
-    youngs_modulus: Number,
-    density: Number,
-    section: Number,
-    kappa: Number,
-    gravity: Number = STANDARD_GRAVITY,
-) -> Solid:
-    """Return the solid of the given material that a dimensionless chain stands for.
-
-    Its length is ``L = N Y/(g rho l0)``; parameters are those of `physical`.
-
-    Raises
-    ------
-    InputError
-        If a quantity is not a positive number.
-    """
-    if not isinstance(chain, Chain):
-        raise InputError("chain", chain, "must be a Chain")
-    modulus = positive_number(youngs_modulus, "youngs_modulus")
-    mass_density = positive_number(density, "density")
-    g = positive_number(gravity, "gravity")
-    return Solid(
-        length=chain.n * modulus / (g * mass_density * chain.l0),
-        youngs_modulus=modulus,
-        density=mass_density,
-        section=positive_number(section, "section"),
-        kappa=positive_number(kappa, "kappa"),
-        chain=chain,
-        gravity=g,
-    )
+    l0 = n * exact["youngs_modulus"] / weight
+    return Solid(**exact, chain=Chain(n, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha))
 
 
 def _percent(ratio: float) -> str:
     return f"{100 * (ratio - 1):+.2g} %" if math.isfinite(ratio) else "without bound"
 
 
-def _unit(unit: Fraction, like: Any) -> Any:
-    """Return the unit as a rational for rationals, as a float for everything else."""
-    return unit if isinstance(like, (int, Fraction)) else nearest_float(unit)
+def _times(number: Any, unit: Fraction) -> Any:
+    """Return a rational times the unit exactly, everything else in floats."""
+    return number * (unit if isinstance(number, (int, Fraction)) else nearest_float(unit))

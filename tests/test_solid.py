@@ -15,7 +15,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.scene import Scene, load_scene
-from exactcreep.solid import physical, solid_of
+from exactcreep.solid import Descent, physical
 
 DAY = 86400
 LEAD = {
@@ -78,21 +78,13 @@ def test_units_follow_from_mass_and_stiffness_exactly():
     assert solid.length_unit == g * mass / stiffness
     assert solid.force_unit == mass * g
     assert solid.tau_dyn == pytest.approx(math.sqrt(mass / stiffness), rel=1e-15, abs=0)
+    assert solid.seconds(2.0) == 2 * solid.tau_dyn
     # the natural length of a spring is one piece of the solid
     assert solid.chain.l0 * solid.length_unit == Fraction(3, 20)
     assert solid.metres(solid.chain.l0) == Fraction(3, 20)
     # one kelvin makes the force kappa Y S in a piece that is held
     held = solid.newtons(solid.chain.l0 * solid.dilation(1))
     assert held == Fraction("29e-6") * 16 * 10**9 * Fraction(3, 1000)
-
-
-@pytest.mark.parametrize("contacts", [1, 2, 7, 100])
-def test_a_chain_gives_its_solid_back(contacts):
-    solid = physical(**LEAD | {"contacts": contacts})
-    again = solid_of(
-        solid.chain, youngs_modulus="16e9", density=11340, section="0.003", kappa="29e-6"
-    )
-    assert again == solid
 
 
 def test_velocities_go_there_and_back():
@@ -238,6 +230,8 @@ def test_a_record_of_another_material_is_refused():
         solid.creep(TemperatureRecord.of([10, 20], "1e-5", 10, times=HALF_DAYS[:2]))
     with pytest.raises(InputError, match="must be a TemperatureRecord"):
         solid.creep([10, 20])
+    with pytest.raises(InputError, match="must be a run of the solid's chain"):
+        Descent.of(solid.altered(contacts=7), solid.creep(month(solid)).result)
     with pytest.raises(InputError, match="time_unit = None: must be given: seconds per half-cycle"):
         solid.creep(Cycles("0.001", 3))
     with pytest.raises(InputError, match="must hold x_G"):
