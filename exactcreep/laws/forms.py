@@ -30,24 +30,13 @@ VOCABULARY: Mapping[str, str] = MappingProxyType(
 )
 
 
-def _margin(mu_d: Number, tan_alpha: Number) -> Number:
-    return (mu_d - tan_alpha) * cosine(tan_alpha)
-
-
-def _static_margin(mu_s: Number, tan_alpha: Number) -> Number:
-    return (mu_s - tan_alpha) * cosine(tan_alpha)
-
-
-def _excess(mu_d: Number, mu_s: Number, tan_alpha: Number) -> Number:
-    return (mu_s - mu_d) * cosine(tan_alpha)
-
-
-def _steps(n: Number, i: Number) -> Number:
-    return n + 3 - 2 * i
-
-
 ABBREVIATIONS: Mapping[str, Callable[..., Number]] = MappingProxyType(
-    {"m": _margin, "a": _static_margin, "D": _excess, "steps": _steps}
+    {
+        "m": lambda mu_d, tan_alpha: (mu_d - tan_alpha) * cosine(tan_alpha),
+        "a": lambda mu_s, tan_alpha: (mu_s - tan_alpha) * cosine(tan_alpha),
+        "D": lambda mu_d, mu_s, tan_alpha: (mu_s - mu_d) * cosine(tan_alpha),
+        "steps": lambda n, i: n + 3 - 2 * i,
+    }
 )
 """Names that a formula may use beside the `VOCABULARY`: m, a, D, and steps = N + 3 - 2i."""
 _PIVOT = ("n", "tan_alpha", "mu_d")
@@ -88,18 +77,15 @@ class Form:
     @cached_property
     def _short(self) -> dict[str, tuple[str, ...]]:
         """The abbreviations that the formula uses, and what they are made of."""
-        return {
-            name: _arguments(ABBREVIATIONS[name]) for name in self._written if name in ABBREVIATIONS
-        }
+        used = (name for name in self._written if name in ABBREVIATIONS)
+        return {name: _arguments(ABBREVIATIONS[name]) for name in used}
 
     @cached_property
     def required(self) -> tuple[str, ...]:
         """Parameters without which the form has no value."""
-        contained: set[str] = set()
-        for name in self._written:
-            contained.update(self._short.get(name, (name,)))
+        contained = set(self._written).union(*self._short.values())
         if "steps" in self._short:
-            contained.remove("i")
+            contained.discard("i")
         return tuple(name for name in VOCABULARY if name in contained)
 
     @cached_property
@@ -118,19 +104,14 @@ class Form:
         ValueError
             If the parameters are outside of what the form describes.
         """
-        unknown = sorted(set(parameters) - set(VOCABULARY))
-        if unknown:
-            raise TypeError(
-                f"unknown parameter {', '.join(unknown)}; a law knows {', '.join(VOCABULARY)}"
-            )
-        missing = [name for name in self.required if name not in parameters]
-        if missing:
+        if unknown := ", ".join(sorted(set(parameters) - set(VOCABULARY))):
+            raise TypeError(f"unknown parameter {unknown}; a law knows {', '.join(VOCABULARY)}")
+        if missing := [name for name in self.required if name not in parameters]:
             raise TypeError(f"missing parameter {', '.join(missing)} of {self.text}")
         known = (name for name in self.required + self.optional if name in parameters)
         used = {name: real(parameters[name], name) for name in known}
         if "steps" in self._short and "i" not in used:
-            missing = [name for name in _PIVOT if name not in used]
-            if missing:
+            if missing := [name for name in _PIVOT if name not in used]:
                 found = " and ".join(missing)
                 raise TypeError(f"missing parameter i (or {found}, to find the pivot)")
             # decided on the values as given, before any of them is rounded
