@@ -20,7 +20,7 @@ from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.modes import Flow, Run, tensions_at
-from exactcreep.motion.replay import Phase, Replay
+from exactcreep.motion.replay import Replay
 
 _BEND = 32
 """log2 of how strongly conditions may bend, half their second derivative over the slope."""
@@ -42,9 +42,6 @@ class Retracer:
         Keys the static coefficients.
     refine : bool
         Whether event times are refined, or taken as they are.
-    spans : list, optional
-        How long the phases lasted when this itinerary was followed before, for a similar start:
-        Newton's method begins there. Afterwards it holds how long they last now.
 
     Attributes
     ----------
@@ -62,15 +59,11 @@ class Retracer:
         *,
         seed: int = 0,
         refine: bool = True,
-        spans: list[Any] | None = None,
     ) -> None:
         self.chain = chain
         self.arithmetic = arithmetic
         self.contacts = Contacts(chain, seed)
         self.refine = refine
-        self.spans = [] if spans is None else spans
-        self.phases = 0  # that have lasted
-        self.weight = arithmetic.times_cosine(chain, chain.tan_alpha)
         self.state = start
         self.load = arithmetic.number(chain.l0) * arithmetic.number(start.theta)
         self.begins = True  # nothing has happened yet: it may be unstable as it stands
@@ -126,20 +119,11 @@ class Retracer:
         flow = self.replay.flow
         for phase in self.replay:
             if phase.lasts and self.refine:
-                phase.span = self._span(flow, phase)
+                phase.span = self.time(flow, phase.runs, phase.events[0], float(phase.span))
             phase.arrive()
             for numbers in (flow.forces, flow.velocities, flow.moved):  # a course is one of points
                 numbers[:] = [self.arithmetic.midpoint(x) for x in numbers.tolist()]
         return flow
-
-    def _span(self, flow: Flow, phase: Phase) -> Any:
-        """Return how long the phase lasts that begins now."""
-        if self.phases == len(self.spans):
-            self.spans.append(float(phase.span))
-        span = self.time(flow, phase.runs, phase.events[0], self.spans[self.phases])
-        self.spans[self.phases] = span
-        self.phases += 1
-        return span
 
     def rearrange(self, events: Sequence[Event]) -> None:
         """Go through a whole rearrangement."""
@@ -156,32 +140,21 @@ class Retracer:
             if stop:
                 _, velocity, acceleration = slider_motion(runs, slider, t)
                 return velocity, acceleration
-            value, slope, _ = self.margin(flow, runs, slider, sign, t)
-            return value, slope
+            return self.margin(flow, runs, slider, sign, t)
 
         return self._root(condition, guess)
 
     def margin(
         self, flow: Flow, runs: Sequence[Run], slider: int, sign: int, t: Any
-    ) -> tuple[Any, Any, Any]:
-        """Return ``mu_s c - sign F`` of a resting slider (from 0) at `t`, and two derivatives."""
-        value, slope, bend = self.threshold(slider) - sign * flow.forces[slider], 0, 0
+    ) -> tuple[Any, Any]:
+        """Return ``mu_s c - sign F`` of a resting slider (from 0) at `t`, and its derivative."""
+        value, slope = self.threshold(slider) - sign * flow.forces[slider], 0
         for n in (slider - 1, slider + 1):
             if any(n in run.sliders for run in runs):
-                shift, velocity, acceleration = slider_motion(runs, n, t)
+                shift, velocity, _ = slider_motion(runs, n, t)
                 value = value - sign * shift
                 slope = slope - sign * velocity
-                bend = bend - sign * acceleration
-        return value, slope, bend
-
-    def least_margin(self, flow: Flow, slider: int, sign: int, guess: float) -> Any:
-        """Return the extremal value, near `guess`, of the margin of a resting slider (from 0)."""
-        runs = flow.runs()
-
-        def condition(t: Any) -> tuple[Any, Any]:
-            return self.margin(flow, runs, slider, sign, t)[1:]
-
-        return self.margin(flow, runs, slider, sign, self._root(condition, guess))[0]
+        return value, slope
 
     def _root(self, condition: Any, guess: Any) -> Any:
         """Return the root of `condition` (value and slope) near `guess`, by Newton's method."""

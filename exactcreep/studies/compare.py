@@ -340,7 +340,7 @@ def _tie(truth: Standard, found: Agreement) -> Tie:
         # it stops, or starts on one side only because it has stopped there
         condition, (_, margin, _) = "velocity", slider_motion(runs, slider, since)
     else:
-        condition, (margin, _, _) = "force", course.margin(flow, runs, slider, sign, since)
+        condition, (margin, _) = "force", course.margin(flow, runs, slider, sign, since)
     return Tie(condition, slider + 1, abs(float(margin)), apart)
 
 
