@@ -25,7 +25,7 @@ gravity gives, and one holds it wherever it is: there is no limit.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple
@@ -69,22 +69,17 @@ _SHARES = {
 of the extension between them, when the chain dilates and when it contracts."""
 
 
-def _held(chain: Chain) -> bool:
-    """Whether friction can hold the chain at all, as rationals."""
-    return abs(chain.tan_alpha) < chain.mu_d or (chain.n == 1 and not _too_steep(chain))
-
-
-def _too_steep(chain: Chain) -> bool:
-    return abs(chain.tan_alpha) > chain.mu_d
-
-
 def _not_held_because(chain: Chain) -> str:
-    if _too_steep(chain):
+    """Return why no friction holds the chain where it is; "" if it does."""
+    slope = abs(chain.tan_alpha)
+    if slope > chain.mu_d:
         return "|tan_alpha| > mu_d: without a static excess no balance of forces holds the chain"
-    return (
-        "|tan_alpha| = mu_d: friction takes exactly what gravity gives; without a static excess any"
-        " displacement of the whole chain is in balance"
-    )
+    if slope == chain.mu_d and chain.n > 1:
+        return (
+            "|tan_alpha| = mu_d: friction takes exactly what gravity gives; without a static excess"
+            " any displacement of the whole chain is in balance"
+        )
+    return ""
 
 
 def _resting(chain: Chain) -> list[int]:
@@ -203,12 +198,12 @@ class SlidingSimulation(Simulation):
     """A chain in the sliding limit on its way along a drive."""
 
     def __init__(self, start: Start, record: tuple[str, ...], exact: bool, pivot: str) -> None:
-        chain, state = start.chain, start.state
         refuse_records(
             record,
             RECORDED,
             ": without inertia there are no events in time; solver 'exact' has them",
         )
+        chain, state = start.chain, start.state
         self.chain, self.seed, self.record = chain, start.seed, record
         self.exact, self.pivot = exact, pivot
         self._kind: Any = object if exact else np.float64
@@ -219,15 +214,15 @@ class SlidingSimulation(Simulation):
         self._way = 0
         self._theta = state.theta
         self._amplitude: Fraction | None = None  # of the cycles, if it is driven by cycles
-        if not _held(chain):
+        self._lost = _not_held_because(chain)
+        if self._lost:
             return
         n = chain.n
         cosine: Any = exact_cosine(chain) if exact else None
-
-        def force(value: Fraction) -> Any:
-            return value * cosine if exact else chain.times_cosine(value)
-
-        uphill, downhill = force(chain.mu_d + chain.tan_alpha), force(chain.mu_d - chain.tan_alpha)
+        uphill, downhill = (
+            force * cosine if exact else chain.times_cosine(force)
+            for force in (chain.mu_d + chain.tan_alpha, chain.mu_d - chain.tan_alpha)
+        )
         rest = _resting(chain)
         across = [n + 1 - i for i in rest][::-1]
         above: NDArray[Any] = np.arange(1, n, dtype=self._kind)  # sliders above each spring
@@ -238,20 +233,19 @@ class SlidingSimulation(Simulation):
         self._ways = _Ways(
             np.array([low, high], dtype=self._kind).reshape(2, n - 1),
             np.array([[rest[0] - 1, rest[-1] - 1], [across[0] - 1, across[-1] - 1]]),
-            self._array(list(_SHARES[pivot])),
+            self._array(_SHARES[pivot]),
         )
-        given = [self._number(value) for value in state.tensions.tolist()]
-        x = self._array([self._number(v) for v in state.displacements.tolist()])
+        tensions = self._array(map(self._number, state.tensions.tolist()))
+        x = self._array(map(self._number, state.displacements.tolist()))
         carry = x - x
-        steps = np.diff(self._array([self._number(0), *given, self._number(0)]))
-        slack = 0 if exact else 4 * np.spacing(max([abs(v) for v in given] + [uphill]))
+        steps = np.diff(tensions, prepend=self._number(0), append=self._number(0))
+        slack = 0 if exact else 4 * np.spacing(max([*abs(tensions), uphill]))
         if np.any(steps > downhill + slack) or np.any(steps < -uphill - slack):
-            given, shift = relaxed(given, uphill, downhill)
-            x = x + self._array(shift)
+            reached, shift = relaxed(tensions.tolist(), uphill, downhill)
+            tensions, x = self._array(reached), x + self._array(shift)
             self._relaxed = True
-        place = self._place(state.theta)
         self._chain = _Configuration(
-            extension=self._array([value + place for value in given]),
+            extension=tensions + self._place(state.theta),
             x=x,
             carry=carry,
             sliding=np.zeros(n, dtype=np.int8),
@@ -264,7 +258,8 @@ class SlidingSimulation(Simulation):
             return float(value)
         return value if isinstance(value, Quadratic) else exact_number(value, "state")
 
-    def _array(self, values: list[Any]) -> NDArray[Any]:
+    def _array(self, values: Iterable[Any]) -> NDArray[Any]:
+        values = list(values)
         array = np.empty(len(values), dtype=self._kind)
         array[:] = values
         return array
@@ -274,9 +269,8 @@ class SlidingSimulation(Simulation):
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
-        if not _held(self.chain):
-            lost = Stop.RUNAWAY if _too_steep(self.chain) else Stop.LIMIT
-            return Stretch(0, {}, lost, _not_held_because(self.chain))
+        if self._lost:
+            return Stretch(0, {}, Stop.RUNAWAY if self._too_steep else Stop.LIMIT, self._lost)
         self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
         n = self.chain.n
         rows = TargetRows.empty(self.record, count, n, self._kind)
@@ -288,7 +282,11 @@ class SlidingSimulation(Simulation):
             if not self.exact:  # no slider starts or stops more than once in a half-cycle
                 most = max(1, min(_PAUSE // n, (limits.events_left - events) // (2 * n)))
             until = min(done + most, count)
-            theta = self._targets(drive, first + done, until - done)
+            if self.exact:
+                targets = range(first + done, first + until)
+                theta = self._array(drive.exact_target(q, self.seed) for q in targets)
+            else:
+                theta = drive.targets(first + done, until - done, self.seed)
             places, start = self._l0 * theta, self._place(self._theta)
             own = rows.part(done, until)
             self._way = int(follow(places, start, self._way, self._ways, self._chain, own))
@@ -302,14 +300,13 @@ class SlidingSimulation(Simulation):
         self.tally.events += events
         return Stretch(done, rows.recorded(self.record, done), stop, limits.reason(stop))
 
-    def _targets(self, drive: Drive, first: int, count: int) -> NDArray[Any]:
-        if not self.exact:
-            return drive.targets(first, count, self.seed)
-        return self._array([drive.exact_target(q, self.seed) for q in range(first, first + count)])
+    @property
+    def _too_steep(self) -> bool:
+        return abs(self.chain.tan_alpha) > self.chain.mu_d
 
     def state(self) -> State:
         """Return the present state; coefficients and draws are those of the start."""
-        if not _held(self.chain):
+        if self._lost:
             return self._start
         return State(
             tensions=self._chain.extension - self._place(self._theta),
@@ -327,12 +324,10 @@ class SlidingSimulation(Simulation):
             "coefficients": self._start.coefficients, "draws": self._start.draws,
             "tally": dict(vars(self.tally)),
         }  # fmt: skip
-        if _held(self.chain):
+        if not self._lost:
             for name, values in self._chain._asdict().items():
-                if values.dtype == object:
-                    captured[name] = np.array([_written(value) for value in values.tolist()])
-                else:
-                    captured[name] = values.copy()
+                plain = [_written(value) for value in values.tolist()]
+                captured[name] = values.copy() if values.dtype != object else np.array(plain)
         return captured
 
     def restore(self, captured: Mapping[str, Any]) -> None:
@@ -345,24 +340,23 @@ class SlidingSimulation(Simulation):
         coefficients, draws = np.array(captured["coefficients"]), np.array(captured["draws"])
         self._start = replace(self._start, coefficients=coefficients, draws=draws)
         self.tally = Tally(**captured["tally"])
-        if _held(self.chain):
+        if not self._lost:
             for name, values in self._chain._asdict().items():
                 values[:] = [self._read(value) for value in np.asarray(captured[name]).tolist()]
 
-    def _read(self, text: Any) -> Any:
-        if not isinstance(text, str):
-            return text
-        parts = text.split(" ")
-        if len(parts) == 1:
-            return Fraction(text)
-        return CosineField(self.chain.tan_alpha).number(Fraction(parts[0]), Fraction(parts[1]))
+    def _read(self, written: Any) -> Any:
+        if not isinstance(written, str):
+            return written
+        rational, *multiple = map(Fraction, written.split(" "))
+        field = CosineField(self.chain.tan_alpha)
+        return field.number(rational, *multiple) if multiple else rational
 
     @property
     def evidence(self) -> Evidence:
         """Proved in exact arithmetic, computed in float64; undecided if the limit is not unique."""
-        if _too_steep(self.chain):
+        if self._too_steep:
             return Evidence.PROVED
-        if self.tally.undecided or not _held(self.chain):
+        if self.tally.undecided or self._lost:
             return Evidence.UNDECIDED
         return Evidence.PROVED if self.exact else Evidence.COMPUTED
 
@@ -379,17 +373,14 @@ class SlidingSimulation(Simulation):
             "static_excess_left_out": chain.mu_s > chain.mu_d or chain.sigma_mu > 0,
             "start_relaxed": self._relaxed,
         }
-        if not _held(chain):
-            report["reason"] = _not_held_because(chain)
-            return report
-        report["pivots"] = list(_resting(chain))
-        report["unique"] = self.tally.undecided == 0
+        if self._lost:
+            return report | {"reason": self._lost}
+        report |= {"pivots": _resting(chain), "unique": self.tally.undecided == 0}
         if not report["unique"]:
-            x_g = sum((self._chain.x + self._chain.carry).tolist(), Fraction(0)) / chain.n
+            x_g = float(sum((self._chain.x + self._chain.carry).tolist(), Fraction(0)) / chain.n)
             open_part = float(self._chain.totals[0])
-            below = float(_SHARES[self.pivot][0]) * open_part
-            report["x_G_low"] = float(x_g) - below
-            report["x_G_high"] = float(x_g) - below + open_part
+            report["x_G_low"] = low = x_g - float(_SHARES[self.pivot][0]) * open_part
+            report["x_G_high"] = low + open_part
             if self._amplitude is not None:
                 law = prediction(chain, Cycles(self._amplitude, 1), bits=_LAW_BITS)
                 assert law is not None
