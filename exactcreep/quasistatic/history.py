@@ -35,7 +35,7 @@ class Mark:
         """Return how far apart these and other tensions are, 0 if they may be the same."""
         if tensions.dtype != object:
             return float(np.abs(tensions - self.tensions).max(initial=0))
-        pairs = zip(enclosures(tensions), self.tensions.tolist(), strict=True)
+        pairs = zip(enclosures(tensions), enclosures(self.tensions), strict=True)  # or floats
         return max((one.apart(other) for one, other in pairs), default=0.0)
 
 

@@ -382,6 +382,13 @@ def test_a_course_is_followed_by_exact_as_far_as_its_twin_agrees_then_certified_
     assert (equal.name, rung(equal, "sliding").known_by) == ("sliding", "exact")
 
 
+def test_cycles_that_certified_follows_are_compared_with_the_floats_of_the_start():
+    chain = chain_of(sigma_mu=0)
+    run, told = told_by(chain, Cycles("0.002", 2), "1e-13", question="course")
+    assert (told["chosen"], told["accuracy_reached"]) == ("certified", True)
+    assert run.evidence is Evidence.PROVED
+
+
 def test_a_forged_accuracy_is_found_by_the_audit():
     everything = ("x_G", "x", "tension", "slips", "events")
     result, told = told_by(chain_of(n=2), Cycles("0.003", 80), "0.01", record=everything)
