@@ -35,28 +35,18 @@ class Display(AbstractContextManager["Display"]):
         Of what is computed; default what the computation says itself.
     quiet : bool
         Without a terminal, say nothing but that the compiler is at work.
+    after : float
+        Seconds in which nothing is shown.
     """
 
-    def __init__(self, name: str = "", *, quiet: bool = False) -> None:
-        rich = import_module("rich.progress")  # only where something is shown
-        self.name, self.compiling = name, False
+    def __init__(self, name: str = "", *, quiet: bool = False, after: float = 0.0) -> None:
+        self.name, self.quiet, self.compiling = name, quiet, False
+        self.begin = time.monotonic() + after
         self.bar: Any = None
-        console = import_module("rich.console").Console(stderr=True)
-        if console.is_terminal or (console.is_jupyter and find_spec("ipywidgets")):
-            far = rich.TextColumn("{task.fields[far]}")
-            columns = (rich.TextColumn("{task.description}"), rich.BarColumn(), far)
-            self.bar = rich.Progress(*columns, console=console, transient=True)
-            self.task = self.bar.add_task(name or "starting", total=None, far="")
-            self.pause, self.next = _BETWEEN_FRAMES, -math.inf
-        else:
-            self.pause, self.next = _BETWEEN_LINES, time.monotonic() + _BETWEEN_LINES
-            if quiet:
-                self.next = math.inf
+        self.pause, self.next = 0.0, math.nan  # seconds, and when something is shown again
 
     def __enter__(self) -> Display:
         _telling.append(self)
-        if self.bar is not None:
-            self.bar.start()
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -68,9 +58,25 @@ class Display(AbstractContextManager["Display"]):
         if self.bar is not None:
             self.bar.stop()
 
+    def heard(self, progress: Hearer) -> Callable[[Progress], None] | None:
+        """Return whom a computation shall tell that is asked for this `progress`.
+
+        Within a computation that is told of, or is not to be, only callables are told of its parts.
+        """
+        if callable(progress):
+            return progress
+        if progress is False or _telling != [self]:
+            return None
+        notebook = "ipykernel" in sys.modules and find_spec("ipywidgets")
+        return self.show if progress or sys.stderr.isatty() or notebook else None
+
     def show(self, progress: Progress) -> None:
         """Show how far the computation has come; raise a Ctrl-C that was lost on its way."""
         interrupts.check()
+        if time.monotonic() < self.begin:
+            return
+        if math.isnan(self.next):
+            self._start()
         if progress.phase == "compiling" and not self.compiling:
             self.compiling = True
             self._write(COMPILING)
@@ -87,12 +93,25 @@ class Display(AbstractContextManager["Display"]):
         done = part + progress.total * (progress.member - 1)
         self.bar.update(self.task, description=what, far=far, total=total, completed=done)
 
+    def _start(self) -> None:
+        rich = import_module("rich.progress")  # only where something is shown
+        console = import_module("rich.console").Console(stderr=True)
+        if console.is_terminal or (console.is_jupyter and find_spec("ipywidgets")):
+            far = rich.TextColumn("{task.fields[far]}")
+            columns = (rich.TextColumn("{task.description}"), rich.BarColumn(), far)
+            self.bar = rich.Progress(*columns, console=console, transient=True)
+            self.task = self.bar.add_task(self.name, total=None, far="")
+            self.pause, self.next = _BETWEEN_FRAMES, -math.inf
+            self.bar.start()
+        else:
+            self.pause = _BETWEEN_LINES
+            self.next = math.inf if self.quiet else self.begin + _BETWEEN_LINES
+
     def _write(self, line: str) -> None:
         if self.bar is not None:
             self.bar.console.print(line)
         else:
-            sys.stderr.write(f"{line}\n")
-            sys.stderr.flush()
+            print(line, file=sys.stderr, flush=True)
 
     def _what(self, progress: Progress) -> str:
         what = f"{self.name or progress.phase} {progress.text}".strip()
@@ -116,44 +135,6 @@ def _far(progress: Progress) -> str:
     return far if math.isnan(left) else f"{far}, about {timedelta(seconds=round(left))} left"
 
 
-class _Watched(AbstractContextManager["_Watched"]):
-    """Tells a computation's `progress`, or a display that is made once there is much to wait for.
-
-    Within a computation that is told of, or is not to be, only callables are told of its parts.
-    """
-
-    def __init__(self, progress: Hearer) -> None:
-        self.progress = progress
-        self.display: Display | None = None
-        self.begin = time.monotonic()
-
-    @property
-    def hear(self) -> Callable[[Progress], None] | None:
-        """Whom the computation shall tell."""
-        if callable(self.progress):
-            return self.progress
-        if self.progress is False or _telling != [self]:
-            return None
-        notebook = "ipykernel" in sys.modules and find_spec("ipywidgets")
-        return self._show if self.progress or sys.stderr.isatty() or notebook else None
-
-    def _show(self, progress: Progress) -> None:
-        if self.display is None:
-            if time.monotonic() - self.begin < _SHORT:
-                return
-            self.display = Display().__enter__()
-        self.display.show(progress)
-
-    def __enter__(self) -> _Watched:
-        _telling.append(self)
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        if self.display is not None:
-            self.display.__exit__(*error)
-        _telling.remove(self)
-
-
 def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
     """Return a computation that shows a bar unless its argument `progress` is False or a callable.
 
@@ -163,8 +144,8 @@ def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:
 
     @functools.wraps(computation)
     def watched(*args: P.args, **words: P.kwargs) -> T:
-        with _Watched(words.get("progress")) as one:  # type: ignore[arg-type]
-            words["progress"] = one.hear
+        with Display(after=_SHORT) as display:
+            words["progress"] = display.heard(words.get("progress"))  # type: ignore[arg-type]
             return computation(*args, **words)
 
     return watched

@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import io
 import mmap
+import os
 import tempfile
 import weakref
 from collections.abc import Iterator, Mapping
@@ -120,36 +121,16 @@ class _Column:
         return np.frombuffer(there, dtype=self._dtype).reshape(-1, *self._tail)
 
 
-class ScratchFile(io.RawIOBase):
+class ScratchFile(io.FileIO):
     """A file without a name for a library that must never see a disk fill up.
 
     Once writing has failed, nothing more is written, and `failed` holds the error.
     """
 
     def __init__(self) -> None:
-        self._file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115 - it lives as long as this
+        with tempfile.TemporaryFile(buffering=0) as file:
+            super().__init__(os.dup(file.fileno()), "r+")
         self.failed: OSError | None = None
-
-    def readable(self) -> bool:
-        return True
-
-    def writable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def readinto(self, buffer: Any) -> int:
-        return self._file.readinto(buffer) or 0
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        return self._file.seek(offset, whence)
-
-    def tell(self) -> int:
-        return self._file.tell()
-
-    def truncate(self, size: int | None = None) -> int:
-        return self._file.truncate(size)
 
     def write(self, data: Any) -> int:
         """Write all of `data`, unless an error has come before."""
@@ -157,18 +138,17 @@ class ScratchFile(io.RawIOBase):
         length = len(rest)
         try:
             while len(rest) and self.failed is None:
-                rest = rest[self._file.write(rest) :]
+                rest = rest[super().write(rest) :]
         except OSError as error:
             self.failed = error
-        self._file.seek(len(rest), io.SEEK_CUR)
+        self.seek(len(rest), io.SEEK_CUR)
         return length
-
-    def close(self) -> None:
-        self._file.close()
-        super().close()
 
     def pieces(self) -> Iterator[bytes]:
         """Yield what was written, piece by piece."""
-        self._file.seek(0)
-        while piece := self._file.read(_PIECE):
+        self.seek(0)
+        while piece := self.read(_PIECE):
             yield piece
+
+    def __del__(self) -> None:
+        self.close()  # without Python's warning of a file that was left open

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
@@ -159,10 +160,15 @@ def test_a_block_that_does_not_fit_is_kept_whole_in_memory() -> None:
 def test_a_disk_too_full_for_a_large_file_leaves_what_was_there(
     room: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Full(stores.ScratchFile):
-        def __init__(self) -> None:
-            super().__init__()
-            self._file = Small(self._file, room)
+    class Disk(io.FileIO):
+        def write(self, data: Any) -> int:
+            left = room - self.tell()
+            if left <= 0:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(data[:left])
+
+    class Full(stores.ScratchFile, Disk):
+        """A file on a disk with so little room."""
 
     run = creep(CHAIN, DRIVE, record=RECORDED)
     target = tmp_path / "run.nc"
