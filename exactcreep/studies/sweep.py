@@ -126,7 +126,7 @@ def sweep(
     {'tan_alpha': 2, 'seed': 3}
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
-    cells = _Cells(scene, None if out is None else CellFolder(out, resume=resume), progress)
+    cells = _Cells(scene, out, resume, progress)
     try:
         with (
             pool_of(executor, workers) as pool,
@@ -153,10 +153,13 @@ class CellsFailed(InputError):
 class _Cells:
     """The cells of a sweep: what each is, and what it came to, None before that."""
 
-    def __init__(self, scene: Scene, folder: CellFolder | None, progress: Hearer) -> None:
-        self.scene, self.folder, self.progress = scene, folder, progress
+    def __init__(
+        self, scene: Scene, out: str | os.PathLike[str] | None, resume: bool, progress: Hearer
+    ) -> None:
+        self.scene, self.progress = scene, progress
         self.settings = scene.settings()
         self.experiments = [_experiment(scene, setting) for setting in self.settings]
+        self.folder = None if out is None else CellFolder(out, resume=resume)
         self.values: list[dict[str, Any] | None] = [None] * len(self.experiments)
         self.load()
         self.found, self.events, self.last = self.count, 0, -math.inf

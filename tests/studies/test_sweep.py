@@ -342,9 +342,10 @@ def test_a_damaged_cell_is_refused(scene: Scene, tmp_path: Path) -> None:
         sweep(scene, out=tmp_path, resume=True)
 
 
-def test_events_and_workers_of_an_executor_are_refused(scene: Scene) -> None:
+def test_events_and_workers_of_an_executor_are_refused(scene: Scene, tmp_path: Path) -> None:
     with pytest.raises(InputError, match="too many for a sweep"):
-        sweep(scene.with_settings({"run.record": ["events"]}))
+        sweep(scene.with_settings({"run.record": ["events"]}), out=tmp_path / "refused")
+    assert not (tmp_path / "refused").exists()
     with ThreadPoolExecutor(1) as threads, pytest.raises(InputError, match="belongs to the"):
         sweep(scene, executor=threads, workers=2)
     with pytest.raises(InputError, match="workers"):
