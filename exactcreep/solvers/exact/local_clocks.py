@@ -32,18 +32,9 @@ from __future__ import annotations
 import math
 
 from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact import margins
 from exactcreep.solvers.exact.layout import compiled, inlined
-from exactcreep.solvers.exact.margins import (
-    STEP_FACTORS,
-    approach,
-    first_zero,
-    forces,
-    is_clear,
-    its_range,
-    margin,
-    refined,
-    rounding,
-)
+from exactcreep.solvers.exact.margins import is_clear
 from exactcreep.solvers.exact.simd import (
     across,
     choose,
@@ -96,14 +87,14 @@ def _at(clock, cell, strip, time):
     tau = max(min(time - take(clock, row + at.BASE), at.EPOCH), 0.0)
     u = tau * tau
     even = odd = even_sum = odd_sum = zero
-    after = u * element(STEP_FACTORS, 0, at.KNOWN + 1)
+    after = u * element(margins.STEP_FACTORS, 0, at.KNOWN + 1)
     for k in range(at.KNOWN - 2, -1, -2):
         term = take(clock, row + k + 1)
-        step = u * element(STEP_FACTORS, 0, k + 2)
+        step = u * element(margins.STEP_FACTORS, 0, k + 2)
         odd = fused(odd, step, term)
         odd_sum = fused(odd_sum, after, term)
         term = take(clock, row + k)
-        after = u * element(STEP_FACTORS, 0, k + 1)
+        after = u * element(margins.STEP_FACTORS, 0, k + 1)
         even = fused(even, after, term)
         even_sum = fused(even_sum, step, term)
     side = load(cell, at.SIDE, 8 * strip)
@@ -112,14 +103,16 @@ def _at(clock, cell, strip, time):
 
 
 @inlined
+def _mark(cell, clock, strip):
+    """Bring up to date the first key of eight columns."""
+    keys = take(clock, at.CLOCKS * strip + at.KEY)
+    clock[_blocks(cell) + strip // 8, strip % 8] = least(keys)
+
+
+@inlined
 def _inside(cell, clock, friction, strip, bent, tau):
     """Return which of eight margins are certified to stay in range for `tau` after their base."""
-    column = 8 * strip
     row = at.CLOCKS * strip
-    zero = spread(0.0)
-    side = load(cell, at.SIDE, column)
-    resting = abs(side) <= zero
-    fresh = load(cell, at.FRESH, column) > 0.0
     share = tau * (1.0 / at.EPOCH)
     share = share * share * share
     square = tau * tau
@@ -135,100 +128,55 @@ def _inside(cell, clock, friction, strip, bent, tau):
     b3 = (a0 + a1) + (a2 + a3)
     low = min(b1, b2, b3 - bend)
     high = max(b1, b2, b3 + bend)
-    low = min(low, choose(fresh, low, a0))
-    high = max(high, choose(fresh, high, a0))
-    threshold = load(cell, at.EXCESS, column) + friction
     scale = (abs(a0) + abs(a1)) + (abs(a2) + abs(a3)) + bend
-    scale = scale + choose(resting, threshold + friction, tau * friction)
-    bound = (16.0 * at.ULP) * scale
-    floor, ceiling = its_range(cell, friction, column)
-    return (bound < low + floor) & (bound < ceiling - high)
+    lower, upper = margins.leaving(cell, friction, 8 * strip, a0, low, high, scale, tau)
+    return ~(lower | upper)
 
 
 @inlined
 def _keep(cell, clock, friction, strip, begin, bent, lanes):
-    """Give eight columns the keys of their new series; `simd` masks those that have one."""
-    never = spread(at.NEVER)
+    """Give eight columns the keys of their new series; `lanes` masks those that have one."""
     column = 8 * strip
     row = at.CLOCKS * strip
-    moving = abs(load(cell, at.SIDE, column)) + abs(load(cell, at.SIDE, column - 1))
-    moving = moving + abs(load(cell, at.SIDE, column + 1))
-    watched = (moving > 0.0) & lanes
     left = spread(at.EPOCH - begin)
-    key = choose(lanes, never, take(clock, row + at.KEY))
-    ends = watched & ~_inside(cell, clock, friction, strip, bent, left)
+    key = choose(lanes, at.NEVER, take(clock, row + at.KEY))
+    ends = (
+        margins.watched(cell, column) & lanes & ~_inside(cell, clock, friction, strip, bent, left)
+    )
     if ends != 0:
-        guess = first_zero(*approach(cell, clock, row, friction, column))
+        guess = margins.first_zero(*margins.approach(cell, clock, row, friction, column))
         tau = min(guess * _EARLY, left)
         inside = _inside(cell, clock, friction, strip, bent, tau)
         key = choose(ends, choose(inside, begin + tau, begin), key)
         put(clock, row + at.GUESS, choose(ends, begin + guess, take(clock, row + at.GUESS)))
     put(clock, row + at.KEY, key)
-    put(clock, row + at.ROOT, choose(lanes, never, take(clock, row + at.ROOT)))
-    clock[_blocks(cell) + strip // 8, strip % 8] = least(key)
-
-
-@inlined
-def _mark(cell, clock, strip):
-    """Bring up to date the first key of eight columns."""
-    keys = take(clock, at.CLOCKS * strip + at.KEY)
-    clock[_blocks(cell) + strip // 8, strip % 8] = least(keys)
+    put(clock, row + at.ROOT, choose(lanes, at.NEVER, take(clock, row + at.ROOT)))
+    _mark(cell, clock, strip)
 
 
 @inlined
 def _sweep(clock, first, strips, k):
-    """Complete the derivatives k + 1 .. k + 4 of all strips, and begin k + 5.
-
-    The first two of a strip need its neighbours' k and k + 1; the others follow one strip behind,
-    while what they need is still at hand.
-    """
-    zero = spread(0.0)
-    before = before_2 = zero
-    last = last_2 = zero  # derivatives k + 2 and k + 3 of the strip two behind
-    this = this_2 = zero  # and of the strip behind
-    holds_behind = zero
+    """Complete the derivatives k + 1 and k + 2 of all strips, and begin k + 3."""
+    before = before_2 = spread(0.0)
     row = at.CLOCKS * first
     holds = take(clock, row + at.HOLD)
-    moving = holds < 0.0
-    moving_behind = moving
-    y = choose(moving, take(clock, row + k), 0.0)
-    y_2 = choose(moving, take(clock, row + k + 1), 0.0)
-    for s in range(strips + 1):
-        following = following_2 = following_holds = next_ = next_2 = zero
-        following_moving = moving
-        if s < strips:
-            if s + 1 < strips:
-                following_holds = take(clock, row + at.CLOCKS + at.HOLD)
-                following_moving = following_holds < 0.0
-                following = choose(following_moving, take(clock, row + at.CLOCKS + k), 0.0)
-                following_2 = choose(following_moving, take(clock, row + at.CLOCKS + k + 1), 0.0)
-            around = from_left(before, y) + from_right(y, following)
-            around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
-            next_ = choose(moving, fused(holds, y, around), 0.0)
-            next_2 = choose(moving, fused(holds, y_2, around_2), 0.0)
-            put(clock, row + k + 1, choose(moving, y_2, around))
-            put(clock, row + k + 2, choose(moving, next_, around_2))
-        if s > 0:
-            around = from_left(last, this) + from_right(this, next_)
-            around_2 = from_left(last_2, this_2) + from_right(this_2, next_2)
-            after = fused(holds_behind, this, around)
-            after_2 = fused(holds_behind, this_2, around_2)
-            behind = row - at.CLOCKS
-            put(clock, behind + k + 3, choose(moving_behind, this_2, around))
-            put(clock, behind + k + 4, choose(moving_behind, after, around_2))
-            put(clock, behind + k + 5, after_2)
-        last = this
-        last_2 = this_2
-        this = next_
-        this_2 = next_2
-        holds_behind = holds
-        moving_behind = moving
-        before = y
-        before_2 = y_2
-        y = following
-        y_2 = following_2
+    y = choose(holds < 0.0, take(clock, row + k), 0.0)
+    y_2 = choose(holds < 0.0, take(clock, row + k + 1), 0.0)
+    for s in range(strips):
+        moving = holds < 0.0
+        following = following_2 = following_holds = spread(0.0)
+        if s + 1 < strips:
+            following_holds = take(clock, row + at.CLOCKS + at.HOLD)
+            moves = following_holds < 0.0
+            following = choose(moves, take(clock, row + at.CLOCKS + k), 0.0)
+            following_2 = choose(moves, take(clock, row + at.CLOCKS + k + 1), 0.0)
+        around = from_left(before, y) + from_right(y, following)
+        around_2 = from_left(before_2, y_2) + from_right(y_2, following_2)
+        put(clock, row + k + 1, choose(moving, y_2, around))
+        put(clock, row + k + 2, choose(moving, fused(holds, y, around), around_2))
+        put(clock, row + k + 3, fused(holds, y_2, around_2))
+        before, before_2, y, y_2 = y, y_2, following, following_2
         holds = following_holds
-        moving = following_moving
         row += at.CLOCKS
 
 
@@ -248,7 +196,7 @@ def _begin_epoch(cell, clock, now):
         side = load(cell, at.SIDE, i)
         stiffness = load(cell, at.STIFFNESS, i)
         moves = side * side
-        pull, push, idle = forces(cell, friction, i)
+        pull, push, idle = margins.forces(cell, friction, i)
         forceless |= idle
         speed = load(cell, at.SPEED, i)
         put(clock, row + at.HOLD, 0.0 - moves * stiffness)
@@ -259,7 +207,7 @@ def _begin_epoch(cell, clock, now):
     wild = largest(wildest)
     if forceless != 0 or wild > _CALM * friction:
         return False
-    for k in range(0, at.KNOWN, 4):
+    for k in range(0, at.KNOWN, 2):
         _sweep(clock, first, strips, k)
     late = zero
     for s in range(first, first + strips):
@@ -284,25 +232,29 @@ def _begin_epoch(cell, clock, now):
 
 
 @inlined
+def _bring(cell, clock, strip, time, lanes):
+    """Take these lanes of eight columns to a time; return displacements and speeds then of all."""
+    row = at.CLOCKS * strip
+    column = 8 * strip
+    margin, moved = _at(clock, cell, strip, time)
+    x = load(cell, at.X, column) + moved
+    speed = max(load(cell, at.SIDE, column) * margin, 0.0)
+    store(cell, at.X, column, choose(lanes, x, load(cell, at.X, column)))
+    store(cell, at.SPEED, column, choose(lanes, speed, load(cell, at.SPEED, column)))
+    store(cell, at.FRESH, column, choose(lanes, 0.0, load(cell, at.FRESH, column)))
+    put(clock, row + at.BASE, choose(lanes, time, take(clock, row + at.BASE)))
+    return x, speed
+
+
+@inlined
 def _arrive(cell, clock, i, time):
     """Take the sliders around i to the time of its event."""
-    a = (i - 15) // 8
-    nearby = ((1 << 15) - 1) << (i - 7 - 8 * a)
+    first = (i - 15) // 8
+    nearby = ((1 << 15) - 1) << (i - 7 - 8 * first)
     for q in range(5):
-        strip = a + q
-        row = at.CLOCKS * strip
-        column = 8 * strip
-        margin, moved = _at(clock, cell, strip, time)
-        x = load(cell, at.X, column) + moved
-        speed = max(load(cell, at.SIDE, column) * margin, 0.0)
-        put(clock, row + at.NOW_X, x)
-        put(clock, row + at.NOW_SPEED, speed)
-        if 0 < q < 4:
-            lanes = nearby >> (8 * q)
-            store(cell, at.X, column, choose(lanes, x, load(cell, at.X, column)))
-            store(cell, at.SPEED, column, choose(lanes, speed, load(cell, at.SPEED, column)))
-            store(cell, at.FRESH, column, choose(lanes, 0.0, load(cell, at.FRESH, column)))
-            put(clock, row + at.BASE, choose(lanes, time, take(clock, row + at.BASE)))
+        x, speed = _bring(cell, clock, first + q, time, nearby >> (8 * q))
+        put(clock, at.CLOCKS * (first + q) + at.NOW_X, x)
+        put(clock, at.CLOCKS * (first + q) + at.NOW_SPEED, speed)
 
 
 @inlined
@@ -424,14 +376,14 @@ def _look(cell, clock, now, i):
     lane = i % 8
     base = element(clock, row + at.BASE, lane)
     side = cell[at.SIDE, i]
-    limit = 0.0 if side != 0.0 else now.friction + cell[at.EXCESS, i]
+    limit = margins.end_of_range(cell, now, i)
     a = element(clock, row + at.KEY, lane) - base
     end = at.EPOCH - base
     fresh = cell[at.FRESH, i] != 0.0
     target = element(clock, row + at.GUESS, lane) - base
     located = False
     if a < target < 1.0:
-        target = refined(cell, clock, now, i, row, lane, at.KNOWN, target)
+        target = margins.refined(cell, clock, now, i, row, lane, at.KNOWN, target)
         if a < target <= end:
             target = (base + target) - base
             located = True
@@ -441,20 +393,18 @@ def _look(cell, clock, now, i):
     for _ in range(_PIECES):
         if b - a < _GAP:
             return False
-        at_b, slope_b = margin(clock, row, lane, at.KNOWN, b)
+        at_b, slope_b = margins.at_time(clock, row, lane, at.KNOWN, b)
         now.roots += 1
         bend = bend_odd = 0.0
         for k in range(at.KNOWN - 2, 3, -2):
-            after = b * b * element(STEP_FACTORS, 0, k - 3)
+            after = b * b * element(margins.STEP_FACTORS, 0, k - 3)
             bend = fused(bend, after, abs(element(clock, row + k, lane)))
-            after = b * b * element(STEP_FACTORS, 0, k - 2)
+            after = b * b * element(margins.STEP_FACTORS, 0, k - 2)
             bend_odd = fused(bend_odd, after, abs(element(clock, row + k + 1, lane)))
         bend = fused(b, bend_odd, bend)
-        bound = rounding(cell, now, i, at_a, slope_a, at_b, slope_b, b)
+        bound = margins.rounding(cell, now, i, at_a, slope_a, at_b, slope_b, b)
         if located:
-            outward = -side
-            if side == 0.0:
-                outward = 1.0 if slope_b >= 0.0 else -1.0
+            outward = margins.outwards(side, slope_b)
             off = at_b - outward * limit
             steep = outward * slope_b
             plain = abs(off) <= bound + 2.0 * at.ULP * steep and steep * _GAP > 8.0 * bound
@@ -497,35 +447,11 @@ def _look(cell, clock, now, i):
 @compiled
 def at_once(cell, clock, now):
     """Take all sliders to the present time; the epoch is over."""
-    time = now.clock
-    never = spread(at.NEVER)
     for b in range(now.left, now.right + 1):
-        i = 8 * b
-        row = at.CLOCKS * b
         clock[_blocks(cell) + b // 8, b % 8] = at.NEVER
-        put(clock, row + at.KEY, never)
-        margin_, moved = _at(clock, cell, b, time)
-        side = load(cell, at.SIDE, i)
-        kept = time <= take(clock, row + at.BASE)
-        store(cell, at.X, i, load(cell, at.X, i) + moved)
-        speed = choose(kept, load(cell, at.SPEED, i), max(side * margin_, 0.0))
-        store(cell, at.SPEED, i, speed)
-        store(cell, at.FRESH, i, choose(kept, load(cell, at.FRESH, i), 0.0))
-        put(clock, row + at.BASE, time)
+        put(clock, at.CLOCKS * b + at.KEY, spread(at.NEVER))
+        _bring(cell, clock, b, now.clock, take(clock, at.CLOCKS * b + at.BASE) < now.clock)
     now.local = 0
-
-
-@compiled
-def present(cell, clock, scalars, out):
-    """Write displacements and speeds at the present time to the copy `out` of `cell`."""
-    now = scalars[0]
-    for b in range(cell.shape[1] // 8):
-        i = 8 * b
-        margin_, moved = _at(clock, cell, b, now.clock)
-        kept = now.clock <= take(clock, at.CLOCKS * b + at.BASE)
-        speed = max(load(cell, at.SIDE, i) * margin_, 0.0)
-        store(out, at.X, i, load(cell, at.X, i) + moved)
-        store(out, at.SPEED, i, choose(kept, load(cell, at.SPEED, i), speed))
 
 
 @compiled

@@ -49,15 +49,30 @@ def forces(cell, friction, i):
 
 
 @inlined
-def its_range(cell, friction, i):
-    """Return in eight lanes how far a margin may go down and up from zero."""
+def watched(cell, i):
+    """Return the mask of the lanes that move or have a moving neighbour."""
+    beside = abs(load(cell, at.SIDE, i - 1)) + abs(load(cell, at.SIDE, i + 1))
+    return abs(load(cell, at.SIDE, i)) + beside > 0.0
+
+
+@inlined
+def leaving(cell, friction, i, at_0, low, high, scale, t):
+    """Return the masks of the lanes that may leave their range downwards, and upwards.
+
+    Those whose margin lies between `low` and `high` on (0, t], and is `at_0` at 0; of the `scale`
+    of its terms some ulp may have been rounded away.
+    """
     side = load(cell, at.SIDE, i)
-    never = spread(at.NEVER)
-    threshold = load(cell, at.EXCESS, i) + friction
     resting = abs(side) <= 0.0
+    fresh = load(cell, at.FRESH, i) > 0.0
+    low = min(low, choose(fresh, low, at_0))
+    high = max(high, choose(fresh, high, at_0))
+    threshold = load(cell, at.EXCESS, i) + friction
+    bound = (16.0 * at.ULP) * (scale + choose(resting, threshold + friction, t * friction))
+    never = spread(at.NEVER)
     floor = choose(resting, threshold, choose(side < 0.0, never, 0.0))
     ceiling = choose(resting, threshold, choose(side > 0.0, never, 0.0))
-    return floor, ceiling
+    return low + floor <= bound, ceiling - high <= bound
 
 
 @inlined
@@ -95,7 +110,7 @@ def first_zero(p0, p1, p2):
 
 
 @inlined
-def margin(series, row, lane, orders, t):
+def at_time(series, row, lane, orders, t):
     """Return value and slope at t of the series of one slider."""
     u = t * t
     v = u * u
@@ -167,25 +182,38 @@ def rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t):
 
 
 @inlined
+def end_of_range(cell, now, i):
+    """Return how far the margin of a slider may be from zero, on the side of its next event."""
+    return 0.0 if cell[at.SIDE, i] != 0.0 else now.friction + cell[at.EXCESS, i]
+
+
+@inlined
+def outwards(side, slope):
+    """Return the direction, +1.0 or -1.0, in which a margin of that slope leaves its range."""
+    outward = -side
+    if side == 0.0:
+        outward = 1.0 if slope >= 0.0 else -1.0
+    return outward
+
+
+@inlined
 def refined(cell, series, now, i, row, lane, orders, t):
     """Return the root near t of one margin by Halley's method, inf if it strays."""
     side = cell[at.SIDE, i]
-    threshold = 0.0 if side != 0.0 else now.friction + cell[at.EXCESS, i]
+    limit = end_of_range(cell, now, i)
     at_0 = element(series, row, lane)
     slope_0 = element(series, row + 1, lane)
     curve_0 = element(series, row + 2, lane)
     for _ in range(12):
-        value, slope = margin(series, row, lane, orders, t)
+        value, slope = at_time(series, row, lane, orders, t)
         now.roots += 1
         # the polynomial of degree four through the values, slopes and the curvature at 0
         turned = t * (slope - slope_0 - t * curve_0)
         bowed = value - at_0 - t * (slope_0 + 0.5 * t * curve_0)
         curve = curve_0 * (t * t) + 6.0 * (turned - 2.0 * bowed)  # times t**2
         # the distance from the end of the range that it is heading for
-        inward = side
-        if side == 0.0:
-            inward = -1.0 if slope >= 0.0 else 1.0
-        value = fused(inward, value, threshold)
+        inward = -outwards(side, slope)
+        value = fused(inward, value, limit)
         slope *= inward * t
         curve *= inward
         if slope >= 0.0:

@@ -103,9 +103,9 @@ class ExactSimulation(Simulation):
         work = self.work
         if work.clock is None or not work.now["local"][0]:
             return work
-        cell = work.cell.copy()
-        local_clocks.present(work.cell, work.clock, work.now, cell)
-        return work._replace(cell=cell)
+        present = work._replace(cell=work.cell.copy(), now=work.now.copy())
+        local_clocks.at_once(present.cell, work.clock.copy(), present.now[0])
+        return present
 
     def _cell(self, row: int) -> NDArray[np.float64]:
         """Return one row of `loop`'s cells for the sliders of the chain, shape (n,)."""

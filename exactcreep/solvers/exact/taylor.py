@@ -23,22 +23,12 @@ import math
 import numpy as np
 
 from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact import margins
 from exactcreep.solvers.exact.layout import compiled, inlined
-from exactcreep.solvers.exact.margins import (
-    STEP_FACTORS,
-    approach,
-    first_zero,
-    forces,
-    is_clear,
-    its_range,
-    margin,
-    refined,
-    rounding,
-)
+from exactcreep.solvers.exact.margins import is_clear
 from exactcreep.solvers.exact.simd import (
     WIDTH,
     across,
-    choose,
     element,
     from_left,
     from_right,
@@ -96,7 +86,7 @@ def _expand(cell, series, friction, first, strips):
         stiffness = load(cell, at.STIFFNESS, i)
         moves = side * side
         rests = 1.0 - moves
-        pull, push, idle = forces(cell, friction, i)
+        pull, push, idle = margins.forces(cell, friction, i)
         forceless |= idle
         put(series, row + at.MOVES, moves)
         put(series, row + at.RESTS, rests)
@@ -122,25 +112,6 @@ def _differentiate_all(series, zero, begin, end):
         put_across(series, k, at.SERIES, fused(rests, around, after))
         y, after = after, fused(moves, around, holds * y)
     put_across(series, end, at.SERIES, after)
-
-
-@inlined
-def _one_order(series, strips, k):
-    """Complete row k + 1 of all strips and begin row k + 2."""
-    before = spread(0.0)
-    y = take(series, at.MOVES) * take(series, k)
-    for s in range(strips):
-        row = at.SERIES * s
-        following = spread(0.0)
-        if s + 1 < strips:
-            following = take(series, row + at.SERIES + at.MOVES) * take(series, row + at.SERIES + k)
-        around = from_left(before, y) + from_right(y, following)
-        after = take(series, row + k + 1)
-        put(series, row + k + 1, fused(take(series, row + at.RESTS), around, after))
-        held = take(series, row + at.HOLDS) * y
-        put(series, row + k + 2, fused(take(series, row + at.MOVES), around, held))
-        before = y
-        y = following
 
 
 @inlined
@@ -185,10 +156,8 @@ def _differentiate(series, strips, begin, end):
     elif strips == 2:
         _differentiate_all(series, spread(0.0, 0.0), begin, end)
     else:
-        if (end - begin) % 2 == 0:
-            _one_order(series, strips, begin)
-            begin += 1
-        for k in range(begin, end - 1, 2):
+        # one more than asked for: `begin` is odd if it is not the first
+        for k in range(begin + begin % 2, end, 2):
             _two_orders(series, strips, k)
 
 
@@ -204,14 +173,6 @@ def _largest_late(series, strips):
 
 
 @inlined
-def _watched(cell, i):
-    """Return the mask of the lanes that move or have a moving neighbour."""
-    moving = abs(load(cell, at.SIDE, i))
-    moving = moving + abs(load(cell, at.SIDE, i - 1)) + abs(load(cell, at.SIDE, i + 1))
-    return moving > 0.0
-
-
-@inlined
 def _candidate(cell, series, friction, first, strips):
     """Return the lane whose margin seems to end first and when, from three derivatives each.
 
@@ -222,14 +183,14 @@ def _candidate(cell, series, friction, first, strips):
     for s in range(strips):
         i = first + WIDTH * s
         row = at.SERIES * s
-        p0, p1, p2 = approach(cell, series, row, friction, i)
+        p0, p1, p2 = margins.approach(cell, series, row, friction, i)
         square = p1 * p1 - 4.0 * p2 * p0
         # most strips have no zero before what has been found, neither past it nor in between
         then = fused(fused(p2, best, p1), best, p0)
         rises = fused(p2, 2.0 * best, p1) > 0.0
         if (then <= 0.0) | (rises & (p1 < 0.0) & (square >= 0.0)) == 0:
             continue
-        guess = first_zero(p0, p1, p2)
+        guess = margins.first_zero(p0, p1, p2)
         soonest = least(guess)
         if soonest < best:
             best = soonest
@@ -276,10 +237,10 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     """
     moving = cell[at.SIDE, i] != 0.0
     side = -1.0 if upper else 1.0
-    threshold = 0.0 if moving else now.friction + cell[at.EXCESS, i]
+    threshold = margins.end_of_range(cell, now, i)
     at_a, slope_a, at_b, slope_b = _at_both_ends(series, row, lane)
     bend = series[row + at.BENT, lane]
-    bound = rounding(cell, now, i, at_a, slope_a, at_b, slope_b, t)
+    bound = margins.rounding(cell, now, i, at_a, slope_a, at_b, slope_b, t)
     at_t = at_b
     slope_t = slope_b
     at_a = threshold + side * at_a
@@ -301,7 +262,7 @@ def _first_crossing(cell, series, now, i, row, lane, orders, upper, t):
     crossed = False
     for _ in range(_MOST_PIECES):
         if b != t:
-            at_b, slope_b = margin(series, row, lane, orders, b)
+            at_b, slope_b = margins.at_time(series, row, lane, orders, b)
             now.roots += 1
         else:
             at_b = at_t
@@ -362,7 +323,7 @@ def _evaluate(series, strips, orders, even_tail, odd_tail, t):
     u = t * t
     ladder = series.shape[0] - at.LADDER
     for k in range(at.LADDER):
-        put(series, ladder + k, u * take(STEP_FACTORS, k))
+        put(series, ladder + k, u * take(margins.STEP_FACTORS, k))
     zero = spread(0.0)
     tail = spread(u * u * u * (even_tail * _EVEN_TAIL + t * odd_tail * _ODD_TAIL))
     # movers' displacements and velocities of the strip before and of the one being finished
@@ -415,12 +376,9 @@ def _suspects(cell, series, friction, first, s, t):
 
     The first mask is for the lower end of the range, the second for the upper.
     """
-    zero = spread(0.0)
     i = first + WIDTH * s
     row = at.SERIES * s
-    side = load(cell, at.SIDE, i)
-    resting = abs(side) <= zero
-    third = spread(t * (1.0 / 3.0))
+    third = t * (1.0 / 3.0)
     g0 = take(series, row)
     slope0 = take(series, row + 1)
     g1 = take(series, row + at.AT_END)
@@ -428,25 +386,15 @@ def _suspects(cell, series, friction, first, s, t):
     rest = take(series, row + at.BENT) * (t * t * t * t * (1.0 / 144.0))
     b1 = fused(third, slope0, g0)
     b2 = g1 - third * slope1
-    quarter = spread(0.25)
-    three = spread(3.0)
-    q1 = quarter * fused(three, b1, g0)
+    q1 = 0.25 * fused(3.0, b1, g0)
     q2 = 0.5 * (b1 + b2)
-    q3 = quarter * fused(three, b2, g1)
+    q3 = 0.25 * fused(3.0, b2, g1)
     low = min(q1, q2 - rest, q3, g1)
     high = max(q1, q2 + rest, q3, g1)
-    fresh = load(cell, at.FRESH, i) > 0.0
-    low = min(low, choose(fresh, low, g0))
-    high = max(high, choose(fresh, high, g0))
-    threshold = load(cell, at.EXCESS, i) + friction
     scale = abs(g0) + abs(g1) + t * (abs(slope0) + abs(slope1))
-    scale = scale + choose(resting, threshold + friction, t * friction)
-    bound = (16.0 * at.ULP) * scale
-    floor, ceiling = its_range(cell, friction, i)
-    watched = _watched(cell, i)
-    lower = (low + floor <= bound) & watched
-    upper = (ceiling - high <= bound) & watched
-    return lower, upper
+    lower, upper = margins.leaving(cell, friction, i, g0, low, high, scale, t)
+    here = margins.watched(cell, i)
+    return lower & here, upper & here
 
 
 @compiled
@@ -486,17 +434,16 @@ def _together(cell, count, series, now, first, contenders, t):
             row = at.SERIES * ((i - first) // WIDTH)
             lane = (i - first) % WIDTH
             at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, lane)
-            off = abs(at_1)
+            off = abs(abs(at_1) - margins.end_of_range(cell, now, i))
             outward = -cell[at.SIDE, i] * slope_1
             if cell[at.SIDE, i] == 0.0:
-                off = abs(off - (now.friction + cell[at.EXCESS, i]))
                 outward = slope_1 if at_1 > 0.0 else -slope_1
             found = series[row + at.CROSSING, lane] == t
             if turn == 0:
                 if found:
                     missed = max(missed, off)
                 continue
-            bound = rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
+            bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
             near = off <= max(missed, bound)
             known = not (found or _falls(-outward, bound))
             for earlier in range(events):
@@ -525,14 +472,11 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
     """
     row = at.SERIES * (lane // WIDTH)
     j = lane % WIDTH
-    side = cell[at.SIDE, i]
-    limit = 0.0 if side != 0.0 else now.friction + cell[at.EXCESS, i]
+    limit = margins.end_of_range(cell, now, i)
     for turn in range(_POLISH + 1):
         at_0, slope_0, at_1, slope_1 = _at_both_ends(series, row, j)
-        bound = rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
-        outward = -side
-        if side == 0.0:
-            outward = 1.0 if slope_1 >= 0.0 else -1.0
+        bound = margins.rounding(cell, now, i, at_0, slope_0, at_1, slope_1, t)
+        outward = margins.outwards(cell[at.SIDE, i], slope_1)
         off = at_1 - outward * limit
         # the root must hold within its rounding bound, or a tie with it would go unseen
         if abs(off) <= 0.5 * bound or slope_1 == 0.0 or turn == _POLISH:
@@ -586,7 +530,7 @@ def step(cell, count, series, now, first, last):
         if lane < 0:
             break
         row = at.SERIES * (lane // WIDTH)
-        t = refined(cell, series, now, first + lane, row, lane % WIDTH, orders, t)
+        t = margins.refined(cell, series, now, first + lane, row, lane % WIDTH, orders, t)
         if t > at.HORIZON:
             lane = -1
             t = at.HORIZON
@@ -647,9 +591,7 @@ def step(cell, count, series, now, first, last):
         for k in range(events):
             i = count[at.EVENT, k]
             value = series[at.SERIES * ((i - first) // WIDTH) + at.AT_END, (i - first) % WIDTH]
-            if cell[at.SIDE, i] == 0.0:
-                value = abs(value) - (friction + cell[at.EXCESS, i])
-            residual = max(residual, abs(value))
+            residual = max(residual, abs(abs(value) - margins.end_of_range(cell, now, i)))
     for s in range(strips):
         i = first + WIDTH * s
         row = at.SERIES * s
