@@ -78,28 +78,19 @@ class Score:
     Attributes
     ----------
     contestant : Contestant
-    seconds : float
-        Per half-cycle, median over the rounds.
-    seconds_low, seconds_high : float
-        Quartiles over the rounds.
+    seconds, seconds_low, seconds_high : float
+        Per half-cycle: median and quartiles over the rounds.
     ratio : float
         Time over that of the exact solver, median of the ratios within a round.
-    compared : int
-        Single rearrangements compared with the certified ones.
-    different : int
-        Of them, those in which other sliders moved, or in another order.
+    compared, different : int
+        Single rearrangements, and those of them with other events than the certified ones.
     error, error_high : float
-        Largest position error at the end of a rearrangement with the right events: median and
-        largest over the rearrangements, unit ``g tau_dyn**2``.
-    agreed : int
-        Events from the start of the scene that agree with the certified ones.
-    agreed_all : bool
-        Whether no differing event was met.
+        Largest position error at the end of the others, unit ``g tau_dyn**2``: median and maximum.
+    agreed, agreed_all : int, bool
+        Events from the start that agree with the certified ones; whether none was met that differs.
     bias, bias_error : float
         Mean velocity minus that of the exact solver, with its standard error: 1.96 of it make an
-        interval of 95 %; nan where it is not known.
-    bias_half_cycles : int
-        Over how many half-cycles, of all seeds.
+        interval of 95 %; over `bias_half_cycles`, of all seeds.
     memory : int
         Bytes that a simulation takes, at its peak over the first events.
     notes : list of str
@@ -173,7 +164,7 @@ class Score:
         )
 
 
-@dataclass(frozen=True)
+@dataclass
 class Tradeoff:
     """The measured trade of a scene.
 
@@ -186,11 +177,9 @@ class Tradeoff:
     events_compared : int
         Length of the certified list of events from the start of the scene.
     left_out : int
-        Rearrangements that were not compared, because certifying one would have taken more than a
-        twentieth of the budget: the long ones.
+        Rearrangements whose certificate would have taken more than a twentieth of the budget.
     no_truth : int
-        Rearrangements that were not compared, because what they should be compared with gave up,
-        or had to assume a tie.
+        Rearrangements whose certified solution gave up, or had to assume a tie.
     seconds : float
         How long the measurement took.
     seeds : tuple of int
@@ -200,13 +189,13 @@ class Tradeoff:
 
     experiment: Experiment
     scores: tuple[Score, ...]
-    velocity: float
-    velocity_error: float
-    events_compared: int
-    left_out: int
-    no_truth: int
-    seconds: float
     seeds: tuple[int, ...]
+    velocity: float = math.nan
+    velocity_error: float = math.nan
+    events_compared: int = 0
+    left_out: int = 0
+    no_truth: int = 0
+    seconds: float = 0.0
 
     def score(self, solver: str) -> Score | None:
         """Return the first score of a solver, None if it has none."""
@@ -225,9 +214,11 @@ class Tradeoff:
         steps = [one for one in steps if not math.isnan(one.seconds)]
         for paper in steps:
             if paper.contestant.label == "verlet, dt = 0.01" and paper.compared:
+                faster, ratio = paper.ratio >= 1, max(paper.ratio, 1 / paper.ratio)
                 sentence += (
-                    f", {_times(paper.ratio)} Verlet at dt = 0.01, which takes a wrong turn in"
-                    f" {100 * paper.wrong:.3g} % of the rearrangements"
+                    f", {ratio:.2g} times {'faster' if faster else 'slower'} than Verlet at dt ="
+                    f" 0.01, which takes a wrong turn in {100 * paper.wrong:.3g} % of the"
+                    " rearrangements"
                 )
         if fair := [one for one in steps if one.unbiased]:
             best = min(fair, key=lambda one: one.seconds)
@@ -268,24 +259,18 @@ def _microseconds(seconds: float) -> str:
     return f"{seconds * 1e6:.3g} us" if seconds < 1e-2 else f"{seconds * 1e3:.3g} ms"
 
 
-def _times(ratio: float) -> str:
-    return f"{ratio:.2g} times faster than" if ratio >= 1 else f"{1 / ratio:.2g} times slower than"
-
-
 def _relative(value: float, scale: float) -> str:
     return f"{100 * value / abs(scale):.2g} %" if scale else f"{value:.2g}"
 
 
-def ladder(
-    chain: Chain, time_steps: Sequence[str] = TIME_STEPS, digits: Sequence[int] = DIGITS
-) -> list[Contestant]:
+def ladder(chain: Chain) -> list[Contestant]:
     """Return the contestants for a chain: without a static excess, the sliding limit alone."""
     if chain.slides:
         return [Contestant("sliding")]
     found = [Contestant("exact"), Contestant("sliding")]
-    found += [Contestant("verlet", {"dt": dt}) for dt in time_steps]
-    found += [Contestant("verlet", {"dt": dt, "locate": True}) for dt in time_steps]
-    return found + [Contestant("certified", {"digits": count}) for count in digits]
+    found += [Contestant("verlet", {"dt": dt}) for dt in TIME_STEPS]
+    found += [Contestant("verlet", {"dt": dt, "locate": True}) for dt in TIME_STEPS]
+    return found + [Contestant("certified", {"digits": count}) for count in DIGITS]
 
 
 def tradeoff(
@@ -322,8 +307,6 @@ def tradeoff(
     Guarantee: times are medians of paired rounds, on a machine that may be doing other things too;
     errors are against the middles of certified enclosures of 50 digits.
     """
-    if not isinstance(experiment, Experiment):
-        raise InputError("experiment", experiment, "must be an Experiment, e.g. of a scene")
     seconds = nearest_float(exact_number(budget, "budget"))
     if not 1 <= seconds < math.inf:
         raise InputError("budget", budget, "must be at least 1 second")
@@ -332,8 +315,9 @@ def tradeoff(
         raise InputError("tan_alpha", chain.tan_alpha, "must be below mu_d in absolute value")
     members = [experiment] if seeds is None else experiments_of(experiment, seeds)
     scores = [Score(one) for one in (ladder(chain) if contestants is None else contestants)]
+    found = Tradeoff(experiment, tuple(scores), tuple(member.seed for member in members))
     begin, report = time.perf_counter(), reporter(progress)
-    race = _Race(members, scores, seconds, lambda text, done: report("measuring", done, text=text))
+    race = _Race(found, members, seconds, lambda text, done: report("measuring", done, text=text))
     race.warm_up()
     race.take_times()
     if not chain.slides:
@@ -342,35 +326,24 @@ def tradeoff(
         race.measure_bias()
     race.measure_memory()
     race.tell("done", 1.0)
-    return Tradeoff(
-        experiment=experiment,
-        scores=tuple(scores),
-        velocity=race.velocity,
-        velocity_error=race.velocity_error,
-        events_compared=race.events_compared,
-        left_out=race.left_out,
-        no_truth=race.no_truth,
-        seconds=time.perf_counter() - begin,
-        seeds=tuple(member.seed for member in members),
-    )
+    found.seconds = time.perf_counter() - begin
+    return found
 
 
 class _Race:
     """The measurements, one after the other."""
 
     def __init__(
-        self, members: list[Experiment], scores: list[Score], budget: float,
+        self, found: Tradeoff, members: list[Experiment], budget: float,
         tell: Callable[[str, float], None],
     ) -> None:  # fmt: skip
-        self.members, self.experiment = members, members[0]
-        self.scores = scores
-        self.timed = [one for one in scores if one.contestant.solver in _COMPILED]
-        self.exact = next((one for one in scores if one.contestant.solver == "exact"), None)
+        self.found, self.experiment, self.scores = found, found.experiment, found.scores
+        self.members = members
+        self.timed = [one for one in found.scores if one.contestant.solver in _COMPILED]
+        self.exact = found.score("exact")
         self.shares = {name: share * budget for name, share in _SHARES.items()}
         self.tell = tell
-        self.velocity = self.velocity_error = math.nan
         self.events_per_half_cycle = 0.0
-        self.events_compared = self.left_out = self.no_truth = 0
 
     def warm_up(self) -> None:
         """Have everything compiled."""
@@ -428,7 +401,7 @@ class _Race:
             self.tell(f"rearrangement {count + 1}", 0.35 + 0.25 * fraction)
             length = len(exact.rearrange(chain, state, way, seed).events)
             if length * pace_of_truth > share / 5:
-                self.left_out += 1
+                self.found.left_out += 1
                 continue
             clock = time.perf_counter()
             proved = truth.rearrange(chain, state, way, seed)
@@ -436,7 +409,7 @@ class _Race:
                 continue
             pace_of_truth = max(pace_of_truth, (time.perf_counter() - clock) / len(proved.events))
             if not settled(proved):
-                self.no_truth += 1
+                self.found.no_truth += 1
                 continue
             known = Walk.of(proved)
             for own in trials:
@@ -461,14 +434,14 @@ class _Race:
         share = self.shares["events"]
         self.tell("certified events", 0.6)
         truth = self._events(TRUTH, _LONGEST_LOG, share / 2)
-        self.events_compared = len(truth.events)
+        self.found.events_compared = enough = len(truth.events)
         for place, score in enumerate(self.scores):
             contestant = score.contestant
             if contestant.solver == "sliding":
                 continue
             self.tell(f"events: {contestant.label}", 0.6 + 0.1 * place / len(self.scores))
             allowed = share / (8 if score in self.timed else 4)
-            agreement = agree(self._events(contestant, self.events_compared, allowed), truth)
+            agreement = agree(self._events(contestant, enough, allowed), truth)
             score.agreed, score.agreed_all = agreement.agreed, not agreement.differs
 
     def _events(self, contestant: Contestant, enough: int, seconds: float) -> Walk:
@@ -494,7 +467,8 @@ class _Race:
 
         references = courses(exact, [total] * len(self.members))
         sizes = [one.size for one in references]
-        self.velocity, self.velocity_error = self._mean_velocity(references)
+        found = self.found
+        found.velocity, found.velocity_error = self._mean_velocity(references)
         exact.bias, exact.bias_error, exact.bias_half_cycles = 0.0, 0.0, sum(sizes)
         for place, score in enumerate(racing):
             self.tell(f"bias: {score.contestant.label}", 0.7 + 0.28 * place / len(racing))
