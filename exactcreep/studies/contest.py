@@ -218,15 +218,10 @@ def walk(
     record: tuple[str, ...] = ("x", "events"),
     say: Callable[[int], None] | None = None,
 ) -> Walk:
-    """Return what a solver makes of the first targets of an experiment's drive.
+    """Return what a solver makes of an experiment's drive up to target `until`, from 1.
 
     Parameters
     ----------
-    contestant : Contestant
-    experiment : Experiment
-        Its own solver plays no part.
-    until : int
-        The last target, from 1.
     enough : int, optional
         Events after which no further target is begun.
     limits : Limits
@@ -291,15 +286,7 @@ def broken_drive(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
 class Standard:
     """The certified walk along the drive of an experiment, which others are held against.
 
-    Parameters
-    ----------
-    experiment : Experiment
-    digits : int
-        Of the certified solver.
-    events : int
-        About how many of its events to compare; the drive may end before.
-    say : callable, optional
-        See `walk`.
+    With so many digits, over about so many events; the drive may end before.
 
     Attributes
     ----------

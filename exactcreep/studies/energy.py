@@ -27,17 +27,14 @@ class Ledger:
 
     Attributes
     ----------
-    drive, gravity : float
-        Their work.
+    drive, gravity, friction : float
+        Work of the first two, and energy that the last took.
     elastic : float
         Gain of elastic energy.
-    friction : float
-        Energy that friction took.
     left : float
         What is left over: zero but for rounding.
     apart : float
         Distance of x_G at the end from the sum over all rearrangements, unit ``g tau_dyn**2``.
-    slips : int
     """
 
     drive: float

@@ -69,14 +69,10 @@ certified run has more events than it may have, is undecided or was refused.
 """
 
 
-_SEED = 1
-"""Of the disorder."""
-_LONGEST = 2000
-"""Events of a rearrangement that is compared."""
-_ASTRAY = 2_000_000
-"""Events of a run with a known end that is given up: exact proves a runaway after a million."""
-_SHORT = 30
-"""Sliders of a chain whose ends move like those of a longer one."""
+_SEED = 1  # of the disorder
+_LONGEST = 2000  # events of a rearrangement that is compared
+_ASTRAY = 2_000_000  # events of a run that is given up: exact proves a runaway after a million
+_SHORT = 30  # sliders of a chain whose ends move like those of a longer one
 
 
 @dataclass(frozen=True)
@@ -119,24 +115,16 @@ class Trial:
 
     Attributes
     ----------
-    quantity, value, solver : str
-    error : float
-        Largest error of a displacement at the end, unit ``g tau_dyn**2``; nan if the itinerary
-        is another one, nothing was computed, or there is no truth.
-    allowed : float
-        What the solver promises of it; inf for Verlet.
+    error, allowed : float
+        Largest error of a displacement at the end, unit ``g tau_dyn**2``, and what the solver
+        promises of it; nan if the itinerary is another one, or there is no truth.
     worst : float
         Largest error of a tension or a displacement after one rearrangement from the same rest,
         over the largest force; nan if none was compared.
     compared, astray : int
         Rearrangements compared, and those of them with other events than the certified ones.
-    events, half_cycles : int
-    seconds : float
-    outcome, evidence : str
-    verdict : str
-        One of `WITHIN`, `FLAGGED`, `REFUSED`, `STEPPED`, `BROKEN` and `NO_TRUTH`.
-    remark : str
-        Why, if there is more to say.
+    verdict, remark : str
+        One of `WITHIN`, `FLAGGED`, `REFUSED`, `STEPPED`, `BROKEN` and `NO_TRUTH`, and why.
     """
 
     quantity: str
@@ -161,13 +149,7 @@ class Trial:
 
 
 def extremes(*, quick: bool = False) -> list[Extreme]:
-    """Return the extremes of the model, one quantity at a time.
-
-    Parameters
-    ----------
-    quick : bool
-        Leave out what takes longer than a few seconds, and shorten the long runs.
-    """
+    """Return the extremes of the model, one quantity at a time; if `quick` with short runs."""
     return list(_extremes(quick))
 
 
@@ -245,9 +227,7 @@ def _extremes(quick: bool) -> Iterator[Extreme]:
 def remainder_error(result: Creep) -> float:
     """Return how far ``r0 = (x_2 - x_1 - l0) mod 2D`` of two sliders is from where it began.
 
-    Notes
-    -----
-    Guarantee: in rational arithmetic, of the final tension and dilation.
+    In rational arithmetic, of the final tension and dilation.
     """
     chain, state, begin = result.chain, result.state, result.experiment.initial
     stretched = Fraction(float(state.tensions[0])) + chain.l0 * enclosure(state.theta).middle
@@ -300,7 +280,7 @@ def envelope(
     Parameters
     ----------
     quick : bool
-        See `extremes`.
+        Whether long runs are shortened, and fewer rearrangements compared.
     most_events : int
         Of the certified solver at each extreme, in its run, and in the rearrangements that are
         compared one by one. What has more has no truth.
@@ -317,10 +297,9 @@ def envelope(
         If an argument is out of range.
     """
     most = whole_number(most_events, "most_events", least=1)
-    steps = whole_number(
-        (20 if quick else 200) if most_compared is None else most_compared, "most_compared", least=0
-    )
-    every = list(extremes(quick=quick) if chosen is None else chosen)
+    usual = 20 if quick else 200
+    steps = usual if most_compared is None else whole_number(most_compared, "most_compared", least=0)
+    every = extremes(quick=quick) if chosen is None else chosen
     report = reporter(progress)
     found: list[Trial] = []
     for number, extreme in enumerate(every):

@@ -70,11 +70,8 @@ class Followed(NamedTuple):
 
     Attributes
     ----------
-    seed : int
-    agreed : int
-        Events before the first that differs, or all that were compared.
-    differs : bool
-        Whether one does.
+    agreed, differs : int, bool
+        Events before the first that differs, or all that were compared; whether one does.
     errors : ndarray, shape (rests,)
         Position errors at the rests before it, unit ``g tau_dyn**2``.
     velocity, exact : float
@@ -91,14 +88,7 @@ class Followed(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Parting:
-    """How one contestant parts from the certified solver, over many seeds.
-
-    Attributes
-    ----------
-    contestant : Contestant
-    courses : tuple of Followed
-        One for each seed.
-    """
+    """How one contestant parts from the certified solver, over many seeds: a course for each."""
 
     contestant: Contestant
     courses: tuple[Followed, ...]
