@@ -82,6 +82,8 @@ class Standing(Agreement):
     def summary(self) -> dict[str, Any]:
         """Return the standing by names, ready for JSON."""
         run = self.creep
+        own = ("velocity", "velocity_error", "half_cycles", "undecided", "trusted_half_cycles",
+               "seconds")  # fmt: skip
         difference = {
             "own": self.own and self.own.summary(),
             "certified": self.known and self.known.summary(),
@@ -96,17 +98,12 @@ class Standing(Agreement):
                 "rests_compared": self.compared,
                 "position_error_before": self.error_before,
                 "position_error_after": self.error_after,
-                "velocity": run.velocity,
-                "velocity_error": run.velocity_error,
                 "slips_per_half_cycle": run.slip_count / max(run.half_cycles, 1),
-                "half_cycles": run.half_cycles,
                 "outcome": run.outcome.value,
                 "evidence": run.evidence.value,
-                "undecided": run.undecided,
-                "trusted_half_cycles": run.trusted_half_cycles,
                 "course": run.course or None,
-                "seconds": run.seconds,
             }
+            | {name: getattr(run, name) for name in own}
         )
 
 
@@ -316,7 +313,7 @@ def _tie(truth: Standard, found: Agreement) -> Tie:
     """Return how close the certified motion comes to the other side's event."""
     experiment, log = truth.experiment, truth.walk.log
     chain, start, seed = experiment.chain, experiment.initial, experiment.seed
-    course = Retracer(chain, start, FLOAT64, seed=seed, refine=False)
+    retracer = Retracer(chain, start, FLOAT64, seed=seed, refine=False)
     differ = [event for event in (found.own, found.known) if event is not None]
     claimed = min(differ, key=lambda event: event[:2])  # of two in one rearrangement its own
     together = [one.event for one in differ if one[:2] == claimed[:2]]
@@ -325,22 +322,22 @@ def _tie(truth: Standard, found: Agreement) -> Tie:
         for one in log[: claimed.rearrangement + 1]
     ]
     for events in plain[: claimed.rearrangement]:
-        course.rearrange(events)
+        retracer.rearrange(events)
     slider, sign = claimed.event.sliders[0] - 1, claimed.event.signs[0]
     if claimed.number == 0:
-        loads = [course.starting_load(one.sliders[0] - 1, one.signs[0]) for one in together]
-        loads.append(course.load_of(experiment.drive.exact_target(claimed.half_cycle, 0)))
+        loads = [retracer.starting_load(one.sliders[0] - 1, one.signs[0]) for one in together]
+        loads.append(retracer.load_of(experiment.drive.exact_target(claimed.half_cycle, 0)))
         return Tie("load", slider + 1, float(abs(loads[0] - loads[1])), None)
     times = [_instant(one.time) for one in together]
     apart = abs(times[0] - times[1]) if len(times) > 1 else None
     shared = plain[claimed.rearrangement][: claimed.number]
-    flow = course.enter(shared)
+    flow = retracer.enter(shared)
     runs, since = flow.runs(), max(times[0] - shared[-1].time, 0.0)
     if any(slider in run.sliders for run in runs):
         # it stops, or starts on one side only because it has stopped there
         condition, (_, margin, _) = "velocity", slider_motion(runs, slider, since)
     else:
-        condition, (margin, _) = "force", course.margin(flow, runs, slider, sign, since)
+        condition, (margin, _) = "force", retracer.margin(flow, runs, slider, sign, since)
     return Tie(condition, slider + 1, abs(float(margin)), apart)
 
 

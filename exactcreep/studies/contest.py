@@ -360,9 +360,7 @@ class Lap(NamedTuple):
         return self.seconds / self.half_cycles if self.half_cycles else math.nan
 
 
-def timed(
-    simulation: Simulation, drive: Drive, until: int, limits: Limits, done: int = 0
-) -> Lap:
+def timed(simulation: Simulation, drive: Drive, until: int, limits: Limits, done: int = 0) -> Lap:
     """Take a simulation from target `done` of a drive to `until`, or as far as it may."""
     events, begin = simulation.tally.events, time.perf_counter()
     completed = advance(simulation, drive, until, limits, done=done).completed

@@ -297,8 +297,9 @@ def envelope(
         If an argument is out of range.
     """
     most = whole_number(most_events, "most_events", least=1)
-    usual = 20 if quick else 200
-    steps = usual if most_compared is None else whole_number(most_compared, "most_compared", least=0)
+    if most_compared is None:
+        most_compared = 20 if quick else 200
+    steps = whole_number(most_compared, "most_compared", least=0)
     every = extremes(quick=quick) if chosen is None else chosen
     report = reporter(progress)
     found: list[Trial] = []
@@ -443,9 +444,7 @@ def _allowed(extreme: Extreme, solver: str, result: Creep) -> float:
     return (1 + result.event_count) * each * _largest_force(extreme.chain) + travelled
 
 
-def _error(
-    extreme: Extreme, result: Creep, truth: Creep | None, missing: str
-) -> tuple[float, str]:
+def _error(extreme: Extreme, result: Creep, truth: Creep | None, missing: str) -> tuple[float, str]:
     """Return the error of a run's displacements at its end, and a remark."""
     if extreme.known is not None:
         return extreme.known(result), ""

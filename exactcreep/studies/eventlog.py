@@ -44,15 +44,10 @@ class LoggedEvent(NamedTuple):
 
     def summary(self) -> dict[str, Any]:
         """Return the event by names, ready for JSON."""
-        return {
-            "half_cycle": self.half_cycle,
-            "rearrangement": self.rearrangement,
-            "number": self.number,
-            "kind": self.event.kind.value,
-            "sliders": list(self.event.sliders),
-            "signs": list(self.event.signs),
-            "time": float(self.event.time),
-        }
+        kind, sliders, signs = self.event.signature
+        time = float(self.event.time)
+        what = {"kind": kind, "sliders": list(sliders), "signs": list(signs), "time": time}
+        return dict(zip(self._fields[:3], self[:3], strict=True)) | what
 
 
 def rearrangements(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:

@@ -125,17 +125,14 @@ class Plan(Shown):
 
     def summary(self) -> dict[str, Any]:
         """Return the plan as plain data for JSON; a number that is not known is None."""
+        own = ("solver", "explicit", "question", "accuracy", "accuracy_reached",
+               "trusted_half_cycles")  # fmt: skip
         pilot = self.choice.pilot
         half_cycles = self.experiment.drive.half_cycles
         return plain_data(
             {
-                "solver": self.solver,
-                "explicit": self.explicit,
                 "choice": self.choice.name,
                 "reason": self.choice.reason,
-                "question": self.question,
-                "accuracy": self.accuracy,
-                "accuracy_reached": self.accuracy_reached,
                 "half_cycles": half_cycles,
                 "law": list(self.choice.law),
                 "needs": {
@@ -158,9 +155,9 @@ class Plan(Shown):
                     for rung in self.choice.candidates
                 ],
                 "pilot": None if pilot is None else vars(pilot),
-                "trusted_half_cycles": self.trusted_half_cycles,
                 "course": self.course or None,
             }
+            | {name: getattr(self, name) for name in own}
         )
 
 

@@ -237,21 +237,16 @@ class Tradeoff:
 
     def summary(self) -> dict[str, Any]:
         """Return the trade as plain data for JSON."""
-        drive = self.experiment.drive
+        own = "velocity", "velocity_error", "events_compared", "seeds", "advice", "seconds"
         return plain_data(
             {
-                "half_cycles": drive.half_cycles,
-                "velocity": self.velocity,
-                "velocity_error": self.velocity_error,
-                "events_compared": self.events_compared,
+                "half_cycles": self.experiment.drive.half_cycles,
                 "long_rearrangements_left_out": self.left_out,
                 "rearrangements_without_truth": self.no_truth,
-                "seeds": self.seeds,
                 "truth": vars(TRUTH),
-                "advice": self.advice,
-                "seconds": self.seconds,
                 "scores": [one.summary() for one in self.scores],
             }
+            | {name: getattr(self, name) for name in own}
         )
 
 
@@ -370,8 +365,7 @@ class _Race:
             if turn + 1 >= _FEWEST_ROUNDS and time.perf_counter() > deadline:
                 break
         laps = [runner.laps for runner in runners]
-        exact = next((own for own, one in zip(laps, self.timed, strict=True) if one is self.exact),
-                     [])  # fmt: skip
+        exact = laps[self.timed.index(self.exact)] if self.exact else []
         cycles = sum(lap.half_cycles for lap in exact)
         self.events_per_half_cycle = sum(lap.events for lap in exact) / cycles if cycles else 0.0
         for score, own in zip(self.timed, laps, strict=True):
