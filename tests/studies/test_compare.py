@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from exactcreep import Path as ThetaPath
 from exactcreep import cli
 from exactcreep.figures.comparison import draw_comparison
 from exactcreep.model.chain import Chain
@@ -18,6 +19,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
+from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.studies.compare import Comparison, compare
 
@@ -103,6 +105,22 @@ class TestArguments:
         with pytest.raises(InputError) as refused:
             compare(given["chain"], given["drive"])
         assert refused.value.field == missing
+
+
+def test_a_rearrangement_too_many_is_off_by_the_load_that_the_target_lacks() -> None:
+    chain, reach = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"), Fraction("0.001")
+    verlet = compare(chain, Cycles(reach, 3), dt="0.3", events=40).contestants[1]
+    assert verlet.own is not None
+    assert verlet.known is not None
+    assert verlet.tie is not None
+    assert (verlet.own.half_cycle, verlet.known.half_cycle, verlet.own.number) == (3, 4, 0)
+    assert (verlet.tie.condition, verlet.tie.time) == ("load", None)
+    lacking = Fraction(verlet.tie.margin) / chain.l0
+    short, enough = (
+        creep(chain, ThetaPath([reach, -reach, reach + lacking * (1 + beside)]), solver="certified")
+        for beside in (-Fraction(1, 10**6), Fraction(1, 10**6))
+    )
+    assert enough.rearrangements == short.rearrangements + 1 == verlet.own.rearrangement + 1
 
 
 def test_a_runaway_is_compared_until_the_last_rest_before_it() -> None:

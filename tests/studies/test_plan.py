@@ -76,6 +76,8 @@ def test_a_plan_says_what_is_needed_and_what_it_costs():
     }
     costs = plan(SIX, Cycles("0.01", 1000)).costs
     assert costs["law"] > 0
+    assert "solver='exact'" in repr(large)
+    assert "seconds_of_exact" in repr(large)
     assert 0 < costs["sliding"] < costs["exact"]
     json.dumps(large.summary(), allow_nan=False)
 
