@@ -5,9 +5,8 @@ from __future__ import annotations
 import io
 import itertools
 import os
-from collections import Counter
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 import matplotlib as mpl
 import numpy as np
@@ -16,26 +15,30 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 from PIL import Image
 
+from exactcreep.figures.run_view import draw_friction
 from exactcreep.figures.style import INKS, STYLE, picture
-from exactcreep.model.contacts import Itinerary
+from exactcreep.limits import Stop
 from exactcreep.model.numbers import InputError
+from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.motion.solution import Motion
-from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.decimals import as_float, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import write_file
-from exactcreep.solvers.solver import Rearrangement, Simulation, Stretch, advance
+from exactcreep.solvers.solver import Rearrangement, Simulation, advance
 from exactcreep.solvers.tables import logged_events
 
+Floats = NDArray[np.float64]
 LOOKED_AT = 100
 """Half-cycles among which `largest_avalanche` looks."""
 _PERIOD = 50  # milliseconds of one picture
 _LINGER = 1500  # milliseconds of the last one
 _FINENESS = 600  # points of a curve: about one per pixel
+_NAMED = 8  # sliders, at most, that a legend names
+_DOWN, _UP, _REST = INKS[1], INKS[0], "#DDDDDD"
+_RAMP = mpl.colormaps["cividis"]
 
 
-@dataclass(frozen=True, eq=False)
-class Avalanche:
+class RunAvalanche(NamedTuple):
     """One rearrangement of a run.
 
     Attributes
@@ -62,22 +65,16 @@ def largest_avalanche(experiment: Experiment, half_cycles: int = LOOKED_AT) -> i
     InputError
         If there is none.
     """
-    simulation = _simulation(experiment)
-    events: Counter[int] = Counter()
-
-    def take(stretch: Stretch) -> None:
-        there = np.unique(stretch.recorded["event_rearrangement"], return_counts=True)
-        for number, count in zip(*there, strict=True):
-            events[int(number)] += int(count)
-
     total = min(half_cycles, experiment.drive.half_cycles)
-    looked_at = advance(simulation, experiment.drive, total, take=take).completed
-    if not events:
-        raise InputError("scene", experiment.solver, f"nothing moves in {looked_at} half-cycles")
-    return events.most_common(1)[0][0]
+    seen = advance(_simulation(experiment), experiment.drive, total)
+    numbers, events = np.unique(seen.recorded["event_rearrangement"], return_counts=True)
+    if not events.size:
+        reason = f"nothing moves in {seen.completed} half-cycles"
+        raise InputError("scene", experiment.solver, reason)
+    return int(numbers[events.argmax()])
 
 
-def find_avalanche(experiment: Experiment, number: int) -> Avalanche:
+def find_avalanche(experiment: Experiment, number: int) -> RunAvalanche:
     """Return rearrangement `number` of a run, with its motion in closed form.
 
     Raises
@@ -89,233 +86,75 @@ def find_avalanche(experiment: Experiment, number: int) -> Avalanche:
     -----
     Guarantee: its itinerary is that of the run itself (checked).
     """
-    half_cycle, first, itinerary = _place(experiment, number)
-    simulation = _simulation(experiment, ())
-    done = advance(simulation, experiment.drive, half_cycle - 1).completed
-    state = simulation.state() if done else experiment.initial
-    target = experiment.drive.exact_target(half_cycle, experiment.seed)
-    chain, seed = experiment.chain, experiment.seed
-    if not done:  # a start that is not at rest is rearranged where it stands
-        still = experiment.algorithm.rearrange(chain, state, 0, seed)
-        if still.events:
-            if number == first:
-                return _checked(Avalanche(experiment, number, half_cycle, still), itinerary)
-            state, first = still.state, first + 1
-    direction = 1 if target > floats(np.array([state.theta]))[0] else -1
-    for current in range(first, number + 1):
-        motion = experiment.algorithm.rearrange(chain, state, direction, seed)
-        if current == number:
-            return _checked(Avalanche(experiment, number, half_cycle, motion), itinerary)
-        state = motion.state
-    raise InputError("rearrangement", number, "is not found again")
-
-
-def _simulation(experiment: Experiment, record: tuple[str, ...] = ("events",)) -> Simulation:
-    return experiment.algorithm.simulation(
-        experiment.chain, experiment.initial, experiment.seed, record
-    )
-
-
-def _place(experiment: Experiment, number: int) -> tuple[int, int, Itinerary]:
-    """Return the half-cycle of a rearrangement, the first one there, and its itinerary."""
-    simulation = _simulation(experiment)
-    first_there: dict[int, int] = {}
-    half_cycle = 0
-    itinerary: list[Any] = []
-
-    def take(stretch: Stretch) -> str:
-        nonlocal half_cycle
-        for row, event in logged_events(stretch.recorded):
-            if row.rearrangement > number:
-                return "found"
-            first_there.setdefault(row.half_cycle, row.rearrangement)
-            if row.rearrangement == number:
-                half_cycle = row.half_cycle
-                itinerary.append(event.signature)
-        return ""
-
-    advance(simulation, experiment.drive, experiment.drive.half_cycles, take=take)
-    if not itinerary:
+    simulation, state = _simulation(experiment), experiment.initial
+    for half_cycle in range(1, experiment.drive.half_cycles + 1):
+        stretch = advance(simulation, experiment.drive, half_cycle, done=half_cycle - 1)
+        numbers = stretch.recorded["event_rearrangement"]
+        if number in numbers or stretch.stop is not Stop.DONE:
+            break
+        state = simulation.state()
+    if number not in numbers:
         count = simulation.tally.rearrangements
         raise InputError("rearrangement", number, f"must be one of the run's {count}, from 0")
-    return half_cycle, first_there[half_cycle], tuple(itinerary)
-
-
-def _checked(avalanche: Avalanche, itinerary: Itinerary) -> Avalanche:
-    if avalanche.rearrangement.itinerary != itinerary:
-        raise InputError(
-            "rearrangement", avalanche.number, "is computed differently alone and within its run"
-        )
-    return avalanche
-
-
-# --- drawing -------------------------------------------------------------------------------------
-
-
-def draw_avalanche(
-    avalanche: Avalanche, path: str | os.PathLike[str], *, frames: int = 120
-) -> None:
-    """Write the avalanche as an animated GIF: the chain, the forces, the displacements.
-
-    The pictures are equally spaced in time, with one more at the end that stays.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
-    motion = avalanche.rearrangement
-    times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), frames)
-    with mpl.rc_context(STYLE):
-        stage = _Stage(avalanche, times)
-        pictures = [stage.picture(k) for k in range(frames)]
-    palette = pictures[frames // 2].quantize(128, dither=Image.Dither.NONE)
-    shown = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
-    drawn = io.BytesIO()
-    shown[0].save(
-        drawn,
-        format="GIF",
-        save_all=True,
-        append_images=shown[1:],
-        duration=[_PERIOD] * (frames - 1) + [_LINGER],
-        loop=0,
-        optimize=False,
+    itinerary = tuple(
+        event.signature
+        for row, event in logged_events(stretch.recorded)
+        if row.rearrangement == number
     )
-    write_file(path, drawn.getbuffer(), "out")
+    motions = _rearrangements(experiment, state, half_cycle)
+    motion = next(itertools.islice(motions, number - int(numbers[0]), None))
+    if motion.itinerary != itinerary:
+        reason = "is computed differently alone and within its run"
+        raise InputError("rearrangement", number, reason)
+    return RunAvalanche(experiment, number, half_cycle, motion)
 
 
-class _Stage:
-    """The figure whose artists move from picture to picture."""
-
-    def __init__(self, avalanche: Avalanche, times: NDArray[np.float64]) -> None:
-        self.avalanche = avalanche
-        self.motion = avalanche.rearrangement
-        self.chain = avalanche.experiment.chain
-        self.times = times
-        self.moments: Motion = self.motion.sol(times)
-        positions = floats(np.asarray(self.moments.positions))
-        start = floats(self.motion.initial.displacements)[:, None]
-        self.displacements = positions - start
-        self.course_times = np.linspace(times[0], times[-1], max(_FINENESS, times.size))
-        course = self.motion.sol(self.course_times)
-        self.courses_moved = floats(np.asarray(course.positions)) - start
-        self.velocities = floats(np.asarray(self.moments.velocities))
-        self.forces = floats(np.asarray(self.moments.forces))
-        self.moving, self.held = contacts_at(self.motion, times)
-        widest = max(float(np.abs(self.courses_moved).max()), 1e-300)
-        self.scale = 0.42 / widest  # the distance of two sliders is drawn as 1
-        self.figure = picture(6.6, 5.6, dpi=100)
-        grid = self.figure.add_gridspec(3, 1, height_ratios=(0.8, 1.3, 1.5))
-        self._build_chain(self.figure.add_subplot(grid[0]))
-        self._build_forces(self.figure.add_subplot(grid[1]))
-        self._build_course(self.figure.add_subplot(grid[2]))
-        self.heading = self.figure.suptitle(" ", fontsize=9)
-
-    def _build_chain(self, axes: Axes) -> None:
-        n = self.chain.n
-        self.places = np.arange(1, n + 1, dtype=float)
-        (self.springs,) = axes.plot([], [], color="0.45", linewidth=0.8, zorder=1)
-        size = float(np.clip(900 / n, 8, 160))
-        self.sliders = axes.scatter(
-            self.places, np.zeros(n), s=size, marker="s", edgecolors="black", linewidths=0.6,
-            zorder=2,
-        )  # fmt: skip
-        axes.set_xlim(0.3, n + 0.7)
-        axes.set_ylim(-1, 1)
-        axes.set_yticks([])
-        axes.set_xlabel(
-            f"slider (downhill to the right; displacements times {self.scale:.3g})", fontsize=8
-        )
-        for ink, name, where in (
-            (_DOWN, "moves down", 0.0), (_UP, "moves up", 0.22), ("0.45", "rests", 0.40),
-        ):  # fmt: skip
-            axes.text(where + 0.02, 0.86, f"■ {name}", color=ink, transform=axes.transAxes,
-                      fontsize=8, va="center", family="DejaVu Sans")  # fmt: skip
-
-    def _build_forces(self, axes: Axes) -> None:
-        n = self.chain.n
-        highest = max(float(self.held.max()), float(np.abs(self.forces).max()))
-        name = r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$ at rest"
-        self.limits = axes.bar(self.places, np.ones(n), 0.84, color="0.88", label=name)
-        (self.force_marks,) = axes.plot([], [], linestyle="none", marker="o", color=INKS[6],
-                                        markersize=4 if n <= 60 else 2, label=r"$F_n$")  # fmt: skip
-        friction = self.chain.friction
-        for sign in (-1, 1):
-            axes.axhline(sign * friction, color=INKS[6], linewidth=0.7, linestyle=(0, (1, 2)),
-                         label=r"$\pm\mu_\mathrm{d}\cos\alpha$" if sign == 1 else None)  # fmt: skip
-        axes.set_xlim(0.3, n + 0.7)
-        axes.set_ylim(-1.1 * highest, 1.75 * highest)
-        axes.set_ylabel(r"force $F_n$ ($m\,g$)")
-        axes.legend(loc="upper center", ncols=3, fontsize=7)
-
-    def _build_course(self, axes: Axes) -> None:
-        active = np.flatnonzero(np.abs(self.courses_moved).max(axis=1) > 0)
-        self.courses = []
-        for order, n in enumerate(active.tolist()):
-            ink = _RAMP(order / max(len(active) - 1, 1))
-            label = f"slider {n + 1}" if len(active) <= 8 else None
-            (line,) = axes.plot([], [], color=ink, linewidth=1.1, label=label)
-            self.courses.append((n, line))
-        moments = [float(event.time) for event in self.motion.events]
-        self.clock = axes.axvline(0, color=INKS[0], linewidth=0.8)
-        axes.set_xlim(0, float(self.times[-1]))
-        low, high = float(self.courses_moved.min()), float(self.courses_moved.max())
-        room = 0.06 * (high - low)
-        axes.set_ylim(low - room, high + room)
-        axes.vlines(moments, low - room, high + room, color="0.9", linewidth=0.5, zorder=0)
-        axes.set_xlabel(r"time $t/\tau_\mathrm{dyn}$ (grey: events)")
-        axes.set_ylabel(r"displacement ($g\,\tau_\mathrm{dyn}^2$)")
-        if 0 < len(active) <= 8:
-            axes.legend(loc="best", fontsize=7)
-        elif len(active):
-            axes.text(0.01, 0.95, f"sliders {active[0] + 1} (dark) to {active[-1] + 1} (light)",
-                      transform=axes.transAxes, fontsize=7, va="top")  # fmt: skip
-
-    def picture(self, k: int) -> Image.Image:
-        """Return picture `k`."""
-        moving = self.moving[:, k]
-        here = self.places + self.scale * self.displacements[:, k]
-        self.sliders.set_offsets(np.column_stack([here, np.zeros_like(here)]))
-        down = self.velocities[:, k] >= 0
-        inks = np.where(moving, np.where(down, _DOWN, _UP), _REST)
-        self.sliders.set_facecolor(inks.tolist())
-        self.springs.set_data(*_zigzag(here))
-        for bar, limit in zip(self.limits, np.where(moving, 0.0, self.held[:, k]), strict=True):
-            bar.set_y(-limit)
-            bar.set_height(2 * limit)
-        self.force_marks.set_data(self.places, self.forces[:, k])
-        now = float(self.times[k])
-        passed = self.course_times <= now
-        for n, line in self.courses:
-            line.set_data(
-                np.append(self.course_times[passed], now),
-                np.append(self.courses_moved[n, passed], self.displacements[n, k]),
-            )
-        self.clock.set_xdata([now, now])
-        self.heading.set_text(
-            rf"rearrangement {self.avalanche.number} (half-cycle {self.avalanche.half_cycle},"
-            rf" $\theta_\mathrm{{c}} = {float(self._theta()):.6g}$):"
-            rf" $t = {now:.2f}\,\tau_\mathrm{{dyn}}$, {int(moving.sum())} of {self.chain.n} move"
-        )
-        canvas = self.figure.canvas
-        assert isinstance(canvas, FigureCanvasAgg)
-        canvas.draw()  # type: ignore[no-untyped-call]
-        self.figure.set_layout_engine("none")  # the layout of the first picture serves for all
-        shown = canvas.buffer_rgba()  # type: ignore[no-untyped-call]
-        return Image.fromarray(np.asarray(shown)).convert("RGB")
-
-    def _theta(self) -> float:
-        return float(floats(np.array([self.motion.theta]))[0])
+def _simulation(experiment: Experiment) -> Simulation:
+    return experiment.algorithm.simulation(
+        experiment.chain, experiment.initial, experiment.seed, ("events",)
+    )
 
 
-_DOWN, _UP, _REST = INKS[1], INKS[0], "#DDDDDD"
-_RAMP = mpl.colormaps["cividis"]
+def _rearrangements(
+    experiment: Experiment, state: State, half_cycle: int
+) -> Iterator[Rearrangement]:
+    """Yield the rearrangements on the way to a target, and beyond, from the state before."""
+    chain, seed, rearrange = experiment.chain, experiment.seed, experiment.algorithm.rearrange
+    if half_cycle == 1:  # a start that is not at rest is rearranged where it stands
+        still = rearrange(chain, state, 0, seed)
+        if still.events:
+            yield still
+            state = still.state
+    target = experiment.drive.exact_target(half_cycle, seed)
+    direction = 1 if target > as_float(state.theta) else -1
+    while True:
+        motion = rearrange(chain, state, direction, seed)
+        yield motion
+        state = motion.state
 
 
-def contacts_at(
-    motion: Rearrangement, times: NDArray[np.float64]
-) -> tuple[NDArray[np.bool_], NDArray[np.float64]]:
-    """Return which sliders move, and the forces that hold the others, at the given times."""
+class Moments(NamedTuple):
+    """A rearrangement at some instants; arrays of shape (n, instants).
+
+    Attributes
+    ----------
+    moved, velocities, forces : ndarray
+        Displacements since its start, velocities, and non-frictional forces.
+    moving : ndarray of bool
+        Which sliders move.
+    held : ndarray
+        The forces that hold the others.
+    """
+
+    moved: Floats
+    velocities: Floats
+    forces: Floats
+    moving: NDArray[np.bool_]
+    held: Floats
+
+
+def moments_of(motion: Rearrangement, times: Floats) -> Moments:
+    """Return a rearrangement at the given times, from its closed form."""
     replay = motion.replay(FLOAT64)
     n = motion.chain.n
     moving = np.zeros((n, times.size), dtype=bool)
@@ -326,19 +165,158 @@ def contacts_at(
         for m in {slider - 1 for event in phase.events for slider in event.sliders}:
             moving[m, later] = replay.flow.signs[m] != 0
             held[m, later] = replay.threshold(m)
-    return moving, held
+    known = motion.sol(times)
+    positions, velocities, forces = (
+        floats(np.asarray(values)) for values in (known.positions, known.velocities, known.forces)
+    )
+    start = floats(motion.initial.displacements)[:, None]
+    return Moments(positions - start, velocities, forces, moving, held)
 
 
-def _zigzag(places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+# --- drawing -------------------------------------------------------------------------------------
+
+
+def draw_avalanche(found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120) -> None:
+    """Write the avalanche as an animated GIF: the chain, the forces, the displacements.
+
+    The pictures are equally spaced in time, with one more at the end that stays.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    with mpl.rc_context(STYLE):
+        pictures = list(_pictures(found, frames))
+    palette = pictures[frames // 2].quantize(128, dither=Image.Dither.NONE)
+    shown = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
+    drawn = io.BytesIO()
+    durations = [_PERIOD] * (frames - 1) + [_LINGER]
+    shown[0].save(drawn, format="GIF", save_all=True, append_images=shown[1:], duration=durations,
+                  loop=0, optimize=False)  # fmt: skip
+    write_file(path, drawn.getbuffer(), "out")
+
+
+def _pictures(found: RunAvalanche, frames: int) -> Iterator[Image.Image]:
+    """Yield the pictures of one figure, whose parts move from picture to picture."""
+    motion, chain = found.rearrangement, found.experiment.chain
+    times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), frames)
+    fine = np.linspace(times[0], times[-1], max(_FINENESS, frames))
+    shown, course = moments_of(motion, times), moments_of(motion, fine).moved
+    figure = picture(6.6, 5.6, dpi=100)
+    canvas = FigureCanvasAgg(figure)
+    above, middle, below = figure.subplots(3, 1, height_ratios=(0.8, 1.3, 1.5))
+    moves = (
+        _draw_chain(above, shown, float(np.abs(course).max())),
+        _draw_forces(middle, shown, chain.friction),
+        _draw_course(below, motion, times, shown.moved, fine, course),
+    )
+    heading = figure.suptitle(" ", fontsize=9)
+    for k, now in enumerate(times.tolist()):
+        for move in moves:
+            move(k)
+        heading.set_text(
+            rf"rearrangement {found.number} (half-cycle {found.half_cycle},"
+            rf" $\theta_\mathrm{{c}} = {as_float(motion.theta):.6g}$):"
+            rf" $t = {now:.2f}\,\tau_\mathrm{{dyn}}$,"
+            rf" {int(shown.moving[:, k].sum())} of {chain.n} move"
+        )
+        canvas.draw()  # type: ignore[no-untyped-call]
+        figure.set_layout_engine("none")  # the layout of the first picture serves for all
+        pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+        yield Image.fromarray(pixels).convert("RGB")
+
+
+def _draw_chain(axes: Axes, shown: Moments, widest: float) -> Callable[[int], None]:
+    """Draw sliders and springs; return what moves them to a picture."""
+    n = len(shown.moved)
+    places = np.arange(1, n + 1, dtype=float)
+    scale = 0.42 / max(widest, 1e-300)  # the distance of two sliders is drawn as 1
+    (springs,) = axes.plot([], [], color="0.45", linewidth=0.8, zorder=1)
+    size = float(np.clip(900 / n, 8, 160))
+    sliders = axes.scatter(places, np.zeros(n), s=size, marker="s", edgecolors="black",
+                           linewidths=0.6, zorder=2)  # fmt: skip
+    axes.set(xlim=(0.3, n + 0.7), ylim=(-1, 1), yticks=[])
+    about = f"slider (downhill to the right; displacements times {scale:.3g})"
+    axes.set_xlabel(about, fontsize=8)
+    for ink, name, where in (
+        (_DOWN, "moves down", 0.02), (_UP, "moves up", 0.24), ("0.45", "rests", 0.42),
+    ):  # fmt: skip
+        axes.text(where, 0.86, f"■ {name}", color=ink, transform=axes.transAxes, fontsize=8,
+                  va="center", family="DejaVu Sans")  # fmt: skip
+
+    def move(k: int) -> None:
+        here = places + scale * shown.moved[:, k]
+        sliders.set_offsets(np.column_stack([here, np.zeros(n)]))
+        ways = np.where(shown.velocities[:, k] >= 0, _DOWN, _UP)
+        sliders.set_facecolor(np.where(shown.moving[:, k], ways, _REST).tolist())
+        springs.set_data(*_zigzag(here))
+
+    return move
+
+
+def _zigzag(places: Floats) -> tuple[Floats, Floats]:
     """Return the line of the springs between sliders at `places`."""
     teeth = 9 if places.size <= 12 else 5
-    x, y = [], []
-    for left, right in itertools.pairwise(places):
-        along = np.linspace(left, right, teeth + 2)
-        across = np.zeros(teeth + 2)
-        across[2:-2:2], across[3:-2:2] = 0.22, -0.22
-        x.append(along)
-        y.append(across)
-    if not x:
-        return np.empty(0), np.empty(0)
-    return np.concatenate(x), np.concatenate(y)
+    along = np.linspace(places[:-1], places[1:], teeth + 2, axis=1)
+    across = np.zeros_like(along)
+    across[:, 2:-2:2], across[:, 3:-2:2] = 0.22, -0.22
+    return along.ravel(), across.ravel()
+
+
+def _draw_forces(axes: Axes, shown: Moments, friction: float) -> Callable[[int], None]:
+    """Draw the forces between their limits; return what moves them to a picture."""
+    n = len(shown.moved)
+    places = np.arange(1, n + 1, dtype=float)
+    highest = max(float(shown.held.max()), float(np.abs(shown.forces).max()))
+    name = r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$ at rest"
+    limits = axes.bar(places, np.ones(n), 0.84, color="0.88", label=name)
+    (marks,) = axes.plot([], [], linestyle="none", marker="o", color=INKS[6],
+                         markersize=4 if n <= 60 else 2, label=r"$F_n$")  # fmt: skip
+    draw_friction(axes, friction, color=INKS[6])
+    axes.set(xlim=(0.3, n + 0.7), ylim=(-1.1 * highest, 1.75 * highest))
+    axes.set_ylabel(r"force $F_n$ ($m\,g$)")
+    axes.legend(loc="upper center", ncols=3, fontsize=7)
+
+    def move(k: int) -> None:
+        held = np.where(shown.moving[:, k], 0.0, shown.held[:, k])
+        for bar, limit in zip(limits, held.tolist(), strict=True):
+            bar.set(y=-limit, height=2 * limit)
+        marks.set_data(places, shown.forces[:, k])
+
+    return move
+
+
+def _draw_course(
+    axes: Axes, motion: Rearrangement, times: Floats, moved: Floats, fine: Floats, course: Floats
+) -> Callable[[int], None]:
+    """Draw displacements over time and events; return what draws them up to a picture."""
+    active = np.flatnonzero(np.abs(course).max(axis=1) > 0).tolist()
+    named = len(active) <= _NAMED
+    lines = []
+    for order, n in enumerate(active):
+        ink = _RAMP(order / max(len(active) - 1, 1))
+        label = f"slider {n + 1}" if named else None
+        lines += axes.plot([], [], color=ink, linewidth=1.1, label=label)
+    clock = axes.axvline(0, color=INKS[0], linewidth=0.8)
+    low, high = float(course.min()), float(course.max())
+    room = 0.06 * (high - low)
+    axes.set(xlim=(0, times[-1]), ylim=(low - room, high + room))
+    events = [float(event.time) for event in motion.events]
+    axes.vlines(events, low - room, high + room, color="0.9", linewidth=0.5, zorder=0)
+    axes.set_xlabel(r"time $t/\tau_\mathrm{dyn}$ (grey: events)")
+    axes.set_ylabel(r"displacement ($g\,\tau_\mathrm{dyn}^2$)")
+    if active and named:
+        axes.legend(loc="best", fontsize=7)
+    elif active:
+        axes.text(0.01, 0.95, f"sliders {active[0] + 1} (dark) to {active[-1] + 1} (light)",
+                  transform=axes.transAxes, fontsize=7, va="top")  # fmt: skip
+
+    def move(k: int) -> None:
+        now = times[k]
+        passed = fine <= now
+        for n, line in zip(active, lines, strict=True):
+            line.set_data(np.append(fine[passed], now), np.append(course[n, passed], moved[n, k]))
+        clock.set_xdata([now, now])
+
+    return move

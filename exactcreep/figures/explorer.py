@@ -19,13 +19,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from exactcreep import laws
-from exactcreep.figures.animation import Avalanche, contacts_at, find_avalanche
+from exactcreep.figures.animation import RunAvalanche, find_avalanche, moments_of
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, creep
-from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.decimals import as_float, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.studies.fates.fate import fate
@@ -139,7 +139,7 @@ def course(experiment: Experiment) -> dict[str, Any]:
     }
 
 
-def avalanche(found: Avalanche) -> dict[str, Any]:
+def avalanche(found: RunAvalanche) -> dict[str, Any]:
     """Return a rearrangement as it moves, ready for JSON.
 
     Displacements and velocities are those of its closed form, `Rearrangement.sol`, at some hundred
@@ -151,21 +151,19 @@ def avalanche(found: Avalanche) -> dict[str, Any]:
     spread = np.linspace(0.0, float(motion.duration), _MOMENTS)
     every = max(1, events.size // (2 * _MOMENTS))
     times = np.unique(np.concatenate([spread, events[::every]]))
-    moments = motion.sol(times)
-    start = floats(np.asarray(motion.initial.displacements))[:, None]
-    moving, held = contacts_at(motion, times)
+    shown = moments_of(motion, times)
     return {
         "number": found.number,
         "half_cycle": found.half_cycle,
-        "theta": float(floats(np.array([motion.theta]))[0]),
+        "theta": as_float(motion.theta),
         "friction": chain.friction,
         "ended": "" if motion.outcome is Outcome.AT_REST else motion.reason,
         "times": _packed(times),
-        "moved": _packed((floats(np.asarray(moments.positions)) - start).T),
-        "velocity": _packed(floats(np.asarray(moments.velocities)).T),
-        "moving": _packed(moving.T),
-        "held": _packed(held.T),
-        "force": _packed(floats(np.asarray(moments.forces))[:, 0]),
+        "moved": _packed(shown.moved.T),
+        "velocity": _packed(shown.velocities.T),
+        "moving": _packed(shown.moving.T),
+        "held": _packed(shown.held.T),
+        "force": _packed(shown.forces[:, 0]),
         "events": [
             [float(event.time), event.kind.value, list(event.sliders), list(event.signs)]
             for event in motion.events
@@ -217,7 +215,7 @@ def answer(what: str, given: Mapping[str, str]) -> str | None:
     return as_text(avalanche(found)) if what == "avalanche" else saved(found)
 
 
-def saved(found: Avalanche) -> str:
+def saved(found: RunAvalanche) -> str:
     """Return the page as one file: a run, and one of its rearrangements as it moves."""
     return page(
         course=course(found.experiment),

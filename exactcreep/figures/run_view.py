@@ -19,7 +19,7 @@ from exactcreep.model.contacts import Contacts
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.quasistatic.decimals import floats
+from exactcreep.quasistatic.decimals import as_float, floats
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import Stretch, advance
@@ -135,7 +135,7 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
     x_G = np.append(floats(states[first - 1].displacements).mean(), floats(recorded["x_G"]))
     theta = drive.targets(max(first - 1, 1), x_G.size - (first == 1), result.seed)
     if first == 1:
-        theta = np.append(floats(np.array([experiment.initial.theta])), theta)
+        theta = np.append(as_float(experiment.initial.theta), theta)
     return Portrait(result, half_cycle, first, theta, x_G, recorded["slips"], states[half_cycle])
 
 
@@ -282,5 +282,5 @@ def draw_friction(axes: Axes, friction: float, color: str) -> None:
 
 
 def _moment(seen: Portrait) -> str:
-    theta = float(floats(np.array([seen.state.theta]))[0])
+    theta = as_float(seen.state.theta)
     return rf"end of half-cycle {seen.half_cycle} ($\theta = {theta:.4g}$)"

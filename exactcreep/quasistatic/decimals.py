@@ -93,11 +93,16 @@ enclosures = np.frompyfunc(enclosure, 1, 1)
 """The same of an array, as an array of objects."""
 
 
+def as_float(value: Any) -> float:
+    """Return the float64 nearest to a number."""
+    return nearest_float(enclosure(value).middle)
+
+
 def floats(array: NDArray[Any]) -> NDArray[np.float64]:
     """Return the float64 nearest to every number of `array`."""
     if array.dtype != object:
         return array.astype(np.float64, copy=False)
-    near = [nearest_float(enclosure(value).middle) for value in array.ravel().tolist()]
+    near = [as_float(value) for value in array.ravel().tolist()]
     return np.array(near, dtype=np.float64).reshape(array.shape)
 
 

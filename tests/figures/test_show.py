@@ -11,10 +11,10 @@ from PIL import Image
 
 from exactcreep import Chain, Cycles, GaussianSteps, creep
 from exactcreep.figures.animation import (
-    contacts_at,
     draw_avalanche,
     find_avalanche,
     largest_avalanche,
+    moments_of,
 )
 from exactcreep.figures.run_view import draw_portrait, portrait
 from exactcreep.model.numbers import InputError
@@ -162,11 +162,10 @@ def test_sliders_are_drawn_as_moving_exactly_while_they_move(experiment) -> None
     motion = avalanche.rearrangement
     ends = motion.sol.ts
     times = (ends[:-1] + np.diff(ends) / 2)[np.diff(ends) > 1e-6]
-    moving, held = contacts_at(motion, np.append(times, motion.duration))
-    velocities = motion.sol(times).velocities
-    assert np.array_equal(moving[:, :-1], velocities != 0)
-    assert not moving[:, -1].any()
-    assert np.array_equal(held[:, -1], motion.state.coefficients * CHAIN.cos_alpha)
+    shown = moments_of(motion, np.append(times, motion.duration))
+    assert np.array_equal(shown.moving[:, :-1], motion.sol(times).velocities != 0)
+    assert not shown.moving[:, -1].any()
+    assert np.array_equal(shown.held[:, -1], motion.state.coefficients * CHAIN.cos_alpha)
 
 
 def test_the_animation_has_the_frames_that_were_asked_for(experiment, tmp_path: Path) -> None:
