@@ -223,9 +223,9 @@ class EdgeSearch:
             sensitive = tuple(sorted(map(nearest_float, question.sensitive)))
             self._know(fates=(lower.fate, upper.fate), sensitive=sensitive, reason=refined.doubt)
         else:
-            locked = outcome is Outcome.CYCLING and evidence is Evidence.PROVED
             if outcome is None:
                 self._settle(Fraction(refined.edge.lower))
+            locked = outcome is Outcome.CYCLING and evidence is Evidence.PROVED
             lasts = locked or outcome is Outcome.AT_REST
             self._know(stable_digits=self.stable_digits(refined.edge, lasts))
         if not refined.doubt:
@@ -251,9 +251,8 @@ class EdgeSearch:
 
     def edges(self) -> Iterator[tuple[Fraction, Fraction, bool]]:
         """Yield a bracket of every edge of the scan, and whether creep begins there."""
-        before = self.span.scans[0][0]
-        creeping, found = self.question.creeps(before), False
-        if creeping:
+        before, creeping, found = self.span.scans[0][0], False, False
+        if self.question.creeps(before):
             allowed = "must be lower: the chain creeps there already"
             raise InputError("from", nearest_float(before), allowed)
         for begin, end in self.span.scans:
@@ -276,14 +275,11 @@ class EdgeSearch:
             low, high, _ = next(self.edges())
             return low, high
         low, high = self.span.bracket
-        creeps = [self.question.creeps(amplitude) for amplitude in (low, high)]
-        if creeps != [False, True]:  # or float64 does not tell them apart
-            creeps = [self._tried(amplitude).creeps for amplitude in (low, high)]
-        if creeps != [False, True]:
-            shown = f"{nearest_float(low)} {nearest_float(high)}"
-            allowed = "must straddle an edge: no creep at LO, creep at HI"
-            raise InputError("bracket", shown, allowed)
-        return low, high
+        for creeps in (self.question.creeps, lambda amplitude: self._tried(amplitude).creeps):
+            if (creeps(low), creeps(high)) == (False, True):  # where float64 tells them apart
+                return low, high
+        shown = f"{nearest_float(low)} {nearest_float(high)}"
+        raise InputError("bracket", shown, "must straddle an edge: no creep at LO, creep at HI")
 
     def narrowed(self, low: Fraction, high: Fraction, begins: bool) -> Bracket:
         """Return the bracket after bisection in float64."""

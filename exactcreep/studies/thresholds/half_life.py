@@ -16,13 +16,7 @@ import xarray as xr
 
 from exactcreep.limits import Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import (
-    InputError,
-    Number,
-    exact_number,
-    nearest_float,
-    whole_number,
-)
+from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.studies.fates.numerical import refuse_sliding
 from exactcreep.studies.fates.survival import SIZE, Share, survival
 from exactcreep.studies.thresholds.amplitudes import Span, bisected
@@ -132,9 +126,8 @@ class _Tried:
         low, high = span.scans[0][0], span.scans[-1][1]
         below = max(low, high / 10**6)
         for _ in range(_LOWER * span.free):
-            if self.fewer(below):
-                break
-            below /= 2
+            if not self.fewer(below):
+                below /= 2
         if not self.fewer(below):
             raise InputError("from", nearest_float(low), "must be lower: half of the starts creep")
         amplitude = below
@@ -154,13 +147,9 @@ class _Tried:
         """
         outer = min((a for a in self.shares if sure(a)), key=lambda a: abs(a - inner))
         for _ in range(_REFINED):
-            if abs(outer - inner) <= width * inner:
-                break
-            middle = (outer + inner) / 2
-            if sure(middle):
-                outer = middle
-            else:
-                inner = middle
+            if abs(outer - inner) > width * inner:
+                middle = (outer + inner) / 2
+                outer, inner = (middle, inner) if sure(middle) else (outer, middle)
         return outer
 
 
@@ -201,7 +190,7 @@ def half_life(
     try:
         below, above = tried.bracket(span)
         *_, (below, above) = bisected(below, above, width, lambda a: tried.share(a).share >= 0.5)
-        at = nearest_float((below + above) / 2)
+        at = (below + above) / 2
         fewer = tried.end(below, width, tried.fewer)
         more = tried.end(above, width, tried.more)
     except OutOfTime as limit:
@@ -209,13 +198,14 @@ def half_life(
         more = min((a for a in tried.shares if tried.more(a)), default=None)
         less = [a for a in tried.shares if tried.fewer(a) and (more is None or a < more)]
         fewer = max(less, default=None)
+    ends = [None if end is None else nearest_float(end) for end in (at, fewer, more)]
     return HalfLife(
         chain=chain,
         **given,
+        amplitude=ends[0],
+        low=ends[1],
+        high=ends[2],
         size=exact_number(size, "size"),
-        amplitude=at,
-        low=None if fewer is None else nearest_float(fewer),
-        high=None if more is None else nearest_float(more),
         shares={nearest_float(amplitude): share for amplitude, share in tried.shares.items()},
         reason=reason,
     )

@@ -20,13 +20,7 @@ from exactcreep.laws import LAWS, law_values
 from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import (
-    InputError,
-    Number,
-    exact_number,
-    nearest_float,
-    whole_number,
-)
+from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.fates.numerical import refuse_sliding
@@ -138,10 +132,10 @@ def intercept(
     (law,) = law_values(LAWS["seuil"].printed, about)
     slopes = law_values(LAWS["vitesse"].printed, about)
     amplitudes = law * np.linspace(low, high, count)
-    velocities, errors = np.full(count, math.nan), np.full(count, math.nan)
+    measured: dict[int, tuple[float, float, float]] = {}
     downhill = math.copysign(1.0, nearest_float(chain.tan_alpha))
     over = ""
-    for done, k in enumerate([*range(0, count, 2), *range(1, count, 2)]):
+    for k in [*range(0, count, 2), *range(1, count, 2)]:
         start, disorder = start_of(chain, spread, key, k + 1)
         drive = Cycles(amplitudes[k], cycles)
         seconds = limits.seconds_left
@@ -151,23 +145,18 @@ def intercept(
             break
         if run.outcome in (Outcome.RUNAWAY, Outcome.LIMIT):
             raise InputError("fit", high, f"must be lower: {run.reason}")
-        velocities[k], errors[k] = downhill * run.velocity, run.velocity_error
-        say("velocities", done + 1, count, "amplitudes")
-    known = ~np.isnan(velocities)
-    measured = amplitudes[known], velocities[known], errors[known]
-    line: dict[str, Any] = {}
-    if np.isnan(measured[2]).sum() > known.sum() // 2:
+        measured[k] = amplitudes[k], downhill * run.velocity, run.velocity_error
+        say("velocities", len(measured), count, "amplitudes")
+    columns = np.array([measured[k] for k in sorted(measured)]).reshape(-1, 3).T
+    line: dict[str, Any] = dict(zip(("amplitudes", "velocities", "errors"), columns, strict=True))
+    if np.isnan(columns[2]).sum() > len(measured) // 2:
         if not over:
-            allowed = "must be more: velocities have no standard error"
-            raise InputError("cycles", cycles, allowed)
-    elif known.sum() >= FEWEST_POINTS:
-        line = _fitted(*measured)
+            raise InputError("cycles", cycles, "must be more: velocities have no standard error")
+    elif len(measured) >= FEWEST_POINTS:
+        line |= _fitted(*columns)
     line["reason"] = over or line.get("reason", "")
     return Intercept(
         chain=chain,
-        amplitudes=measured[0],
-        velocities=measured[1],
-        errors=measured[2],
         cycles=drive.cycles,
         seed=key,
         size=spread,
