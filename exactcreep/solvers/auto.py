@@ -476,7 +476,6 @@ class AutoSimulation(Simulation):
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
-        """Counts since the start."""
         return Tally() if self._inner is None else self._inner.tally
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
@@ -501,15 +500,13 @@ class AutoSimulation(Simulation):
         return self._inner.follow(drive, first, count, limits)
 
     def _run_by(self, solver: Solver) -> Simulation:
-        self._digits = getattr(solver, "digits", 0)
-        return solver.simulation_from(self._start, self._record)
+        start, self._digits = self._start, getattr(solver, "digits", 0)
+        return solver.simulation(start.chain, start.state, start.seed, self._record)
 
     def state(self) -> State:
-        """Return the present state."""
         return self._start.state if self._inner is None else self._inner.state()
 
     def capture(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit."""
         return {
             "chosen": self._told.get("chosen", ""),
             "digits": self._digits,
@@ -518,7 +515,6 @@ class AutoSimulation(Simulation):
         }
 
     def restore(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `capture` returned (for the same chain, seed and solver)."""
         if captured["inner"] is None:
             return
         self._told = dict(captured["told"])

@@ -51,12 +51,8 @@ from exactcreep.solvers.solver import (
     Start,
     Stretch,
     Tally,
-    refuse_records,
 )
 from exactcreep.solvers.tables import TargetRows
-
-RECORDED = ("x_G", "x", "tension", "slips")
-"""What the sliding limit can record: it has no events in time."""
 
 _PAUSE = 10**7  # sliders times half-cycles between two looks at a clock: some ten milliseconds
 _LAW_BITS = 256  # of the law beside an exact run
@@ -198,11 +194,6 @@ class SlidingSimulation(Simulation):
     """A chain in the sliding limit on its way along a drive."""
 
     def __init__(self, start: Start, record: tuple[str, ...], exact: bool, pivot: str) -> None:
-        refuse_records(
-            record,
-            RECORDED,
-            ": without inertia there are no events in time; solver 'exact' has them",
-        )
         chain, state = start.chain, start.state
         self.chain, self.seed, self.record = chain, start.seed, record
         self.exact, self.pivot = exact, pivot
@@ -268,7 +259,6 @@ class SlidingSimulation(Simulation):
         return self._l0 * self._number(theta)
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
-        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         if self._lost:
             return Stretch(0, {}, Stop.RUNAWAY if self._too_steep else Stop.LIMIT, self._lost)
         self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
@@ -317,7 +307,6 @@ class SlidingSimulation(Simulation):
         )
 
     def capture(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit: arrays, numbers and strings by name."""
         captured: dict[str, Any] = {
             "way": self._way, "theta": _written(self._theta), "relaxed": self._relaxed,
             "amplitude": None if self._amplitude is None else str(self._amplitude),
@@ -331,7 +320,6 @@ class SlidingSimulation(Simulation):
         return captured
 
     def restore(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `capture` returned (for the same chain, seed and solver)."""
         self._way = int(captured["way"])
         self._theta = self._read(captured["theta"])
         self._relaxed = bool(captured["relaxed"])
@@ -422,6 +410,10 @@ class Sliding(Solver):
     exact: bool = False
     pivot: str = "mean"
     needs_slips: ClassVar[bool] = False
+    records: ClassVar[tuple[str, ...]] = ("x_G", "x", "tension", "slips")
+    no_more: ClassVar[str] = (
+        ": without inertia there are no events in time; solver 'exact' has them"
+    )
     name: ClassVar[str] = "sliding"
     summary: ClassVar[str] = "no inertia, no static excess: piecewise linear in theta"
 

@@ -323,6 +323,9 @@ class Solver(ABC):
     """One line for humans."""
     needs_slips: ClassVar[bool] = True
     """Whether it refuses a chain that slides with theta, which only `sliding` follows."""
+    records: ClassVar[tuple[str, ...]] = RECORDS
+    no_more: ClassVar[str] = ""
+    """What its simulations can record, and why no more."""
 
     def rearrange(
         self,
@@ -351,6 +354,10 @@ class Solver(ABC):
         A start that is not at rest is first rearranged at its own theta, within the first call of
         `Simulation.follow`.
         """
+        for name in record:
+            if name not in self.records:
+                allowed = "must be one of " + ", ".join(self.records) + self.no_more
+                raise InputError("record", name, allowed)
         return self.simulation_from(self._start(chain, state, seed), record)
 
     def _start(self, chain: Chain, state: State, seed: int) -> Start:
@@ -486,12 +493,3 @@ def warm_up(solver: Solver, lengths: Sequence[int], record: tuple[str, ...] = ()
         chain = replace(TWO_SLIDERS, n=n)
         simulation = solver.simulation(chain, State.relaxed(chain), 0, record)
         simulation.follow(Cycles("1/10", 1), 1, 2)
-
-
-def refuse_records(
-    record: tuple[str, ...], known: tuple[str, ...] = RECORDS, why: str = ""
-) -> None:
-    """Raise `InputError` for what a simulation cannot record; `why` says what stands against it."""
-    for name in record:
-        if name not in known:
-            raise InputError("record", name, "must be one of " + ", ".join(known) + why)

@@ -47,7 +47,6 @@ from exactcreep.solvers.solver import (
     Stretch,
     Tally,
     compiled,
-    refuse_records,
 )
 from exactcreep.solvers.tables import (
     EVENT_TABLE,
@@ -86,7 +85,6 @@ class ExactSimulation(Simulation):
         record: tuple[str, ...] = ("x_G",),
         used: Work | None = None,
     ) -> None:
-        refuse_records(record)
         self.chain = chain
         self.record = record
         self.start = Rest.of(chain, state)

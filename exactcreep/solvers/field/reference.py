@@ -31,7 +31,6 @@ from exactcreep.solvers.solver import (
     Solver,
     Start,
     Stretch,
-    refuse_records,
 )
 from exactcreep.solvers.tables import record_arrays, rows_of
 
@@ -133,7 +132,6 @@ class FieldSimulation(Simulation):
     kind: ClassVar[type[Mechanics]] = Mechanics
 
     def __init__(self, start: Start, record: tuple[str, ...], arithmetic: Arithmetic) -> None:
-        refuse_records(record)
         self.start = start
         self.record = record
         with arithmetic.active():

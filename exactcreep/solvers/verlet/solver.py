@@ -35,7 +35,6 @@ from exactcreep.solvers.solver import (
     Stretch,
     Tally,
     compiled,
-    refuse_records,
 )
 from exactcreep.solvers.tables import (
     EVENT_TABLE,
@@ -216,7 +215,6 @@ class _Ledger:
         return [avalanche.row(self._chain, FLOAT64, self._undecided[1])]
 
     def captured(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit."""
         return {
             "theta": self._theta,
             "tensions": self._tensions.copy(),
@@ -237,7 +235,6 @@ class VerletSimulation(Simulation):
     """A chain on its way along a drive, stepped in time."""
 
     def __init__(self, start: Start, record: tuple[str, ...], dt: float, locate: bool) -> None:
-        refuse_records(record)
         self.chain, self.seed, self.record = start.chain, start.seed, record
         self.laws = _laws(start, dt, locate)
         self.arrays = _arrays(start, self.laws, any(name in record for name in LOGS))
@@ -245,13 +242,11 @@ class VerletSimulation(Simulation):
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
-        """Counts since the start."""
         now = self.arrays.now[0]
         names = ("rearrangements", "events", "slips", "below", "undecided")
         return Tally(*(int(now[name]) for name in names))
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
-        """Take the chain to targets `first` .. `first + count - 1` of the drive."""
         arrays, record = self.arrays, self.record
         targets = drive.targets(first, count, self.seed)
         rows = TargetRows.empty(record, count, self.chain.n)
@@ -292,7 +287,6 @@ class VerletSimulation(Simulation):
         return [event for _, event in logged_events(EVENT_TABLE.arrays(rows), rows["residual"])]
 
     def state(self) -> State:
-        """Return the present state."""
         return _state(self.laws, self.arrays)
 
     def velocities(self) -> NDArray[np.float64]:
@@ -300,7 +294,6 @@ class VerletSimulation(Simulation):
         return _velocities(self.laws, self.arrays)
 
     def capture(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit."""
         arrays = self.arrays
         return {
             "origin": self.laws.origin,
@@ -312,7 +305,6 @@ class VerletSimulation(Simulation):
         }
 
     def restore(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `capture` returned."""
         arrays = self.arrays
         self.laws = self.laws._replace(origin=float(captured["origin"]))
         arrays.movers[:] = captured["movers"]
