@@ -6,6 +6,7 @@ forces holds it, and no further.
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any
 
 
@@ -96,15 +97,23 @@ def nearest_at_rest(tensions: list[Any], uphill: Any, downhill: Any) -> list[Any
     return found[::-1]
 
 
-def relaxed(tensions: list[Any], uphill: Any, downhill: Any) -> tuple[list[Any], list[Any]]:
-    """Return the tensions at which the friction holds the chain, and the displacements to them.
+def relaxed(
+    tensions: list[Any], uphill: Any, downhill: Any, share: Fraction
+) -> tuple[list[Any], list[Any], Any]:
+    """Return the tensions at which friction holds the chain, and the displacements to them.
+
+    Where every slider moves, those at -b uphill and those at +b downhill, the balance of forces
+    leaves open where the chain as a whole ends; the range of that is the third result, else zero.
 
     Parameters
     ----------
     tensions : list of numbers
         As they are given, n - 1 of them; floats, rationals or numbers of Q(cos(alpha)).
     uphill, downhill : number
-        ``mu_d c + s`` and ``mu_d c - s``: how far a tension may fall or rise from spring to spring.
+        ``b + s`` and ``b - s``, b = mu_d c: how far a tension may fall or rise from spring to
+        spring.
+    share : Fraction
+        How far up in that range the chain ends: 0 as far downhill as possible, 1 uphill.
 
     Notes
     -----
@@ -117,11 +126,10 @@ def relaxed(tensions: list[Any], uphill: Any, downhill: Any) -> tuple[list[Any],
         x.append(x[-1] + (reached - given))
     steps = [b - a for a, b in zip([zero, *found], [*found, zero], strict=True)]
     margins = [min(step + uphill, downhill - step) for step in steps]
-    widest = max(margins)
-    anchor = x[margins.index(widest)]  # a slider inside its limits has not moved
-    if not widest > 0:
-        # every slider moved: those at +b downhill, those at -b uphill, by as little as possible
-        least = [v for v, step in zip(x, steps, strict=True) if step + uphill <= downhill - step]
-        most = [v for v, step in zip(x, steps, strict=True) if step + uphill > downhill - step]
-        anchor = max(least) if least else min(most)
-    return found, [v - anchor for v in x]
+    anchor, room = x[margins.index(max(margins))], zero  # a slider inside its limits does not move
+    if not max(margins) > 0:
+        falls = [step + uphill > downhill - step for step in steps]
+        anchor = max(v for v, fell in zip(x, falls, strict=True) if not fell)
+        room = min(v for v, fell in zip(x, falls, strict=True) if fell) - anchor
+        anchor = anchor + room * share
+    return found, [v - anchor for v in x], room

@@ -228,11 +228,12 @@ class SlidingSimulation(Simulation):
         )
         tensions = self._array(map(self._number, state.tensions.tolist()))
         x = self._array(map(self._number, state.displacements.tolist()))
-        carry = x - x
+        carry, room = x - x, self._number(0)
         steps = np.diff(tensions, prepend=self._number(0), append=self._number(0))
         slack = 0 if exact else 4 * np.spacing(max([*abs(tensions), uphill]))
         if np.any(steps > downhill + slack) or np.any(steps < -uphill - slack):
-            reached, shift = relaxed(tensions.tolist(), uphill, downhill)
+            share = self._number(_SHARES[pivot][1])
+            reached, shift, room = relaxed(tensions.tolist(), uphill, downhill, share)
             tensions, x = self._array(reached), x + self._array(shift)
             self._relaxed = True
         self._chain = _Configuration(
@@ -241,8 +242,9 @@ class SlidingSimulation(Simulation):
             carry=carry,
             sliding=np.zeros(n, dtype=np.int8),
             slips=np.zeros(n, dtype=np.int64),
-            totals=np.zeros(4, dtype=self._kind),
+            totals=self._array([room, 0, 0, 0]),
         )
+        self.tally.undecided = int(room != 0)
 
     def _number(self, value: Any) -> Any:
         if not self.exact:

@@ -401,6 +401,24 @@ def test_a_start_that_friction_cannot_hold_goes_to_the_nearest_rest_state(n):
 
 
 @pytest.mark.parametrize("exact", [False, True])
+@pytest.mark.parametrize("given", [["0.9"], ["-0.9"], ["0.9", "2", "0.9"]])
+def test_a_level_chain_that_pulls_itself_together_stays_its_own_mirror_image(given, exact):
+    chain, shift = chain_of(len(given) + 1, 0), {}
+    start = State.prepared(chain, given)
+    for pivot in ("mean", "downhill", "uphill"):
+        simulation = Sliding(exact=exact, pivot=pivot).simulation(chain, start, 0, ())
+        x = simulation.state().displacements
+        shift[pivot] = x.sum() / chain.n
+        assert simulation.evidence is Evidence.UNDECIDED
+        ends = [simulation.report()[f"x_G_{end}"] for end in ("low", "high")]
+        if pivot == "mean":
+            assert x.astype(float) == pytest.approx(-x[::-1].astype(float), abs=1e-15)
+            middle = ends
+        assert ends == pytest.approx(middle, abs=1e-15)
+    assert [float(shift[pivot]) for pivot in ("uphill", "downhill")] == pytest.approx(middle)
+
+
+@pytest.mark.parametrize("exact", [False, True])
 def test_capture_and_restore_go_on_bit_for_bit(exact):
     chain = chain_of(6, Fraction(1, 5))
     drive = GaussianSteps("0.004", 60)
