@@ -5,10 +5,9 @@ from __future__ import annotations
 import datetime
 import hashlib
 import itertools
-import math
 import os
 import warnings
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -28,33 +27,19 @@ from exactcreep.model.numbers import (
 )
 from exactcreep.model.reading import content_of
 from exactcreep.model.record_rows import (
-    DECIMAL,
-    GAP,
-    Reading,
-    Row,
-    filled,
+    ABSOLUTE_ZERO,
+    DATES,
+    MOST_BYTES,
+    RecordRow,
+    RowReader,
     gaps_in,
-    is_missing,
-    kind_of_time,
-    lines_of,
-    listed,
     moment_of,
-    one_of,
-    refuse,
+    rows_of_arrays,
+    rows_of_file,
 )
 
-MOST_BYTES = 64 * 2**20
-"""Size of a file of records, unpacked; more is another kind of file."""
-MOST_ROWS = 1_000_000
-"""A century of hours."""
-ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
 LIKE_KELVIN = (180, 400)
 """Weather and roofs lie between these in kelvin, and below the first in degrees Celsius."""
-DATES = {
-    "iso": "2024-01-31T13:00",
-    "day first": "31.01.2024 13:00",
-    "month first": "01/31/2024 13:00",
-}
 CHOICES = {
     "unit": ("C", "K"),
     "decimal": (".", ","),
@@ -84,8 +69,8 @@ class TemperatureRecord(Listed):
     Parameters
     ----------
     file : str or path
-        A CSV file in UTF-8 of at most 64 MiB and a million rows, or such a file packed by gzip,
-        whose name ends in .gz. Its first row names the columns. See `of` for arrays and pandas.
+        A CSV file in UTF-8 of at most 64 MiB and a million rows, or such a file packed by gzip
+        (.gz). Its first row names the columns. See `of` for arrays and pandas.
     kappa : number
         Thermal expansion coefficient, unit 1/K; positive.
     T0 : number
@@ -216,7 +201,7 @@ class TemperatureRecord(Listed):
             if not (theta is None and times is None and sha256 is None and origin is None):
                 raise InputError("theta", theta, "must come with times and sha256, or not at all")
             content = content_of(Path(file), "file", MOST_BYTES)
-            self._take(self._rows(content), os.fspath(file), hashlib.sha256(content).hexdigest())
+            self._take(rows_of_file(content, self), self.file, content)
             return
         dilations = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
         moments = tuple(
@@ -262,156 +247,23 @@ class TemperatureRecord(Listed):
         for name in options:
             if name not in CHOICES or name == "decimal":
                 raise InputError(name, options[name], "is not an option of arrays")
-        given, moments = listed(temperatures, "temperatures"), listed(index, "times")
+        given, moments = _listed(temperatures, "temperatures"), _listed(index, "times")
         if len(moments) != len(given):
             raise InputError(
                 "times", len(moments), f"must be as many as temperatures, {len(given)}"
             )
         blank = cls("", kappa, T0, theta=[0], times=[0], sha256="", **options)
-        rows = (
-            Row(f"row {k}", *pair) for k, pair in enumerate(zip(moments, given, strict=True), 1)
-        )
         text = "\n".join(f"{moment},{value}" for moment, value in zip(moments, given, strict=True))
-        blank._take(rows, "(arrays)", hashlib.sha256(text.encode()).hexdigest())
+        blank._take(rows_of_arrays(moments, given), "(arrays)", text.encode())
         return blank
 
-    def _rows(self, content: bytes) -> Iterator[Row | InputError]:
-        """Yield what every row of a CSV file says, or what is wrong with it."""
-        lines = lines_of(content, self.file, self.delimiter, MOST_BYTES)
-        header = next(lines, (0, []))[1]
-        if not header:
-            raise InputError("file", self.file, "must begin with a row that names the columns")
-        places = []
-        for name in ("time_column", "temperature_column"):
-            wanted = getattr(self, name).strip()
-            if header.count(wanted) != 1:
-                found = ", ".join(header[:12])
-                which = "one of" if wanted not in header else "named once among"
-                allowed = f"must be {which} the columns of {self.file}: {found}"
-                raise InputError(name, wanted, allowed)
-            places.append(header.index(wanted))
-        for row, (line, entries) in enumerate(lines, start=1):
-            where = f"row {row} (line {line})"
-            if len(entries) == len(header):
-                yield Row(f"{where} of {self.file}", *(entries[place] for place in places))
-            else:
-                allowed = f"{where} must have {len(header)} columns, not {len(entries)}"
-                yield InputError("file", self.file, allowed)
-
-    def _take(self, rows: Iterable[Row | InputError], shown: str, sha256: str) -> None:
+    def _take(self, rows: Iterable[RecordRow | InputError], shown: str, content: bytes) -> None:
         """Keep what rows say, or raise one `InputError` with all that is wrong with them."""
-        faults: list[InputError] = []
-        kept: list[Reading] = []
-        for number, row in enumerate(rows, start=1):
-            if number > MOST_ROWS:
-                raise InputError("file", shown, f"must have at most {MOST_ROWS} rows")
-            faults += [row] if isinstance(row, InputError) else self._add(row, kept)
-        if not kept and not faults:
-            raise InputError("file", shown, "must hold at least one row of data")
-        start: Any = kept[0].moment if kept else Fraction(0)
-        dated = not isinstance(start, Fraction)
-        times = tuple(
-            nearest_float(moment)
-            if isinstance(moment, Fraction)
-            else (moment - start).total_seconds()
-            for _, moment, _ in kept
-        )
-        values = [one_of(reading.values, self.duplicates) for reading in kept]
-        faults += self._faults_in_time([reading.row for reading in kept], times)
-        if self.missing == "interpolate" and not faults:
-            allowed, why = "missing", ": nothing to interpolate between at the ends"
-            for k in (0, -1):
-                if values[k] is None:
-                    faults.append(self._fault(kept[k].row, "temperature", allowed, why))
-        refuse(faults)
-        temperatures = filled(values, times)
+        times, temperatures, origin = RowReader(self).read(rows, shown)
         _doubt(temperatures, self.unit, shown)
         dilations = tuple(self.kappa * (value - self.T0) for value in temperatures)
-        origin = start.isoformat() if dated else ""
-        vars(self).update(theta=dilations, times=times, sha256=sha256, origin=origin)
-
-    def _add(self, row: Row, kept: list[Reading]) -> Iterator[InputError]:
-        """Add a row to the readings; yield what is wrong with it."""
-        try:
-            moment, value = self._time(row), self._temperature(row)
-        except InputError as fault:
-            yield fault
-            return
-        if (moment is None or value is None) and self.missing == "drop":
-            return
-        if moment is None:
-            yield self._fault(row, "time", "missing")
-            return
-        if value is None and self.missing == "refuse":
-            yield self._fault(row, "temperature", "missing")
-        before: Any = kept[-1].moment if kept else moment
-        if kind_of_time(moment) != kind_of_time(before):
-            yield self._fault(row, "time", "must be of the same kind as the rows before")
-        elif kept and moment == before and self.duplicates != "refuse":
-            kept[-1].values.append(value)
-        elif kept and not moment > before:
-            yield self._fault(row, "time", "must be later than in the row before")
-        else:
-            kept.append(Reading(row, moment, [value]))
-
-    def _faults_in_time(self, rows: Sequence[Row], times: Sequence[float]) -> Iterator[InputError]:
-        """Yield what is wrong with times that increase: infinite ones, and gaps."""
-        finite = [math.isfinite(seconds) for seconds in times]
-        for row, known in zip(rows, finite, strict=True):
-            if not known:
-                yield self._fault(row, "time", "must be below the largest float, 1.8e308,")
-        if self.gaps == "refuse" and all(finite):
-            usual, places = gaps_in(times)
-            for k in places:
-                allowed = f"is {times[k] - times[k - 1]:g} after the row before"
-                further = (
-                    f', more than {GAP} times the usual {usual:g} (gaps = "interpolate" takes the'
-                    " temperature to be monotone there)"
-                )
-                yield self._fault(rows[k], "time", allowed, further)
-
-    def _fault(self, row: Row, what: str, allowed: str, further: str = "") -> InputError:
-        """Return what is wrong with the entry of a row in the column of times or temperatures."""
-        column, entry = getattr(self, f"{what}_column").strip(), getattr(row, what)
-        return InputError(column, entry, f"{allowed} in {row.where}{further}")
-
-    def _time(self, row: Row) -> Fraction | datetime.datetime | None:
-        """Return a time: a number exactly, or a date; None where it is missing."""
-        if is_missing(row.time):
-            return None
-        try:
-            moment = moment_of(self._with_point(row.time), self.date_order)
-        except ValueError:
-            example = DATES[self.date_order]
-            allowed = f"must be a number or a date such as {example}"
-            raise self._fault(row, "time", allowed) from None
-        if not isinstance(moment, Fraction) and not 1700 <= moment.year <= 2200:
-            raise self._fault(row, "time", "must be a date of the years 1700 to 2200")
-        return moment
-
-    def _temperature(self, row: Row) -> Fraction | None:
-        """Return a temperature exactly, None where it is missing."""
-        if is_missing(row.temperature):
-            return None
-        entry = self._with_point(row.temperature)
-        if isinstance(entry, str) and not DECIMAL.fullmatch(entry):
-            named = "point" if self.decimal == "." else "comma"
-            commas = self.decimal == "." and DECIMAL.fullmatch(entry.replace(",", ".", 1))
-            further = '; decimal = "," reads decimal commas' if commas else ""
-            raise self._fault(
-                row, "temperature", f"must be a number with a decimal {named}", further
-            )
-        value = exact_number(entry, f"{self.temperature_column.strip()} in {row.where}")
-        if value < ABSOLUTE_ZERO[self.unit]:
-            raise self._fault(row, "temperature", "must not be below absolute zero")
-        return value
-
-    def _with_point(self, entry: Any) -> Any:
-        """Return a text with a decimal point, if it has what the option `decimal` says."""
-        if self.decimal == "." or not isinstance(entry, str):
-            return entry
-        swapped = entry.replace(",", ".", 1)
-        return swapped if "." not in entry and DECIMAL.fullmatch(swapped) else entry
+        digest = hashlib.sha256(content).hexdigest()
+        vars(self).update(theta=dilations, times=times, sha256=digest, origin=origin)
 
     @cached_property
     def dates(self) -> NDArray[np.datetime64] | None:
@@ -463,6 +315,17 @@ class TemperatureRecord(Listed):
         if not self.origin:
             del kept["origin"]
         return kept
+
+
+def _listed(values: Any, name: str) -> list[Any]:
+    """Return the entries of an array, dates as `datetime.datetime`."""
+    array = np.asarray(values)
+    if array.ndim != 1:
+        raise InputError(name, array.shape, "must have one dimension")
+    if array.dtype.kind == "M":
+        array = array.astype("datetime64[us]")
+    listed: list[Any] = array.tolist()
+    return listed
 
 
 def _check_options(columns: dict[str, str], options: dict[str, str], delimiter: str) -> None:

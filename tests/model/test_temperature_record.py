@@ -11,10 +11,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from exactcreep.model import temperature_record as record_module
+from exactcreep.model import record_rows as record_module
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Path
 from exactcreep.model.numbers import InputError
+from exactcreep.model.record_rows import MOST_BYTES
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import RecordWarning, TemperatureRecord
 from exactcreep.quasistatic.creep import creep
@@ -142,10 +143,11 @@ def test_directories_bytes_and_sizes_are_refused_in_one_sentence(write, tmp_path
     monkeypatch.setattr(record_module, "MOST_ROWS", 2)
     with pytest.raises(InputError, match="at most 2 rows"):
         TemperatureRecord(path, KAPPA, 0)
-    monkeypatch.setattr(record_module, "MOST_BYTES", 2**20)
-    large = write(b"time,temperature\n" + b"0," + b"1" * 2**20)
-    with pytest.raises(InputError, match="at most 1 MiB"):
-        TemperatureRecord(large, KAPPA, 0)
+    large = b"time,temperature\n" + b"\n" * MOST_BYTES
+    with pytest.raises(InputError, match=r"at most 64 MiB$"):
+        TemperatureRecord(write(large), KAPPA, 0)
+    with pytest.raises(InputError, match=r"at most 64 MiB when it is unpacked$"):
+        TemperatureRecord(write(gzip.compress(large), "large.csv.gz"), KAPPA, 0)
 
 
 def test_parameters_make_the_drive_again_without_the_file(write):
@@ -196,6 +198,20 @@ unit = "C"
 kappa = 29e-6
 T0 = 10
 """
+
+
+def test_arrays_that_are_no_record_are_refused(write):
+    with pytest.raises(InputError, match="must be as many as temperatures, 2"):
+        TemperatureRecord.of([1, 2], KAPPA, 0, times=[0])
+    with pytest.raises(InputError, match="must have one dimension"):
+        TemperatureRecord.of([[1, 2]], KAPPA, 0, times=[0, 1])
+    with pytest.raises(InputError, match="date of the years 1700 to 2200 in row 2"):
+        TemperatureRecord.of([1, 2], KAPPA, 0, times=["2024-01-01", "2424-01-01"])
+    known = {"theta": [0, 1], "sha256": ""}
+    with pytest.raises(InputError, match="must be as many as theta, at least one"):
+        TemperatureRecord("", KAPPA, 0, times=[0], **known)
+    with pytest.raises(InputError, match=r"origin = '7': must be a date"):
+        TemperatureRecord("", KAPPA, 0, times=[0, 1], origin="7", **known)
 
 
 def test_a_scene_finds_its_record_beside_it(write):
