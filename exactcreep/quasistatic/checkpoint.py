@@ -102,7 +102,9 @@ class Checkpoint:
             for member in members:
                 found.experiments.append(Experiment.from_description(member["experiment"]))
                 found.captured.append(member["captured"])
-        except (KeyError, TypeError) as error:
+        except InputError:
+            raise
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
             allowed = f"is not a checkpoint of a run: {error}"
             raise InputError("checkpoint", found.path, allowed) from None
         return found
@@ -117,13 +119,7 @@ class Checkpoint:
         return time.monotonic() - self._last >= self.every
 
     def write(self) -> None:
-        """Write the file; if that fails now, but did not at first, warn, and be due again.
-
-        Raises
-        ------
-        InputError
-            If it could never be written.
-        """
+        """Write the file; if that fails now, but did not at first, warn, and be due again."""
         members = [
             {"experiment": experiment.description(), "captured": captured}
             for experiment, captured in zip(self.experiments, self.captured, strict=True)
@@ -229,11 +225,8 @@ def to_bytes(content: Mapping[str, Any]) -> bytes:
 def pieces(content: Mapping[str, Any]) -> list[bytes | memoryview]:
     """Return the checkpoint that holds `content`, arrays as they stand in memory or in files.
 
-    Parameters
-    ----------
-    content : mapping
-        Of names to None, truth values, numbers, strings, rationals, arrays, and lists, tuples
-        and mappings of them.
+    It may hold None, truth values, numbers, strings, rationals, arrays, values of `_TYPES`, and
+    lists, tuples and mappings of these.
     """
     blobs: list[bytes | memoryview] = []
     tree = json.dumps(_encoded(content, blobs), separators=(",", ":")).encode()
@@ -245,13 +238,7 @@ def pieces(content: Mapping[str, Any]) -> list[bytes | memoryview]:
 
 
 def from_bytes(data: bytes | memoryview, name: str = "checkpoint") -> dict[str, Any]:
-    """Return what the checkpoint `data` holds; `name` is the file's, for the message.
-
-    Raises
-    ------
-    InputError
-        If it is no checkpoint, or a damaged or truncated one, or of another version.
-    """
+    """Return what the checkpoint `data` holds, or raise `InputError`; `name` is the file's."""
     refusal = partial(InputError, "checkpoint", name)
     line = _FIRST_LINE.match(data)
     if line is None:
@@ -279,13 +266,7 @@ def from_bytes(data: bytes | memoryview, name: str = "checkpoint") -> dict[str, 
 
 
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return what the checkpoint file `path` holds.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, is no checkpoint, a damaged or truncated one, or of another version.
-    """
+    """Return what the checkpoint file `path` holds, or raise `InputError`."""
     name = file_name(path, "checkpoint")
     if not Path(path).is_file():
         raise InputError("checkpoint", name, "must be a file")

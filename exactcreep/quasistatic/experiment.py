@@ -40,22 +40,8 @@ def drive_of_kind(kind: Any) -> type[Drive]:
 class Experiment:
     """A chain, a drive, the disorder, a solver, and what is to be recorded.
 
-    Attributes
-    ----------
-    chain : Chain
-    drive : Drive
-    seed : int
-    solver : str
-    options : mapping
-        The solver's own options, as given.
-    start : State or None
-        None: the relaxed chain.
-    record : tuple of str
-    burn_in : int or None
-        Targets left out of the mean velocity; None: a tenth, at least 2, and none of a path or a
-        record (see `burn_in_of`).
-    twin : bool
-        Whether a twin is followed all along; see `exactcreep.creep`.
+    The attributes are the parameters of `exactcreep.creep`; `options` are the solver's own, as
+    given.
 
     Examples
     --------
@@ -100,12 +86,16 @@ class Experiment:
             raise InputError("chain", chain, "must be a Chain")
         if not isinstance(drive, Drive):
             raise InputError("drive", drive, f"must be a drive: one of {', '.join(_CLASSES)}")
-        if start is not None and not isinstance(start, State):
-            raise InputError("start", start, "must be a State, or None for the relaxed chain")
-        if start is not None and start.n != chain.n:
-            raise InputError("start", start.n, f"must have the chain's {chain.n} sliders")
         if start is not None:
+            if not isinstance(start, State):
+                raise InputError("start", start, "must be a State, or None for the relaxed chain")
+            if start.n != chain.n:
+                raise InputError("start", start.n, f"must have the chain's {chain.n} sliders")
             start.require_finite()
+        if not isinstance(twin, (bool, np.bool_)):
+            raise InputError("twin", twin, "must be true or false")
+        if burn_in is not None:
+            burn_in = whole_number(burn_in, "burn_in", least=0, most=drive.half_cycles)
         given = dict(options or {})
         solver_named(solver, given)
         experiment = cls(
@@ -116,8 +106,8 @@ class Experiment:
             options=given,
             start=start,
             record=_valid_record(record),
-            burn_in=_valid_burn_in(burn_in, drive),
-            twin=_truth(twin, "twin"),
+            burn_in=burn_in,
+            twin=bool(twin),
         )
         for field, theta in (("drive", experiment.widest), ("start.theta", experiment.theta)):
             if math.isinf(theta) or math.isinf(nearest_float(2 * chain.l0 * Fraction(theta))):
@@ -183,32 +173,17 @@ class Experiment:
 
     @classmethod
     def from_description(cls, data: Mapping[str, Any]) -> Experiment:
-        """Return the experiment that `description` described.
-
-        Raises
-        ------
-        InputError
-            If the data do not describe one.
-        """
-        try:
-            drive = dict(data["drive"])
-            kind = drive.pop("kind")
-            start = data["start"]
-            return cls.of(
-                Chain(**data["chain"]),
-                drive_of_kind(kind)(**drive),
-                seed=data["seed"],
-                solver=data["solver"],
-                start=None if start is None else State(**start),
-                record=data["record"],
-                burn_in=data["burn_in"],
-                twin=data["twin"],
-                options=data["options"],
-            )
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            if isinstance(error, InputError):
-                raise
-            raise InputError("experiment", "…", f"is not described completely: {error}") from None
+        """Return the experiment that `description` described."""
+        given, drive = dict(data), dict(data["drive"])
+        start = given["start"]
+        return cls.of(
+            **given
+            | {
+                "chain": Chain(**given["chain"]),
+                "drive": drive_of_kind(drive.pop("kind"))(**drive),
+                "start": None if start is None else State(**start),
+            }
+        )
 
 
 def _valid_record(record: Any) -> tuple[str, ...]:
@@ -220,19 +195,3 @@ def _valid_record(record: Any) -> tuple[str, ...]:
         if not isinstance(name, str) or name not in RECORDS:
             raise InputError("record", name, "must be among " + ", ".join(RECORDS))
     return tuple(name for name in RECORDS if name in names)
-
-
-def _truth(value: Any, field: str) -> bool:
-    if not isinstance(value, (bool, np.bool_)):
-        raise InputError(field, value, "must be true or false")
-    return bool(value)
-
-
-def _valid_burn_in(burn_in: Any, drive: Drive) -> int | None:
-    if burn_in is None:
-        return None
-    total = drive.half_cycles
-    targets = whole_number(burn_in, "burn_in", least=0)
-    if targets > total:
-        raise InputError("burn_in", burn_in, f"must be at most the drive's {total} targets")
-    return targets

@@ -20,17 +20,10 @@ with contextlib.suppress(ImportError):  # not on Windows, where no part is known
 
 PICTURES = (".png", ".pdf", ".svg")
 _PART = re.compile(r"\.[0-9a-f]{8}\.part$")
-_NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 
 
 def file_name(value: Any, field: str) -> str:
-    """Return `value` as the name of a file.
-
-    Raises
-    ------
-    InputError
-        If it is neither a string nor a path, is empty or too long, or holds a null character.
-    """
+    """Return `value` as the name of a file, or raise `InputError` if no file can have it."""
     if not isinstance(value, (str, os.PathLike)):
         raise InputError(field, value, "must be the name of a file")
     name = os.fspath(value)
@@ -54,13 +47,9 @@ class Occupied(InputError):
 
 
 def check_output(path: str | os.PathLike[str], field: str, *, force: bool) -> Path:
-    """Return `path` if a file can be written there; remove what killed writers left of it.
+    """Return `path` if a file can be written there, else raise `InputError`.
 
-    Raises
-    ------
-    InputError
-        If it is a directory, a device or a link to nothing, exists and `force` is not given, or
-        its directory cannot be written.
+    What killed writers left of it is removed.
     """
     target = _regular_file(path, field)
     if target.exists() and not force:
@@ -94,19 +83,13 @@ def free_name(path: str | os.PathLike[str]) -> Path:
 
 
 def output_directory(path: str | os.PathLike[str], field: str) -> Path:
-    """Return `path` as a directory for output, made if it does not exist.
-
-    Raises
-    ------
-    InputError
-        If it is a file, or cannot be made.
-    """
+    """Return `path` as a directory for output, made if it does not exist, or raise `InputError`."""
     name = file_name(path, field)
     target = Path(name)
-    if target.exists() and not target.is_dir():
-        raise InputError(field, name, "must be a directory")
     try:
         target.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise InputError(field, name, "must be a directory") from None
     except OSError as error:
         raise InputError(field, name, f"cannot be made: {error.strerror}") from None
     return target
@@ -132,28 +115,22 @@ def remove_parts(folder: Path, name: str | None = None) -> None:
     with contextlib.suppress(OSError):
         for entry in os.scandir(folder):
             if entry.name.startswith(begins) and _PART.search(entry.name):
-                _remove_if_unlocked(entry.path)
+                with contextlib.suppress(OSError), open(entry.path, "rb", opener=_opened) as file:
+                    if _locked(file.fileno()):
+                        os.unlink(entry.path)
 
 
-def _remove_if_unlocked(part: str) -> None:
-    with contextlib.suppress(OSError):
-        file = os.open(part, os.O_RDONLY | _NO_LINK)
-        try:
-            if _locked(file):
-                os.unlink(part)
-        finally:
-            os.close(file)
+def _opened(path: str, flags: int) -> int:
+    """Open a file, but not where a link leads."""
+    return os.open(path, flags | getattr(os, "O_NOFOLLOW", 0))
 
 
 def _locked(file: int) -> bool:
     """Return whether this process could take the lock of an open file."""
-    if fcntl is None:
-        return False
-    try:
+    with contextlib.suppress(OSError, AttributeError):  # no `flock` where there is no fcntl
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        return False
-    return True
+        return True
+    return False
 
 
 def _begin(target: Path) -> tuple[Path, int]:
@@ -177,15 +154,7 @@ def write_file(
 ) -> None:
     """Make `data` the content of a file, in one piece or not at all, even if the power fails.
 
-    Parameters
-    ----------
-    path : path
-        Links are followed.
-    data : bytes or memoryview, or several of them
-    field : str
-        The name used in the error message.
-    force : bool
-        Whether a file that exists is replaced.
+    Links are followed; `field` is the name used in messages.
 
     Raises
     ------
