@@ -105,10 +105,7 @@ class Chain(Shown):
     def times_cosine(self, value: Fraction) -> float:
         """Return ``value * cos(alpha)`` as the nearest float64 (error below 0.5000001 ulp)."""
         top, bottom = self._cosine
-        try:
-            return value.numerator * top / (value.denominator * bottom)
-        except OverflowError:
-            return math.inf if value > 0 else -math.inf
+        return value.numerator * top / (value.denominator * bottom)
 
     @cached_property
     def _cosine(self) -> tuple[int, int]:

@@ -13,12 +13,10 @@ One drawn below `mu_d` acts as `mu_d`: a contact never holds less at rest than i
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -110,8 +108,6 @@ def start_direction(force: Any, threshold: Any, sign: Callable[[Any], int]) -> i
         return 1
     return -1 if sign(-force - threshold) > 0 else 0
 
-_BLOCK = 16  # contacts of a slider that are drawn together
-
 
 class Field(Protocol):
     """What thresholds ask of an arithmetic."""
@@ -130,16 +126,8 @@ class Field(Protocol):
 
 
 class Contacts:
-    """The contacts of a chain: coefficients and thresholds, in any arithmetic.
+    """The contacts of a chain: coefficients, keyed by `seed`, and thresholds in any arithmetic.
 
-    Parameters
-    ----------
-    chain : Chain
-    seed : int
-        Keys the coefficients that are drawn.
-
-    Notes
-    -----
     With ``sigma_mu = 0`` the float64 nearest to `mu_s` stands for the rational `mu_s`; another
     coefficient that a `State` begins with is what it is. Source: Eq. (dist_mud).
     """
@@ -149,21 +137,13 @@ class Contacts:
         self.seed = seed
         self._mean = nearest_float(chain.mu_s)
         self._scales: dict[Field, tuple[Any, Any]] = {}  # cos(alpha) and mu_s cos(alpha)
-        self._drawn: dict[int, tuple[int, list[float]]] = {}  # of a slider: from which contact on
 
     def coefficient(self, slider: int, draw: int) -> float | Fraction:
         """Return the static coefficient, as drawn, of contact `draw` (from 0) of `slider` (from 1).
 
         A float64 is the value exactly; with ``sigma_mu = 0`` it is the rational `mu_s`.
         """
-        first, drawn = self._drawn.get(slider, (0, []))
-        if not first <= draw < first + len(drawn):
-            one = disorder.static_coefficient(self.chain, self.seed, slider, draw)
-            if self.chain.sigma_mu == 0:
-                return one
-            first, drawn = draw, self.coefficients(slider, draw, _BLOCK).tolist()
-            self._drawn[slider] = first, drawn
-        return drawn[draw - first]
+        return disorder.static_coefficient(self.chain, self.seed, slider, draw)
 
     def coefficients(self, slider: int, first: int, count: int) -> NDArray[np.float64]:
         """Return the coefficients of contacts ``first .. first + count - 1``, shape (count,)."""
@@ -177,13 +157,7 @@ class Contacts:
 
     def is_low(self, coefficient: Any) -> bool:
         """Return whether a drawn coefficient lies below `mu_d`, and therefore acts as `mu_d`."""
-        if isinstance(coefficient, float):
-            return coefficient < self._least
         return _rational(coefficient) < self.chain.mu_d
-
-    def threshold(self, slider: int, draw: int, arithmetic: Field) -> Any:
-        """Return the force, unit ``m g``, that contact `draw` of `slider` holds: see `holds`."""
-        return self.holds(self.coefficient(slider, draw), arithmetic)
 
     def holds(self, coefficient: Any, arithmetic: Field) -> Any:
         """Return the force, unit ``m g``, that a contact with this coefficient holds at rest.
@@ -222,35 +196,15 @@ class Contacts:
     ) -> NDArray[np.float64]:
         """Return by how much static friction can exceed dynamical friction, unit ``m g``.
 
-        Parameters
-        ----------
-        coefficients : ndarray of float64
-            As drawn.
-        low : ndarray of float64 or float
-            What has to be added to them.
-
-        Notes
-        -----
-        In float64, and with the roundings of the compiled solver, whose thresholds are
-        ``chain.friction`` plus these.
+        Of the coefficients as drawn, plus `low`; in float64, and with the roundings of the compiled
+        solver, whose thresholds are ``chain.friction`` plus these.
         """
-        mu_d, mu_d_low = self._floor
+        mu_d = nearest_float(self.chain.mu_d)
+        mu_d_low = nearest_float(self.chain.mu_d - Fraction(mu_d))
         excess = np.maximum(((coefficients - mu_d) - mu_d_low) + low, 0.0) * self.chain.cos_alpha
         if self.chain.sigma_mu == 0:
             excess[coefficients == self._mean] = self.chain.excess
         return np.asarray(excess)
-
-    @cached_property
-    def _least(self) -> float:
-        """The smallest float64 that is not below mu_d."""
-        near = nearest_float(self.chain.mu_d)
-        return near if Fraction(near) >= self.chain.mu_d else math.nextafter(near, math.inf)
-
-    @cached_property
-    def _floor(self) -> tuple[float, float]:
-        """mu_d, as two floats."""
-        high = nearest_float(self.chain.mu_d)
-        return high, nearest_float(self.chain.mu_d - Fraction(high))
 
 
 def _rational(coefficient: Any) -> Fraction:

@@ -43,13 +43,6 @@ LARGEST_DEVIATE = 9
 """No normal deviate drawn here is larger: the largest of 53 bits is 8.3."""
 
 
-def first_deviates(seed: int, count: int) -> NDArray[np.float64]:
-    """Return deviate k = 0 of the coefficients of sliders 1, 2, ..., `count`."""
-    out = np.empty(count)
-    _compiled().first_deviates(np.uint64(seed), np.uint64(STREAM_COEFFICIENT), out)
-    return out
-
-
 def _deviates(seed: int, stream: int, n: int, first: int, count: int) -> NDArray[np.float64]:
     out = np.empty(count)
     key = np.uint64(seed), np.uint64(stream), np.int64(n)
@@ -65,6 +58,16 @@ def _compiled() -> Any:
 def valid_seed(seed: Any) -> int:
     """Return `seed` as an int in 0 .. 2**64 - 1, or raise `InputError`."""
     return whole_number(seed, "seed", least=0, most=2**64 - 1)
+
+
+def first_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
+    """Return the static coefficients with which the sliders begin (draw k = 0), shape (n,)."""
+    mean = nearest_float(chain.mu_s)
+    if chain.sigma_mu == 0:
+        return np.full(chain.n, mean)
+    out = np.empty(chain.n)
+    _compiled().first_deviates(np.uint64(seed), np.uint64(STREAM_COEFFICIENT), out)
+    return out * nearest_float(chain.sigma_mu) + mean
 
 
 def static_coefficients(
@@ -85,25 +88,8 @@ def static_coefficients(
 def static_coefficient(chain: Chain, seed: int, n: int, k: int) -> float | Fraction:
     """Return the k-th static friction coefficient of slider `n` (k = 0: the initial one).
 
-    Parameters
-    ----------
-    chain : Chain
-    seed : int
-        0 .. 2**64 - 1.
-    n : int
-        The slider, 1 .. chain.n.
-    k : int
-        How many coefficients the slider had before.
-
-    Returns
-    -------
-    float or Fraction
-        The drawn float64, which is the value exactly; with ``sigma_mu = 0`` the rational `mu_s`.
-        It may lie below `mu_d`; the contact then acts as if it were `mu_d`.
-
-    Notes
-    -----
-    Source: Eq. (dist_mud).
+    The drawn float64 is the value exactly; with ``sigma_mu = 0`` it is the rational `mu_s`. It may
+    lie below `mu_d`; the contact then acts as if it were `mu_d`. Source: Eq. (dist_mud).
     """
     n = whole_number(n, "n", least=1, most=chain.n)
     k = whole_number(k, "k", least=0, most=2**62)

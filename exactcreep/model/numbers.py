@@ -76,21 +76,10 @@ def _shown(value: Any) -> str:
 
 
 def exact_number(value: Any, field: str) -> Fraction:
-    """Return the rational that `value` denotes.
+    """Return the rational that `value` denotes, or raise `InputError` with the name `field`.
 
-    Parameters
-    ----------
-    value : int, float, Fraction, Decimal or str
-        A float is its exact binary value; a string is a decimal (``"0.6"``, ``"1e-3"``) or a
-        ratio of integers (``"3/5"``).
-    field : str
-        The name used in the error message.
-
-    Raises
-    ------
-    InputError
-        If `value` is none of these, not finite, or written with more than 10 000 characters or
-        an exponent beyond 5000.
+    A float is its exact binary value; a string is a decimal (``"0.6"``, ``"1e-3"``) or a ratio of
+    integers (``"3/5"``), of at most 10 000 characters and an exponent of at most 5000.
     """
     if isinstance(value, Fraction):
         return value
@@ -141,13 +130,7 @@ def ratio_text(value: Fraction) -> str:
 
 
 def ratio_of(text: str) -> Fraction:
-    """Return the rational that `ratio_text` wrote.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
+    """Return the rational that `ratio_text` wrote, or raise `ValueError`."""
     numerator, slash, denominator = text.partition("/")
     if len(text) > _LONGEST_RATIO or not _INTEGERS.fullmatch(text):
         raise ValueError(f"not a ratio of integers: {text[:60]}")
@@ -182,13 +165,7 @@ def number_of_floats(value: Any, field: str) -> Fraction:
 
 
 def whole_number(value: Any, field: str, *, least: int, most: int | None = None) -> int:
-    """Return `value` as an int between `least` and `most` (inclusive).
-
-    Raises
-    ------
-    InputError
-        If it is not a whole number, or out of range.
-    """
+    """Return `value` as an int between `least` and `most` (inclusive), or raise `InputError`."""
     if type(value) is int and least <= value and (most is None or value <= most):
         return value
     allowed = f"must be a whole number, at least {least}"

@@ -9,13 +9,7 @@ from exactcreep.model.numbers import InputError
 
 
 def content_of(path: Path, field: str, most: int) -> bytes:
-    """Return the content of a regular file of at most so many bytes.
-
-    Raises
-    ------
-    InputError
-        If it is none, is larger, or cannot be read.
-    """
+    """Return the content of a regular file of at most so many bytes, or raise `InputError`."""
     shown = os.fspath(path)
     try:
         if path.is_dir():

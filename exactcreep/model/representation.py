@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from decimal import Context, Decimal, InvalidOperation
+from decimal import Context, Decimal
 from enum import Enum
 from fractions import Fraction
 from html import escape
@@ -97,10 +97,7 @@ def _rational(value: Fraction) -> str:
 def _rounded(value: Any) -> str:
     """Return 6 digits of any real number, an enclosure's middle."""
     middle = getattr(value, "middle", value)
-    try:
-        return f"{nearest_float(middle) if isinstance(middle, Fraction) else float(middle):.6g}"
-    except (TypeError, ValueError, InvalidOperation):
-        return str(value)
+    return f"{nearest_float(middle) if isinstance(middle, Fraction) else float(middle):.6g}"
 
 
 def _ends(values: Sequence[Any] | NDArray[Any]) -> list[Any]:
@@ -118,11 +115,7 @@ def _listed(shown: list[str], size: int) -> str:
 def drawn(y: ArrayLike, x: ArrayLike | None = None, *, dots: bool = False) -> str:
     """Return a curve, or dots, as a small SVG picture without axes; "" of less than two points.
 
-    Parameters
-    ----------
-    y, x : array_like, shape (m,)
-        Values that are not finite are left out; x counts them by default.
-    dots : bool
+    Values that are not finite are left out; `x` counts them by default.
     """
     height = np.asarray(y, dtype=float)
     along = np.arange(height.size, dtype=float) if x is None else np.asarray(x, dtype=float)

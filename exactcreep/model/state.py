@@ -86,8 +86,8 @@ class State(Shown):
         if n == 0:
             raise InputError("state.displacements", (0,), "must hold at least one slider")
         for name, size in (("tensions", n - 1), ("coefficients", n), ("draws", n)):
-            if getattr(self, name).shape != (size,):
-                shape = getattr(self, name).shape
+            shape = getattr(self, name).shape
+            if shape != (size,):
                 raise InputError(f"state.{name}", shape, f"must have the shape ({size},)")
 
     @classmethod
@@ -187,7 +187,7 @@ class State(Shown):
         return cls(
             tensions=kept,
             displacements=np.zeros(chain.n),
-            coefficients=initial_coefficients(chain, seed),
+            coefficients=disorder.first_coefficients(chain, seed),
             draws=np.ones(chain.n, dtype=np.int64),
             theta=nearest if Fraction(nearest) == dilation else dilation,
         )
@@ -233,12 +233,10 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
     if floating and np.isfinite(given).all():
         return np.asarray(np.add(given, 0.0))  # what they denote; a zero has no sign
     values = [number_of_floats(value, f"tensions[{i}]") for i, value in enumerate(given)]
-    floats = np.array([nearest_float(value) for value in values], dtype=np.float64)
-    if all(Fraction(f) == value for f, value in zip(floats.tolist(), values, strict=True)):
-        return floats
-    kept = np.empty(count, dtype=object)
-    kept[:] = values
-    return kept
+    near = [nearest_float(value) for value in values]
+    if all(Fraction(one) == value for one, value in zip(near, values, strict=True)):
+        return np.array(near, dtype=np.float64)
+    return np.array(values, dtype=object)
 
 
 def _numbers(given: Any, field: str) -> NDArray[Any]:
@@ -287,11 +285,3 @@ def _is_finite(value: Any) -> bool:
     if hasattr(value, "is_finite"):  # a ball
         return bool(value.is_finite())
     return not hasattr(value, "man_exp") or bool(value - value == 0)
-
-
-def initial_coefficients(chain: Chain, seed: int) -> NDArray[np.float64]:
-    """Return the initial static coefficient (draw k = 0) of every slider, shape (n,)."""
-    mean = nearest_float(chain.mu_s)
-    if chain.sigma_mu == 0:
-        return np.full(chain.n, mean)
-    return disorder.first_deviates(seed, chain.n) * nearest_float(chain.sigma_mu) + mean

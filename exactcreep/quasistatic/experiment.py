@@ -40,8 +40,12 @@ def drive_of_kind(kind: Any) -> type[Drive]:
 class Experiment:
     """A chain, a drive, the disorder, a solver, and what is to be recorded.
 
-    The attributes are the parameters of `exactcreep.creep`; `options` are the solver's own, as
-    given.
+    Attributes
+    ----------
+    chain, drive, seed, solver, start, record, burn_in, twin
+        The parameters of `exactcreep.creep`.
+    options : mapping
+        The solver's own options, as given.
 
     Examples
     --------

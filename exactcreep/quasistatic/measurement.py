@@ -24,7 +24,7 @@ from exactcreep.model.state import State
 from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, enclosures, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.history import NEAR, CycleEnds, Mark, Samples
-from exactcreep.quasistatic.result import Creep
+from exactcreep.quasistatic.result import COUNTS, Creep
 from exactcreep.quasistatic.sensitivity import RoundingSensitivity
 from exactcreep.quasistatic.store import Store
 from exactcreep.solvers.auto import concluded
@@ -203,6 +203,7 @@ class Measurement:
         doubted = self.sensitivity.doubted_from
         if not doubted and simulation.evidence is Evidence.UNDECIDED:
             doubted = self.sensitivity.checked + 1
+        counts: dict[str, Any] = {COUNTS[name]: count for name, count in vars(tally).items()}
         beyond = {
             "draws_below_mu_d": tally.draws_below_mu_d,
             "theta_beyond_one": self.beyond_one,
@@ -218,12 +219,7 @@ class Measurement:
             velocity_enclosure=velocity if experiment.digits and self.burnt else None,
             half_cycles=self.done,
             burn_in=burn_in,
-            rearrangements=tally.rearrangements,
-            event_count=tally.events,
-            slip_count=tally.slips,
-            draws_below_mu_d=tally.draws_below_mu_d,
-            undecided=tally.undecided,
-            long_rearrangements=tally.long_rearrangements,
+            **counts,
             undecided_from=doubted,
             trusted_half_cycles=self.sensitivity.trusted_up_to,
             warnings={name: count for name, count in beyond.items() if count},

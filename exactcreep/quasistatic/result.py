@@ -43,7 +43,7 @@ COUNTS = {
     "long_rearrangements": "long_rearrangements",
     "undecided_from": "undecided_from",
 }
-"""Attributes of `Creep` by their names in files."""
+"""Attributes of `Creep` by their names in files, and in a `Tally`."""
 _RENAMED = "Creep.{} is a count, as its name shall say: use Creep.{}"
 
 

@@ -183,13 +183,14 @@ def test_a_threshold_is_the_same_number_in_every_arithmetic(sigma: str) -> None:
     contacts, balls, digits = Contacts(chain, 11), balls_of(200), digits_of(150)
     for slider in range(1, 4):
         for draw in range(6):
-            plain = contacts.threshold(slider, draw, FLOAT64)
+            drawn = contacts.coefficient(slider, draw)
+            plain = contacts.holds(drawn, FLOAT64)
             with balls.active():
-                sure = contacts.threshold(slider, draw, balls)
+                sure = contacts.holds(drawn, balls)
                 assert sure.rad() < 1e-50
                 assert abs(float(sure - plain)) <= 1.5 * 2**-53
-            assert abs(float(contacts.threshold(slider, draw, digits) - plain)) <= 1.5 * 2**-53
-            coefficient = np.array([float(contacts.coefficient(slider, draw))])
+            assert abs(float(contacts.holds(drawn, digits) - plain)) <= 1.5 * 2**-53
+            coefficient = np.array([float(drawn)])
             assert contacts.thresholds(coefficient, FLOAT64)[0] == plain
             kernel = chain.friction + contacts.excesses(coefficient)[0]
             assert kernel == pytest.approx(plain, rel=3e-16)
