@@ -139,10 +139,6 @@ class Arithmetic(ABC):
         """Return `x` without its radius."""
         return x
 
-    def radius(self, x: Any) -> float:
-        """Return the radius of `x` as a float64, rounded up (0 where there is none)."""
-        return 0.0
-
     def between(self, low: Any, high: Any) -> Any:
         """Return the ball from `low` to `high` (for floats and mpmath: the middle)."""
         return (low + high) / 2
@@ -272,9 +268,6 @@ class Digits(_ObjectArithmetic):
     def number(self, value: Any) -> Any:
         if isinstance(value, Fraction):
             return self.context.mpf(value.numerator) / value.denominator
-        if isinstance(value, flint.arb):
-            mantissa, exponent = value.mid().man_exp()
-            return self.context.ldexp(self.context.mpf(int(mantissa)), int(exponent))
         if isinstance(value, np.generic):
             value = value.item()
         if hasattr(value, "_mpf_"):  # exact: conversion must not round to another precision twice
@@ -404,9 +397,6 @@ class Balls(_ObjectArithmetic):
 
     def midpoint(self, x: Any) -> Any:
         return x.mid()
-
-    def radius(self, x: Any) -> float:
-        return math.nextafter(float(x.rad()), math.inf) if not x.is_exact() else 0.0
 
     def between(self, low: Any, high: Any) -> Any:
         return self.number(low).union(self.number(high))

@@ -7,7 +7,6 @@ solver is the search: nothing here proves that no other event comes first.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -19,7 +18,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic
-from exactcreep.motion.modes import Flow, Run, tensions_at
+from exactcreep.motion.modes import Flow, Run
 from exactcreep.motion.replay import Replay
 
 _BEND = 32
@@ -64,18 +63,18 @@ class Retracer:
         self.arithmetic = arithmetic
         self.contacts = Contacts(chain, seed)
         self.refine = refine
-        self.state = start
         self.load = arithmetic.number(chain.l0) * arithmetic.number(start.theta)
         self.begins = True  # nothing has happened yet: it may be unstable as it stands
-        self.replay = self._replay(())
+        self._rest(start)
+
+    def _rest(self, state: State, events: Iterable[Event] = ()) -> None:
+        self.state = state
+        self.replay = Replay(self.chain, state, events, self.arithmetic, self.contacts)
 
     @property
     def travel(self) -> NDArray[Any]:
         """Displacements since the start, shape (n,)."""
         return self.state.displacements
-
-    def _replay(self, events: Iterable[Event]) -> Replay:
-        return Replay(self.chain, self.state, events, self.arithmetic, self.contacts)
 
     def unstable(self) -> bool:
         """Return whether a slider exceeds its threshold, by more than rounding, at the start."""
@@ -95,11 +94,10 @@ class Retracer:
 
     def ramp(self, load: Any) -> None:
         """Take theta to ``load / l0``."""
-        tensions = tensions_at(self.arithmetic, self.state) - (load - self.load)
+        tensions = self.arithmetic.vector(self.state.tensions) - (load - self.load)
         theta = load / self.arithmetic.number(self.chain.l0)
-        self.state = replace(self.state, tensions=tensions, theta=theta)
         self.load = load
-        self.replay = self._replay(())
+        self._rest(replace(self.state, tensions=tensions, theta=theta))
 
     def starting_load(self, slider: int, sign: int) -> Any:
         """Return ``l0 theta_c`` at which the end slider `slider` (from 0) starts with `sign`."""
@@ -111,11 +109,10 @@ class Retracer:
 
         Unless the chain is unstable as it stands, theta first goes to the first event's theta_c.
         """
-        first = events[0]
         if not self.unstable():
-            self.ramp(self.starting_load(first.sliders[0] - 1, first.signs[0]))
+            self.ramp(self.starting_load(events[0].sliders[0] - 1, events[0].signs[0]))
         self.begins = False
-        self.replay = self._replay(events)
+        self._rest(self.state, events)
         flow = self.replay.flow
         for phase in self.replay:
             if phase.lasts and self.refine:
@@ -128,21 +125,14 @@ class Retracer:
     def rearrange(self, events: Sequence[Event]) -> None:
         """Go through a whole rearrangement."""
         self.enter(events)
-        self.state = self.replay.state()
-        self.replay = self._replay(())
+        self._rest(self.replay.state())
 
     def time(self, flow: Flow, runs: Sequence[Run], event: Event, guess: Any) -> Any:
         """Return the time from now on at which the condition of `event` holds."""
         slider, sign = event.sliders[0] - 1, event.signs[0]
-        stop = event.kind is EventKind.STOP
-
-        def condition(t: Any) -> tuple[Any, Any]:
-            if stop:
-                _, velocity, acceleration = slider_motion(runs, slider, t)
-                return velocity, acceleration
-            return self.margin(flow, runs, slider, sign, t)
-
-        return self._root(condition, guess)
+        if event.kind is EventKind.STOP:
+            return self._root(lambda t: slider_motion(runs, slider, t)[1:], guess)
+        return self._root(lambda t: self.margin(flow, runs, slider, sign, t), guess)
 
     def margin(
         self, flow: Flow, runs: Sequence[Run], slider: int, sign: int, t: Any
@@ -160,32 +150,22 @@ class Retracer:
         """Return the root of `condition` (value and slope) near `guess`, by Newton's method."""
         bits, midpoint = self.arithmetic.bits, self.arithmetic.midpoint
         t = expected = self.arithmetic.number(guess)
-        last = math.inf
+        half = self.arithmetic.number(2) ** -bits  # squares: half the bits are right
+        last = None
         for _ in range(12 + 2 * bits.bit_length()):
             value, slope = condition(t)
             if slope == 0:
                 raise StrayRoot("the condition of an event is level at its time")
             step = midpoint(value / slope)
             t = midpoint(t - step)
-            size = _log2(step)
+            size = step * step
             # the error after a step is the step's square, but for the bend of the condition
-            if size < -bits / 2 - _BEND or (size >= last and size < -bits / 2):
+            if size < half and ((last is not None and size >= last) or size * 4**_BEND < half):
                 return t
             if abs(t - expected) > 0.5:
                 break
             last = size
         raise StrayRoot("no event near the time at which it is known to happen")
-
-
-def _log2(x: Any) -> float:
-    """Return log2 of the size of a number, roughly."""
-    if x == 0:
-        return -math.inf
-    size = abs(x)
-    shift = 0
-    while not size > 1e-300:
-        size, shift = size * 2**1000, shift - 1000
-    return math.log2(float(size)) + shift
 
 
 def slider_motion(runs: Sequence[Run], slider: int, t: Any) -> tuple[Any, Any, Any]:

@@ -22,9 +22,7 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.model.chain import Chain
-from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
+from exactcreep.motion.arithmetic import Arithmetic
 from exactcreep.motion.solution import Motion
 
 
@@ -109,10 +107,14 @@ class RunMotion:
         self.p = len(velocities)
         self.velocities = velocities
         self.accelerations = accelerations
-        self.modes = modes(arithmetic, self.p, ends)
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
-        return _moving, (self.arithmetic, self.ends, self.velocities, self.accelerations)
+        return RunMotion, (self.arithmetic, self.ends, self.velocities, self.accelerations)
+
+    @cached_property
+    def modes(self) -> Modes:
+        """The modes of a run of this length."""
+        return modes(self.arithmetic, self.p, self.ends)
 
     @cached_property
     def modal_velocities(self) -> NDArray[Any]:
@@ -124,17 +126,19 @@ class RunMotion:
         """Accelerations at time 0, by mode."""
         return self.arithmetic.product(self.modes.forward, self.accelerations)
 
-    @property
-    def has_zero_mode(self) -> bool:
-        """Whether both ends are free."""
-        return self.ends.left_free and self.ends.right_free
+    @cached_property
+    def swinging(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+        """Frequencies, velocities and accelerations of the modes, without one of frequency zero."""
+        first = int(self.ends.left_free and self.ends.right_free)
+        modal = (self.modes.frequencies, self.modal_velocities, self.modal_accelerations)
+        w, v, a = (numbers[first:] for numbers in modal)
+        return w, v, a
 
     @cached_property
     def energy(self) -> Any:
         """2J: ``|v|^2 + a^T K^-1 a`` without the mean motion; conserved."""
-        first = 1 if self.has_zero_mode else 0
-        v, a = self.modal_velocities[first:], self.modal_accelerations[first:]
-        ratio = a / self.modes.frequencies[first:]
+        w, v, a = self.swinging
+        ratio = a / w
         return self.arithmetic.dot(v, v) + self.arithmetic.dot(ratio, ratio)
 
     def largest_swing(self) -> Any:
@@ -143,48 +147,33 @@ class RunMotion:
         The sum over the modes of their amplitudes at the slider where it is largest; approached
         at some time unless frequencies are commensurate.
         """
-        arithmetic, table = self.arithmetic, self.modes
+        arithmetic = self.arithmetic
         if self.p == 1:
             return arithmetic.number(0)
-        v, a = self.modal_velocities[1:], self.modal_accelerations[1:]
-        ratios = a / table.frequencies[1:]
+        w, v, a = self.swinging
+        ratios = a / w
         squares = (v * v + ratios * ratios).tolist()
         amplitudes = arithmetic.vector([arithmetic.sqrt(x) for x in squares])
-        shapes = arithmetic.matrix(abs(table.vectors[:, 1:]))
+        shapes = arithmetic.matrix(abs(self.modes.vectors[:, 1:]))
         sums = arithmetic.product(shapes, amplitudes).tolist()
         return max(arithmetic.upper(x) for x in sums)
 
-    def _half_angles(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
-        return self.arithmetic.sin_cos(self.modes.frequencies * (t / 2))
-
-    def _modal_displacements(self, t: Any, sin: NDArray[Any], cos: NDArray[Any]) -> NDArray[Any]:
-        w = self.modes.frequencies
-        v, a = self.modal_velocities, self.modal_accelerations
-        if not self.has_zero_mode:
-            stretched = sin / w
-            out: NDArray[Any] = 2 * stretched * (a * stretched + v * cos)
-            return out
-        out = np.empty_like(v)
-        stretched = sin[1:] / w[1:]
-        out[1:] = 2 * stretched * (a[1:] * stretched + v[1:] * cos[1:])
-        out[0] = (v[0] + a[0] * (t / 2)) * t
-        return out
-
-    def _modal_gains(self, t: Any, sin: NDArray[Any], cos: NDArray[Any]) -> NDArray[Any]:
-        """Modal velocities at t minus those at 0."""
-        w = self.modes.frequencies
-        v, a = self.modal_velocities, self.modal_accelerations
-        if not self.has_zero_mode:
-            out: NDArray[Any] = 2 * sin * (a * cos / w - v * sin)
-            return out
-        out = np.empty_like(v)
-        out[1:] = 2 * sin[1:] * (a[1:] * cos[1:] / w[1:] - v[1:] * sin[1:])
-        out[0] = a[0] * t
-        return out
-
-    def displacements(self, t: Any) -> NDArray[Any]:
-        """Return how far each slider has moved since time 0, shape (p,)."""
-        return self.moved(t)[0]
+    def _modal(self, t: Any) -> list[NDArray[Any]]:
+        """Return displacements, and gains of velocities and accelerations at `t`, by mode."""
+        w, v, a = self.swinging
+        sin, cos = self.arithmetic.sin_cos(w * (t / 2))
+        stretched = sin / w
+        found = [
+            2 * stretched * (a * stretched + v * cos),
+            2 * sin * (a * cos / w - v * sin),
+            -2 * sin * (a * sin + w * v * cos),
+        ]
+        if len(w) < self.p:  # and the mean motion, uniformly accelerated
+            speed, pull = self.modal_velocities[0], self.modal_accelerations[0]
+            means = ((speed + pull * (t / 2)) * t, pull * t, self.arithmetic.number(0))
+            pairs = zip(means, found, strict=True)
+            found = [np.append(np.array([mean], v.dtype), swing) for mean, swing in pairs]
+        return found
 
     def moved(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return displacements since time 0 and velocities at `t`, each of shape (p,).
@@ -194,11 +183,8 @@ class RunMotion:
         """
         if self.arithmetic.encloses:
             return self._moved_balls(t)
-        sin, cos = self._half_angles(t)
-        product, back = self.arithmetic.product, self.modes.backward
-        displacements = product(back, self._modal_displacements(t, sin, cos))
-        velocities = self.velocities + product(back, self._modal_gains(t, sin, cos))
-        return displacements, velocities
+        ways, gains, _ = (self.arithmetic.product(self.modes.backward, x) for x in self._modal(t))
+        return ways, self.velocities + gains
 
     def _moved_balls(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return what `moved` does, in balls: lists and products of two columns cost least."""
@@ -221,27 +207,13 @@ class RunMotion:
 
     def slider(self, n: int, t: Any) -> tuple[Any, Any, Any]:
         """Return displacement, velocity and acceleration of slider `n` (from 0) of the run."""
-        sin, cos = self._half_angles(t)
-        row = self.modes.vectors[n]
-        w = self.modes.frequencies
-        dot = self.arithmetic.dot
-        turned = 2 * sin * (self.modal_accelerations * sin + w * self.modal_velocities * cos)
-        return (
-            dot(row, self._modal_displacements(t, sin, cos)),
-            self.velocities[n] + dot(row, self._modal_gains(t, sin, cos)),
-            self.accelerations[n] - dot(row, turned),
-        )
+        way, gain, turn = (self.arithmetic.dot(self.modes.vectors[n], x) for x in self._modal(t))
+        return way, self.velocities[n] + gain, self.accelerations[n] + turn
 
     def bound(self, n: int, k: int) -> Any:
         """Return ``sqrt((K^k)_nn 2J)``, which bounds ``|v_n^(k)|`` for ever (free-free: k >= 2)."""
         power = _diagonal_of_power(self.p, self.ends, n, k)
         return self.arithmetic.sqrt(self.energy * power)
-
-
-def _moving(arithmetic: Arithmetic, ends: Ends, *motion: NDArray[Any]) -> RunMotion:
-    """Return the motion of a run that was pickled."""
-    with arithmetic.active():
-        return RunMotion(arithmetic, ends, *motion)
 
 
 @lru_cache(maxsize=4096)
@@ -276,20 +248,21 @@ class Run:
         return range(self.first, self.first + self.motion.p)
 
 
+@dataclass(eq=False)
 class ModalPiece:
     """The motion between two events, in closed form (a `Piece` of a `Solution`).
 
-    Only the sliders that have moved since the start of the rearrangement are stored.
+    Of the displacements since the start of the rearrangement, at which the chain was `initial`,
+    those of the sliders from `first` on are stored, as far as any has moved.
     """
 
-    def __init__(
-        self, t_min: Any, t_max: Any, initial: Motion, moved: dict[int, Any], runs: Sequence[Run]
-    ) -> None:
-        self.t_min = t_min
-        self.t_max = t_max
-        self._initial = initial
-        self._moved = moved
-        self.runs = tuple(runs)
+    arithmetic: Arithmetic
+    t_min: Any
+    t_max: Any
+    initial: Motion
+    first: int
+    moved: NDArray[Any]
+    runs: Sequence[Run]
 
     def __call__(self, t: Any) -> Motion:
         """Return positions, velocities and forces at `t`, each of shape (n,).
@@ -297,33 +270,18 @@ class ModalPiece:
         Guarantee: in float64, a few ulp of the largest displacement since the last event, on top of
         the error of the event times; in balls, an enclosure.
         """
-        start = self._initial
-        arithmetic = self.runs[0].motion.arithmetic if self.runs else FLOAT64
-        with arithmetic.active():
-            return self._at(t - self.t_min, start)
-
-    def _at(self, since: Any, start: Motion) -> Motion:
-        n = len(start.positions)
-        moved = dict(self._moved)
-        velocities = start.velocities.copy()
-        for run in self.runs:
-            displacements, speeds = run.motion.moved(since)
-            for i, slider in enumerate(run.sliders):
-                moved[slider] = moved.get(slider, 0) + displacements[i]
-                velocities[slider] = speeds[i]
-        positions, forces = start.positions.copy(), start.forces.copy()
-        for slider, value in moved.items():
-            positions[slider] = positions[slider] + value
-        touched = {m for s in moved for m in (s - 1, s, s + 1) if 0 <= m < n}
-        for m in touched:
-            own = moved.get(m, 0)
-            change: Any = 0
-            if m > 0:
-                change = change + (moved.get(m - 1, 0) - own)
-            if m < n - 1:
-                change = change + (moved.get(m + 1, 0) - own)
-            forces[m] = forces[m] + change
-        return Motion(positions, velocities, forces)
+        with self.arithmetic.active():
+            velocities = self.initial.velocities.copy()
+            moved = self.arithmetic.zeros(len(velocities))
+            moved[self.first : self.first + len(self.moved)] = self.moved
+            for run in self.runs:
+                part = slice(run.first, run.first + run.motion.p)
+                displacements, velocities[part] = run.motion.moved(t - self.t_min)
+                moved[part] = moved[part] + displacements
+            change = self.arithmetic.zeros(len(moved))
+            change[1:] = moved[:-1] - moved[1:]
+            change[:-1] = change[:-1] + (moved[1:] - moved[:-1])
+            return Motion(self.initial.positions + moved, velocities, self.initial.forces + change)
 
 
 class Flow:
@@ -385,31 +343,19 @@ class Flow:
             self.signs[n] = 0
             self.velocities[n] = self.arithmetic.number(0)
 
-    def moving(self) -> list[tuple[int, int]]:
-        """Return the runs as (first, length), sliders counted from 0."""
-        found: list[tuple[int, int]] = []
-        first, beyond = 0, -1
-        for n in self.signs.nonzero()[0].tolist():
-            if n != beyond:
-                first = n
-                found.append((n, 1))
-            else:
-                found[-1] = (first, n - first + 1)
-            beyond = n + 1
-        return found
-
-    def ends(self, first: int, p: int) -> Ends:
-        """Return what the run of length `p` beginning at slider `first` meets at its ends."""
-        return Ends(first == 0, first + p == len(self.forces))
-
     def runs(self) -> list[Run]:
         """Return the motion of every run from this instant on."""
+        found: list[tuple[int, int]] = []  # the first slider of each, and the one after its last
+        for n in self.signs.nonzero()[0].tolist():
+            if found and found[-1][1] == n:
+                found[-1] = (found[-1][0], n + 1)
+            else:
+                found.append((n, n + 1))
         out = []
-        for first, p in self.moving():
-            span = slice(first, first + p)
-            accelerations = self.forces[span] - self.friction * self.signs[span]
-            velocities = self.velocities[span].copy()
-            ends = self.ends(first, p)
+        for first, after in found:
+            accelerations = self.forces[first:after] - self.friction * self.signs[first:after]
+            ends = Ends(first == 0, after == len(self.forces))
+            velocities = self.velocities[first:after].copy()
             out.append(Run(first, RunMotion(self.arithmetic, ends, velocities, accelerations)))
         return out
 
@@ -456,13 +402,9 @@ class Flow:
 
     def piece(self, t_min: Any, t_max: Any, initial: Motion, runs: Sequence[Run]) -> ModalPiece:
         """Return the motion from this instant, called `t_min`, on."""
-        moved = {n: self.moved[n] for n in sorted(self.touched)}
-        return ModalPiece(t_min, t_max, initial, moved, runs)
-
-
-def tensions_at(arithmetic: Arithmetic, state: State) -> NDArray[Any]:
-    """Return the tensions of a state as numbers of this arithmetic."""
-    return arithmetic.vector(state.tensions)
+        first, last = min(self.touched, default=0), max(self.touched, default=-1)
+        moved = self.moved[first : last + 1].copy()
+        return ModalPiece(self.arithmetic, t_min, t_max, initial, first, moved, runs)
 
 
 def forces_of(arithmetic: Arithmetic, tensions: NDArray[Any], weight: Any) -> NDArray[Any]:
@@ -471,9 +413,3 @@ def forces_of(arithmetic: Arithmetic, tensions: NDArray[Any], weight: Any) -> ND
     forces[:-1] = forces[:-1] + tensions
     forces[1:] = forces[1:] - tensions
     return forces
-
-
-def incline(arithmetic: Arithmetic, chain: Chain) -> tuple[Any, Any]:
-    """Return cos(alpha) and sin(alpha)."""
-    cosine, sine = Fraction(1), chain.tan_alpha
-    return arithmetic.times_cosine(chain, cosine), arithmetic.times_cosine(chain, sine)

@@ -1,8 +1,7 @@
 """A rearrangement from its events: the motion that they describe, phase by phase.
 
 Between two instants at which something happens the runs move in closed form. What has to be known
-of that motion (positions at any time, how far each event's condition is from holding, energies,
-whether the law of friction is kept) is asked of its phases as they pass::
+of that motion is asked of its phases as they pass::
 
     replay = Replay(chain, initial, events)
     for phase in replay:
@@ -15,8 +14,7 @@ whether the law of friction is kept) is asked of its phases as they pass::
             ...  # and just after it
     end = replay.state()
 
-What is left out of this is done when the next phase is asked for: ``for phase in replay: pass``
-goes to the end.
+What is left out of this is done when the next phase is asked for.
 """
 
 from __future__ import annotations
@@ -32,7 +30,7 @@ from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.numbers import same
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
-from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of, tensions_at
+from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of
 from exactcreep.motion.solution import Motion, Solution
 
 
@@ -107,17 +105,12 @@ class Replay:
         self.arithmetic = arithmetic
         self.contacts = Contacts(chain) if contacts is None else contacts
         self.weight = arithmetic.times_cosine(chain, chain.tan_alpha)
-        self.tensions = tensions_at(arithmetic, initial)
+        self.tensions = arithmetic.vector(initial.tensions)
         forces = forces_of(arithmetic, self.tensions, self.weight)
-        self.flow = Flow(
-            arithmetic, forces, arithmetic.times_cosine(chain, chain.mu_d),
-            bounded=False,
-        )
-        self.start = Motion(
-            arithmetic.vector(initial.displacements),
-            arithmetic.zeros(chain.n),
-            self.flow.forces.copy(),
-        )
+        friction = arithmetic.times_cosine(chain, chain.mu_d)
+        self.flow = Flow(arithmetic, forces, friction, bounded=False)
+        places = arithmetic.vector(initial.displacements)
+        self.start = Motion(places, arithmetic.zeros(chain.n), self.flow.forces.copy())
         self.now: Any = arithmetic.number(0)
         self.draws: dict[int, int] = {}
         self.moves = False  # whether anything has moved yet
@@ -182,26 +175,13 @@ class Replay:
         initial, moved = self.initial, self.flow.moved
         coefficients, draws = initial.coefficients.copy(), initial.draws.copy()
         for n, count in self.draws.items():
-            draws[n] = count
-            coefficients[n] = float(self.coefficient(n))
-        return State(
-            tensions=self.tensions + np.diff(moved),
-            displacements=self.start.positions + moved,
-            coefficients=coefficients,
-            draws=draws,
-            theta=initial.theta,
-        )
+            draws[n], coefficients[n] = count, float(self.coefficient(n))
+        tensions, places = self.tensions + np.diff(moved), self.start.positions + moved
+        return State(tensions, places, coefficients, draws, initial.theta)
 
     def solution(self) -> Solution:
         """Return the closed form of the whole motion, from the start to the last event."""
-        pieces = []
-        last = self.events[-1] if isinstance(self.events, tuple) and self.events else None
-        for phase in self:
-            if phase.lasts:
-                pieces.append(phase.piece())
-            if phase.events[-1] is last:
-                break  # what follows has no piece: the end need not be reached
-        return Solution(pieces, self.start)
+        return Solution([phase.piece() for phase in self if phase.lasts], self.start)
 
     def residuals(self) -> tuple[Any, ...]:
         """Return the residual of every event, see `residual`."""
@@ -285,16 +265,12 @@ class Phase:
             self.happen(event)
 
 
-def elastic_gain(
-    arithmetic: Arithmetic, tensions: NDArray[Any], moved: NDArray[Any]
-) -> Any:
+def elastic_gain(arithmetic: Arithmetic, tensions: NDArray[Any], moved: NDArray[Any]) -> Any:
     """Return the elastic energy that displacements from a chain with these tensions bring.
 
     Unit ``m g**2 tau_dyn**2``.
     """
     change = np.diff(moved)
-    if not change.size:
-        return arithmetic.number(0)
     return arithmetic.dot(change, tensions) + arithmetic.dot(change, change) / 2
 
 

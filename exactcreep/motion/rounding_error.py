@@ -127,7 +127,9 @@ def rounding_error(
     """
     if not events:
         return RoundingError(0.0, "")
-    errors, doubt = _after(chain, initial, events, seed, None, (ROUNDING, BIAS, _CONSTANTS))
+    none = np.zeros((chain.n, PROBES))
+    rounding = (ROUNDING, BIAS, _CONSTANTS)
+    errors, doubt = propagated(chain, initial, events, seed, none, rounding)
     if doubt:
         return RoundingError(math.inf, doubt)
     spread = np.sqrt(np.mean(errors**2, axis=1))
@@ -136,74 +138,47 @@ def rounding_error(
 
 
 def propagated(
-    chain: Chain, initial: State, events: Sequence[Event], errors: NDArray[np.float64],
-    *, seed: int = 0,
-) -> NDArray[np.float64]:
-    """Return what small errors of the displacements have become at the last event.
+    chain: Chain,
+    initial: State,
+    events: Sequence[Event],
+    seed: int,
+    errors: NDArray[np.float64],
+    rounding: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> tuple[NDArray[np.float64], str]:
+    """Return what errors of the displacements have become, and which comparison is in doubt.
 
     Parameters
     ----------
     chain, initial, events, seed
         As in `rounding_error`.
-    errors : ndarray, shape (n, m), m at most PROBES
-        Errors of the displacements before the first event, in the units of the model. The sliders
-        of the first event start nevertheless when they do.
-
-    Returns
-    -------
-    ndarray, shape (n, m)
-
-    Raises
-    ------
-    ArithmeticError
-        If the errors are so large that the order of events is in doubt.
+    errors : ndarray, shape (n, PROBES)
+        Before the first event, in the units of the model. The sliders of the first event start
+        nevertheless when they do.
+    rounding : tuple of float
+        What is added on the way: `ROUNDING`, `BIAS` and `_CONSTANTS`, or nothing.
 
     Guarantee
     ---------
-    The tangent map of the rearrangement with this order of events, to about 1e-13 relative.
+    Without rounding the tangent map of the rearrangement with this order of events, to about 1e-13
+    relative.
     """
-    columns = np.zeros((chain.n, PROBES))
-    columns[:, : errors.shape[1]] = errors
-    after, doubt = _after(chain, initial, events, seed, columns, (0.0, 0.0, 0.0))
-    if doubt:
-        raise ArithmeticError(doubt)
-    return after[:, : errors.shape[1]]
-
-
-def _after(
-    chain: Chain,
-    initial: State,
-    events: Sequence[Event],
-    seed: int,
-    errors: NDArray[np.float64] | None,
-    rounding: tuple[float, float, float],
-) -> tuple[NDArray[np.float64], str]:
-    """Return the errors at the last event, and which comparison is in doubt.
-
-    Only the sliders of the events and their neighbours take part; without `errors` at the start
-    only their rows are returned.
-    """
+    # only the sliders of the events and their neighbours take part
     touched = [n - 1 for event in events for n in event.sliders]
     first, last = max(min(touched) - 1, 0), min(max(touched) + 1, chain.n - 1)
     window = slice(first, last + 1)
     stiffness = np.full(last - first + 1, 2.0)
     stiffness[0] -= first == 0
     stiffness[-1] -= last == chain.n - 1
-    start = np.zeros((last - first + 1, PROBES)) if errors is None else errors[window]
     contacts = Contacts(chain, seed)
     coefficients = initial.coefficients[window].astype(np.float64)
-    moved, doubt, slider = _propagate(
+    after = errors.copy()
+    after[window], doubt, slider = _propagate(
         _rows(contacts, initial, events, first),
         forces_of(FLOAT64, initial.tensions.astype(np.float64), chain.sin_alpha)[window],
         chain.friction + contacts.excesses(coefficients),
-        stiffness, chain.friction, abs(chain.sin_alpha), start, rounding,
+        stiffness, chain.friction, abs(chain.sin_alpha), errors[window], rounding,
     )  # fmt: skip
-    told = _DOUBTS[doubt].format(slider + first + 1) if doubt != _NONE else ""
-    if errors is None:
-        return moved, told
-    after = errors.copy()
-    after[window] = moved
-    return after, told
+    return after, _DOUBTS[doubt].format(slider + first + 1) if doubt != _NONE else ""
 
 
 def _rows(
@@ -268,30 +243,39 @@ def _sign(word, p):
 
 
 @njit(cache=True, nogil=True)
-def _spread(errors, i):
-    """Return `MARGIN` times the root mean square of one slider's errors."""
+def _signs(word, first):
+    """Return a sign for each set of errors, and 0 for the motion itself."""
+    signs = np.zeros(_COLUMNS)
+    for p in range(1, _COLUMNS):
+        signs[p] = _sign(word, p + first)
+    return signs
+
+
+@njit(cache=True, nogil=True)
+def _spread(errors):
+    """Return `MARGIN` times the root mean square of errors."""
     total = 0.0
     for p in range(1, _COLUMNS):
-        total += errors[i, p] * errors[i, p]
+        total += errors[p] * errors[p]
     return MARGIN * math.sqrt(total / PROBES)
 
 
 @njit(cache=True, nogil=True)
-def _move(m, i, p, length):
-    """Move slider i in column p, and change the forces accordingly."""
-    m.x[i, p] += length
-    m.f[i - 1, p] += length
-    m.f[i, p] -= m.stiffness[i] * length
-    m.f[i + 1, p] += length
+def _move(m, i, lengths):
+    """Move slider i, and change the forces accordingly."""
+    for p in range(_COLUMNS):
+        m.x[i, p] += lengths[p]
+        m.f[i - 1, p] += lengths[p]
+        m.f[i, p] -= m.stiffness[i] * lengths[p]
+        m.f[i + 1, p] += lengths[p]
 
 
 @njit(cache=True, nogil=True)
 def _yield_at(m, i, threshold, constants, word, first):
     """Give slider i a threshold, which is off by the rounding of the constants."""
     m.thresholds[i] = threshold
-    for p in range(1, _COLUMNS):
-        m.off[i, p] = m.push[p] + m.cosine[p] * (threshold - m.push[0])
-        m.off[i, p] += constants * threshold * _sign(word, p + first)
+    off = m.push + m.cosine * (threshold - m.push[0])
+    m.off[i, 1:] = (off + constants * threshold * _signs(word, first))[1:]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -333,9 +317,8 @@ def _expand(m, first, last, step):
     for i in range(first, last + 1):
         if side[i] != 0.0:
             j = i - first + 1
-            for p in range(_COLUMNS):
-                v[i, p] += m.bias[0, p] * v[i, 0]
-                _move(m, i, p, step * (length[j, p] + m.bias[1, p] * length[j, 0]))
+            v[i] += m.bias[0] * v[i, 0]
+            _move(m, i, step * (length[j] + m.bias[1] * length[j, 0]))
     return orders
 
 
@@ -382,7 +365,7 @@ def _missed(m, own, first, last, orders, step):
             if not side[i] * slope[0] < 0.0:
                 continue
             lowest = side[i] * _extremum(slope, orders - 1, series[0, i])
-            if lowest <= own + _spread(m.v, i):
+            if lowest <= own + _spread(m.v[i]):
                 return _MISSED_STOP, i
         elif side[i - 1] != 0.0 and side[i + 1] != 0.0:
             begin = m.f[i, 0]
@@ -391,7 +374,7 @@ def _missed(m, own, first, last, orders, step):
                 begin -= slope[k] / (k + 1.0)
             way = 1.0 if slope[0] > 0.0 else -1.0
             room = m.thresholds[i] - way * _extremum(slope, orders, begin)
-            if room <= own + _spread(m.f, i) + _spread(m.off, i):
+            if room <= own + _spread(m.f[i]) + _spread(m.off[i]):
                 return _MISSED_START, i
     return _NONE, 0
 
@@ -399,10 +382,7 @@ def _missed(m, own, first, last, orders, step):
 @njit(cache=True, nogil=True)
 def _close(m, gap, own):
     """Return whether two events are closer to each other than their errors, but not one."""
-    total = 0.0
-    for p in range(1, _COLUMNS):
-        total += (m.shift[p] - m.before[p]) ** 2
-    return gap <= own + MARGIN * math.sqrt(total / PROBES)
+    return gap <= own + _spread(m.shift - m.before)
 
 
 @njit(cache=True, nogil=True)
@@ -443,12 +423,12 @@ def _begin(force, threshold, stiff, friction, weight, errors, rounding):
         m.stiffness[i] = stiff[i - 1]
         m.scale[0] = max(m.scale[0], abs(m.f[i, 0]) + friction)
         word = _turn(m)
-        for p in range(1, _COLUMNS):
-            m.f[i, p] = incline[p] + constants * abs(m.f[i, 0]) * _sign(word, p)
+        m.f[i] += incline + constants * abs(m.f[i, 0]) * _signs(word, 0)
         _yield_at(m, i, threshold[i - 1], constants, word, 16)
+    lengths = np.zeros(_COLUMNS)
     for i in range(1, n + 1):
-        for p in range(1, _COLUMNS):
-            _move(m, i, p, errors[i - 1, p - 1])
+        lengths[1:] = errors[i - 1]
+        _move(m, i, lengths)
     return m
 
 
@@ -479,9 +459,8 @@ def _pass(m, remaining, step_error):
         for i in range(first, last + 1):
             if m.side[i] != 0.0:
                 word = _turn(m)
-                for p in range(1, _COLUMNS):
-                    m.v[i, p] += step_error * scale * _sign(word, p)
-                    _move(m, i, p, step_error * scale * _sign(word, p + 16))
+                m.v[i] += step_error * scale * _signs(word, 0)
+                _move(m, i, step_error * scale * _signs(word, 16))
     return _NONE, 0
 
 
@@ -490,18 +469,15 @@ def _stop(m, i, time, gap, threshold, own, rounding):
     """Bring slider i to rest, and give it its next threshold; return what is in doubt."""
     slows = -m.side[i] * _acceleration(m, i)
     if m.started[i] != time:  # not a slip of length zero
-        width = own + _spread(m.v, i)
+        width = own + _spread(m.v[i])
         if slows <= 0.0 or slows * slows <= 4.0 * abs(_slope(m, i)) * width:
             return _STOP
-        for p in range(1, _COLUMNS):
-            m.late[i, p] = m.side[i] * m.v[i, p] / slows
-            m.shift[p] = m.late[i, p]
+        m.late[i, 1:] = m.side[i] * m.v[i, 1:] / slows
+        m.shift[:] = m.late[i]
         if _close(m, gap, own / slows + 4.0 * rounding[0] * time):
             return _ORDER
-        for p in range(1, _COLUMNS):
-            _move(m, i, p, 0.5 * m.v[i, p] * m.late[i, p])
-    for p in range(_COLUMNS):
-        m.v[i, p] = 0.0
+        _move(m, i, 0.5 * m.v[i] * m.late[i])
+    m.v[i] = 0.0
     m.side[i] = 0.0
     m.stopped[i] = time
     _yield_at(m, i, threshold, rounding[2], _turn(m), 0)
@@ -512,16 +488,13 @@ def _stop(m, i, time, gap, threshold, own, rounding):
 def _beside(m, i, way, own):
     """Return what is in doubt about the rest of slider i, which has stopped, and its neighbours."""
     # it starts the other way if it exceeds its threshold at the instant it stops
-    width = 0.0
-    for p in range(1, _COLUMNS):
-        width += (m.f[i, p] + _slope(m, i) * m.late[i, p]) ** 2
-    width = own + MARGIN * math.sqrt(width / PROBES) + _spread(m.off, i)
+    width = own + _spread(m.f[i] + _slope(m, i) * m.late[i]) + _spread(m.off[i])
     if abs(-way * m.f[i, 0] - m.thresholds[i]) <= width:
         return _REVERSAL, i
     # a neighbour that it no longer pulls on has come as close as it will
     for k in (i - 1, i + 1):
         if 1 <= k <= m.side.size - 2 and m.side[k] == 0.0 and way * _slope(m, k) <= 0.0:
-            width = own + _spread(m.f, k) + _spread(m.off, k)
+            width = own + _spread(m.f[k]) + _spread(m.off[k])
             if m.thresholds[k] - way * m.f[k, 0] <= width:
                 return _MISSED_START, k
     return _NONE, 0
@@ -537,20 +510,18 @@ def _start(m, i, way, time, gap, own, step_error, begins):
         m.f[i, 0] = way * m.thresholds[i]
     gain = way * m.f[i, 0] - m.push[0]
     if again:
-        for p in range(1, _COLUMNS):
-            m.v[i, p] = -way * gain * m.late[i, p]
+        m.v[i, 1:] = -way * gain * m.late[i, 1:]
     elif not begins:
         rate = way * _slope(m, i)
         bend = _acceleration(m, i - 1) + _acceleration(m, i + 1)
-        width = own + _spread(m.f, i) + _spread(m.off, i)
+        width = own + _spread(m.f[i]) + _spread(m.off[i])
         if rate <= 0.0 or rate * rate <= 4.0 * abs(bend) * width:
             return _START
         word = _turn(m)
-        for p in range(1, _COLUMNS):
-            beyond = way * m.f[i, p] - m.off[i, p]
-            beyond += 2.0 * step_error * m.scale[0] * _sign(word, p)
-            m.shift[p] = -beyond / rate
-            m.v[i, p] = -way * gain * m.shift[p]
+        beyond = way * m.f[i] - m.off[i]
+        beyond += 2.0 * step_error * m.scale[0] * _signs(word, 0)
+        m.shift[1:] = -beyond[1:] / rate
+        m.v[i, 1:] = -way * gain * m.shift[1:]
         if _close(m, gap, own / rate + 4.0 * step_error * time):
             return _ORDER
     m.side[i] = way
@@ -590,9 +561,7 @@ def _happen(m, rows, begin, gap, rounding):
 
 @njit(cache=True, nogil=True)
 def _propagate(rows, force, threshold, stiff, friction, weight, errors, rounding):
-    """Carry `errors` of the displacements at the start through the events.
-
-    `rounding` holds what is added on the way: `ROUNDING`, `BIAS` and `_CONSTANTS`, or zeros.
+    """Carry `errors` of the displacements at the start through the events; see `propagated`.
 
     Returns
     -------

@@ -26,7 +26,6 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
-from exactcreep.motion.modes import incline
 
 NEVER_RESTS = (
     "its energy exceeds that of every state at rest, and it cannot lose any: it never comes to rest"
@@ -73,7 +72,7 @@ def never_rests(
     if static < tangent:  # the weight exceeds what all contacts can hold together
         return True
     number = arithmetic.number
-    cosine, _ = incline(arithmetic, chain)
+    cosine = arithmetic.times_cosine(chain, Fraction(1))
     unit = cosine * cosine  # of squared forces
     twice = arithmetic.dot(velocities, velocities) + arithmetic.dot(tensions, tensions)
     rounding: Any = 0

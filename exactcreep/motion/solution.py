@@ -68,8 +68,8 @@ class Solution:
     def __init__(self, pieces: Sequence[Piece], at_rest: Motion) -> None:
         self.pieces = tuple(pieces)
         self._at_rest = at_rest
-        ends = [p.t_min for p in self.pieces] + ([self.pieces[-1].t_max] if self.pieces else [0.0])
-        self.ts = np.array(ends)
+        ends = [piece.t_max for piece in self.pieces[-1:]] or [0.0]
+        self.ts = np.array([piece.t_min for piece in self.pieces] + ends)
 
     @property
     def t_min(self) -> Scalar:
@@ -93,10 +93,8 @@ class Solution:
                 f"t = {t}: must lie between {self.t_min} and {self.t_max}, the first and the last"
                 " event"
             )
-        for piece in reversed(self.pieces):
-            if not piece.t_min > t:
-                return piece
-        return self.pieces[0]
+        # a ball may begin before them all
+        return next((p for p in reversed(self.pieces) if not p.t_min > t), self.pieces[0])
 
     def __call__(self, t: ArrayLike | Scalar) -> Motion:
         """Return positions, velocities and forces at `t`.

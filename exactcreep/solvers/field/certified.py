@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from copy import copy
 from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
@@ -42,8 +43,9 @@ from exactcreep.solvers.solver import (
 from exactcreep.solvers.tables import LOGS
 
 _BALLS = ("tensions", "displacements", "theta")  # the numbers of a state that are balls
+_PLAIN = ("anchor", "settles", "restarts", "handed_out", "repeated", "behind")
 GUARD_BITS = 128
-"""LohnerMechanics beyond the digits that were asked for, to begin with."""
+"""Beyond the digits that were asked for, to begin with."""
 
 
 @dataclass(frozen=True)
@@ -85,9 +87,7 @@ class Certified(FieldSolver):
 
     def precisions(self, past: Past | None = None) -> Iterator[tuple[int, bool]]:
         """Yield the precisions to try, and whether to settle there what is not decided."""
-        bits = self.arithmetic().bits
-        if past is not None:
-            bits = max(bits, past.bits)
+        bits = max(self.arithmetic().bits, 0 if past is None else past.bits)
         while bits < self.most_bits:
             yield bits, False
             bits *= 2
@@ -242,8 +242,9 @@ def require_digits(mechanics: Mechanics, digits: int) -> None:
 def certificate(mechanics: Mechanics) -> dict[str, Any]:
     """Return radius, digits and bits lost, and assumed ties of a calculation in balls."""
     arithmetic, places = mechanics.arithmetic, mechanics.state().displacements.tolist()
-    largest = max(arithmetic.radius(x) for x in places)
-    relative = max(arithmetic.radius(x) / (1 + abs(float(x.mid()))) for x in places)
+    radii = [0.0 if x.is_exact() else math.nextafter(float(x.rad()), math.inf) for x in places]
+    largest = max(radii)
+    relative = max(r / (1 + abs(float(x.mid()))) for r, x in zip(radii, places, strict=True))
     lost = 0.0
     if largest > 0:
         mantissa, exponent = max(places, key=lambda x: x.rad()).rad().man_exp()
@@ -332,8 +333,7 @@ class CertifiedSimulation(FieldSimulation):
             if self.mechanics.exact is not None:
                 self.mechanics.renew()
         self.tally = self.mechanics.tally
-        reached, self.theta_target = self.anchor_target
-        self.behind = reached + 1
+        self.behind, self.theta_target = self.anchor_target[0] + 1, self.anchor_target[1]
         self.avalanche, self.undecided = None, self.tally.undecided
         self.repeated = dict(self.handed_out)
 
@@ -369,13 +369,8 @@ class CertifiedSimulation(FieldSimulation):
     def capture(self) -> dict[str, Any]:
         """Return everything needed to go on bit for bit."""
         return super().capture() | {
-            "anchor": self.anchor,
+            **{name: copy(getattr(self, name)) for name in _PLAIN},
             "anchor_target": list(self.anchor_target),
-            "settles": self.settles,
-            "restarts": self.restarts,
-            "handed_out": dict(self.handed_out),
-            "repeated": dict(self.repeated),
-            "behind": self.behind,
             "known": self._known_as_plain() if self.behind is not None else None,
         }
 
@@ -391,17 +386,12 @@ class CertifiedSimulation(FieldSimulation):
     def restore(self, captured: Mapping[str, Any]) -> None:
         """Take over what `capture` returned."""
         arithmetic = balls_of(int(captured["bits"]))
-        self.settles = bool(captured["settles"])
         with arithmetic.active():
-            self.mechanics = self.kind(self.start, arithmetic, assume=self.settles)
+            self.mechanics = self.kind(self.start, arithmetic, assume=bool(captured["settles"]))
         super().restore(captured)
-        self.anchor = dict(captured["anchor"])
-        q, target = captured["anchor_target"]
-        self.anchor_target = (q, target)
-        self.restarts = int(captured["restarts"])
-        self.handed_out = dict(captured["handed_out"])
-        self.repeated = dict(captured["repeated"])
-        self.behind = captured["behind"]
+        for name in _PLAIN:
+            setattr(self, name, copy(captured[name]))
+        self.anchor_target = tuple(captured["anchor_target"])
         self.known = None
         if captured["known"] is not None:
             number = arithmetic.from_plain

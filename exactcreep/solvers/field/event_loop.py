@@ -24,7 +24,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic, sign_of
 from exactcreep.motion.first_event import FirstEvent, Search, SearchLimit, lone_event, root_time
-from exactcreep.motion.modes import Flow, Run, forces_of, incline
+from exactcreep.motion.modes import Flow, Run, forces_of
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers.solver import Start, Tally
 
@@ -95,7 +95,8 @@ class Mechanics:
         self.evaluations = 0
         self.slips = np.zeros(self.chain.n, dtype=np.int64)
         self.contacts = Contacts(self.chain, self.seed)
-        self.cosine, self.weight = incline(arithmetic, self.chain)
+        self.cosine = arithmetic.times_cosine(self.chain, Fraction(1))
+        self.weight = arithmetic.times_cosine(self.chain, self.chain.tan_alpha)
         self.friction = arithmetic.times_cosine(self.chain, self.chain.mu_d)
         self.l0 = arithmetic.number(self.chain.l0)
         self.field = CosineField(self.chain.tan_alpha)
