@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 _TOO_FEW = 1e-3  # of the whole: the first half-cycles say little about the last
 
@@ -114,20 +115,20 @@ class RecentPace:
 def reporter(progress: Hearer) -> Callable[..., None]:
     """Return what tells `progress`, if there is any, how far a study has come.
 
-    It is called with a phase, how much of it is done, its total, what these count and a text;
-    a new phase starts the clock anew.
+    It is called with a phase, how much of it is done, its total, what these count, and further
+    attributes of `Progress` by name; a new phase starts the clock anew.
     """
     now, begin = "", time.perf_counter()
 
     def report(
-        phase: str, done: float, total: float = 1, counted: str = "", *, text: str = ""
+        phase: str, done: float, total: float = 1, counted: str = "", **further: Any
     ) -> None:
         nonlocal now, begin
         moment = time.perf_counter()
         if phase != now:
             now, begin = phase, moment
         if callable(progress):
-            seconds = moment - begin
-            progress(Progress(phase, done, total, seconds=seconds, counted=counted, text=text))
+            about = {"seconds": moment - begin, "counted": counted, **further}
+            progress(Progress(phase, done, total, **about))
 
     return report

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import os
+import time
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
@@ -11,8 +13,7 @@ from typing import Any
 
 from exactcreep.model.numbers import InputError, Number, whole_number
 
-GLANCE = 0.25
-"""Seconds between two reports of progress."""
+_GLANCE = 0.25  # seconds between two reports of progress
 _FEWEST_AHEAD = 64  # tasks handed to an executor beyond those that have finished
 
 
@@ -54,7 +55,7 @@ class Pool:
             Called with the key of a task and its future as it finishes; what it raises ends the
             others, and those that had finished by then are taken, too.
         show : callable
-            Called now and then.
+            Called at the begin and at the end, and about four times a second between.
 
         Raises
         ------
@@ -62,6 +63,7 @@ class Pool:
             If the executor takes no tasks any more.
         """
         waiting: dict[Future[Any], int] = {}
+        shown = -math.inf
         remaining = iter(tasks.items())
         signals = () if self.signals is None else (self.signals,)
         try:
@@ -73,11 +75,13 @@ class Pool:
                         raise self.lost(error) from None
                     if len(waiting) >= self.ahead:
                         break
+                if not waiting or time.monotonic() - shown >= _GLANCE:
+                    shown = time.monotonic()
+                    show()
                 if not waiting:
                     return
-                for future in wait(waiting, GLANCE, return_when=FIRST_COMPLETED).done:
+                for future in wait(waiting, _GLANCE, return_when=FIRST_COMPLETED).done:
                     take(waiting.pop(future), future)
-                show()
         except BaseException:
             for future in waiting:
                 future.cancel()

@@ -12,7 +12,6 @@ import hashlib
 import json
 import math
 import os
-import time
 import warnings
 from collections import Counter
 from collections.abc import Mapping
@@ -27,7 +26,7 @@ from numpy.typing import NDArray
 from exactcreep import __version__
 from exactcreep.display import shows_progress
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
-from exactcreep.progress import Hearer, Progress
+from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.creep import PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
@@ -35,7 +34,7 @@ from exactcreep.quasistatic.files import output_directory, remove_parts, write_f
 from exactcreep.quasistatic.netcdf import netcdf
 from exactcreep.scene import Scene, load_scene
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LENGTH, LOGS
-from exactcreep.studies.pool import GLANCE, Pool, Signals, pool_of, reason_of
+from exactcreep.studies.pool import Pool, Signals, pool_of, reason_of
 
 FORMAT = "exactcreep sweep 1"
 _CELL_FORMAT = "exactcreep cell 1"
@@ -162,8 +161,6 @@ class _Cells:
         self.folder = None if out is None else CellFolder(out, resume=resume)
         self.values: list[dict[str, Any] | None] = [None] * len(self.experiments)
         self.load()
-        self.found, self.events, self.last = self.count, 0, -math.inf
-        self.begin = time.perf_counter()
 
     @property
     def count(self) -> int:
@@ -184,10 +181,11 @@ class _Cells:
         todo = {k: self.experiments[k] for k, value in enumerate(self.values) if value is None}
         # a slider of a half-cycle costs about the same everywhere
         weights = {k: one.drive.half_cycles * one.chain.n for k, one in todo.items()}
-        done, failed = 0, dict[int, CellsFailed]()
+        done, events, found, failed = 0, 0, self.count, dict[int, CellsFailed]()
+        say = reporter(self.progress)
 
         def collect(index: int, future: Future[dict[str, Any]]) -> None:
-            nonlocal done
+            nonlocal done, events
             try:
                 value = self._value(pool, future, index)
             except CellsFailed as error:
@@ -199,30 +197,16 @@ class _Cells:
             if self.folder is not None:
                 self.folder.save(self.experiments[index], value)
             self.values[index] = value
-            self.events += value["events"]
+            events += value["events"]
             done += weights[index]
 
-        def show(*, now: bool = False) -> None:
-            moment = time.perf_counter()
-            if callable(self.progress) and (now or moment - self.last >= GLANCE):
-                self.last = moment
-                compiling = pool.signals is not None and pool.signals.compiling
-                self.progress(
-                    Progress(
-                        "compiling" if compiling else "running",
-                        self.count,
-                        len(self.values),
-                        self.events,
-                        moment - self.begin,
-                        counted="cells",
-                        found=self.found,
-                        work=done / sum(weights.values()) if weights else 1.0,
-                    )
-                )
+        def show() -> None:
+            compiling = pool.signals is not None and pool.signals.compiling
+            work = done / sum(weights.values()) if weights else 1.0
+            say("compiling" if compiling else "running", self.count, len(self.values), "cells",
+                events=events, found=found, work=work)  # fmt: skip
 
-        show(now=True)
         pool.run(finished_cell, todo, collect, show)
-        show(now=True)
         if failed:
             first = failed[min(failed)]
             count = f"{len(failed)} of {len(self.values)} cells failed, and all others are computed"
@@ -417,21 +401,19 @@ def _assembled(
 
 def _shared(experiments: list[Experiment]) -> dict[str, Any]:
     """Return the parameters that all experiments have in common, rationals as strings."""
-    common: dict[str, Any] = {}
     described = [
         {**experiment.chain.parameters(), "drive": experiment.drive.kind}
         | {k: v for k, v in experiment.drive.parameters().items() if k != "kind"}
         | {"solver": experiment.solver, "seed": experiment.seed}
         for experiment in experiments
     ]
-    for name, value in described[0].items():
-        if isinstance(value, (list, tuple)) or value is None:
-            continue
-        if all(other.get(name) == value for other in described):
-            common[name] = str(value) if isinstance(value, Fraction) else value
-    if "seed" in common:
-        common["seed"] = np.uint64(common["seed"])
-    return common
+    common = {
+        name: str(value) if isinstance(value, Fraction) else value
+        for name, value in described[0].items()
+        if not (isinstance(value, (list, tuple)) or value is None)
+        and all(other.get(name) == value for other in described)
+    }
+    return common | ({"seed": np.uint64(common["seed"])} if "seed" in common else {})
 
 
 def _recorded(
@@ -444,15 +426,18 @@ def _recorded(
         arrays = [array for array in found if array is not None]
         if not arrays:
             continue
-        size = tuple(np.max([array.shape for array in arrays], axis=0).tolist())
-        whole = arrays[0].dtype.kind == "i"
-        stacked = np.full((len(values), *size), _MISSING if whole else math.nan, arrays[0].dtype)
-        for cell, array in zip(stacked, found, strict=True):
-            if array is not None:
-                cell[tuple(slice(length) for length in array.shape)] = array
+        size = np.max([array.shape for array in arrays], axis=0)
+        missing = _MISSING if arrays[0].dtype.kind == "i" else math.nan
+        nothing = np.full(size, missing, arrays[0].dtype)
+        cells = [
+            nothing
+            if array is None
+            else np.pad(array, [(0, room) for room in size - array.shape], constant_values=missing)
+            for array in found
+        ]
         variables[f"recorded_{name}"] = (
             (*dims, HALF_CYCLE_TABLE.dimension, *quantity.across),
-            stacked.reshape(*shape, *size),
+            np.stack(cells).reshape(*shape, *size),
             quantity.attributes,
         )
     return variables
