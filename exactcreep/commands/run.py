@@ -27,7 +27,7 @@ from exactcreep.commands.options import (
     option,
     run_settings,
 )
-from exactcreep.commands.summary import json_of_run, print_summary
+from exactcreep.commands.summary import Summary
 from exactcreep.display import Display
 
 if TYPE_CHECKING:
@@ -108,15 +108,15 @@ class Session:
         limited = any(one.outcome is exactcreep.Outcome.LIMIT for one in results)
         if not status and (limited or len(results) < len(members)):
             status = LIMIT
-        descent = None if status == INTERRUPTED else _descent(results, members)
         settings = [member.settings for member in members]
+        descent = None if status == INTERRUPTED else _descent(results, members)
         scene, title = str(note.get("scene", "")), str(note.get("title", ""))
-        written, failure = self.keep(results, settings, descent, title)
+        summary = Summary(results, settings, scene, title, descent)
+        written, failure = self.keep(summary)
         if self.json:
-            shown = json_of_run(results, settings, scene)
-            typer.echo(as_json(shown | ({"descent": descent.summary()} if descent else {})))
+            typer.echo(as_json(summary.as_dict()))
         else:
-            print_summary(results, settings, scene, title, descent)
+            summary.print()
             for path in written:
                 typer.echo(f"written: {path}")
         if failure is not None:
@@ -129,13 +129,7 @@ class Session:
         if status:
             raise typer.Exit(status)
 
-    def keep(
-        self,
-        results: Sequence[Creep],
-        settings: Sequence[Mapping[str, Any]],
-        descent: Descent | None,
-        title: str,
-    ) -> tuple[list[Path], InputError | None]:
+    def keep(self, summary: Summary) -> tuple[list[Path], InputError | None]:
         """Save and draw results; return the files that were written, and what failed.
 
         The disk may be full: what was computed is told all the same.
@@ -148,20 +142,15 @@ class Session:
         try:
             if self.out is not None:
                 try:
-                    save_members(results, self.out, force=self.force)
+                    save_members(summary.results, self.out, force=self.force)
                     written.append(self.out)
                 except Occupied:  # another program has taken the name during the run
                     other = free_name(self.out)
-                    save_members(results, other)
+                    save_members(summary.results, other)
                     told = f"was made by another program meanwhile; this result is in {other}"
                     failure = Occupied("out", str(self.out), told)
             if self.plot is not None:
-                from exactcreep.figures.runs import draw_descent, draw_run
-
-                if descent is not None:
-                    draw_descent(descent, self.plot, title=title)
-                else:
-                    draw_run(results, self.plot, settings=settings, title=title)
+                summary.draw(self.plot)
                 written.append(self.plot)
         except exactcreep.InputError as error:
             failure = error

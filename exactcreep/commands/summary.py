@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from exactcreep.commands.answer import Rows, counted, grouped, say, say_heading, say_rows, say_table
@@ -13,41 +15,66 @@ if TYPE_CHECKING:
     from exactcreep import Creep, Descent
 
 
-def json_of_run(
-    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], scene: str
-) -> dict[str, Any]:
-    """Return the object that ``--json`` prints for a scene."""
-    if len(settings) == 1 and not settings[0]:
-        return {"scene": scene} | results[0].summary()
-    members = [
-        {"set": dict(setting)} | result.summary()
-        for setting, result in zip(settings, results, strict=False)
-    ]
-    return {"scene": scene, "members": members}
+@dataclass(frozen=True)
+class Summary:
+    """What the members of a scene came to, as it is printed and drawn.
 
+    Attributes
+    ----------
+    results : sequence of Creep
+        Of the first members, or of all.
+    settings : sequence of mapping
+        What each member sets.
+    scene, title : str
+    descent : Descent or None
+        What a single run comes to in millimetres.
+    """
 
-def print_summary(
-    results: Sequence[Creep],
-    settings: Sequence[Mapping[str, Any]],
-    scene: str,
-    title: str,
-    descent: Descent | None = None,
-) -> None:
-    """Print the results of a run, the paper's prediction beside the measured value."""
-    first, varied = results[0], bool(settings and settings[0])
-    chain = first.chain
-    names = ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
-    numbers = "".join(f", {name} = {float(getattr(chain, name)):.6g}" for name in names)
-    options = "".join(f", {name} = {value}" for name, value in first.experiment.options.items())
-    say_heading(scene, title)
-    say(
-        f"{'first member: ' * varied}N = {chain.n}{numbers};"
-        f" solver {first.solver}{options}, seed {first.seed}"
-    )
-    if len(settings) == 1 and not varied:
-        _print_one(first, descent)
-    else:
-        _print_members(results, settings)
+    results: Sequence[Creep]
+    settings: Sequence[Mapping[str, Any]]
+    scene: str
+    title: str
+    descent: Descent | None
+
+    @property
+    def single(self) -> bool:
+        """Whether the scene varies nothing."""
+        return len(self.settings) == 1 and not self.settings[0]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the object that ``--json`` prints."""
+        told = [
+            {"set": dict(setting)} | result.summary()
+            for setting, result in zip(self.settings, self.results, strict=False)
+        ]
+        shown = {"members": told} if not self.single else self.results[0].summary()
+        descent = {} if self.descent is None else {"descent": self.descent.summary()}
+        return {"scene": self.scene} | shown | descent
+
+    def draw(self, plot: Path) -> None:
+        """Draw the runs, or the descent, to a file."""
+        from exactcreep.figures.runs import draw_descent, draw_run
+
+        if self.descent is not None:
+            draw_descent(self.descent, plot, title=self.title)
+        else:
+            draw_run(self.results, plot, settings=self.settings, title=self.title)
+
+    def print(self) -> None:
+        """Print the results, the paper's prediction beside the measured value."""
+        first = self.results[0]
+        names = ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
+        numbers = "".join(f", {name} = {float(getattr(first.chain, name)):.6g}" for name in names)
+        options = "".join(f", {name} = {v}" for name, v in first.experiment.options.items())
+        say_heading(self.scene, self.title)
+        say(
+            f"{'first member: ' * bool(self.settings[0])}N = {first.chain.n}{numbers};"
+            f" solver {first.solver}{options}, seed {first.seed}"
+        )
+        if self.single:
+            _print_one(first, self.descent)
+        else:
+            _print_members(self.results, self.settings)
 
 
 def measured(result: Creep, digits: int = 6) -> str:
