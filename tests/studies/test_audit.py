@@ -228,6 +228,14 @@ class TestSabotage:
         for most in (1, 3):
             assert len(audit(avalanche(), seed=SEED + 1, most_findings=most).findings) == most
 
+    def test_an_audit_that_has_found_enough_counts_what_it_has_followed(self) -> None:
+        theta = run().recorded["event_theta"].copy()
+        theta[run().recorded["event_rearrangement"] == 7] += 1e-9
+        forged = replace(run(), recorded={**run().recorded, "event_theta": theta})
+        found = audit(forged, most_findings=1)
+        assert found.rearrangements == found.findings[0].rearrangement == 7
+        assert found.events == (run().recorded["event_rearrangement"] < 7).sum()
+
     def test_sabotage_of_a_run_s_log_is_caught_where_it_is(self) -> None:
         result = run(6)
         assert result.recorded["event_time"].size > 100

@@ -31,7 +31,7 @@ from exactcreep.quasistatic.result import Creep, read_members
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.audits.claims import check_order, check_tables, compare_end, follow
 from exactcreep.studies.audits.motion import Auditor, EnoughFindings, Finding, exact
-from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
+from exactcreep.studies.eventlog import rearrangements
 
 _NOT_WHOLE = (ArithmeticError, LookupError, TypeError, ValueError)  # what damaged logs raise
 _EXTRA_BITS = 64  # of the replay beyond those of the log
@@ -46,7 +46,7 @@ class Audit:
     findings : tuple of Finding
         Empty if the run is in order.
     rearrangements, events : int
-        Checked.
+        Followed to their end.
     errors, radii : ndarray, shape (events,)
         By how much each event's time is off, to first order, and the radius that is claimed
         for it (nan for the first of a rearrangement, whose time is zero); unit tau_dyn.
@@ -268,7 +268,7 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
             auditor.rearrangement(result.events, error, ended=ended, residuals=residuals)
         auditor.place = (None, None)
         compare_end(auditor, result.state)
-    return _audited(auditor, 1, len(result.events))
+    return _audited(auditor)
 
 
 def _of_creep(
@@ -287,19 +287,15 @@ def _of_creep(
     except _NOT_WHOLE as error:
         told = Finding("file", None, None, f"what was recorded cannot be read: {error}")
         return Audit((told,), 0, 0, np.empty(0), np.empty(0), math.nan, 0)
-    log: list[LoggedRearrangement] = []
     with _heard(auditor):
         check_tables(auditor, result)
-        if not auditor.findings:
-            log += rearrangements(columns)
-            check_order(auditor, columns, log)
+        log = rearrangements(columns) if not auditor.findings else []
+        check_order(auditor, columns, log)
         if not auditor.findings:
             auditor.begin(start)
             auditor.limits = limits
             follow(auditor, result, columns, log, say)
-    if auditor.reason:
-        del log[auditor.done :]
-    return _audited(auditor, len(log), sum(len(one.events) for one in log))
+    return _audited(auditor)
 
 
 def _arithmetic(
@@ -330,11 +326,11 @@ def _heard(auditor: Auditor) -> Iterator[None]:
         auditor.findings.append(Finding("order", *auditor.place, sentence))
 
 
-def _audited(auditor: Auditor, count: int, events: int) -> Audit:
+def _audited(auditor: Auditor) -> Audit:
     return Audit(
         findings=tuple(auditor.findings),
-        rearrangements=count,
-        events=events,
+        rearrangements=auditor.tally.rearrangements,
+        events=auditor.tally.events,
         errors=np.array(auditor.errors),
         radii=np.array(auditor.radii),
         balance=auditor.balance,

@@ -107,7 +107,7 @@ def follow(
         auditor.slips[:] = 0
         while r < len(log) and log[r].half_cycle == q:
             one = log[r]
-            auditor.place, auditor.done = (r, None), r
+            auditor.place = (r, None)
             say("auditing", r, len(log), "rearrangements")
             theta, radius = enclosure(one.theta)
             error = float(radius * result.chain.l0)

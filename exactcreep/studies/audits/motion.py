@@ -82,14 +82,10 @@ class Auditor:
         Where the audit is: the rearrangement, and the event within it.
     errors, radii, balance
         See `Audit`.
-    limits : Limits
-        Of the time that the audit may take; `reason` says so if it has ended the audit, after
-        `done` rearrangements.
-    tally : Tally
-    slips : ndarray of int64, shape (n,)
-        In this half-cycle.
-    rows, slip_rows : list
-        What a run records of its rearrangements, made again.
+    limits, reason
+        Of the time that the audit may take, and how it has ended the audit.
+    tally, slips, rows, slip_rows
+        What a run counts (slips in this half-cycle) and records of its rearrangements, made again.
     load : float
         Largest ``l0 |theta|`` so far.
     replay : Replay or None
@@ -116,7 +112,7 @@ class Auditor:
         self.errors: list[float] = []
         self.radii: list[float] = []
         self.balance = self.load = self.room = 0.0
-        self.limits, self.reason, self.done = NO_LIMITS, "", 0
+        self.limits, self.reason = NO_LIMITS, ""
         self.tally = Tally()
         self.slips = np.zeros(chain.n, dtype=np.int64)
         self.rows: list[RearrangementRow] = []
