@@ -299,14 +299,14 @@ def envelope(
     most = whole_number(most_events, "most_events", least=1)
     if most_compared is None:
         most_compared = 20 if quick else 200
-    steps = whole_number(most_compared, "most_compared", least=0)
+    singles = whole_number(most_compared, "most_compared", least=0)
     every = extremes(quick=quick) if chosen is None else chosen
     report = reporter(progress)
     found: list[Trial] = []
     for number, extreme in enumerate(every):
         text = f"{extreme.quantity} = {extreme.value}"
         report("running", number, len(every), "extremes", text=text)
-        found.extend(_trials(extreme, most, steps))
+        found.extend(_trials(extreme, most, singles))
     return found
 
 
@@ -321,16 +321,16 @@ def _trials(extreme: Extreme, most_events: int, most_compared: int) -> Iterator[
         return
     slides = extreme.chain.slides
     best = Contestant("sliding") if slides else Contestant("certified", {"digits": 30})
-    ran, steps = _ran(experiment, best, most_events), []
+    ran, singles = _ran(experiment, best, most_events), []
     missing = untold(ran)
     truth = None if isinstance(ran, InputError) or missing else ran
     yield _trial(extreme, best, ran, truth, missing)
     if not slides and not isinstance(ran, InputError):
-        steps = list(_steps(experiment, best, most_events, most_compared))
+        singles = list(_proved_rests(experiment, best, most_events, most_compared))
     for contestant in CONTESTANTS:
         ran = _ran(experiment, contestant, most_events if truth is None else _ASTRAY)
         trial = _trial(extreme, contestant, ran, truth, missing)
-        yield _stepwise(trial, extreme.chain, steps, contestant)
+        yield _judged_singly(trial, extreme.chain, singles, contestant)
 
 
 def untold(ran: Creep | InputError) -> str:
@@ -364,7 +364,7 @@ def _rearranged(chain: Chain, rest: Rest, contestant: Contestant) -> Rearrangeme
     )  # fmt: skip
 
 
-def _steps(
+def _proved_rests(
     experiment: Experiment, best: Contestant, most_events: int, most: int
 ) -> Iterator[tuple[Rest, Walk]]:
     """Yield the first rests along the way of the exact solver, and what is proved to follow."""
@@ -378,14 +378,14 @@ def _steps(
             return
 
 
-def _stepwise(
-    trial: Trial, chain: Chain, steps: Sequence[tuple[Rest, Walk]], contestant: Contestant
+def _judged_singly(
+    trial: Trial, chain: Chain, singles: Sequence[tuple[Rest, Walk]], contestant: Contestant
 ) -> Trial:
     """Return a trial with what comes of single rearrangements, and judged by it, too."""
     errors: list[float] = []
     unsaid = False  # whether one is astray or beyond the promise, and not called undecided
     force = _largest_force(chain)
-    for rest, proved in steps:
+    for rest, proved in singles:
         found = _rearranged(chain, rest, contestant)
         agreement = agree(Walk.of(found, tensions=True), proved)
         if agreement.compared:
@@ -397,7 +397,7 @@ def _stepwise(
         verdict = BROKEN
     elif verdict == WITHIN and worst > PROMISE:
         verdict = FLAGGED
-    compared, astray = len(steps), len(steps) - len(errors)
+    compared, astray = len(singles), len(singles) - len(errors)
     return replace(trial, worst=worst, compared=compared, astray=astray, verdict=verdict)
 
 
