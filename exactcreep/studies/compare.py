@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 from exactcreep.display import shows_progress
@@ -22,7 +23,7 @@ from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.itinerary import Retracer, slider_motion
-from exactcreep.progress import Hearer, reporter
+from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
@@ -269,15 +270,16 @@ def compare(
     if certified.reached == 0:
         raise InputError("scene", "a first rearrangement without end", "must come to rest once")
     standings = []
+
+    def running(name: str, progress: Progress) -> None:
+        say(f"{name}, statistics", progress.half_cycles / max(progress.total, 1))
+
     for contestant in contestants:
         say(contestant.solver, 0.0)
         found = truth.agreement(contestant)
-        run = contestant.run(
-            experiment, Limits(STATISTICS_EVENTS), record=("x_G",), twin=True,
-            progress=lambda p, name=contestant.solver: say(  # type: ignore[misc]
-                f"{name}, statistics", p.half_cycles / max(p.total, 1)
-            ),
-        )  # fmt: skip
+        told = partial(running, contestant.solver)
+        limits = Limits(STATISTICS_EVENTS)
+        run = contestant.run(experiment, limits, told, record=("x_G",), twin=True)
         tie = _tie(truth, found) if found.differs else None
         own, known = (
             event and event._replace(half_cycle=truth.ends[event.half_cycle - 1])

@@ -221,7 +221,7 @@ def plan_scene(
     *,
     accuracy: Number | None = None,
     question: str | None = None,
-    max_seconds: Any = None,
+    max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> list[tuple[Mapping[str, Any], Plan]]:
     """Return, for every member of a scene, what it sets and its plan.

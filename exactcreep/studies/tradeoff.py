@@ -30,7 +30,7 @@ from scipy import stats
 
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, plain_data
+from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, plain_data
 from exactcreep.model.state import State
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.experiment import Experiment
@@ -271,7 +271,7 @@ def ladder(chain: Chain) -> list[Contestant]:
 def tradeoff(
     experiment: Experiment,
     *,
-    budget: Any = DEFAULT_BUDGET,
+    budget: Number = DEFAULT_BUDGET,
     seeds: int | Sequence[int] | None = None,
     progress: Callable[[Progress], None] | None = None,
     contestants: Sequence[Contestant] | None = None,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -163,7 +163,7 @@ def audit_file(
     path: str | os.PathLike[str],
     *,
     most_findings: int = 20,
-    max_seconds: Any = None,
+    max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> list[Audit]:
     """Return what is wrong with the runs in a file, and with what the file says about them.
@@ -221,29 +221,15 @@ def _rewritten(data: xr.Dataset, result: Creep) -> Iterator[Finding]:
     except _NOT_WHOLE as error:
         yield Finding("file", None, None, f"the parts of the file do not fit: {error}")
         return
-    given, made = ({str(k): v.values for k, v in d.variables.items()} for d in (data, again))
-    pairs: list[tuple[str, Mapping[Any, Any], Mapping[Any, Any]]] = [
-        ("attribute", data.attrs, again.attrs),
-        ("variable", given, made),
-    ]
-    pairs += [
-        (f"attribute of {name}", data[name].attrs, again[name].attrs)
-        for name in given
-        if name in made
-    ]
-    for what, here, there in pairs:
-        for name in sorted({*here, *there} - {"version"}):
-            if name not in here or name not in there or not _alike(here[name], there[name]):
-                sentence = f"the {what} {name} is not what the run in the file makes"
-                yield Finding("file", None, None, sentence)
-
-
-def _alike(given: Any, made: Any) -> bool:
-    one, other = np.asarray(given), np.asarray(made)
-    if one.shape != other.shape:
-        return False
-    pairs = zip(one.ravel().tolist(), other.ravel().tolist(), strict=True)
-    return all(a == b or (a != a and b != b) for a, b in pairs)
+    given, made = (
+        {f"variable {name}": xr.Dataset({"": found}) for name, found in d.variables.items()}
+        | {f"attribute {name}": xr.Dataset(attrs={name: found}) for name, found in d.attrs.items()}
+        for d in (data, again)
+    )
+    for name in sorted({*given, *made} - {"attribute version"}):
+        if name not in given or name not in made or not given[name].identical(made[name]):
+            sentence = f"the {name} is not what the run in the file makes"
+            yield Finding("file", None, None, sentence)
 
 
 def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Audit:
