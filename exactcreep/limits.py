@@ -84,10 +84,7 @@ class Limits:
     ) -> Limits:
         """Return the limits that a user asks for; the time begins now.
 
-        Raises
-        ------
-        InputError
-            If one is not a number, or negative.
+        Raises `InputError` if one is not a number, or negative.
         """
 
         def whole(value: Any, name: str) -> int | None:
@@ -95,11 +92,10 @@ class Limits:
 
         seconds = math.inf
         if max_seconds is not None:
-            wanted = number_from_zero(max_seconds, "max_seconds")
-            seconds = nearest_float(wanted)
+            seconds = nearest_float(number_from_zero(max_seconds, "max_seconds"))
         kept = whole_number(memory, "memory", least=0)
         events, size = whole(max_events, "max_events"), whole(max_bytes, "max_bytes")
-        return cls(events, size, time.perf_counter() + seconds, seconds, memory=kept)
+        return cls(events, size, seconds=seconds, memory=kept).begun()
 
     def begun(self) -> Limits:
         """Return these limits with the time beginning now."""

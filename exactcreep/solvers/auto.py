@@ -69,19 +69,15 @@ _COURSE_EVENTS = 100_000  # of certified, some minutes
 
 @dataclass(frozen=True)
 class Rung:
-    """A rung of the ladder, and what is known of its error.
+    """A rung of the ladder, by `name`, and what is known of its error for which `reason`.
 
     Attributes
     ----------
-    name : str
-        One of `LADDER`.
     bias : float
         Relative error of the answer that a longer run does not remove, with its uncertainty; nan
         if it is not known or the rung does not apply.
     known_by : str
         How the bias is known, one of `KNOWN_BY`.
-    reason : str
-        One sentence.
     statistical : float
         Relative statistical error, at 95 %, of a mean over the scene's own drive; nan if unknown.
     applies : bool
@@ -121,17 +117,14 @@ class Rung:
 
 @dataclass(frozen=True)
 class Choice:
-    """Which rung of the ladder is taken, and why.
+    """Which rung of the ladder is taken, by `name`, and for which `reason`.
 
     Attributes
     ----------
-    name : str
-        One of `LADDER`.
     solver : Solver
         What runs the scene; for the law, which needs no run, the sliding limit.
     candidates : tuple of Rung
         All rungs, the cheapest first.
-    reason : str
     accuracy : float
         What was asked for.
     pilot : Pilot or None
@@ -187,17 +180,16 @@ def choose(
 ) -> Choice:
     """Return the cheapest way to an answer whose relative error is at most `accuracy`.
 
+    If nothing reaches the accuracy along the scene's own drive, the rung that does so with the
+    least work is taken, or else exact.
+
     Parameters
     ----------
-    chain : Chain
-    drive : Drive
     accuracy : number
         Relative, between 0 and 1: of the mean velocity, or of a course in units of the largest
         tension (of 1, if that is less).
-    question : {"velocity", "course"}
     start : State, optional
         Default: the relaxed chain.
-    seed : int
     record : tuple of str
         What is to be recorded besides: more than the velocity rules out the law, more than x_G
         rules out the sliding limit unless it is exact.
@@ -210,11 +202,6 @@ def choose(
         If the time is over within the pilot.
     InputError
         If a course can be followed neither by exact nor by certified within reason.
-
-    Notes
-    -----
-    Guarantee: `KNOWN_BY` says what holds for each error. If nothing reaches the accuracy along the
-    scene's own drive, the rung that does so with the least work is taken, or else exact.
     """
     wanted = float(valid_accuracy(accuracy))
     begun = Start(chain, State.relaxed(chain, seed) if start is None else start, seed)
@@ -415,21 +402,10 @@ def _course(subject: Subject, accuracy: float) -> Choice:
 def concluded(report: Mapping[str, Any], velocity: float, error: float) -> dict[str, Any]:
     """Return the report of a run, with how accurate its answer is if it was chosen for that.
 
-    Parameters
-    ----------
-    report : mapping
-        Of the simulation; with `bias`, how it is known, and the relative statistical error, None
-        if that of the run counts.
-    velocity, error : float
-        What was measured, and its standard error.
-
-    Returns
-    -------
-    dict
-        `relative_error` at 95 % (None if unknown), `known_by` (see `KNOWN_BY`) and
-        `accuracy_reached` beside what was there. Where the run is too short to tell its
-        statistical error, the answer is as far off as it is from the mean of the longer pilot, and
-        as that mean may be.
+    That is its `relative_error` at 95 % (None if unknown), `known_by` (see `KNOWN_BY`) and
+    `accuracy_reached`. Where a run, of a measured velocity with its standard error, is too short to
+    tell that error, the answer is as far off as it is from the mean of the longer pilot, and as
+    that mean may be.
     """
     told = dict(report)
     if "bias_known_by" not in told:

@@ -45,10 +45,8 @@ class Pilot:
 
     Attributes
     ----------
-    half_cycles : int
-        Targets of the run, or of all its windows.
-    burn_in : int
-        Of them, left out of the means.
+    half_cycles, burn_in : int
+        Targets of the run, or of all its windows; those that are left out of the means.
     events : int
         Of the exact run.
     velocity, velocity_error : float

@@ -44,14 +44,7 @@ from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.cosine_field import CosineField, Quadratic
 from exactcreep.solvers.relaxation import relaxed
-from exactcreep.solvers.solver import (
-    Rearrangement,
-    Simulation,
-    Solver,
-    Start,
-    Stretch,
-    Tally,
-)
+from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Start, Stretch, Tally
 from exactcreep.solvers.tables import TargetRows
 
 _PAUSE = 10**7  # sliders times half-cycles between two looks at a clock: some ten milliseconds

@@ -25,12 +25,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import Replay
 from exactcreep.motion.solution import Solution
-from exactcreep.solvers.tables import (
-    RECORDS,
-    TABLES,
-    joined,
-    lists_columns,
-)
+from exactcreep.solvers.tables import RECORDS, TABLES, joined, lists_columns
 
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
