@@ -16,7 +16,9 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Event, EventKind, Evidence, Outcome, State, iterate, rearrange
+from exactcreep import (
+    Chain, Event, EventKind, Evidence, InputError, Outcome, State, iterate, rearrange,
+)  # fmt: skip
 from exactcreep.model.numbers import same, same_numbers
 from exactcreep.motion.arithmetic import FLOAT64, balls_of, digits_of
 from exactcreep.solvers.exact import solver as exact
@@ -228,6 +230,18 @@ def test_a_rearrangement_is_shown_in_one_line() -> None:
         f" outcome='at_rest', evidence='computed', duration={float(moved(4).duration):.6g},"
         " solver='exact')"
     )
+
+
+def test_a_rearrangement_is_shown_with_a_picture_of_where_it_went_in_a_notebook() -> None:
+    slip = moved(1, solver="reference")
+    assert slip._repr_html_().count("<svg") == 1
+    assert slip.doubt == ""  # nobody has estimated what rounding does to it
+
+
+def test_a_state_of_another_chain_is_refused() -> None:
+    chain, state = random_start(1)
+    with pytest.raises(InputError, match=f"must have the chain's {chain.n + 1} sliders"):
+        rearrange(replace(chain, n=chain.n + 1), state, direction=1)
 
 
 def test_states_are_equal_if_all_their_numbers_are() -> None:
