@@ -17,8 +17,16 @@ import numpy as np
 import pytest
 
 from exactcreep import (
-    Chain, Event, EventKind, Evidence, InputError, Outcome, State, iterate, rearrange,
-)  # fmt: skip
+    Chain,
+    Event,
+    EventKind,
+    Evidence,
+    InputError,
+    Outcome,
+    State,
+    iterate,
+    rearrange,
+)
 from exactcreep.model.numbers import same, same_numbers
 from exactcreep.motion.arithmetic import FLOAT64, balls_of, digits_of
 from exactcreep.solvers.exact import solver as exact
