@@ -96,16 +96,10 @@ def lowest_edge(
     search = EdgeSearch(asked, question, span, steps, say)
     preparations: dict[int, Edge | None] = {}
     try:
-        if span.free and question.creeps(span.scans[0][0]):
-            search.span = replace(span, scans=[(Fraction(0), span.scans[0][0])])
         search.search(windows=windows, refine=count)
         for seed in range(1, number + 1):
-            begin = State.perturbed(chain, abs(size) or _SEED_SIZE, start_seed=seed)
-            other = replace(search, found=asked, question=replace(question, start=begin), runs={})
-            try:
-                preparations[seed] = other.refined(*other.first_bracket()).edge
-            except InputError:
-                preparations[seed] = None
+            start = State.perturbed(chain, abs(size) or _SEED_SIZE, start_seed=seed)
+            preparations[seed] = search.prepared(start)
             say("preparations", seed, number, "starts")
     except OutOfTime as limit:
         search.found = replace(search.found, reason=str(limit))
@@ -200,7 +194,9 @@ class EdgeSearch:
 
     def search(self, *, windows: bool, refine: int) -> None:
         """Find the threshold, and what was asked for beside it; `found` grows on the way."""
-        question, edges = self.question, []
+        question, edges, lowest = self.question, [], self.span.scans[0][0]
+        if self.span.free and question.creeps(lowest):
+            self.span = replace(self.span, scans=[(Fraction(0), lowest)])
         if windows:
             self._know(windows=())
             for edge in self.edges():
@@ -231,6 +227,14 @@ class EdgeSearch:
         if not refined.doubt:
             differs = first_difference(*map(numbered, side_by_side(lower, upper)))
             self._know(deciding_event=None if differs is None else Difference(*differs[1:]))
+
+    def prepared(self, start: State) -> Edge | None:
+        """Return the edge from another start; None: none is found."""
+        other = replace(self, question=replace(self.question, start=start), runs={})
+        try:
+            return other.refined(*other.first_bracket()).edge
+        except InputError:
+            return None
 
     def _know(self, **known: Any) -> None:
         self.found = replace(self.found, **known)

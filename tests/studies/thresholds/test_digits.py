@@ -8,7 +8,10 @@ from fractions import Fraction
 import pytest
 
 from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.quasistatic.creep import creep
+from exactcreep.studies.eventlog import rearrangements
 from exactcreep.studies.thresholds import results
 from exactcreep.studies.thresholds.criteria import threshold
 from exactcreep.studies.thresholds.results import Threshold
@@ -95,6 +98,19 @@ def test_three_sliders_to_forty_digits_are_proved() -> None:
     assert upper - lower <= lower / 10**40
     assert found.stable_digits == 40
     assert found.report["deciding_runs"] <= 4
+
+
+@pytest.mark.parametrize("n", [3, 4, 5])
+def test_an_edge_is_theta_c_of_the_event_that_decides_there(n: int) -> None:
+    found = threshold(captions(n), cycles=20, digits=30, points=300)
+    assert found.deciding_event is not None
+    sides = found.deciding_event.at_lower, found.deciding_event.at_upper
+    event = min((side for side in sides if side is not None), key=lambda side: side.half_cycle)
+    drive = Cycles(Fraction(str(found.lower if event is sides[0] else found.upper)), 20)
+    run = creep(captions(n), drive, solver="certified", record=("events",))
+    theta = abs(rearrangements(run.recorded)[event.rearrangement].theta)
+    assert event.number == 0
+    assert float(theta) == pytest.approx(float(bounds(found)[0]), rel=1e-15, abs=0)
 
 
 def test_four_sliders_cycle_for_ever_below_and_that_is_proved() -> None:
