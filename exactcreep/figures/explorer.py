@@ -11,6 +11,7 @@ import json
 import math
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib import resources
 from threading import Lock
 from typing import Any, NamedTuple
@@ -20,11 +21,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from exactcreep import laws
 from exactcreep.figures.animation import RunAvalanche, find_avalanche, moments_of
+from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.outcome import Outcome
-from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, creep
+from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
 from exactcreep.quasistatic.decimals import as_float, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
@@ -109,21 +111,19 @@ def course(experiment: Experiment) -> dict[str, Any]:
     """
     with _ALONE, warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # `told` says it
-        run = creep(
-            experiment.chain, experiment.drive, seed=experiment.seed, solver=experiment.solver,
-            start=experiment.start, record=_RECORD, max_events=MOST_EVENTS,
-            max_seconds=MOST_SECONDS, **experiment.options,
-        )  # fmt: skip
+        limits = Limits.of(MOST_EVENTS, MOST_SECONDS)
+        (run,) = run_members([replace(experiment, record=_RECORD)], limits=limits)
     kept = run.recorded
     half_cycle = kept["rearrangement_half_cycle"]
     reached = max(run.half_cycles, int(half_cycle.max(initial=1)))
     targets = experiment.drive.targets(1, reached, experiment.seed)
-    ramps = np.concatenate([[experiment.theta], targets])
+    ramps = np.append(experiment.theta, targets)
     span = np.diff(ramps)[half_cycle - 1]
     passed = floats(kept["rearrangement_theta"]) - ramps[half_cycle - 1]
     part = np.divide(passed, span, out=np.zeros_like(passed), where=span != 0)
     return {
-        "described": _described(experiment),
+        "described": f"{experiment.chain}, {experiment.drive}, seed {experiment.seed},"
+        f" {experiment.solver}",
         "n": experiment.chain.n,
         "half_cycles": run.half_cycles,
         "when": _packed(half_cycle - 1 + np.clip(part, 0, 1)),
@@ -133,7 +133,7 @@ def course(experiment: Experiment) -> dict[str, Any]:
             for name in ("slider", "rearrangement", "displacement")
         },
         "tension": _packed(floats(kept["tension"])),
-        "velocity": _number(run.velocity),
+        "velocity": run.velocity if math.isfinite(run.velocity) else None,
         "told": _told(run),
         "law": _law(experiment),
     }
@@ -179,10 +179,8 @@ def fate_told(experiment: Experiment) -> str:
     if chain.sigma_mu:
         return "With disorder no tension ever returns: the chain does not settle unless it rests."
     try:
-        found = fate(
-            chain, drive.amplitude, start=experiment.start, solver="exact",
-            max_seconds=FATE_SECONDS,
-        )  # fmt: skip
+        found = fate(chain, drive.amplitude, start=experiment.start, solver="exact",
+                     max_seconds=FATE_SECONDS)  # fmt: skip
     except InputError as error:
         return str(error)
     told = f"{found.outcome.value} ({found.evidence.value})"
@@ -247,10 +245,6 @@ def _packed(values: ArrayLike) -> dict[str, str]:
     return {"type": array.dtype.str[1:], "data": base64.b64encode(array.tobytes()).decode("ascii")}
 
 
-def _number(value: float) -> float | None:
-    return value if math.isfinite(value) else None
-
-
 def _told(run: Creep) -> str:
     """Return what a run came to, in one line."""
     told = f"{run.outcome.value} ({run.evidence.value})"
@@ -264,11 +258,6 @@ def _told(run: Creep) -> str:
     return f"{told}. {run.half_cycles} targets, {run.slip_count} slips, {run.event_count} events."
 
 
-def _described(experiment: Experiment) -> str:
-    """Return the parameters of an experiment in one line."""
-    return f"{experiment.chain}, {experiment.drive}, seed {experiment.seed}, {experiment.solver}"
-
-
 def _law(experiment: Experiment) -> dict[str, Any] | None:
     """Return the law's velocity over the amplitude, None where theory has none."""
     chain, drive = experiment.chain, experiment.drive
@@ -277,14 +266,14 @@ def _law(experiment: Experiment) -> dict[str, Any] | None:
     threshold = float(chain.n * (abs(chain.mu_d) - abs(chain.tan_alpha)) / (2 * chain.l0))
     here = nearest_float(drive.amplitude)
     amplitudes = np.linspace(0, max(1.25 * here, 2 * threshold, 1e-9), _LAW_POINTS + 1)[1:]
-    drives = [Cycles(amplitude, 1) for amplitude in amplitudes.tolist()]
-    told = [found for d in drives if (found := laws.prediction(chain, d, experiment.start))]
-    if len(told) < len(drives):
+    every = [laws.prediction(chain, Cycles(a, 1), experiment.start) for a in amplitudes.tolist()]
+    told = [one for one in every if one is not None]
+    if len(told) < len(every):
         return None
-    values: dict[str, list[tuple[float, ...]]] = {
-        "printed": [one.printed for one in told],
-        "staircase": [() if one.staircase is None else (one.staircase,) for one in told],
-    }
+    steps: list[tuple[float, ...]] = [
+        () if one.staircase is None else (one.staircase,) for one in told
+    ]
+    values = {"printed": [one.printed for one in told], "staircase": steps}
     # what is printed holds from the threshold on
     bound = max if chain.tan_alpha >= 0 else min
     curves = {

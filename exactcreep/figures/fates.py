@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from exactcreep.figures.style import INKS, page
+from exactcreep.figures.style import DASHED, INKS, page
 from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import creep
@@ -37,13 +37,8 @@ def draw_fate(found: Fate, path: Path | str) -> None:
     if settled is not None and found.period is not None:
         shown = settled + max(2 * found.period, settled // 5, 5)
     shown = min(shown, _MOST_CYCLES)
-    run = creep(
-        found.chain,
-        Cycles(found.amplitude, shown),
-        start=found.start,
-        solver=found.solver,
-        record=("x_G", "tension"),
-    )
+    drive, record = Cycles(found.amplitude, shown), ("x_G", "tension")
+    run = creep(found.chain, drive, start=found.start, solver=found.solver, record=record)
     x_g = floats(run.recorded["x_G"][1::2])
     tensions = floats(run.recorded["tension"][1::2].ravel()).reshape(x_g.size, found.chain.n - 1)
     cycles = np.arange(1, x_g.size + 1)
@@ -61,15 +56,12 @@ def draw_fate(found: Fate, path: Path | str) -> None:
         if settled is not None and settled <= shown:
             for axes in (above, below):
                 axes.axvline(settled, color=INKS[7], linestyle=(0, (4, 2)), linewidth=0.9)
-            late = 2 * settled > shown  # the wider side has room for the words
-            above.annotate(
-                f" {_WORDS[found.outcome]}, period {found.period} ",
-                (settled, 0.02),
-                xycoords=("data", "axes fraction"),
-                fontsize=8,
-                va="bottom",
-                ha="right" if late else "left",
-            )
+            # the wider side has room for the words
+            above.text(
+                settled, 0.02, f" {_WORDS[found.outcome]}, period {found.period} ", fontsize=8,
+                transform=above.get_xaxis_transform(), va="bottom",
+                ha="right" if 2 * settled > shown else "left",
+            )  # fmt: skip
 
 
 def _title(found: Fate) -> str:
@@ -93,29 +85,23 @@ def draw_survival(found: Survival, path: Path | str) -> None:
     title = f"N = {found.chain.n}, A = {float(found.amplitude):.9g}, {found.starts} starts"
     with page(path, 6.0, 4.2, title) as figure:
         axes = figure.subplots()
-        steps = np.concatenate([[0.0], curve.cycles])
-
-        def whole(values: np.ndarray) -> np.ndarray:
-            return np.concatenate([[1.0], np.where(np.isnan(values), curve.alive, values)])
-
-        axes.fill_between(
-            steps, whole(curve.low), whole(curve.high), step="post", color=INKS[4], alpha=0.3,
-            linewidth=0, label="Kaplan-Meier, 95 %",
-        )  # fmt: skip
-        axes.step(steps, whole(curve.alive), where="post", color=INKS[0])
+        steps = np.append(0.0, curve.cycles)
+        low, high, alive = (
+            np.append(1.0, np.where(np.isnan(values), curve.alive, values))
+            for values in (curve.low, curve.high, curve.alive)
+        )
+        axes.fill_between(steps, low, high, step="post", color=INKS[4], alpha=0.3, linewidth=0,
+                          label="Kaplan-Meier, 95 %")  # fmt: skip
+        axes.step(steps, alive, where="post", color=INKS[0])
         cut = found.censored
         if cut.size:
-            height = whole(curve.alive)[np.searchsorted(steps, cut, side="right") - 1]
+            height = alive[np.searchsorted(steps, cut, side="right") - 1]
             axes.plot(cut, height, "|", color=INKS[6], markersize=8, label=f"{cut.size} censored")
         if found.lifetimes.size:
             times = np.linspace(0.0, end, 200)
             label = f"constant rate: one in {1 / rate.rate:.4g} cycles" if rate.rate else ""
-            axes.plot(
-                times, np.exp(-rate.rate * times), color=INKS[1], linestyle=(0, (4, 1.5)),
-                label=label,
-            )  # fmt: skip
-        axes.set_xlabel("cycle")
+            constant = np.exp(-rate.rate * times)
+            axes.plot(times, constant, color=INKS[1], linestyle=DASHED, label=label)
+        axes.set(xlim=(0.0, end), xlabel="cycle", ylim=(0.0, 1.05))
         axes.set_ylabel("starts not locked or at rest yet")
-        axes.set_ylim(0.0, 1.05)
-        axes.set_xlim(0.0, end)
         axes.legend()

@@ -19,6 +19,7 @@ _LAWS = {
     "law_seuil": law_name("seuil"),
     "law_corrected": "(N m + D)/(2 l0)",
     "law_two_sliders": "(mu_s c - s)/l0",
+    "none": "below this none creeps for ever",
 }
 
 
@@ -41,14 +42,12 @@ def draw_threshold(found: Threshold | HalfLife | Intercept, path: Path | str) ->
         else:
             _windows(axes, found)
         ways = (DASHES[k % len(DASHES)] for k in range(1, 9))
-        for name, value in laws_beside(chain).items():
+        known = {**laws_beside(chain), "none": edges(chain).get("no_lasting_creep")}
+        for name, value in known.items():
             if value is not None:
                 label = f"{_LAWS[name]}: {float(str(value)):.6g}"
-                axes.axvline(float(str(value)), color=INKS[1], linestyle=next(ways), label=label)
-        if "no_lasting_creep" in edges(chain):
-            bound = edges(chain)["no_lasting_creep"]
-            label = f"below this none creeps for ever: {bound:.6g}"
-            axes.axvline(bound, color=INKS[7], linestyle=next(ways), label=label)
+                ink = INKS[7 if name == "none" else 1]
+                axes.axvline(float(str(value)), color=ink, linestyle=next(ways), label=label)
         axes.set_xlabel(r"amplitude $A_\theta$")
         axes.margins(x=0.05)
         axes.locator_params(axis="x", nbins=6)
@@ -70,12 +69,8 @@ def _velocities(axes: Axes, found: Intercept) -> None:
 
 def _shares(axes: Axes, found: HalfLife) -> None:
     tried = sorted(found.shares)
-    shares = [found.shares[amplitude] for amplitude in tried]
-    middle = [share.share for share in shares]
-    off = [
-        [share.share - share.low for share in shares],
-        [share.high - share.share for share in shares],
-    ]
+    _, middle, low, high = np.array([found.shares[amplitude] for amplitude in tried]).T
+    off = [middle - low, high - middle]
     label = f"of {found.starts} starts, 95 %"
     axes.errorbar(tried, middle, off, fmt="o", color=INKS[0], markersize=3, label=label)
     axes.axhline(0.5, color=INKS[6], linewidth=0.6)
