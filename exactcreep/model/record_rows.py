@@ -107,12 +107,9 @@ def _lines_of(content: bytes, file: str, delimiter: str) -> Iterator[tuple[int, 
 
 
 class RowReader:
-    """Turns rows into times and temperatures, and collects what is wrong with them.
+    """Turns rows into times and temperatures as the options of `record` say.
 
-    Parameters
-    ----------
-    record : TemperatureRecord
-        Its options say how.
+    What is wrong with them is collected, and refused at once.
     """
 
     def __init__(self, record: TemperatureRecord) -> None:
@@ -123,13 +120,7 @@ class RowReader:
     def read(
         self, rows: Iterable[RecordRow | InputError], shown: str
     ) -> tuple[tuple[float, ...], list[Fraction], str]:
-        """Return times, temperatures, and the date of the first row, "" if times are numbers.
-
-        Raises
-        ------
-        InputError
-            That lists all faults of the rows; beyond 20, their number.
-        """
+        """Return times, temperatures, and the date of the first row, "" if times are numbers."""
         for number, row in enumerate(rows, start=1):
             if number > MOST_ROWS:
                 raise InputError("file", shown, f"must have at most {MOST_ROWS} rows")

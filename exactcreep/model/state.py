@@ -73,13 +73,11 @@ class State(Shown):
     past: Any = None
 
     def __post_init__(self) -> None:
-        for name in ("tensions", "displacements", "coefficients"):
-            array = _numbers(getattr(self, name), f"state.{name}")
+        for name in ("tensions", "displacements", "coefficients", "draws"):
+            checked = _counts if name == "draws" else _numbers
+            array = checked(getattr(self, name), f"state.{name}")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
-        draws = _counts(self.draws, "state.draws")
-        draws.flags.writeable = False
-        object.__setattr__(self, "draws", draws)
         if not _is_number(self.theta):
             raise InputError("state.theta", self.theta, "must be a number")
         n = self.displacements.size
@@ -104,14 +102,8 @@ class State(Shown):
         made = cls.__new__(cls)
         for array in (tensions, displacements, coefficients, draws):
             array.flags.writeable = False
-        vars(made).update(
-            tensions=tensions,
-            displacements=displacements,
-            coefficients=coefficients,
-            draws=draws,
-            theta=theta,
-            past=past,
-        )
+        vars(made).update(tensions=tensions, displacements=displacements, theta=theta, past=past)
+        vars(made).update(coefficients=coefficients, draws=draws)
         return made
 
     def __eq__(self, other: object) -> bool:
@@ -135,11 +127,7 @@ class State(Shown):
         return self.displacements.size
 
     def require_finite(self) -> None:
-        """Raise `InputError` unless every number of the state is finite.
-
-        A state that a solver has reached may be none: Verlet's motion grows for ever if dt is too
-        large.
-        """
+        """Raise `InputError` unless every number is finite, which Verlet's too large dt breaks."""
         for name in ("tensions", "displacements", "coefficients"):
             array = getattr(self, name)
             if array.dtype == np.float64 and math.isfinite(array.dot(array)):
@@ -170,15 +158,10 @@ class State(Shown):
         theta: Number = 0,
         seed: int = 0,
     ) -> State:
-        """Return a chain prepared with the given tensions (default none) at `theta`.
+        """Return a chain prepared with n - 1 given tensions (default none) at `theta`.
 
         It need not be at rest: `creep` and ``rearrange(direction=0)`` first rearrange it at its
         own theta if a slider exceeds its threshold.
-
-        Raises
-        ------
-        InputError
-            If a tension is not a finite number, or their count is not n - 1.
         """
         seed = disorder.valid_seed(seed)
         kept = _kept_tensions(tensions, chain.n - 1)

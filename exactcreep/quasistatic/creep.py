@@ -179,10 +179,9 @@ def creep(
         A displacement counts as none if rounding alone can make it: 2**-50 n (mu_s + |tan_alpha|)
         cos(alpha) for every slip.
 
-        `velocity_error` comes from averages over blocks (`statistics.standard_error`): the largest
-        estimate of 8, 16 and 32 blocks, at least 64 cycles or targets. It is nan where it still
-        grows with the blocks: the run is too short beside the time over which the advance is
-        correlated. Correlations that no block of the run shows remain unseen.
+        `velocity_error` comes from averages over blocks of at least 64 cycles or targets
+        (`statistics.standard_error`). It is nan where it still grows with the blocks; correlations
+        that no block of the run shows remain unseen.
 
     Raises
     ------
@@ -272,16 +271,9 @@ def run_members(
 ) -> list[Creep]:
     """Run experiments one after the other and return their results.
 
-    Parameters
-    ----------
-    experiments : sequence of Experiment
-    progress : callable, optional
-        Called with a `Progress` about ten times a second.
-    limits : Limits, optional
-        The seconds are for all together, from when the first one is ready to begin, and members not
-        yet begun when they are over have no result; the others are for each.
-    checkpoint : Checkpoint, optional
-        Is kept up to date. If it was read from a file, its experiments go on from there.
+    The seconds of `limits` are for all together, from when the first one is ready to begin; members
+    not yet begun when they are over have no result. The other limits are for each. A `checkpoint`
+    is kept up to date; if it was read from a file, its experiments go on from there.
 
     Raises
     ------
@@ -299,6 +291,10 @@ def run_members(
             checkpoint.captured[index] = run.capture()
             checkpoint.write()
 
+    def show(run: Measurement, index: int, pace: RecentPace, phase: str) -> None:
+        if callable(progress):
+            progress(_progress(run, pace, index + 1, len(experiments), phase))
+
     with interrupts.deferred() as interrupted:
         limits = replace(limits.begun(), interrupted=interrupted)
         for index, experiment in enumerate(experiments):
@@ -306,12 +302,12 @@ def run_members(
                 break
             begin = time.perf_counter()
             run = Measurement(experiment, captured[index], limits.memory)
-            show = _Report(progress, run, index + 1, len(experiments))
+            shown = partial(show, run, index, RecentPace())
             if not run.ended:
                 save(run, index)
-                compiling = _warm_up(experiment, limits, partial(show, "compiling"))
+                compiling = _warm_up(experiment, limits, partial(shown, "compiling"))
                 limits = limits.later(compiling if index else time.perf_counter() - begin)
-                watchers = partial(show, "running"), partial(save, run, index)
+                watchers = partial(shown, "running"), partial(save, run, index)
                 _advance(run, limits, begin + compiling, watchers)
                 if checkpoint is not None:
                     checkpoint.captured[index] = run.capture()
@@ -326,46 +322,31 @@ def run_members(
     return results
 
 
-class _Report:
-    """Calls `progress` with how far a run has come."""
-
-    def __init__(self, progress: Hearer, run: Measurement, member: int, members: int) -> None:
-        self.progress, self.run = progress, run
-        self.member, self.members = member, members
-        self.pace, self.done = RecentPace(), run.done
-
-    def __call__(self, phase: str) -> None:
-        if not callable(self.progress):
-            return
-        run = self.run
-        theta, work = self._far()
-        self.progress(
-            Progress(
-                phase,
-                run.done,
-                run.total,
-                run.simulation.tally.events,
-                run.seconds,
-                self.member,
-                self.members,
-                work=work,
-                theta=theta,
-                pace=self.pace.at(run.seconds, work) if phase == "running" else None,
-            )
-        )
-
-    def _far(self) -> tuple[float, float]:
-        """Return theta, and which part of the work is done."""
-        run, drive, seed = self.run, self.run.experiment.drive, self.run.experiment.seed
-        theta, part = run.experiment.theta, 0.0
-        if run.done:
-            theta = float(drive.targets(run.done, 1, seed)[0])
-        if run.done == self.done and not run.ended:  # on a long way to the next target
-            before, theta = theta, nearest_float(enclosure(run.simulation.state().theta).middle)
-            way = float(drive.targets(run.done + 1, 1, seed)[0]) - before
-            part = min(max((theta - before) / way, 0.0), 1.0) if way else 0.0
-        self.done = run.done
-        return theta, (run.done + part) / run.total
+def _progress(
+    run: Measurement, pace: RecentPace, member: int, members: int, phase: str
+) -> Progress:
+    """Return how far a run has come, also on its way to the next target."""
+    drive, seed = run.experiment.drive, run.experiment.seed
+    theta, part = run.experiment.theta, 0.0
+    if run.done:
+        theta = float(drive.targets(run.done, 1, seed)[0])
+    if not run.ended:
+        before, theta = theta, nearest_float(enclosure(run.simulation.state().theta).middle)
+        way = float(drive.targets(run.done + 1, 1, seed)[0]) - before
+        part = min(max((theta - before) / way, 0.0), 1.0) if way else 0.0
+    work = (run.done + part) / run.total
+    return Progress(
+        phase,
+        run.done,
+        run.total,
+        run.simulation.tally.events,
+        run.seconds,
+        member,
+        members,
+        work=work,
+        theta=theta,
+        pace=pace.at(run.seconds, work) if phase == "running" else None,
+    )
 
 
 def _warn(result: Creep) -> None:

@@ -34,13 +34,7 @@ def check_ending(path: str | os.PathLike[str]) -> str:
 
 
 def table(result: Creep, name: str) -> xr.Dataset:
-    """Return one table of a run, its columns by their own names.
-
-    Raises
-    ------
-    InputError
-        If there is no table of this name, or the run did not record it.
-    """
+    """Return one table of a run, its columns by their own names, or raise `InputError`."""
     if name not in TABLES:
         raise InputError("table", name, "must be one of " + ", ".join(TABLES))
     found = _part(result.dataset, TABLES[name])
@@ -125,12 +119,6 @@ def export(result: Creep, name: str, path: str | os.PathLike[str], *, force: boo
     """Write one table of a run to a CSV or Parquet file and return how many rows it has.
 
     The rows are written in groups, so that a copy of the whole table is never in memory.
-
-    Raises
-    ------
-    InputError
-        If the file's name ends otherwise, it cannot be written, the table was not recorded, or
-        pyarrow is not there to write Parquet.
     """
     ending = check_ending(path)
     whole = table(result, name)

@@ -13,12 +13,9 @@ from exactcreep.quasistatic.store import ScratchFile
 
 
 def parquet(frames: Iterator[pd.DataFrame]) -> Iterator[bytes]:
-    """Yield the pieces of a Parquet file with one row group for each frame.
+    """Yield the pieces of a Parquet file with one row group for each frame, at least one.
 
-    Parameters
-    ----------
-    frames : iterator of DataFrame
-        At least one; all with the columns, types and attributes of the first.
+    All have the columns, types and attributes of the first.
     """
     first = next(frames)
     schema = pa.Schema.from_pandas(first, preserve_index=True)

@@ -249,17 +249,8 @@ class Creep(Shown):
     def state_at(self, half_cycle: int) -> State:
         """Return the state at rest in which the run was after a half-cycle.
 
-        It is computed again from the nearest state before that was saved on the way.
-
-        Parameters
-        ----------
-        half_cycle : int
-            From 0, the start as it was given, to `half_cycles`.
-
-        Raises
-        ------
-        InputError
-            If the run did not reach it.
+        It is computed again from the nearest state before that was saved on the way; 0 is the start
+        as it was given. `InputError` if the run did not reach it.
 
         Notes
         -----
@@ -371,37 +362,21 @@ class Creep(Shown):
         Parameters
         ----------
         table : {"half_cycles", "events", "rearrangements", "slip_table"}
-            The index counts what a row is: half-cycles from 1, events, rearrangements and slips
-            from 0, so that ``events.merge(rearrangements, left_on="rearrangement",
-            right_index=True, suffixes=("", "_all"))`` sets each event beside its rearrangement.
-            What has a number for each slider is one column for each, ``x_1``, ``x_2``, ...
-            ``attrs["units"]`` and ``attrs["meanings"]`` tell of every column.
-
-        Raises
-        ------
-        InputError
-            If there is no such table, or the run did not record it.
+            One that the run has recorded. The index counts what a row is: half-cycles from 1,
+            events, rearrangements and slips from 0, so that ``events.merge(rearrangements,
+            left_on="rearrangement", right_index=True, suffixes=("", "_all"))`` sets each event
+            beside its rearrangement. What has a number for each slider is one column for each,
+            ``x_1``, ``x_2``, ... ``attrs["units"]`` and ``attrs["meanings"]`` are of every column.
         """
         made: pd.DataFrame = _frames().frame(self, table)
         return made
 
     def export(self, table: str, path: str | os.PathLike[str], *, force: bool = False) -> int:
-        """Write one table to a file and return how many rows it has.
+        """Write one table (see `to_pandas`) to a file and return how many rows it has.
 
-        Parameters
-        ----------
-        table : str
-            See `to_pandas`.
-        path : path
-            Ends in ``.csv``, with units behind the names of the columns, or in ``.parquet``, for
-            which pyarrow is needed (the extra ``export``).
-        force : bool
-            Whether a file that exists is replaced.
-
-        Raises
-        ------
-        InputError
-            If the table was not recorded, or the file cannot be written.
+        Its name ends in ``.csv``, with units behind the names of the columns, or in ``.parquet``,
+        for which pyarrow is needed (the extra ``export``). With `force` a file that exists is
+        replaced.
         """
         rows: int = _frames().export(self, table, path, force=force)
         return rows
@@ -409,10 +384,7 @@ class Creep(Shown):
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
         """Write `dataset` to a NetCDF file, in one piece or not at all.
 
-        Raises
-        ------
-        InputError
-            If the file exists and `force` is not given, or it cannot be written.
+        `InputError` if the file exists and `force` is not given, or it cannot be written.
 
         Examples
         --------
@@ -426,13 +398,7 @@ class Creep(Shown):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Creep:
-        """Return the result that `save` wrote.
-
-        Raises
-        ------
-        InputError
-            If the file is none, or holds several members (see `load_members`).
-        """
+        """Return the result that `save` wrote; a file of several has `load_members`."""
         members = load_members(path)
         if len(members) != 1:
             name = os.fspath(path)
@@ -449,13 +415,7 @@ class Creep(Shown):
 def save_members(
     results: Sequence[Creep], path: str | os.PathLike[str], *, force: bool = False
 ) -> None:
-    """Write results to one NetCDF file: a single one at its root, several as groups 1, 2, ...
-
-    Raises
-    ------
-    InputError
-        If the file exists and `force` is not given, or it cannot be written.
-    """
+    """Write results to one NetCDF file: a single one at its root, several as groups 1, 2, ..."""
     groups: dict[str | None, xr.Dataset] = {None: results[0].dataset}
     if len(results) != 1:
         groups = {None: _datasets().heading(len(results))}
@@ -464,13 +424,7 @@ def save_members(
 
 
 def load_members(path: str | os.PathLike[str]) -> list[Creep]:
-    """Return the results that `save_members` or `Creep.save` wrote.
-
-    Raises
-    ------
-    InputError
-        If the file is none of theirs.
-    """
+    """Return the results that `save_members` or `Creep.save` wrote, or raise `InputError`."""
     return [result for _, result in read_members(path)]
 
 

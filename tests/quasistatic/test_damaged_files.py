@@ -113,7 +113,7 @@ def test_a_claim_that_would_cost_unbounded_time_is_refused(
     value, sentence = CLAIMS[name]
     data = certified.dataset.copy()
     data.attrs[name] = value
-    (tmp_path / "bad.nc").write_bytes(netcdf({None: data}))
+    (tmp_path / "bad.nc").write_bytes(b"".join(netcdf({None: data})))
     assert sentence in told(lambda: Creep.load(tmp_path / "bad.nc"))
 
 

@@ -105,26 +105,13 @@ def test_a_disk_that_fills_up_ends_the_run_with_all_rows_so_far(
     assert len(part.recorded["rearrangement_theta"]) == part.rearrangements
 
 
-def test_a_large_file_is_made_on_the_disk_read_back_and_is_the_same(
+def test_a_large_file_is_made_on_the_disk_and_is_the_same(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = creep(CHAIN, DRIVE, record=RECORDED)
     run.save(tmp_path / "small.nc")
     monkeypatch.setattr(results, "MEMORY", 1000)
     run.save(tmp_path / "large.nc")
-    assert_same(*(Creep.load(tmp_path / name) for name in ("small.nc", "large.nc")))
-
-    write = stores.ScratchFile.write
-
-    def spoiled(file: stores.ScratchFile, data: Any) -> int:
-        changed = bytearray(data)
-        if len(changed) > 5000:
-            changed[4000] ^= 1
-        return write(file, changed)
-
-    monkeypatch.setattr(stores.ScratchFile, "write", spoiled)
-    with pytest.raises(InputError, match="does not keep"):
-        run.save(tmp_path / "large.nc", force=True)
     assert_same(*(Creep.load(tmp_path / name) for name in ("small.nc", "large.nc")))
 
 

@@ -110,11 +110,11 @@ def test_a_forged_file_is_found_out_and_never_a_traceback(tmp_path: Path) -> Non
     data = honest("exact").dataset.copy(deep=True)
     data.attrs |= {"velocity": 99.0, "outcome": "runaway", "evidence": "proved"}
     data["x_G"] = 3 * data["x_G"]
-    path.write_bytes(netcdf({None: data}))
+    path.write_bytes(b"".join(netcdf({None: data})))
     told = " ".join(finding.sentence for finding in audit_file(path, most_findings=99)[0].findings)
     for word in ("x_G", "velocity", "outcome", "evidence"):
         assert word in told
     data.attrs["half_cycles"] = 100
-    path.write_bytes(netcdf({None: data}))
+    path.write_bytes(b"".join(netcdf({None: data})))
     with pytest.raises(InputError, match="cannot be read: it holds 18 of half_cycles = 100"):
         audit_file(path)
