@@ -10,9 +10,8 @@ cycles with the same slips of every slider are chained, too: if the forces come 
 `RETURN` `PATIENCE` cycles in a row, and two periods at least, they are taken to go on like this.
 That is no recurrence of the floats, and reported apart.
 
-With disorder a contact never
-gets back its threshold: what is found is a cycle without any event, which ends all motion, and
-how long no inner slider has slipped.
+With disorder a contact never gets back its threshold: what is found is a cycle without any event,
+which ends all motion, and how long no inner slider has slipped.
 """
 
 from __future__ import annotations
@@ -27,8 +26,8 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
-from exactcreep.solvers.exact import layout, loop
 from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact import loop
 from exactcreep.solvers.exact.layout import compiled, inlined
 from exactcreep.solvers.exact.solver import ExactSimulation
 
@@ -42,7 +41,7 @@ _TRIES = 64  # earlier cycles with the same slips that are looked at
 _SLOTS = 2048  # of hashes
 _MOST_BYTES = 2**28  # of the ring
 
-COURSE = np.dtype(
+SEARCH = np.dtype(
     [
         ("most_cycles", np.int64),
         ("downhill", np.int64),  # +1 or -1: which way counts as an advance; 0: both
@@ -70,17 +69,16 @@ COURSE = np.dtype(
         ("deepest", np.float64),  # largest sum of displacements down the incline
     ]
 )
-"""How far a chain has come on its way through cycles, and what it is asked."""
+"""How far a chain has come on its way through cycles, and what is asked of it."""
 
 
 class Memory(NamedTuple):
-    """What `settle` remembers of past cycles."""
+    """What `settle` remembers of past cycles; cycle c in row c % rows."""
 
-    ring: NDArray[np.float64]  # (rows, 3, n): the states at the ends of the last cycles
-    link: NDArray[np.int64]  # (rows,): the cycle before of the same hash
+    ring: NDArray[np.float64]  # (rows, 3, n): the states at their ends
     advanced: NDArray[np.int64]  # (rows,): the last cycle that had advanced
-    head: NDArray[np.int64]  # (slots,): the last cycle of each hash
-    # (rows + slots,): the cycle before of the same slips, the last cycle of each hash of these
+    # (rows + slots,): the cycle before of the same hash, and the last cycle of each hash
+    same_state: NDArray[np.int64]
     same_slips: NDArray[np.int64]
     slips: NDArray[np.int64]  # (n,): of every slider up to the end of the last whole cycle
 
@@ -89,240 +87,191 @@ class Memory(NamedTuple):
         """Return room for the longest period that is looked for, less for very long chains."""
         most = _MOST_BYTES // (24 * chain.n)
         rows = 1 if chain.sigma_mu != 0 else max(min(MOST_PERIOD, most), 2) + 1
-        return cls(
-            np.empty((rows, 3, chain.n)),
-            np.zeros(rows, dtype=np.int64),
-            np.zeros(rows, dtype=np.int64),
-            np.zeros(_SLOTS, dtype=np.int64),
-            np.zeros(rows + _SLOTS, dtype=np.int64),
-            np.zeros(chain.n, dtype=np.int64),
-        )
-
-
-@compiled
-def _slot(bits, first, last):
-    """Return the hash of the present forces; the sign of a number does not count, nor of a zero."""
-    state = np.uint64(14695981039346656037)
-    for row in (at.FORCE, at.FORCE_LOW):
-        for i in range(first, last):
-            state = (state ^ (bits[row, i] << np.uint64(1))) * np.uint64(0x9E3779B97F4A7C15)
-            state ^= state >> np.uint64(29)
-    return np.int64(state % np.uint64(_SLOTS))
-
-
-@compiled
-def _returned(cell, bits, now, course, memory):
-    """Keep the present state; return how many cycles ago it was the same, 0 if it was not.
-
-    Also the last cycle that had advanced then.
-    """
-    ring, link, head = memory.ring, memory.link, memory.head
-    first = at.PAD
-    last = at.PAD + now.n
-    rows = ring.shape[0]
-    cycle = course.cycle
-    slot = _slot(bits, first, last)
-    row = head[slot]  # holds cycle numbers, from the newest back
-    while row > 0 and cycle - row <= rows - 1:
-        there = row % rows
-        same = True
-        for k, kind in enumerate((at.FORCE, at.FORCE_LOW, at.EXCESS)):
-            for i in range(first, last):
-                if ring[there, k, i - first] != cell[kind, i]:
-                    same = False
-                    break
-            if not same:
-                break
-        if same:
-            return cycle - row, memory.advanced[there]
-        row = link[there]
-    there = cycle % rows
-    for k, kind in enumerate((at.FORCE, at.FORCE_LOW, at.EXCESS)):
-        for i in range(first, last):
-            ring[there, k, i - first] = cell[kind, i]
-    link[there] = head[slot]
-    memory.advanced[there] = course.advanced
-    head[slot] = cycle
-    return 0, 0
+        lengths = rows, rows + _SLOTS, rows + _SLOTS, chain.n
+        return cls(np.empty((rows, 3, chain.n)), *(np.zeros(m, dtype=np.int64) for m in lengths))
 
 
 @inlined
-def _apart(cell, now, state):
-    """Return the largest difference of a force from those of `state`."""
-    largest = 0.0
-    for i in range(now.n):
-        largest = max(largest, abs(cell[at.FORCE, at.PAD + i] - state[0, i]))
-    return largest
-
-
-@compiled
-def _nearly_returned(cell, count, now, course, memory):
-    """Look whether the forces have come back nearly; keep the slips of this cycle.
-
-    Returns
-    -------
-    float
-        How nearly, where they have.
-    """
-    ring, same_slips, slips = memory.ring, memory.same_slips, memory.slips
-    rows = ring.shape[0]
-    cycle = course.cycle
-    close = course.close
-    mark = np.uint64(now.events - course.before)
-    for i in range(now.n):
-        made = count[at.SLIPS, at.PAD + i]
-        mark = (mark ^ np.uint64(made - slips[i])) * np.uint64(0x9E3779B97F4A7C15)
-        mark ^= mark >> np.uint64(29)
-        slips[i] = made
-    slot = rows + np.int64(mark % np.uint64(_SLOTS))
-    apart = 0.0
-    if course.near > 0:
-        apart = _apart(cell, now, ring[(cycle - course.near) % rows])
-        course.streak += 1
-        if apart > close:
-            course.near = 0
-    if course.near == 0:
-        row = same_slips[slot]
-        tries = 0
-        while row > 0 and cycle - row < rows and tries < _TRIES:
-            apart = _apart(cell, now, ring[row % rows])
-            if apart <= close:
-                course.near = cycle - row
-                course.streak = 1
-                course.near_advanced = memory.advanced[row % rows]
-                break
-            row = same_slips[row % rows]
-            tries += 1
-    same_slips[cycle % rows] = same_slips[slot]
-    same_slips[slot] = cycle
-    return apart
+def _mixed(state, word):
+    state = (state ^ word) * np.uint64(0x9E3779B97F4A7C15)
+    return state ^ (state >> np.uint64(29))
 
 
 @inlined
-def _rows_apart(ring, one, other):
+def _chained(chain, rows, state, cycle):
+    """Put a cycle before the others of its hash; return the last of these, 0 if there is none."""
+    slot = rows + np.int64(state % np.uint64(_SLOTS))
+    before = chain[slot]
+    chain[cycle % rows] = before
+    chain[slot] = cycle
+    return before
+
+
+@inlined
+def _apart(ring, one, other):
     """Return the largest difference of a force at the ends of two cycles of the ring."""
     rows = ring.shape[0]
     largest = 0.0
     for i in range(ring.shape[2]):
-        difference = ring[one % rows, 0, i] - ring[other % rows, 0, i]
-        largest = max(largest, abs(difference))
+        largest = max(largest, abs(ring[one % rows, 0, i] - ring[other % rows, 0, i]))
     return largest
 
 
+@inlined
+def _the_same(ring, one, other):
+    """Return whether the states at the ends of two cycles of the ring are the same."""
+    for k in range(3):
+        for i in range(ring.shape[2]):
+            if ring[one, k, i] != ring[other, k, i]:
+                return False
+    return True
+
+
 @compiled
-def _shortest(course, memory):
+def _returned(cell, now, search, memory):
+    """Keep the present state, and settle if it is that at the end of an earlier cycle."""
+    ring = memory.ring
+    rows = ring.shape[0]
+    cycle = search.cycle
+    here = cycle % rows
+    bits = cell.view(np.uint64)
+    state = np.uint64(14695981039346656037)
+    for k, kind in enumerate((at.FORCE, at.FORCE_LOW, at.EXCESS)):
+        for i in range(now.n):
+            ring[here, k, i] = cell[kind, at.PAD + i]
+            if k < 2:  # the sign of a number does not count, nor of a zero
+                state = _mixed(state, bits[kind, at.PAD + i] << np.uint64(1))
+    memory.advanced[here] = search.advanced
+    earlier = _chained(memory.same_state, rows, state, cycle)
+    while earlier > 0 and cycle - earlier < rows:
+        if _the_same(ring, here, earlier % rows):
+            search.settled = earlier
+            search.period = cycle - earlier
+            search.advanced = memory.advanced[earlier % rows]
+            search.exactly = 1
+            return
+        earlier = memory.same_state[earlier % rows]
+
+
+@compiled
+def _nearly_returned(count, now, search, memory):
+    """Look whether the forces have come back nearly, and settle if they have for long enough."""
+    ring, slips = memory.ring, memory.slips
+    rows = ring.shape[0]
+    cycle = search.cycle
+    mark = np.uint64(now.events - search.before)
+    for i in range(now.n):
+        made = count[at.SLIPS, at.PAD + i]
+        mark = _mixed(mark, np.uint64(made - slips[i]))
+        slips[i] = made
+    earlier = _chained(memory.same_slips, rows, mark, cycle)
+    search.apart = 0.0
+    if search.near > 0:
+        search.apart = _apart(ring, cycle, cycle - search.near)
+        search.streak += 1
+        if search.apart > search.close:
+            search.near = 0
+    tries = 0
+    while search.near == 0 and earlier > 0 and cycle - earlier < rows and tries < _TRIES:
+        search.apart = _apart(ring, cycle, earlier)
+        if search.apart <= search.close:
+            search.near = cycle - earlier
+            search.streak = 1
+            search.near_advanced = memory.advanced[earlier % rows]
+        earlier = memory.same_slips[earlier % rows]
+        tries += 1
+    if search.near > 0 and search.streak >= max(PATIENCE, 2 * search.near):
+        _shortest(search, memory)
+
+
+@compiled
+def _shortest(search, memory):
     """Settle with the shortest period with which the forces nearly return.
 
     What comes to its cycle in turns from either side returns after two cycles first.
     """
-    ring, close = memory.ring, course.close
-    now = course.cycle
-    long = course.near
-    settled = now - course.streak + 1 - long
-    course.advanced = course.near_advanced
+    ring, close = memory.ring, search.close
+    now = search.cycle
+    long = search.near
+    settled = now - search.streak + 1 - long
+    search.advanced = search.near_advanced
     period = 1
-    while long % period != 0 or _rows_apart(ring, now, now - period) > close:
+    while long % period != 0 or _apart(ring, now, now - period) > close:
         period += 1
     if period < long:
         settled = now - period
         oldest = max(now - ring.shape[0] + 1, 1)
-        while settled > oldest and _rows_apart(ring, settled - 1, settled - 1 + period) <= close:
+        while settled > oldest and _apart(ring, settled - 1, settled - 1 + period) <= close:
             settled -= 1
-        course.advanced = memory.advanced[settled % ring.shape[0]]
-    course.settled = settled
-    course.period = period
+        search.advanced = memory.advanced[settled % ring.shape[0]]
+    search.settled = settled
+    search.period = period
+
+
+@inlined
+def _count(count, now, search):
+    """Note what the cycle that has just ended has come to: advances, and slips of inner sliders."""
+    moved = (now.total - search.total) + (now.total_low - search.total_low)
+    search.total = now.total
+    search.total_low = now.total_low
+    moved = moved * search.downhill if search.downhill != 0 else abs(moved)
+    down = now.total * search.downhill if search.downhill != 0 else abs(now.total)
+    rounded = search.rounding * (now.slips - search.slipped)
+    search.slipped = now.slips
+    if moved > rounded:
+        search.advanced = search.cycle
+    if down > search.deepest + rounded:
+        search.deepest = down
+        search.furthest = search.cycle
+    inner = 0
+    for i in range(at.PAD + 1, at.PAD + now.n - 1):
+        inner += count[at.SLIPS, i]
+    if inner != search.inner:
+        search.inner = inner
+        search.stirred = search.cycle
+    elif now.n > 2 and search.dormant < 0 and search.cycle - search.stirred >= search.calm:
+        search.dormant = search.stirred
 
 
 @compiled
-def settle(
-    cell, count, deviate, clock, series, scalars, log, bits, high, low, travel, courses, memory,
-    most_work,
-):  # fmt: skip
+def settle(work, high, low, travel, searches, memory, most_work):
     """Follow cycles until the chain has settled, has had its cycles, or the work is done.
 
-    Parameters
-    ----------
-    cell, count, deviate, clock, series, scalars, log : ndarray
-        See `layout`.
-    bits : ndarray of uint64
-        The memory of `cell`.
-    high, low : ndarray, shape (2,)
-        ``l0 theta`` at the ends of both half-cycles, as two floats.
-    travel : ndarray, shape (2,)
-        Room for `loop.follow`.
-    courses : ndarray
-        One `COURSE`.
-    memory : Memory
-    most_work : int
-
-    Returns
-    -------
-    int
-        As of `loop.follow`; `layout.DONE` also if it has settled.
+    The arrays of `Arrays`, ``l0 theta`` at the ends of both half-cycles as two floats, room for the
+    two of `loop.follow`, and one `SEARCH`. Returns as `loop.follow`; `layout.DONE` also if it has
+    settled.
     """
-    now = scalars[0]
-    course = courses[0]
-    downhill = course.downhill
-    n = now.n
-    work = now.work
-    events = now.events
-    while course.settled < 0 and course.cycle < course.most_cycles:
-        left = most_work - max(now.work - work, now.events - events)
+    cell, count, deviate, clock, series, scalars, log = work
+    now, search = scalars[0], searches[0]
+    begun = now.work, now.events
+    while search.settled < 0 and search.cycle < search.most_cycles:
+        left = most_work - max(now.work - begun[0], now.events - begun[1])
         if left <= 0:
             return at.BUDGET
-        begun = course.reached
+        half = search.reached
         reason, reached = loop.follow(
-            cell, count, deviate, clock, series, scalars, log, high[begun:], low[begun:], travel,
+            cell, count, deviate, clock, series, scalars, log, high[half:], low[half:], travel,
             left, left, False,
         )  # fmt: skip
-        course.reached += reached
+        search.reached += reached
         if reason != at.DONE:
             return reason
-        course.reached = 0
-        course.cycle += 1
-        moved = (now.total - course.total) + (now.total_low - course.total_low)
-        course.total = now.total
-        course.total_low = now.total_low
-        if downhill != 0:
-            moved *= downhill
-        else:
-            moved = abs(moved)
-        rounded = course.rounding * (now.slips - course.slipped)
-        if moved > rounded:
-            course.advanced = course.cycle
-        down = now.total * downhill if downhill != 0 else abs(now.total)
-        if down > course.deepest + rounded:
-            course.deepest = down
-            course.furthest = course.cycle
-        course.slipped = now.slips
-        inner = 0
-        for i in range(at.PAD + 1, at.PAD + n - 1):
-            inner += count[at.SLIPS, i]
-        if inner != course.inner:
-            course.inner = inner
-            course.stirred = course.cycle
-        elif n > 2 and course.dormant < 0 and course.cycle - course.stirred >= course.calm:
-            course.dormant = course.stirred
-        if now.events == course.before:
-            course.settled = course.cycle - 1
-            course.period = 1
-            course.exactly = 1
+        search.reached = 0
+        search.cycle += 1
+        _count(count, now, search)
+        if now.events == search.before:
+            search.settled = search.cycle - 1
+            search.period = 1
+            search.exactly = 1
         elif now.constant == 1:
-            # before the present state takes the oldest row of the ring
-            course.apart = _nearly_returned(cell, count, now, course, memory)
-            ago, last = _returned(cell, bits, now, course, memory)
-            if ago > 0:
-                course.settled = course.cycle - ago
-                course.period = ago
-                course.advanced = last
-                course.exactly = 1
-            elif course.near > 0 and course.streak >= max(PATIENCE, 2 * course.near):
-                _shortest(course, memory)
-        course.before = now.events
+            _returned(cell, now, search, memory)
+            if search.settled < 0:
+                _nearly_returned(count, now, search, memory)
+        search.before = now.events
     return at.DONE
 
 
-class Course:
+class Recurrence:
     """A chain on its way through temperature cycles of one amplitude, until it has settled.
 
     Parameters
@@ -347,26 +296,25 @@ class Course:
         self.simulation = ExactSimulation(chain, start, seed, ())
         self.simulation.make_room()  # else `settle` might have to be compiled twice
         self.drive = drive
-        self.memory = Memory.of(chain)
-        self._targets = self.simulation.targets(drive, 1, 2)
-        self._travel = np.empty(2)
+        self._memory = Memory.of(chain)
+        self._targets = *self.simulation.targets(drive, 1, 2), np.empty(2)
+        self._searches = np.zeros(1, dtype=SEARCH)
+        search = self._search = self._searches[0]
         total, low = self.simulation.work.now[["total", "total_low"]][0].item()
         downhill = (chain.tan_alpha > 0) - (chain.tan_alpha < 0)
-        self._courses = np.zeros(1, dtype=COURSE)
-        course = self._courses[0]
-        course["most_cycles"] = drive.cycles
-        course["downhill"] = downhill
-        course["rounding"] = chain.n * nearest_float(chain.rounding)
-        course["close"] = RETURN * (chain.friction + chain.excess + abs(chain.sin_alpha))
-        course["calm"] = dormant
-        course["settled"] = course["dormant"] = -1
-        course["total"], course["total_low"] = total, low
-        course["deepest"] = total * downhill if downhill else abs(total)
+        search["most_cycles"] = drive.cycles
+        search["downhill"] = downhill
+        search["rounding"] = chain.n * nearest_float(chain.rounding)
+        search["close"] = RETURN * (chain.friction + chain.excess + abs(chain.sin_alpha))
+        search["calm"] = dormant
+        search["settled"] = search["dormant"] = -1
+        search["total"], search["total_low"] = total, low
+        search["deepest"] = total * downhill if downhill else abs(total)
 
     @property
     def cycles(self) -> int:
         """Whole cycles so far."""
-        return int(self._courses["cycle"][0])
+        return int(self._search["cycle"])
 
     @property
     def settled_after(self) -> int | None:
@@ -376,13 +324,12 @@ class Course:
     @property
     def period(self) -> int | None:
         """Cycles after which the state returns; None: not settled."""
-        return None if self.settled_after is None else int(self._courses["period"][0])
+        return None if self.settled_after is None else int(self._search["period"])
 
     @property
     def distance(self) -> float:
         """How nearly the forces come back after a period; 0: bit for bit. Unit m g."""
-        course = self._courses[0]
-        return 0.0 if course["exactly"] else float(course["apart"])
+        return 0.0 if self._search["exactly"] else float(self._search["apart"])
 
     @property
     def last_advance(self) -> int:
@@ -391,12 +338,12 @@ class Course:
         An advance is one down the incline, by more than rounding can make; on the level, either
         way.
         """
-        return int(self._courses["advanced"][0])
+        return int(self._search["advanced"])
 
     @property
     def furthest(self) -> int:
         """The last cycle that took x_G further down (on the level: away) than ever; 0: none."""
-        return int(self._courses["furthest"][0])
+        return int(self._search["furthest"])
 
     @property
     def dormant_after(self) -> int | None:
@@ -406,13 +353,11 @@ class Course:
     @property
     def dormant_now(self) -> bool:
         """Whether no inner slider has slipped for as many cycles as make the chain dormant."""
-        course = self._courses[0]
-        return self.simulation.chain.n > 2 and bool(
-            course["cycle"] - course["stirred"] >= course["calm"]
-        )
+        still = self._search["cycle"] - self._search["stirred"]
+        return self.simulation.chain.n > 2 and bool(still >= self._search["calm"])
 
     def _known(self, name: str) -> int | None:
-        value = int(self._courses[name][0])
+        value = int(self._search[name])
         return None if value < 0 else value
 
     def follow(self, limits: Limits = NO_LIMITS) -> tuple[Stop, str]:
@@ -424,14 +369,11 @@ class Course:
         begun = simulation.tally.events
         while True:
             reason = simulation.paced(
-                lambda work, most: settle(
-                    *work, work.cell.view(np.uint64), *self._targets, self._travel, self._courses,
-                    self.memory, most,
-                )
-            )  # fmt: skip
-            if reason == layout.DONE:
+                lambda work, most: settle(work, *self._targets, self._searches, self._memory, most)
+            )
+            if reason == at.DONE:
                 return Stop.DONE, ""
-            if reason != layout.BUDGET:
+            if reason != at.BUDGET:
                 return simulation.ending(reason)
             stop = limits.stop(simulation.tally.events - begun)
             if stop is not None:

@@ -31,7 +31,7 @@ _ALONE = 2
 """Chains up to this length begin without `series`: most of their slips are of one slider."""
 
 
-class Work(NamedTuple):
+class Arrays(NamedTuple):
     """The arrays of the compiled loop; their rows and cells are named in `layout`."""
 
     cell: NDArray[np.float64]
@@ -78,7 +78,7 @@ class Rest(NamedTuple):
         return cls(state, numbers, load)
 
     def read(
-        self, work: Work
+        self, work: Arrays
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
         """Return the present tensions, displacements, coefficients and draws, new arrays."""
         n = self.numbers.shape[1]
@@ -115,7 +115,7 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
 
 @lru_cache(maxsize=64)
 def _constants(chain: Chain) -> NDArray[np.int64]:
-    """Return what `Work.now` of all simulations of a chain begins with, as bits."""
+    """Return what `Arrays.now` of all simulations of a chain begins with, as bits."""
     made = np.zeros(1, dtype=at.NOW)
     now = made[0]
     now["friction"] = chain.friction
@@ -134,7 +134,7 @@ def _constants(chain: Chain) -> NDArray[np.int64]:
     return made.view(np.int64)
 
 
-def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Work | None = None) -> Work:
+def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Arrays | None = None) -> Arrays:
     """Return the arrays of a simulation that begins at rest; `logging` is a sum of LOGS_...
 
     They are those of `used`, if that is given: of a chain as long that logged as much.
@@ -150,10 +150,10 @@ def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Work | None 
     return work
 
 
-def _room(n: int, logging: int) -> Work:
+def _room(n: int, logging: int) -> Arrays:
     m = layout.columns(n)
     cell, deviate = _aligned((layout.CELLS, m), (m, KEPT))
-    return Work(
+    return Arrays(
         cell=cell,
         tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
         deviate=deviate,
@@ -179,7 +179,7 @@ def _log(n: int, m: int, logging: int) -> Log:
     )
 
 
-def roomier(work: Work) -> Work:
+def roomier(work: Arrays) -> Arrays:
     """Return the same arrays with `series`, which have no memory."""
     return work._replace(series=_series(int(work.now["n"][0])))
 

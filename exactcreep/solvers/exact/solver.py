@@ -30,8 +30,8 @@ from exactcreep.solvers.exact.rest import (
     PLACE_LOW,
     TENSION,
     TENSION_LOW,
+    Arrays,
     Rest,
-    Work,
     dilation,
     placed,
     rational,
@@ -61,7 +61,7 @@ from exactcreep.solvers.tables import (
 _MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
 _NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the run
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
-_USED: dict[int, list[Work]] = {}
+_USED: dict[int, list[Arrays]] = {}
 """By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
 _LOGS = {
     "events": layout.LOGS_EVENTS,
@@ -83,7 +83,7 @@ class ExactSimulation(Simulation):
         state: State,
         seed: int,
         record: tuple[str, ...] = ("x_G",),
-        used: Work | None = None,
+        used: Arrays | None = None,
     ) -> None:
         self.chain = chain
         self.record = record
@@ -96,7 +96,7 @@ class ExactSimulation(Simulation):
         return slice(PAD, PAD + self.chain.n)
 
     @property
-    def _present(self) -> Work:
+    def _present(self) -> Arrays:
         """The arrays with all sliders at the present time."""
         work = self.work
         if work.clock is None or not work.now["local"][0]:
@@ -215,7 +215,7 @@ class ExactSimulation(Simulation):
         )
         return reason, reached
 
-    def paced(self, run: Callable[[Work, int], Any]) -> Any:
+    def paced(self, run: Callable[[Arrays, int], Any]) -> Any:
         """Return what `run` does with as much work as takes some hundredths of a second."""
         if self.work.series is None and self.work.now["stage"][0] == layout.CLUSTER:
             self.make_room()

@@ -16,7 +16,7 @@ from exactcreep.model.numbers import InputError, Number
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.exact.recurrence import Course
+from exactcreep.solvers.exact.recurrence import Recurrence
 from exactcreep.studies.fates.numerical import numerical_fate, refuse_sliding
 from exactcreep.studies.fates.proof import proved_fate
 from exactcreep.studies.fates.result import Fate
@@ -84,5 +84,5 @@ def fate(
         raise InputError("solver", solver, "must be certified or exact")
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
     if solver == "exact":
-        return numerical_fate(Course(chain, drive, begin), begin, limits, say)[0]
+        return numerical_fate(Recurrence(chain, drive, begin), begin, limits, say)[0]
     return proved_fate(chain, drive, begin, limits, say)[0]

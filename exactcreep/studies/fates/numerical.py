@@ -13,7 +13,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.solvers.exact.recurrence import MOST_PERIOD, Course
+from exactcreep.solvers.exact.recurrence import MOST_PERIOD, Recurrence
 from exactcreep.studies.eventlog import rearrangements
 from exactcreep.studies.fates.result import Fate, Period
 
@@ -31,7 +31,7 @@ def refuse_sliding(chain: Chain) -> None:
 
 
 def numerical_fate(
-    course: Course,
+    course: Recurrence,
     start: State,
     limits: Limits = NO_LIMITS,
     say: Callable[..., None] | None = None,
@@ -79,7 +79,7 @@ def numerical_fate(
     return found, stop
 
 
-def _one_period(course: Course, period: int) -> tuple[float, Period]:
+def _one_period(course: Recurrence, period: int) -> tuple[float, Period]:
     """Return by how much x_G moves in the period that follows, and its rearrangements."""
     simulation = course.simulation.logged()
     before = simulation.state().displacements

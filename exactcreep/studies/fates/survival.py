@@ -36,7 +36,7 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.exact.recurrence import Course
+from exactcreep.solvers.exact.recurrence import Recurrence
 from exactcreep.studies.fates.numerical import numerical_fate, refuse_sliding
 from exactcreep.studies.pool import Signals, pool_of
 
@@ -423,7 +423,7 @@ def lives_of(task: _Task, signals: Signals | None = None) -> list[Life]:
 def _life(asked: Survival, number: int, limits: Limits) -> Life:
     chain = asked.chain
     start, seed = start_of(chain, asked.size, asked.seed, number)
-    course = Course(chain, Cycles(asked.amplitude, asked.cycles), start, seed, asked.dormant)
+    course = Recurrence(chain, Cycles(asked.amplitude, asked.cycles), start, seed, asked.dormant)
     found, stop = numerical_fate(course, start, limits)
     return Life(
         found.outcome.value,

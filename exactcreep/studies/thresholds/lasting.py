@@ -10,7 +10,7 @@ from exactcreep.limits import OutOfTime, Stop
 from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.solvers.exact.recurrence import Course
+from exactcreep.solvers.exact.recurrence import Recurrence
 from exactcreep.studies.eventlog import LoggedRearrangement
 from exactcreep.studies.fates.numerical import numerical_fate
 from exactcreep.studies.fates.proof import proved_fate
@@ -42,7 +42,7 @@ class Lasting(Question):
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
         """Return the fate in float64, and where x_G has come to apart from a steady advance."""
         drive = Cycles(amplitude, self.cycles)
-        course = Course(self.chain, drive, start)
+        course = Recurrence(self.chain, drive, start)
         found, stop = numerical_fate(course, start, self.limits)
         if stop is Stop.DEADLINE:
             raise OutOfTime(found.reason)
