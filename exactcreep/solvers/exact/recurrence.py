@@ -237,9 +237,8 @@ def _count(count, now, search):
 def settle(work, high, low, travel, searches, memory, most_work):
     """Follow cycles until the chain has settled, has had its cycles, or the work is done.
 
-    The arrays of `Arrays`, ``l0 theta`` at the ends of both half-cycles as two floats, room for the
-    two of `loop.follow`, and one `SEARCH`. Returns as `loop.follow`; `layout.DONE` also if it has
-    settled.
+    `high` and `low`: ``l0 theta`` at the ends of both half-cycles, as two floats. Returns as
+    `loop.follow`; `layout.DONE` also if it has settled.
     """
     cell, count, deviate, clock, series, scalars, log = work
     now, search = scalars[0], searches[0]

@@ -15,23 +15,22 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
-from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact.draws import KEPT
-from exactcreep.solvers.exact.layout import Log, Tables, compiled
+from exactcreep.solvers.exact.layout import Log, Tables, compiled, inlined
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.two_floats import split, split_ratio, two_sum
 from exactcreep.solvers.tables import REARRANGEMENT_TABLE, SLIP_TABLE
 
 TENSION, TENSION_LOW, PLACE, PLACE_LOW, HELD, HELD_LOW = range(6)
-"""Rows of `Rest.numbers`; the tensions leave the last column free."""
+"""Rows of `Origin.numbers`; the tensions leave the last column free."""
 _ROWS = 4099
 """Of the tables, at least, between two calls of the loop; not a multiple of a cache's ways."""
 _ALONE = 2
 """Chains up to this length begin without `series`: most of their slips are of one slider."""
 
 
-class Arrays(NamedTuple):
+class Workspace(NamedTuple):
     """The arrays of the compiled loop; their rows and cells are named in `layout`."""
 
     cell: NDArray[np.float64]
@@ -43,7 +42,7 @@ class Arrays(NamedTuple):
     log: Log
 
 
-class Rest(NamedTuple):
+class Origin(NamedTuple):
     """What a simulation began with.
 
     Attributes
@@ -60,7 +59,7 @@ class Rest(NamedTuple):
     load: tuple[float, float]
 
     @classmethod
-    def of(cls, chain: Chain, state: State) -> Rest:
+    def of(cls, chain: Chain, state: State) -> Origin:
         """Return a state as two floats for each number."""
         numbers = np.zeros((6, chain.n))
         for row, values in (
@@ -78,7 +77,7 @@ class Rest(NamedTuple):
         return cls(state, numbers, load)
 
     def read(
-        self, work: Arrays
+        self, work: Workspace
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
         """Return the present tensions, displacements, coefficients and draws, new arrays."""
         n = self.numbers.shape[1]
@@ -115,7 +114,7 @@ def dilation(chain: Chain, load: tuple[float, float]) -> float:
 
 @lru_cache(maxsize=64)
 def _constants(chain: Chain) -> NDArray[np.int64]:
-    """Return what `Arrays.now` of all simulations of a chain begins with, as bits."""
+    """Return what `Workspace.now` of all simulations of a chain begins with, as bits."""
     made = np.zeros(1, dtype=at.NOW)
     now = made[0]
     now["friction"] = chain.friction
@@ -134,7 +133,9 @@ def _constants(chain: Chain) -> NDArray[np.int64]:
     return made.view(np.int64)
 
 
-def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Arrays | None = None) -> Arrays:
+def placed(
+    chain: Chain, origin: Origin, seed: int, logging: int, used: Workspace | None = None
+) -> Workspace:
     """Return the arrays of a simulation that begins at rest; `logging` is a sum of LOGS_...
 
     They are those of `used`, if that is given: of a chain as long that logged as much.
@@ -142,22 +143,22 @@ def placed(chain: Chain, rest: Rest, seed: int, logging: int, used: Arrays | Non
     work = _room(chain.n, logging) if used is None else used
     work.now.view(np.int64)[:] = _constants(chain)  # field by field it takes longer
     now = work.now
-    now["theta"], now["theta_low"] = rest.load
-    now["total"] = rest.numbers[PLACE].sum()
+    now["theta"], now["theta_low"] = origin.load
+    now["total"] = origin.numbers[PLACE].sum()
     now["logging"] = logging
     now["seed"] = seed if seed < 2**63 else seed - 2**64
-    _place(work.cell, work.tally, work.deviate, work.now, rest.numbers, rest.state.draws)
+    _place(work.cell, work.tally, work.deviate, work.now, origin.numbers, origin.state.draws)
     return work
 
 
-def _room(n: int, logging: int) -> Arrays:
-    m = layout.columns(n)
-    cell, deviate = _aligned((layout.CELLS, m), (m, KEPT))
-    return Arrays(
+def _room(n: int, logging: int) -> Workspace:
+    m = at.columns(n)
+    cell, deviate = _aligned((at.CELLS, m), (m, KEPT))
+    return Workspace(
         cell=cell,
-        tally=np.zeros((layout.COUNTS, m), dtype=np.int64),
+        tally=np.zeros((at.COUNTS, m), dtype=np.int64),
         deviate=deviate,
-        clock=_clock(n) if n > layout.LONGEST_SHORT else None,
+        clock=_clock(n) if n > at.LONGEST_SHORT else None,
         series=_series(n) if n > _ALONE else None,
         now=np.empty(1, dtype=at.NOW),
         log=_log(n, m, logging),
@@ -165,33 +166,33 @@ def _room(n: int, logging: int) -> Arrays:
 
 
 def _log(n: int, m: int, logging: int) -> Log:
-    events = 4 * n + 256 if logging & layout.LOGS_EVENTS else 0
+    events = 4 * n + 256 if logging & at.LOGS_EVENTS else 0
     rows = 2 * n + _ROWS
     tables = Tables(
         rearrangements=np.empty(rows, dtype=REARRANGEMENT_TABLE.dtype),
         slips=np.empty(rows, dtype=SLIP_TABLE.dtype),
         used=np.zeros(2, dtype=np.int64),
-        track=np.zeros((layout.TRACKS, m)),
+        track=np.zeros((at.TRACKS, m)),
         sums=np.zeros(1, dtype=at.UNDER_WAY),
     )
     return Log(
-        np.empty(events, dtype=at.LOGGED_EVENT), tables if logging > layout.LOGS_EVENTS else None
+        np.empty(events, dtype=at.LOGGED_EVENT), tables if logging > at.LOGS_EVENTS else None
     )
 
 
-def roomier(work: Arrays) -> Arrays:
+def roomier(work: Workspace) -> Workspace:
     """Return the same arrays with `series`, which have no memory."""
     return work._replace(series=_series(int(work.now["n"][0])))
 
 
 def _clock(n: int) -> NDArray[np.float64]:
-    clock = _aligned((layout.CLOCKS * (layout.columns(n) // 8) + layout.keys(n), 8))[0]
-    layout.forget(clock, n)
+    clock = _aligned((at.CLOCKS * (at.columns(n) // 8) + at.keys(n), 8))[0]
+    at.forget(clock, n)
     return clock
 
 
 def _series(n: int) -> NDArray[np.float64]:
-    return _aligned((layout.SERIES * (layout.columns(n) // 8) + layout.LADDER, 8))[0]
+    return _aligned((at.SERIES * (at.columns(n) // 8) + at.LADDER, 8))[0]
 
 
 def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
@@ -203,6 +204,13 @@ def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
         tables.append(room[begin : begin + rows * columns].reshape(rows, columns))
         begin += rows * columns
     return tables
+
+
+@inlined
+def _increased(sums, value, low):
+    """Add two floats to a sum, and what rounds and their own low part to its error."""
+    total, rounded = two_sum(sums[0], value)
+    return total, sums[1] + (rounded + low)
 
 
 @compiled
@@ -223,8 +231,7 @@ def _place(cell, count, deviate, scalars, numbers, draws):
         low += error
         if n > 1 and (k == 0 or k == n - 1):  # the ends without theta
             way = 1.0 if k == 0 else -1.0
-            force, error = two_sum(force, way * now.theta)
-            low += error + way * now.theta_low
+            force, low = _increased((force, low), way * now.theta, way * now.theta_low)
         cell[at.FORCE, i] = force
         cell[at.REST, i] = force
         cell[at.FORCE_LOW, i] = low
@@ -264,20 +271,14 @@ def _read(
     # each is what displacements and theta have made of it
     for k in range(tensions.size):
         i = k + at.PAD
-        total, error = numbers[TENSION, k], numbers[TENSION_LOW, k]
-        for step in range(6):
-            if step == 0:
-                value, low = cell[at.TRAVEL, i + 1], cell[at.TRAVEL_LOW, i + 1] + cell[at.X, i + 1]
-            elif step == 1:
-                value, low = -cell[at.TRAVEL, i], -(cell[at.TRAVEL_LOW, i] + cell[at.X, i])
-            elif step == 2:
-                value, low = -numbers[PLACE, k + 1], -numbers[PLACE_LOW, k + 1]
-            elif step == 3:
-                value, low = numbers[PLACE, k], numbers[PLACE_LOW, k]
-            elif step == 4:
-                value, low = -now.theta, -now.theta_low
-            else:
-                value, low = load, load_low
-            total, rounded = two_sum(total, value)
-            error += rounded + low
+        right, left = cell[at.TRAVEL, i + 1], -cell[at.TRAVEL, i]
+        right_low = cell[at.TRAVEL_LOW, i + 1] + cell[at.X, i + 1]
+        left_low = -(cell[at.TRAVEL_LOW, i] + cell[at.X, i])
+        sums = numbers[TENSION, k], numbers[TENSION_LOW, k]
+        sums = _increased(sums, right, right_low)
+        sums = _increased(sums, left, left_low)
+        sums = _increased(sums, -numbers[PLACE, k + 1], -numbers[PLACE_LOW, k + 1])
+        sums = _increased(sums, numbers[PLACE, k], numbers[PLACE_LOW, k])
+        sums = _increased(sums, -now.theta, -now.theta_low)
+        total, error = _increased(sums, load, load_low)
         tensions[k] = total + error

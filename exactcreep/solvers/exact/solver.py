@@ -25,19 +25,8 @@ from exactcreep.motion.rounding_error import RoundingError, rounding_error
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.layout import PAD
-from exactcreep.solvers.exact.rest import (
-    PLACE,
-    PLACE_LOW,
-    TENSION,
-    TENSION_LOW,
-    Arrays,
-    Rest,
-    dilation,
-    placed,
-    rational,
-    roomier,
-)
-from exactcreep.solvers.exact.two_floats import split
+from exactcreep.solvers.exact.rest import Origin, Workspace, dilation, placed, rational, roomier
+from exactcreep.solvers.exact.two_floats import split, two_product
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.solver import (
     Rearrangement,
@@ -61,7 +50,7 @@ from exactcreep.solvers.tables import (
 _MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
 _NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the run
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
-_USED: dict[int, list[Arrays]] = {}
+_USED: dict[int, list[Workspace]] = {}
 """By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
 _LOGS = {
     "events": layout.LOGS_EVENTS,
@@ -83,20 +72,16 @@ class ExactSimulation(Simulation):
         state: State,
         seed: int,
         record: tuple[str, ...] = ("x_G",),
-        used: Arrays | None = None,
+        used: Workspace | None = None,
     ) -> None:
         self.chain = chain
         self.record = record
-        self.start = Rest.of(chain, state)
+        self.origin = Origin.of(chain, state)
         self._pace = 2**14  # work of one call of the compiled loop
-        self.work = placed(chain, self.start, seed, _logging(record), used)
+        self.work = placed(chain, self.origin, seed, _logging(record), used)
 
     @property
-    def _inner(self) -> slice:
-        return slice(PAD, PAD + self.chain.n)
-
-    @property
-    def _present(self) -> Arrays:
+    def _present(self) -> Workspace:
         """The arrays with all sliders at the present time."""
         work = self.work
         if work.clock is None or not work.now["local"][0]:
@@ -105,9 +90,9 @@ class ExactSimulation(Simulation):
         local_clocks.at_once(present.cell, work.clock.copy(), present.now[0])
         return present
 
-    def _cell(self, row: int) -> NDArray[np.float64]:
-        """Return one row of `loop`'s cells for the sliders of the chain, shape (n,)."""
-        return self._present.cell[row, self._inner]
+    def cell(self, row: int) -> NDArray[np.float64]:
+        """Return a row of `layout`'s cells at the present time, shape (n,)."""
+        return self._present.cell[row, PAD : PAD + self.chain.n]
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
@@ -128,7 +113,8 @@ class ExactSimulation(Simulation):
         return int(self.work.now["seed"].view(np.uint64)[0])
 
     @property
-    def _event_count(self) -> int:
+    def events(self) -> int:
+        """The events since the start."""
         return int(self.work.now["events"].item())
 
     def targets(
@@ -141,15 +127,7 @@ class ExactSimulation(Simulation):
             return way * high, way * low
         theta = drive.targets(first, count, seed)
         l0, l0_low = split(self.chain.l0)
-        product = l0 * theta
-        # Dekker's product: the rounding error of l0 * theta from halves of 26 bits
-        a = l0 * 134217729.0
-        a_high = a - (a - l0)
-        b = theta * 134217729.0
-        b_high = b - (b - theta)
-        a_low = l0 - a_high
-        b_low = theta - b_high
-        error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+        product, error = two_product(l0, theta)
         return product, error + l0_low * theta
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
@@ -157,65 +135,52 @@ class ExactSimulation(Simulation):
         high, low = self.targets(drive, first, count, self.seed)
         self.work.now["target"] = first
         travel = np.empty(count)
-        each = {"x": self._displacements, "tension": self._tensions, "slips": self._slips}
-        rows: dict[str, list[Any]] = {name: [] for name in each if name in self.record}
-        logs: list[dict[str, NDArray[Any]]] = []
-        begun = events = self._event_count
+        rows: dict[str, list[Any]] = {
+            name: [] for name in ("x", "tension", "slips") if name in self.record
+        }
+        tables = [record_arrays({name: ()}, 1) for name in self.record if name in _LOGS]
+        begun = events = self.events
         done, reason = 0, layout.DONE
         stop: Stop | None = None
         while stop is None:
-            upto = done + 1 if rows else count
+            here = slice(done, done + 1 if rows else count)
             left = begun + limits.events_left - events
-            reason, reached = self._advance(
-                high[done:upto], low[done:upto], travel[done:upto], left
-            )
+            reason, reached = self._advance(high[here], low[here], travel[here], left)
             done += reached
-            if len(log := self._drain()):
-                log["theta"] = (log["theta"] + log["theta_low"]) / nearest_float(self.chain.l0)
-                logs.append(EVENT_TABLE.arrays(log))
-            logs.append(self._drain_tables())
+            tables.append(self._drain_tables())
             if rows and reached:
+                tensions, displacements, *_ = self.origin.read(self._present)
+                slips = self.work.tally[layout.SLIPS, PAD : PAD + self.chain.n].copy()
+                known = {"x": displacements, "tension": tensions, "slips": slips}
                 for name, values in rows.items():
-                    values.append(each[name]())
+                    values.append(known[name])
                 self.work.tally[layout.SLIPS] = 0
-            events = self._event_count
+            events = self.events
             if reason in (layout.RUNAWAY, layout.ENDLESS):
                 break
             stop = Stop.DONE if done == count else limits.stop(events - begun)
         recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
-        recorded |= record_arrays(rows, self.chain.n)
-        tables = [record_arrays({name: ()}, 1) for name in self.record if name in _LOGS]
-        recorded |= joined([*tables, *logs])
+        recorded |= record_arrays(rows, self.chain.n) | joined(tables)
         if stop is not None:
             return Stretch(done, recorded, stop, limits.reason(stop))
         return Stretch(done, recorded, *self.ending(reason))
 
-    def ending(self, reason: int) -> tuple[Stop, str]:
-        """Return why the compiled loop goes no further, if not for its limits, and a sentence."""
+    def ending(self, reason: int, told: str = _ENDLESS) -> tuple[Stop, str]:
+        """Return why the chain goes no further, and a sentence: `told` if nothing is proved."""
         if reason == layout.RUNAWAY:
             return Stop.RUNAWAY, NEVER_STOPS
-        if self.never_rests():
+        if self._never_rests():
             return Stop.RUNAWAY, NEVER_RESTS
-        return Stop.LIMIT, _ENDLESS
+        return Stop.LIMIT, told
 
-    def _advance(
-        self,
-        high: NDArray[np.float64],
-        low: NDArray[np.float64],
-        travel: NDArray[np.float64],
-        most: int,
-        single: bool = False,
-    ) -> tuple[int, int]:
-        """Run the compiled loop for a moment; see `loop.follow`.
+    def _advance(self, *targets: NDArray[np.float64] | int, single: bool = False) -> Any:
+        """Run the compiled loop for a moment: the arguments of `loop.follow` up to `max_events`.
 
-        `layout.BUDGET` comes back after `most` events, or what takes some hundredths of a second.
+        `layout.BUDGET` comes back after these, or what takes some hundredths of a second.
         """
-        reason, reached = self.paced(
-            lambda work, pace: loop.follow(*work, high, low, travel, most, pace, single)
-        )
-        return reason, reached
+        return self.paced(lambda work, pace: loop.follow(*work, *targets, pace, single))
 
-    def paced(self, run: Callable[[Arrays, int], Any]) -> Any:
+    def paced(self, run: Callable[[Workspace, int], Any]) -> Any:
         """Return what `run` does with as much work as takes some hundredths of a second."""
         if self.work.series is None and self.work.now["stage"][0] == layout.CLUSTER:
             self.make_room()
@@ -240,8 +205,8 @@ class ExactSimulation(Simulation):
         target = np.array([high]), np.array([low]), np.empty(1)
         reason = layout.BUDGET
         while reason in _GOES_ON:
-            left = min(most - self._event_count, at_once)
-            reason, _ = self._advance(*target, left, True)
+            left = min(most - self.events, at_once)
+            reason, _ = self._advance(*target, left, single=True)
             yield reason
 
     def make_room(self) -> None:
@@ -249,18 +214,18 @@ class ExactSimulation(Simulation):
         if self.work.series is None:
             self.work = roomier(self.work)
 
-    def never_rests(self) -> bool:
+    def _never_rests(self) -> bool:
         """Return whether it is proved that the chain in motion never comes to rest."""
-        chain, signs = self.chain, self._cell(layout.SIDE)
-        velocities = self._cell(layout.SPEED) * signs
-        tensions = self._tensions()
-        largest = Contacts(chain).acting(self._cell(layout.COEFFICIENT).max())
+        chain, signs = self.chain, self.cell(layout.SIDE)
+        velocities = self.cell(layout.SPEED) * signs
+        tensions = self.state().tensions
+        largest = Contacts(chain).acting(self.cell(layout.COEFFICIENT).max())
         # every event adds a few roundings of the largest force
         size = chain.friction + float(abs(tensions).max(initial=0.0) + abs(velocities).max())
         slack = 16 * 2.0**-53 * int(self.work.now["number"][0]) * size
         return never_rests(FLOAT64, chain, tensions, velocities, signs, largest, slack)
 
-    def _drain(self) -> NDArray[Any]:
+    def drain(self) -> NDArray[Any]:
         """Return the rows of the event log, and empty it."""
         count = int(self.work.now["logged"].item())
         self.work.now["logged"] = 0
@@ -268,28 +233,23 @@ class ExactSimulation(Simulation):
         return rows.view(np.uint8).copy().view(rows.dtype)  # field by field it takes longer
 
     def _drain_tables(self) -> dict[str, NDArray[Any]]:
-        """Return the rows of the tables of rearrangements and slips, and empty these."""
-        tables = self.work.log.tables
+        """Return the columns of all that is logged, and empty the logs."""
+        l0 = nearest_float(self.chain.l0)
         found: dict[str, NDArray[Any]] = {}
-        if tables is None:
-            return found
-        if tables.used[0]:
-            rows = tables.rearrangements[: tables.used[0]]
-            rows["theta"] /= nearest_float(self.chain.l0)
-            found |= REARRANGEMENT_TABLE.arrays(rows)
-        if tables.used[1]:
-            found |= SLIP_TABLE.arrays(tables.slips[: tables.used[1]])
-        tables.used[:] = 0
+        if len(events := self.drain()):
+            events["theta"] = (events["theta"] + events["theta_low"]) / l0
+            found |= EVENT_TABLE.arrays(events)
+        tables = self.work.log.tables
+        if tables is not None:
+            rearrangements = tables.rearrangements[: tables.used[0]]
+            slips = tables.slips[: tables.used[1]]
+            tables.used[:] = 0
+            rearrangements["theta"] /= l0
+            if len(rearrangements):
+                found |= REARRANGEMENT_TABLE.arrays(rearrangements)
+            if len(slips):
+                found |= SLIP_TABLE.arrays(slips)
         return found
-
-    def _slips(self) -> NDArray[np.int64]:
-        return self.work.tally[layout.SLIPS, self._inner].copy()
-
-    def _displacements(self) -> NDArray[np.float64]:
-        return self.start.read(self._present)[1]
-
-    def _tensions(self) -> NDArray[np.float64]:
-        return self.start.read(self._present)[0]
 
     def load(self) -> tuple[float, float]:
         """Return ``l0 theta`` at present, as two floats."""
@@ -299,7 +259,7 @@ class ExactSimulation(Simulation):
     def state(self) -> State:
         """Return the present state."""
         theta = dilation(self.chain, self.load())
-        return State.owning(*self.start.read(self._present), theta)
+        return State.owning(*self.origin.read(self._present), theta)
 
     def _kept(self) -> dict[str, NDArray[Any]]:
         """Return the arrays that decide how it goes on, as plain numbers, by name."""
@@ -320,13 +280,13 @@ class ExactSimulation(Simulation):
         # in the middle of a long avalanche sliders stand where they were at different times
         if self.work.clock is not None and self.work.now["local"][0]:
             captured["clock"] = self.work.clock.copy()
-        numbers = self.start.numbers.copy()
+        tension, tension_low, place, place_low, *_ = self.origin.numbers.copy()
         captured |= {
-            "start_tension": numbers[TENSION, :-1],
-            "start_tension_low": numbers[TENSION_LOW, :-1],
-            "start_displacement": numbers[PLACE],
-            "start_displacement_low": numbers[PLACE_LOW],
-            "start_theta": np.array(split(rational(self.start.state.theta))),
+            "start_tension": tension[:-1],
+            "start_tension_low": tension_low[:-1],
+            "start_displacement": place,
+            "start_displacement_low": place_low,
+            "start_theta": np.array(split(rational(self.origin.state.theta))),
         }
         return captured
 
@@ -342,26 +302,23 @@ class ExactSimulation(Simulation):
         loop.prepare(work.cell, work.tally, work.deviate, work.now)
 
         def whole(name: str) -> NDArray[Any]:
-            pairs = zip(captured[name].tolist(), captured[name + "_low"].tolist(), strict=True)
-            values = [Fraction(high) + Fraction(low) for high, low in pairs]
-            if not np.any(captured[name + "_low"]):
-                return np.array(captured[name], dtype=np.float64)
-            exact = np.empty(len(values), dtype=object)
-            exact[:] = values
-            return exact
+            high, low = captured[name], captured[name + "_low"]
+            if not np.any(low):
+                return np.array(high, dtype=np.float64)
+            pairs = zip(high.tolist(), low.tolist(), strict=True)
+            return np.array([Fraction(one) + Fraction(other) for one, other in pairs])
 
-        high, low = (Fraction(float(part)) for part in captured["start_theta"])
         begun = replace(
-            self.start.state,
+            self.origin.state,
             tensions=whole("start_tension"),
             displacements=whole("start_displacement"),
-            theta=high + low,
+            theta=sum(Fraction(float(part)) for part in captured["start_theta"]),
         )
-        self.start = Rest.of(self.chain, begun)
+        self.origin = Origin.of(self.chain, begun)
 
     def logged(self) -> ExactSimulation:
         """Return a simulation that goes on from here bit for bit, and records events."""
-        twin = ExactSimulation(self.chain, self.start.state, 0, ("events",))
+        twin = ExactSimulation(self.chain, self.origin.state, 0, ("events",))
         twin.restore(self.capture())
         return twin
 
@@ -370,14 +327,13 @@ class ExactSimulation(Simulation):
 
         What mirrors itself goes on doing so.
         """
-        n, begun = self.chain.n, self.start.state
+        n, begun = self.chain.n, self.origin.state
         if n == 1:
             return None
         largest = nearest_float(self.chain.mu_s + abs(self.chain.tan_alpha))
         off = [_NUDGE * largest * (-1) ** min(i, n - 2 - i) for i in range(n - 1)]
-        tensions: NDArray[Any] = np.empty(n - 1, dtype=object)
-        given = begun.tensions.tolist()
-        tensions[:] = [rational(t) + Fraction(d) for t, d in zip(given, off, strict=True)]
+        given = zip(begun.tensions.tolist(), off, strict=True)
+        tensions = np.array([rational(t) + Fraction(d) for t, d in given])
         return ExactSimulation(self.chain, replace(begun, tensions=tensions), self.seed, ())
 
     @property
@@ -408,7 +364,7 @@ class Estimated(Rearrangement):
 
     Attributes
     ----------
-    begun : Rest
+    begun : Origin
         The state from which theta was ramped.
     load : tuple of float
         ``l0 theta_c``, as two floats.
@@ -416,7 +372,7 @@ class Estimated(Rearrangement):
         A row for each slider of each event.
     """
 
-    begun: Rest
+    begun: Origin
     load: tuple[float, float]
     log: NDArray[Any]
 
@@ -507,25 +463,21 @@ class Exact(Solver):
         late = limits.at < math.inf and limits.passed()  # then there is one event all the same
         at_once = 1 if late else _MOST_WORK
         for reason in simulation.single(direction, limits.events_left, at_once):
-            logs.append(simulation._drain())
-            if reason == layout.RUNAWAY:
-                outcome, told = Outcome.RUNAWAY, NEVER_STOPS
+            logs.append(simulation.drain())
+            stop = limits.stop(simulation.events) if reason in _GOES_ON else None
+            if stop is not None or reason in (layout.RUNAWAY, layout.ENDLESS):
+                told = limits.reason(stop) if stop else _ENDLESS
+                ended, told = simulation.ending(reason, told)
+                outcome = Outcome.RUNAWAY if ended is Stop.RUNAWAY else Outcome.LIMIT
                 break
-            stop = limits.stop(simulation._event_count) if reason in _GOES_ON else None
-            if stop is None and reason != layout.ENDLESS:
-                continue
-            outcome, told = Outcome.LIMIT, limits.reason(stop) if stop else _ENDLESS
-            if simulation.never_rests():
-                outcome, told = Outcome.RUNAWAY, NEVER_RESTS
-            break
         now = simulation.work.now
         undecided = now["undecided"].item()
         velocities = np.zeros(chain.n)
         if outcome is not Outcome.AT_REST:
-            velocities = simulation._cell(layout.SPEED) * simulation._cell(layout.SIDE)
+            velocities = simulation.cell(layout.SPEED) * simulation.cell(layout.SIDE)
         result = Estimated(
             chain=chain,
-            begun=simulation.start,
+            begun=simulation.origin,
             load=simulation.load(),
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             outcome=outcome,
@@ -554,7 +506,7 @@ class Exact(Solver):
         self._refuse_to_escalate("events that were handed out cannot be taken back")
         simulation = ExactSimulation(start.chain, start.state, start.seed, ("events",))
         for _ in simulation.single(direction, NO_LIMITS.events_left, 1):
-            yield from _events(simulation._drain())
+            yield from _events(simulation.drain())
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         """Return a simulation by the compiled loop."""

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from exactcreep.solvers.exact.layout import inlined
 
@@ -28,6 +32,23 @@ def two_sum(a, b):
     total = a + b
     part = total - a
     return total, (a - (total - part)) + (b - part)
+
+
+def two_product(a: float, b: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+    """Return the rounded products of floats, and what rounding took from them, exactly.
+
+    Guarantee: barring overflow, the two results add up to ``a * b`` (Dekker).
+    """
+    product = a * b
+    (a_high, a_low), (b_high, b_low) = _halves(a), _halves(b)
+    return product, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+
+
+def _halves(value: Any) -> Any:
+    """Return a float as two of 26 bits."""
+    shifted = value * 134217729.0
+    high = shifted - (shifted - value)
+    return high, value - high
 
 
 @inlined

@@ -190,9 +190,9 @@ def test_all_sliders_are_shown_at_one_time_in_the_middle_of_a_long_avalanche() -
             counts = [int(found.work.now["events"][0]) for found in pair]
             if pair[0].work.now["local"][0] and counts[0] == counts[1]:
                 seen += 1
-                here, there = (found._displacements() for found in pair)
+                here, there = (found.state().displacements for found in pair)
                 assert np.abs(here - there).max() < 1e-12
-                here, there = (found._cell(layout.SPEED) for found in pair)
+                here, there = (found.cell(layout.SPEED) for found in pair)
                 assert np.abs(here - there).max() < 1e-12
     assert seen > 20
 
@@ -208,6 +208,6 @@ def test_what_an_epoch_leaves_out_is_within_the_rounding_bound() -> None:
         now = run.work.now[0]
         if run.work.now["local"][0]:
             spent.append(now["spent"] * now["wild"] / now["friction"])
-            speeds = 2 * np.abs(run._cell(layout.SPEED)).max()
+            speeds = 2 * np.abs(run.cell(layout.SPEED)).max()
             assert speeds <= math.exp(2 * layout.EPOCH) * now["wild"]
     assert 0 < max(spent) <= clocks._BUDGET
