@@ -161,6 +161,8 @@ class RunMotion:
     def _modal(self, t: Any) -> list[NDArray[Any]]:
         """Return displacements, and gains of velocities and accelerations at `t`, by mode."""
         w, v, a = self.swinging
+        if isinstance(t, np.ndarray):
+            w, v, a = w[:, None], v[:, None], a[:, None]
         sin, cos = self.arithmetic.sin_cos(w * (t / 2))
         stretched = sin / w
         found = [
@@ -172,8 +174,20 @@ class RunMotion:
             speed, pull = self.modal_velocities[0], self.modal_accelerations[0]
             means = ((speed + pull * (t / 2)) * t, pull * t, self.arithmetic.number(0))
             pairs = zip(means, found, strict=True)
-            found = [np.append(np.array([mean], v.dtype), swing) for mean, swing in pairs]
+            found = [
+                np.concatenate([np.full((1, *swing.shape[1:]), mean, v.dtype), swing])
+                for mean, swing in pairs
+            ]
         return found
+
+    def at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return displacements since time 0, velocities and accelerations, shape (3, p, times).
+
+        In float64 alone.
+        """
+        begin = np.stack([np.zeros(self.p), self.velocities, self.accelerations])[:, :, None]
+        changes: NDArray[np.float64] = self.modes.vectors @ np.stack(self._modal(times))
+        return begin + changes
 
     def moved(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return displacements since time 0 and velocities at `t`, each of shape (p,).

@@ -57,6 +57,16 @@ def test_modal_motion_agrees_with_the_matrix_exponential(arithmetic, ends):
 
 
 @pytest.mark.parametrize("ends", ALL_ENDS)
+def test_the_motion_at_many_times_is_that_at_each(ends):
+    rng, times = np.random.default_rng(21), np.array([0.0, 1e-6, 0.3, 3.0])
+    for p in (1, 2, 7):
+        motion = RunMotion(FLOAT64, ends, rng.normal(size=p), rng.normal(size=p))
+        found = motion.at(times)
+        each = [[motion.slider(n, t) for n in range(p)] for t in times.tolist()]
+        assert found == pytest.approx(np.array(each).T, rel=1e-13, abs=1e-14)
+
+
+@pytest.mark.parametrize("ends", ALL_ENDS)
 def test_modal_energy_is_conserved_and_bounds_every_derivative(ends):
     rng = np.random.default_rng(21)
     p = 6

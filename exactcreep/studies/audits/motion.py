@@ -376,7 +376,7 @@ class Watches:
         shape = (3, self.size + 2, t.size)
         moved = np.zeros(shape)
         for first, motion in self.runs:
-            moved[:, first + 1 : first + 1 + motion.p] = _moved(motion, t)
+            moved[:, first + 1 : first + 1 + motion.p] = motion.at(t)
         speeds, gains = (self.directions * part[self.movers + 1] for part in moved[1:])
         force, rate = (part[self.resting] + part[self.resting + 2] for part in moved[:2])
         rooms = self.rooms + np.concatenate([-force, force])
@@ -410,23 +410,3 @@ class Watches:
 def exact(value: Any) -> Fraction:
     """Return the middle of what is known of a number."""
     return enclosure(value).middle
-
-
-def _moved(motion: RunMotion, t: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return displacements, velocities and accelerations of a run, shape (3, p, times)."""
-    w = motion.modes.frequencies[:, None]
-    v, a = motion.modal_velocities[:, None], motion.modal_accelerations[:, None]
-    still = w == 0
-    sin, cos = np.sin(w * t / 2), np.cos(w * t / 2)
-    stretched = np.where(still, t / 2, sin / np.where(still, 1.0, w))
-    shift = 2 * stretched * (a * stretched + v * cos)
-    gain = 2 * (a * stretched * cos - v * sin * sin)
-    turned = -2 * sin * (a * sin + w * v * cos)
-    vectors = motion.modes.vectors
-    return np.stack(
-        [
-            vectors @ shift,
-            motion.velocities[:, None] + vectors @ gain,
-            motion.accelerations[:, None] + vectors @ turned,
-        ]
-    )
