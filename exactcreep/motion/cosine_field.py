@@ -78,9 +78,7 @@ class Quadratic:
 
     def __truediv__(self, other: Any) -> Quadratic:
         factor = _fmpq(other)
-        if factor is None:
-            return NotImplemented
-        return Quadratic(self.field, self.a / factor, self.b / factor)
+        return NotImplemented if factor is None else self * (1 / factor)
 
     def __eq__(self, other: object) -> bool:
         parts = self._parts(other)
@@ -131,14 +129,14 @@ class Quadratic:
         """Return a and b."""
         return _fraction(self.a), _fraction(self.b)
 
+    def __repr__(self) -> str:
+        return f"{self.a} + {self.b} sqrt({self.field.square})"
+
     @property
     def bits(self) -> int:
         """Size of the largest numerator or denominator."""
         parts = (self.a.p, self.a.q, self.b.p, self.b.q)
         return max(int(part).bit_length() for part in parts)
-
-    def __repr__(self) -> str:
-        return f"{self.a} + {self.b} sqrt({self.field.square})"
 
 
 class CosineField:

@@ -15,7 +15,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property, lru_cache
-from math import comb
 from typing import Any, NamedTuple
 
 import flint
@@ -232,21 +231,14 @@ class RunMotion:
 
 @lru_cache(maxsize=4096)
 def _diagonal_of_power(p: int, ends: Ends, n: int, k: int) -> int:
-    """Return ``(K^k)_nn``, exactly; only sliders within k/2 + 1 of n matter."""
-    if ends == (False, False) and k <= n and k <= p - 1 - n:
-        return comb(2 * k, k)
-    reach = k // 2 + 1
-    low, high = max(0, n - reach), min(p - 1, n + reach)
-    vector = {n: 1}
-    for _ in range(k):
-        following: dict[int, int] = {}
-        for i, value in vector.items():
-            own = 2 - (i == 0 and ends.left_free) - (i == p - 1 and ends.right_free)
-            for j, factor in ((i - 1, -1), (i, own), (i + 1, -1)):
-                if max(0, low - 1) <= j <= min(p - 1, high + 1):
-                    following[j] = following.get(j, 0) + factor * value
-        vector = following
-    return vector[n]
+    """Return ``(K^k)_nn``, exactly; only sliders within k of n matter."""
+    low, high = max(0, n - k), min(p, n + k + 1)
+    size = high - low
+    beside = np.eye(size, k=1, dtype=int)
+    matrix = 2 * np.eye(size, dtype=int) - beside - beside.T
+    matrix[0, 0] -= low == 0 and ends.left_free
+    matrix[-1, -1] -= high == p and ends.right_free
+    return int(np.linalg.matrix_power(matrix, k)[n - low, n - low])
 
 
 @dataclass(frozen=True, eq=False)

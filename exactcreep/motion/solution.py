@@ -54,6 +54,8 @@ class Solution:
         ``pieces[i]`` holds from event i to event i + 1.
     ts : ndarray, shape (len(pieces) + 1,)
         The times that separate them.
+    t_min, t_max : number
+        Times of the first event, 0, and of the last one.
 
     Examples
     --------
@@ -70,18 +72,8 @@ class Solution:
         self._at_rest = at_rest
         ends = [piece.t_max for piece in self.pieces[-1:]] or [0.0]
         self.ts = np.array([piece.t_min for piece in self.pieces] + ends)
-
-    @property
-    def t_min(self) -> Scalar:
-        """Time of the first event, 0."""
-        time: Scalar = self.ts[0]
-        return time
-
-    @property
-    def t_max(self) -> Scalar:
-        """Time of the last event."""
-        time: Scalar = self.ts[-1]
-        return time
+        self.t_min: Scalar = self.ts[0]
+        self.t_max: Scalar = self.ts[-1]
 
     def piece_at(self, t: Scalar) -> Piece:
         """Return the piece that holds at `t`; at an event, the one that begins there."""

@@ -60,6 +60,11 @@ def test_a_difference_of_forty_digits_keeps_its_sign_and_its_float():
     assert -cosine < -1 + cosine
 
 
+def test_a_number_shows_its_rationals_and_the_square_of_the_cosine():
+    number = CosineField(Fraction(1, 5)).number(Fraction(1, 3), Fraction(-2, 7))
+    assert repr(number) == "1/3 + -2/7 sqrt(25/26)"
+
+
 def test_a_ball_contains_the_number_at_every_precision():
     number = CosineField(Fraction(1, 5)).number(Fraction(1, 3), Fraction(-2, 7))
     middle, error = number.bracket(2000)

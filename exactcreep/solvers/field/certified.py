@@ -16,7 +16,6 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, ClassVar
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
-from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, whole_number
@@ -111,7 +110,10 @@ class Certified(FieldSolver):
                 report = dict(result.report) | certificate(mechanics)
                 motion = Solution(mechanics.pieces, mechanics.start) if mechanics.start else None
                 if result.outcome is Outcome.AT_REST:
-                    later = Past.after(past, mechanics, start.state, direction, result.state)
+                    if past is None:
+                        first = replace(start, state=replace(start.state, past=None))
+                        past = Past(first, start.state, None, (), 0, {})
+                    later = past.then(mechanics, direction, result.state)
                     result = replace(result, state=replace(result.state, past=later))
                 return replace(result, decided=evidence, report=report, motion=motion)
         raise AssertionError("the last precision decides everything")
@@ -137,7 +139,6 @@ class Certified(FieldSolver):
                 continue
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
-        """Return a simulation in balls."""
         return CertifiedSimulation(start, record, self)
 
 
@@ -150,12 +151,10 @@ class Past:
 
     Attributes
     ----------
-    chain : Chain
-    seed : int
+    start : Start
+        From which the first call departed.
     here : State
         What the rest leads to.
-    origin : State
-        From which the first call departed.
     anchor : mapping or None
         A later state that is known exactly in Q(c), as `LohnerMechanics.captured` has it.
     ways : tuple of int
@@ -166,10 +165,8 @@ class Past:
         `here`, as `LohnerMechanics.captured` has it.
     """
 
-    chain: Chain
-    seed: int
+    start: Start
     here: State
-    origin: State
     anchor: Mapping[str, Any] | None
     ways: tuple[int, ...]
     bits: int
@@ -179,38 +176,29 @@ class Past:
     def of(cls, start: Start) -> Past | None:
         """Return the past of a state, if it is one of this chain and leads to this state."""
         past = start.state.past
-        known = isinstance(past, cls) and (past.chain, past.seed) == (start.chain, start.seed)
-        return past if known and past.here == start.state else None
+        if isinstance(past, cls) and past.here == start.state:
+            first = past.start
+            return past if (first.chain, first.seed) == (start.chain, start.seed) else None
+        return None
 
-    @classmethod
-    def after(
-        cls, before: Past | None, mechanics: LohnerMechanics, start: State, way: int, here: State
-    ) -> Past:
-        """Return the past of `here`, at which a rearrangement from `start` has ended."""
-        captured = mechanics.captured()
-        origin, anchor = start, None
-        ways: tuple[int, ...] = (way,)
-        if before is not None:
-            origin, anchor, ways = before.origin, before.anchor, (*before.ways, way)
+    def then(self, mechanics: LohnerMechanics, way: int, here: State) -> Past:
+        """Return the past of `here`, at which a rearrangement after these has ended."""
+        captured, bits = mechanics.captured(), mechanics.arithmetic.bits
+        anchor, ways = self.anchor, (*self.ways, way)
         if mechanics.exact is not None:
             anchor, ways = captured, ()
-        bits, origin = mechanics.arithmetic.bits, replace(origin, past=None)
-        return cls(mechanics.chain, mechanics.seed, here, origin, anchor, ways, bits, captured)
+        return Past(self.start, here, anchor, ways, bits, captured)
 
 
 def _begun(
     start: Start, arithmetic: Arithmetic, past: Past | None, assume: bool, limits: Limits
 ) -> LohnerMechanics:
     """Return the chain at its start, as well known as this precision allows."""
-
-    def at(state: State) -> LohnerMechanics:
-        return LohnerMechanics(replace(start, state=state), arithmetic, assume=assume, keep=True)
-
+    first = start if past is None else past.start
+    mechanics = LohnerMechanics(first, arithmetic, assume=assume, keep=True)
     if past is None:
-        return at(start.state)
-    mechanics = at(past.origin)
+        return mechanics
     if arithmetic.bits <= past.bits or not _repeated(mechanics, past, limits):
-        mechanics = at(past.origin)
         mechanics.take_over(past.captured)
     # ties that were assumed on the way here are assumed of all that follows
     mechanics.tally = Tally(undecided=mechanics.tally.undecided)
@@ -338,7 +326,6 @@ class CertifiedSimulation(FieldSimulation):
         self.repeated = dict(self.handed_out)
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
-        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         self.tally = self.mechanics.tally
         stretch = super().follow(drive, first, count, limits)
         if self.behind is not None:
@@ -367,7 +354,6 @@ class CertifiedSimulation(FieldSimulation):
         return Evidence.of(self.tally.undecided, Evidence.PROVED)
 
     def capture(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit."""
         return super().capture() | {
             **{name: copy(getattr(self, name)) for name in _PLAIN},
             "anchor_target": list(self.anchor_target),
@@ -384,7 +370,6 @@ class CertifiedSimulation(FieldSimulation):
         return {"state": fields, "tally": asdict(tally)}
 
     def restore(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `capture` returned."""
         arithmetic = balls_of(int(captured["bits"]))
         with arithmetic.active():
             self.mechanics = self.kind(self.start, arithmetic, assume=bool(captured["settles"]))

@@ -159,7 +159,6 @@ class LohnerMechanics(Mechanics):
         return self._tensions(flow.forces), self._displaced(flow)
 
     def state(self) -> State:
-        """Return the present states."""
         middle = super().state()
         if self.set is None:
             return middle
@@ -171,14 +170,12 @@ class LohnerMechanics(Mechanics):
         )
 
     def known_theta(self) -> Any:
-        """Return theta, as well as it is known."""
         if self.set is None:
             return self.theta
         (radius,) = self.set.balls([self.set.of_theta()])
         return self.theta + flint.arb(0, (radius / self.l0).upper())
 
     def known_moves(self) -> NDArray[Any]:
-        """Return how far sliders have come in the rearrangement, as well as it is known."""
         return self._widened(super().known_moves(), LohnerSet.of_displacements)
 
     def known_forces(self) -> NDArray[Any]:
@@ -186,7 +183,6 @@ class LohnerMechanics(Mechanics):
         return self._widened(self.forces, LohnerSet.of_forces)
 
     def velocities(self) -> NDArray[Any]:
-        """Return the present velocities."""
         return self._wide_velocities(super().velocities())
 
     # -- at rest -------------------------------------------------------------------------------
@@ -216,7 +212,6 @@ class LohnerMechanics(Mechanics):
     # -- the rearrangement ---------------------------------------------------------------------
 
     def rearrangement(self) -> Iterator[Event | None]:
-        """Yield the events; see `Mechanics.rearrangement`."""
         for event in super().rearrangement():
             # whoever asks no more goes on, later, from what was put together
             if event is None and self.since >= self.stretch and not self.runaway:
@@ -362,12 +357,10 @@ class LohnerMechanics(Mechanics):
     # -- to go on later ------------------------------------------------------------------------
 
     def captured(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit, as plain data."""
         kept = None if self.set is None else self.set.captured()
         return super().captured() | {"set": kept, "since": self.since}
 
     def take_over(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `captured` returned, for the same chain and seed."""
         super().take_over(captured)
         self.set, self.since = None, int(captured["since"])
         if captured["set"] is not None:

@@ -43,21 +43,18 @@ class FieldSolver(Solver):
         """Return the arithmetic to begin with."""
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
-        """Rearrange by `Mechanics`."""
         arithmetic = self.arithmetic()
         with arithmetic.active():
             mechanics = Mechanics(start, arithmetic, residuals=True)
             return completed(mechanics, direction, self.name, limits)
 
     def events_from(self, start: Start, direction: int) -> Iterator[Event]:
-        """Yield the events one by one."""
         arithmetic = self.arithmetic()
         with arithmetic.active():
             mechanics = Mechanics(start, arithmetic, residuals=True)
         return one_by_one(mechanics, direction)
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
-        """Return a simulation by `Mechanics`."""
         return FieldSimulation(start, record, self.arithmetic())
 
 
@@ -144,7 +141,6 @@ class FieldSimulation(Simulation):
             self.theta_target = exact_number(start.state.theta, "theta")
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
-        """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         self.limits = limits
         self.begun = self.tally.events
         rows = self._rows()
@@ -248,12 +244,10 @@ class FieldSimulation(Simulation):
         self.avalanche, self.undecided = None, undecided
 
     def state(self) -> State:
-        """Return the present state."""
         with self.mechanics.arithmetic.active():
             return self.mechanics.state()
 
     def capture(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit."""
         arithmetic, avalanche = self.mechanics.arithmetic, self.avalanche
         with arithmetic.active():
             return {
@@ -265,7 +259,6 @@ class FieldSimulation(Simulation):
             }
 
     def restore(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `capture` returned."""
         self.theta_target = captured["theta_target"]
         known, number = captured["avalanche"], self.mechanics.arithmetic.from_plain
         with self.mechanics.arithmetic.active():
@@ -275,7 +268,6 @@ class FieldSimulation(Simulation):
         self.tally = self.mechanics.tally
 
     def report(self) -> dict[str, Any]:
-        """Return precision and work counts."""
         return mechanics_report(self.mechanics)
 
 
@@ -287,7 +279,6 @@ class Reference(FieldSolver):
     summary: ClassVar[str] = "readable event solver, float64, with rounding bounds"
 
     def arithmetic(self) -> Arithmetic:
-        """Return float64."""
         return FLOAT64
 
 

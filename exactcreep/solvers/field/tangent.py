@@ -114,7 +114,6 @@ class TangentMechanics(LohnerMechanics):
         self.tangent = _columns(basis, fast)
 
     def rest(self, flow: Flow) -> None:
-        """End the rearrangement; see `Mechanics.rest`."""
         super().rest(flow)
         self.rests += 1
         if self.rests == self.half:
