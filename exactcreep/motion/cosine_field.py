@@ -196,5 +196,5 @@ def _fraction(x: Any) -> Fraction:
 
 
 def sign_of(x: Any) -> int:
-    """Return the sign of a rational."""
-    return int(x > 0) - int(x < 0)
+    """Return the sign of a rational, or of a number of the field."""
+    return x.sign() if isinstance(x, Quadratic) else int(x > 0) - int(x < 0)

@@ -406,30 +406,35 @@ def pass_through(passage: Any, rows: Any, unit: float, own: bool) -> tuple[float
     e_force = of_force + 2 * of_speed + 3 * rounding + lag
     e_speed = of_speed + time * of_force + (1 + time) * rounding + lag
     e_way = (time + time * time / 2) * (of_speed + of_force) + (1 + time) ** 2 * rounding + lag
+    k = forces.shape[1]
+    for j, i in enumerate(moving):
+        forces[i], speeds[i] = f[j], u[j]
+        for c in range(k):
+            moved[i, c] += way[j, c]
+        for m in (i - 1, i + 1):
+            if 0 <= m < len(at) and at[m] < 0:
+                for c in range(k):
+                    forces[m, c] += way[j, c]
+    row = speeds[slider].copy() if side == 0 else forces[slider].copy()
     if own:
-        apart = _apart(forces, errors, way, u, at, e_speed, e_way, slider, side)
+        apart = e_speed if side == 0 else errors[0, slider] + 2 * e_way
+        for c in range(k):
+            apart += abs(row[c])
         by = unit * apart / (abs(rate) - vague) * (1 + WARY)
         late = min(late, by + 2.0**-50 * (1 + time))
     vague = 2 * (passage.unsure + late * hurry) + 2.0**-50 * abs(rate)
     lag = late * scale
     e_force, e_speed, e_way = e_force + lag, e_speed + lag, e_way + lag
-    for j, i in enumerate(moving):
-        forces[i], speeds[i] = f[j], u[j]
+    for i in moving:
         errors[0, i], errors[1, i] = e_force, e_speed
         errors[2, i] += e_way
-        for c in range(len(way[j])):
-            moved[i, c] += way[j, c]
         for m in (i - 1, i + 1):
             if 0 <= m < len(at) and at[m] < 0:
                 errors[0, m] += e_way
-                for c in range(len(way[j])):
-                    forces[m, c] += way[j, c]
     # the event is later or earlier, state by state
-    row, e_row = speeds[slider].copy(), errors[1, slider]
-    if side != 0:
-        row, e_row = forces[slider].copy(), errors[0, slider]
+    e_row = errors[1 if side == 0 else 0, slider]
     spread = 0.0
-    for c in range(len(row)):
+    for c in range(k):
         row[c] = -row[c] / rate
         spread += abs(row[c])
     e_spread = (e_row + spread * vague) / (abs(rate) - vague) * (1 + WARY) + 2.0**-50 * spread
@@ -503,25 +508,6 @@ def _bend(rows: Any, moving: Any, at: Any, springs: Any, factor: float) -> None:
                 bent -= rows[j + 1, c]
             before[c] = own
             rows[j, c] = -factor * bent
-
-
-@njit(cache=True)
-def _apart(
-    forces: Any, errors: Any, way: Any, speeds: Any, at: Any, e_speed: float, e_way: float,
-    slider: int, side: int,
-) -> Any:  # fmt: skip
-    """Return how far what the event brings to zero may be from zero, at the middle's event."""
-    total = e_speed if side == 0 else errors[0, slider] + 2 * e_way
-    for c in range(way.shape[1]):
-        if side == 0:
-            value = speeds[at[slider], c]
-        else:
-            value = forces[slider, c]
-            for m in (slider - 1, slider + 1):
-                if 0 <= m < len(at) and at[m] >= 0:
-                    value += way[at[m], c]
-        total += abs(value)
-    return total
 
 
 @njit(cache=True)

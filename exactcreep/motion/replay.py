@@ -85,10 +85,8 @@ class Replay:
     draws : dict of int to int
         How many coefficients each slider (from 0) that has stopped has had.
 
-    Guarantee
-    ---------
-    Between events the motion is the closed form for the given event times, in float64 to a few
-    ulp of the largest displacement since; in balls an enclosure.
+    Guarantee: between events the motion is the closed form for the given event times, in float64
+    to a few ulp of the largest displacement since; in balls an enclosure.
     """
 
     def __init__(

@@ -120,10 +120,8 @@ def rounding_error(
     seed : int
         Keys the coefficients that were drawn at stops.
 
-    Guarantee
-    ---------
-    None: an estimate to first order in the errors, with the rounding that was measured, not
-    bounded. Deterministic: the same arguments give the same bits.
+    Guarantee: none but the same bits for the same arguments; an estimate to first order in the
+    errors, with the rounding that was measured, not bounded.
     """
     if not events:
         return RoundingError(0.0, "")
@@ -157,10 +155,8 @@ def propagated(
     rounding : tuple of float
         What is added on the way: `ROUNDING`, `BIAS` and `_CONSTANTS`, or nothing.
 
-    Guarantee
-    ---------
-    Without rounding the tangent map of the rearrangement with this order of events, to about 1e-13
-    relative.
+    Guarantee: without rounding the tangent map of the rearrangement with this order of events, to
+    about 1e-13 relative.
     """
     # only the sliders of the events and their neighbours take part
     touched = [n - 1 for event in events for n in event.sliders]

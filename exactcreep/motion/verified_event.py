@@ -40,7 +40,8 @@ MOST_LOOKS = 60
 WARY = 1e-9
 """Relative; far more than the rounding of the few operations that follow a bound."""
 NEAREST = 2.0**-8
-"""No Taylor series in balls from farther away: it would be as long as it is dear."""
+"""Largest half width of a bracket from whose middle balls take a Taylor series: beyond it the
+series has too many terms."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -246,8 +247,8 @@ def enclosed_event(
     """Return the time of an event, and first slider, displacements, velocities of every run then.
 
     Derivatives v^(k) have a norm of at most ``2^k (|v| + |a| / 2)`` with the v and a of the same
-    time; within d of a time these are at most ``|v| + d |a|`` and ``|a| + 2 |v|`` of then. What is
-    left out of the Taylor series is therefore bounded.
+    time, and at a time d away these two are at most ``|v| + d |a|`` and ``|a| + 2 |v|``, of the v
+    and a here. That bounds what is left out of the Taylor series.
 
     Parameters
     ----------
@@ -277,7 +278,7 @@ def enclosed_event(
     order = math.ceil(bits / -math.log2(2 * radius)) + 1
     at = flint.arb(time)
     series = [(run, _derivatives(run, at, order)) for run in runs]
-    # what v and a / 2 may come to meanwhile is at most twice their sum now
+    # within the radius |v| + |a| / 2 is at most twice what it is now
     size = sum(float(abs(x)) for _, rows in series for row in rows[1:3] for x in row)
     # beyond v^(order): in displacements and velocities, and in accelerations
     bound = flint.arb(4 * (1 + size)) * (2 * flint.arb(radius)) ** order
@@ -316,9 +317,10 @@ def enclosed_event(
 
 
 def _newton(poly: Any, rate: Any, bits: int, radius: float) -> Any:
-    """Return the root of a polynomial that is `radius` at most, as well as its slope wants it.
+    """Return the root of a polynomial within `radius` of zero, but for its last bits.
 
-    One more step with the slope in all of the radius gains what the slope is known to.
+    The interval Newton step that follows, with the slope in all of the radius, gains as many bits
+    as ``-log2(radius)``.
     """
     near, known = flint.arb(0), -math.log2(radius)
     most = bits - known + 16

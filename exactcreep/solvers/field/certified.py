@@ -264,7 +264,7 @@ class CertifiedSimulation(FieldSimulation):
         self.handed_out = dict.fromkeys(LOGS, 0)
         self.repeated = dict.fromkeys(LOGS, 0)
         # on the way back to where a comparison was undecided: the next target, and what is known
-        # of the last one that was reached, which the present state has not come to
+        # of the last one that was reached
         self.behind: int | None = None
         self.known: tuple[State, Tally] | None = None
         self._drop_anchor(-1)  # before the first target, whichever that is

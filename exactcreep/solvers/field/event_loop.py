@@ -29,11 +29,12 @@ from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers.solver import Start, Tally
 
 LOOK = 2500
-"""Events of an avalanche after which, and after each further so many, it is asked whether it can
-end at all; in each of the next `LOOKS` events until it can be told."""
+"""After every `LOOK` events of an avalanche each of `LOOKS` events asks for a proof that it never
+ends."""
 LOOKS = 8
 LONG = 100
-"""A sharper look is worth it if a whole chain in motion will be known to run away only so late."""
+"""If the energy proves only after `LONG` tau_dyn that a chain in motion runs away, the amplitudes
+of all its modes are asked, too."""
 
 
 @dataclass
@@ -154,6 +155,8 @@ class Mechanics:
 
     def _sign(self, x: Any, slack: Any = None) -> int:
         """Return a sign; what cannot be decided is zero and counted, if that is allowed."""
+        if isinstance(x, (Quadratic, Fraction)):
+            return sign_of(x)
         allowance = self.force_slack if slack is None else slack
         try:
             sign = self.arithmetic.sign(x, allowance)
@@ -195,17 +198,21 @@ class Mechanics:
         self._set_off(ends, crossing=True)
         return True
 
+    def _standing(self, n: int) -> tuple[Any, Any]:
+        """Return the force on a resting slider (from 0) and its threshold, as well as known.
+
+        In Q(c), as rationals in units of c, or as numbers of the arithmetic.
+        """
+        if self.exact is not None:
+            return self.exact.forces[n], self.field.times_cosine(self.acting(n))
+        if n in self.pinned:
+            return self.pinned[n], self.acting(n)
+        return (self if self.flow is None else self.flow).forces[n], self.thresholds[n]
+
     def _start_direction(self, n: int) -> int:
         """Return the direction in which a resting slider (from 0) starts, 0 if it stays."""
-        if self.exact is not None:
-            threshold = self.field.times_cosine(self.acting(n))
-            return start_direction(self.exact.forces[n], threshold, Quadratic.sign)
-        if n in self.pinned:
-            return start_direction(self.pinned[n], self.acting(n), sign_of)
-        at = self if self.flow is None else self.flow
-        return start_direction(
-            at.forces[n], self.thresholds[n], lambda x: self._sign(x, at.force_slack)
-        )
+        slack = (self if self.flow is None else self.flow).force_slack
+        return start_direction(*self._standing(n), lambda x: self._sign(x, slack))
 
     def _room(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
         """Return how far ``l0 theta`` can go before an end starts, and which end starts then."""
@@ -216,21 +223,14 @@ class Mechanics:
         first, last = (self._lacking(end, sign) for end, sign in ends)
         if self.mirrored:
             return first, ends
-        difference = first - last
-        if isinstance(difference, Quadratic):
-            order = difference.sign()
-        else:
-            order = self._sign(difference, 2 * self.force_slack)
+        order = self._sign(first - last, 2 * self.force_slack)
         return first if order <= 0 else last, [ends[:1], ends, ends[1:]][order + 1]
 
     def _lacking(self, end: int, sign: int) -> Any:
         """Return what an end of the chain at rest lacks to start with `sign`."""
-        if self.exact is not None:
-            return self.field.times_cosine(self.acting(end)) - sign * self.exact.forces[end]
-        if end in self.pinned:
-            left = self.acting(end) - sign * self.pinned[end]
-            return self.arithmetic.number(left) * self.cosine
-        return self.thresholds[end] - sign * self.forces[end]
+        force, threshold = self._standing(end)
+        left = threshold - sign * force
+        return self.arithmetic.number(left) * self.cosine if isinstance(left, Fraction) else left
 
     def _reach(self, way: int, target: Fraction) -> Any:
         """Return how far ``l0 theta`` goes to `target`."""
@@ -240,11 +240,8 @@ class Mechanics:
 
     def _comes_first(self, way: int, room: Any, target: Fraction) -> bool:
         """Whether a slider starts before `target`; exactly at threshold there, it stays."""
-        left = self._reach(way, target) - room
-        if isinstance(left, Quadratic):
-            return left.sign() > 0
         slack = self.force_slack + self.theta_slack + self._theta_rounding(room)
-        return self._sign(left, slack) > 0
+        return self._sign(self._reach(way, target) - room, slack) > 0
 
     def _theta_rounding(self, room: Any) -> Any:
         if not self.arithmetic.roundoff:
@@ -314,7 +311,7 @@ class Mechanics:
             yield None
 
     def look_for_an_end(self) -> None:
-        """Tell an avalanche that is proved never to end to have run away."""
+        """Note it if the avalanche is proved never to end."""
         flow = self.flow
         if flow is None or not flow.signs.any():
             return
@@ -378,12 +375,14 @@ class Mechanics:
         """Return the resting sliders that are known to be exactly at threshold, and the side."""
         if self.exact is None:
             return set()
-        forces, out = self.exact.forces, set()
-        for n in {m for k in moving for m in (k - 1, k + 1) if 0 <= m < self.chain.n}:
-            if flow.signs[n] == 0:
-                threshold = self.field.times_cosine(self.acting(n))
-                out |= {(n, side) for side in (1, -1) if threshold == side * forces[n]}
-        return out
+        beside = {m for n in moving for m in (n - 1, n + 1) if 0 <= m < self.chain.n}
+        resting = [(n, *self._standing(n)) for n in beside if flow.signs[n] == 0]
+        return {
+            (n, side)
+            for n, force, threshold in resting
+            for side in (1, -1)
+            if threshold == side * force
+        }
 
     def _exact_slips(self, exact: ExactState, flow: Flow, moving: list[int]) -> FirstEvent | None:
         """Return the common stop of sliders that each move alone, if Q(c) decides it.
@@ -417,8 +416,7 @@ class Mechanics:
             for m in beside[n]:
                 forces[m] = forces[m] + ways[n]
         for m in {m for n in moving for m in beside[n]}:
-            threshold = self.field.times_cosine(self.acting(m))
-            if start_direction(forces[m], threshold, Quadratic.sign):
+            if start_direction(forces[m], self.field.times_cosine(self.acting(m)), sign_of):
                 return None
         for n in moving:
             exact.displacements[n] = exact.displacements[n] + ways[n]
@@ -432,8 +430,8 @@ class Mechanics:
         """Return the time from which no slider of the whole moving chain can ever stop, or None.
 
         With mean velocity vbar and internal energy J, ``vbar > sqrt((1 - 1/N) 2 J)`` proves it;
-        so does a vbar beyond what the amplitudes of all modes add up to at any slider, which is
-        sharper, and dearer.
+        so does a vbar beyond what the amplitudes of all modes add up to at any slider, which proves
+        it earlier and takes longer.
         """
         sign = int(flow.signs[0])
         gain = sign * self.chain.tan_alpha - self.chain.mu_d

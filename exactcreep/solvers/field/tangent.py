@@ -1,9 +1,9 @@
 """A whole set of states at rest, taken along one itinerary, with the derivative of where they go.
 
-States at the end of a cycle are told by their *shape*, the forces of the sliders 2 .. N - 1, and
-their *load* u = (F_1 - F_N)/2; the forces add up to N s. A rearrangement begins with an end at its
-threshold, whatever u was, so that along one itinerary the shape goes on by itself, and u moves by
-an amount that depends on the shape alone.
+States at the end of a cycle are described by their *shape*, the forces of the sliders 2 .. N - 1,
+and their *load* u = (F_1 - F_N)/2; the forces add up to N s. A rearrangement begins with an end at
+its threshold, whatever u was, so that along one itinerary the shape goes on by itself, and u moves
+by an amount that depends on the shape alone.
 
 The derivative is a product of those of short stretches. Multiplied out in balls it would grow by
 some bits per event, however the motion contracts: it is kept as a basis, orthogonal numbers without
@@ -47,7 +47,7 @@ class TangentMechanics(LohnerMechanics):
     at_half: tuple[list[Any], Any] | None = None
 
     def begin(self, spread: NDArray[np.float64], load: float) -> None:
-        """Take all states at most so far from the present one.
+        """Begin with all states near the present one.
 
         Parameters
         ----------
