@@ -66,6 +66,15 @@ def test_the_pivot_of_an_array_is_found_elementwise() -> None:
     assert found.tolist() == [9 - 2 * laws.pivot(6, tan, 0.5) for tan in tans.tolist()]
 
 
+def test_a_list_of_rationals_is_an_array_and_mixes_with_no_mpmath_number() -> None:
+    form, given = LAWS["seuil"].printed, {"n": 3, "l0": 1000, "mu_d": F(1, 2)}
+    slopes = [F(1, 4), F(1, 3)]
+    both = form(tan_alpha=slopes, **given).tolist()
+    assert both == pytest.approx([float(form(tan_alpha=one, **given)) for one in slopes], rel=1e-15)
+    with pytest.raises(TypeError, match="do not mix"):
+        form(tan_alpha=slopes, **given | {"mu_d": context(20).mpf("0.5")})
+
+
 def test_an_unknown_parameter_is_named() -> None:
     with pytest.raises(TypeError, match=r"unknown parameter mu; a law knows n, l0, mu_d"):
         LAWS["seuil"].printed(n=3, l0=1, mu=0.5, tan_alpha=0.1)

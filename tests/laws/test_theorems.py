@@ -223,6 +223,8 @@ def test_an_edge_without_a_state_at_rest_is_refused_in_a_sentence() -> None:
         laws.at_rest_amplitude(1000, F(7, 10), [F(3, 5)] * 4)
     with pytest.raises(ValueError, match="two sliders or more"):
         laws.at_rest_amplitude(1000, F(1, 10), [F(3, 5)])
+    with pytest.raises(ValueError, match="mu_s must not be below mu_d"):
+        EDGES["locked_ends"].form(n=4, l0=1, mu_d=0.5, mu_s=0.4, tan_alpha=0)
     with pytest.raises(ValueError, match="n must be a whole number"):
         EDGES["at_rest"].form(n=1, l0=1, mu_s=1, tan_alpha=0)
 

@@ -1,9 +1,7 @@
 """What a chain without disorder does in the end: it rests, is locked, or creeps.
 
-After a transient a chain under temperature cycles is at rest (no event in a cycle), locked (slips
-in every cycle return the same tensions, with no advance), or it creeps: periodically, or without
-ever settling. Which of these depends on the start so finely that float64 may find another fate than
-the equations have; evidence says which of the two a result speaks of.
+Which of these depends on the start so finely that float64 may find another fate than the equations
+have; evidence says which of the two a result speaks of.
 """
 
 from __future__ import annotations

@@ -106,5 +106,5 @@ def unit_of(value: Fraction, digits: int) -> Fraction:
 
 def text_of(count: int, unit: Fraction) -> str:
     """Return ``count * unit`` as a decimal; `unit` is a power of ten."""
-    digits = len(str(unit.denominator)) - len(str(unit.numerator))
-    return str(Decimal((int(count < 0), tuple(map(int, str(abs(count)))), -digits)))
+    exponent = len(str(unit.numerator)) - len(str(unit.denominator))
+    return str(Decimal(f"{count}e{exponent}"))

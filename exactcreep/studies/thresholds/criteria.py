@@ -1,9 +1,4 @@
-"""The amplitude of temperature cycles above which a chain creeps, by four meanings of the word.
-
-Told apart: the paper's law, the corrected law, and what the equations do. `horizon`: x_G advances
-in a given cycle. `lasting`: the chain creeps for ever. `survival`: half of many starts still creep
-after so many cycles. `intercept`: the straight part of v(A) meets zero.
-"""
+"""The amplitude of temperature cycles above which a chain creeps, by one of four criteria."""
 
 from __future__ import annotations
 

@@ -27,8 +27,7 @@ from exactcreep.studies.eventlog import LoggedRearrangement
 from exactcreep.studies.fates.proof import logged, lone
 from exactcreep.studies.fates.result import Fate
 
-MOST_EVENTS = 10**6
-"""Events for each slider (at least 20) after which a run is given up: no edge is so far up."""
+_MOST_EVENTS = 10**6  # for each slider (at least 20), then a run is given up: no edge is so far up
 ADVANCE = Fraction(1, 10**6)
 """By which x_G has to move in the last cycle."""
 
@@ -61,10 +60,6 @@ class Question:
     cycles: int
     start: State
     limits: Limits = NO_LIMITS
-
-    @property
-    def half_cycles(self) -> int:
-        return 2 * self.cycles
 
     def unsettled(self, amplitude: Fraction) -> bool:
         """Return whether no number of cycles that is followed shows what the chain does."""
@@ -100,7 +95,7 @@ class Question:
         before, after = (map(enclosure, tensions[k].tolist()) for k in (0, -1))
         changes = [_difference(x, y) for x, y in zip(before, after, strict=True)]
         change = nearest_float(max(abs(one.middle) for one in changes))
-        last = [one for one in log if one.half_cycle > self.half_cycles - 2]
+        last = [one for one in log if one.half_cycle > 2 * self.cycles - 2]
         room = Fraction(len(log), 2**50)
         returned = all(abs(one.middle) <= one.radius + room for one in changes)
         outcome = _last_outcome(last, evidence, returned=returned)
@@ -116,10 +111,10 @@ class Question:
         OutOfTime
             If the time is over.
         """
-        most = MOST_EVENTS * max(self.chain.n, 20)
+        most = _MOST_EVENTS * max(self.chain.n, 20)
         limits = replace(self.limits, events=most)
         drive = Cycles(amplitude, self.cycles)
-        stretch = advance(simulation, drive, self.half_cycles, limits)
+        stretch = advance(simulation, drive, 2 * self.cycles, limits)
         if stretch.stop is Stop.DEADLINE:
             raise OutOfTime(stretch.reason)
         run = f"a run at A = {nearest_float(amplitude):.17g}"

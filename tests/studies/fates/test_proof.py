@@ -55,6 +55,12 @@ def test_a_chain_of_one_rests() -> None:
     assert told(fate(captions(1), "0.01")) == (Outcome.AT_REST, Evidence.PROVED, 1, 0)
 
 
+def test_a_steep_chain_is_proved_to_run_away() -> None:
+    found = fate(captions(3, tan_alpha="0.55"), "0.001")
+    assert told(found) == (Outcome.RUNAWAY, Evidence.PROVED, None, None)
+    assert "outcome='runaway'" in repr(found)
+
+
 def test_what_has_not_settled_is_not_proved() -> None:
     found = fate(captions(6), "0.00099", cycles=5)
     assert (found.outcome, found.evidence) == (Outcome.LIMIT, Evidence.UNDECIDED)
@@ -173,8 +179,7 @@ def halves_in(recorded: Mapping[str, np.ndarray], cycles: int) -> list[tuple[obj
     """Return the itineraries of the half-cycles of a run."""
     log = rearrangements(recorded)
     return [
-        tuple(one.itinerary for one in log if one.half_cycle == q)
-        for q in range(1, 2 * cycles + 1)
+        tuple(one.itinerary for one in log if one.half_cycle == q) for q in range(1, 2 * cycles + 1)
     ]
 
 

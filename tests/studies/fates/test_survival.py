@@ -168,6 +168,12 @@ def test_without_a_death_the_rate_has_an_upper_bound() -> None:
     assert np.isnan(found.exponential)
 
 
+def test_starts_that_rest_from_the_beginning_die_at_no_finite_rate() -> None:
+    found = survival(SIX, 0, starts=3, cycles=5)
+    assert found.lifetimes.tolist() == [0, 0, 0]
+    assert found.rate == (np.inf, 0, np.inf)
+
+
 def test_the_curve_steps_down_at_deaths_and_forgets_the_censored() -> None:
     found = made(np.array([10, 20, 20, 50]), np.array([15, 60]))
     assert found.curve.cycles.tolist() == [10, 15, 20, 50, 60]

@@ -37,6 +37,8 @@ class TestTwoSliders:
     def test_the_relaxed_chain_creeps_above_its_first_slip(self) -> None:
         found = threshold(pythagorean(), **FLOAT)
         assert encloses(found, Fraction(11, 65) / 1000)  # mu_s c - s = 36/65 - 25/65
+        assert f"lower='{found.lower}'" in repr(found)
+        assert "<svg" in found._repr_html_()
         assert found.outcome_at_lower is Outcome.AT_REST
 
     @pytest.mark.parametrize("r0", ["0.01", "-0.03", "0.09", "-0.09"])
@@ -49,6 +51,13 @@ class TestTwoSliders:
             chain = Chain(2, 1000, "0.3", "0.6", tan_alpha="5/12")
             found = threshold(chain, start_tension=r0, **FLOAT)
             assert encloses(found, (Fraction(11, 65) - Fraction(r0)) / 1000)
+
+    def test_a_seeded_start_that_creeps_already_below_the_scan_has_no_edge_in_it(self) -> None:
+        edge = Fraction(11, 65) / 1000
+        near = {"low": edge - Fraction(1, 10**12), "high": 2 * edge}
+        found = threshold(pythagorean(), seeds=2, **FLOAT | near)
+        assert encloses(found, edge)
+        assert found.preparations == {1: None, 2: None}
 
     def test_a_start_tension_counts_modulo_two_slips(self) -> None:
         # 0.1 exceeds D = 6/65, and stands for 0.1 - 2 D
@@ -175,6 +184,9 @@ class TestRefusals:
             ("--n 3 --from 0.0001 --to 0.0002", "to"),
             ("--n 3 --from 0.001 --to 0.002", "from"),
             ("--n 3 --refine 2", "refine"),
+            ("--n 3 --bracket 0.0004 0.0005 --windows", "windows"),
+            ("--n 3 --mu-s 0.5 --cycles 20 --windows", "windows"),
+            ("--n 3 --mu-s 0.5 --cycles 20 --seeds 2", "seeds"),
             ("--n 3 --solver verlet", "solver"),
             ("--n 3 --tan-alpha 0", "tan_alpha"),
         ],
@@ -192,6 +204,10 @@ class TestRefusals:
         assert said.out == ""
         assert said.err.startswith(f"exactcreep: {named}")
         assert said.err.count("\n") == 1
+
+    def test_what_is_no_chain_has_no_threshold(self) -> None:
+        with pytest.raises(InputError, match="chain = 3: must be a Chain"):
+            threshold(3)  # type: ignore[arg-type]
 
     def test_a_chain_with_disorder_has_no_single_threshold(self) -> None:
         with pytest.raises(InputError, match="sigma_mu"):
