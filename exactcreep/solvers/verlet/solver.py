@@ -48,7 +48,7 @@ from exactcreep.solvers.tables import (
     record_arrays,
 )
 from exactcreep.solvers.verlet import steps
-from exactcreep.solvers.verlet.steps import NOW, SLIDER, Arrays, B, Laws, X, Y
+from exactcreep.solvers.verlet.steps import NOW, SLIDER, Arrays, B, Constants, X, Y
 
 _TOO_LONG = f"a rearrangement did not end within {steps.MOST_STEPS:.0e} steps; dt may be too large"
 _INFINITE = "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)"
@@ -62,10 +62,10 @@ _ENDINGS = {
 """Why the compiled steps return for good; else they want to be called again."""
 
 
-def _laws(start: Start, dt: float, locate: bool) -> Laws:
+def _constants(start: Start, dt: float, locate: bool) -> Constants:
     chain = start.chain
     l0 = nearest_float(chain.l0)
-    return Laws(
+    return Constants(
         n=chain.n,
         l0=l0,
         origin=l0 * float(start.state.theta),
@@ -84,8 +84,8 @@ def _laws(start: Start, dt: float, locate: bool) -> Laws:
     )
 
 
-def _arrays(start: Start, laws: Laws, keep_events: bool) -> Arrays:
-    n, state = laws.n, start.state
+def _arrays(start: Start, fixed: Constants, keep_events: bool) -> Arrays:
+    n, state = fixed.n, start.state
     sliders = np.zeros(n + 2, dtype=SLIDER)
     inner = sliders[1 : n + 1]
     sliders["base"][1:n] = state.tensions.astype(np.float64)
@@ -94,7 +94,7 @@ def _arrays(start: Start, laws: Laws, keep_events: bool) -> Arrays:
     inner["draws"] = state.draws
     held = Contacts(start.chain).thresholds(coefficients, FLOAT64)
     # the compiled steps give a contact that acts as mu_d the friction force, rounded once
-    inner["threshold"] = np.where(coefficients < laws.mu_d, laws.friction, held)
+    inner["threshold"] = np.where(coefficients < fixed.mu_d, fixed.friction, held)
     now = np.zeros(1, dtype=NOW)
     now["theta"] = float(state.theta)
     lanes = np.zeros((steps.OLD_B + 1, n + 2))
@@ -108,16 +108,16 @@ def _arrays(start: Start, laws: Laws, keep_events: bool) -> Arrays:
         lanes=lanes,
         movers=np.zeros(n + 1, dtype=np.int64),
         now=now,
-        windows=np.zeros(n + 2, dtype=np.int64),
+        clusters=np.zeros(n + 2, dtype=np.int64),
         near=np.zeros(n + 2, dtype=np.int64),
         hit=np.zeros(n + 2, dtype=np.int8),
         rows=np.zeros(2 * n + 4096 if keep_events else 0, dtype=steps.ROW),
     )
 
 
-def _state(laws: Laws, arrays: Arrays) -> State:
-    inner = arrays.sliders[1 : laws.n + 1]
-    x = arrays.lanes[X, 1 : laws.n + 1]
+def _state(fixed: Constants, arrays: Arrays) -> State:
+    inner = arrays.sliders[1 : fixed.n + 1]
+    x = arrays.lanes[X, 1 : fixed.n + 1]
     with np.errstate(invalid="ignore"):  # not finite where dt was too large
         stretch = np.diff(x)
     return State(
@@ -129,10 +129,10 @@ def _state(laws: Laws, arrays: Arrays) -> State:
     )
 
 
-def _velocities(laws: Laws, arrays: Arrays) -> NDArray[np.float64]:
-    inner = arrays.lanes[:, 1 : laws.n + 1]
+def _velocities(fixed: Constants, arrays: Arrays) -> NDArray[np.float64]:
+    inner = arrays.lanes[:, 1 : fixed.n + 1]
     with np.errstate(invalid="ignore"):  # not finite where dt was too large
-        velocities: NDArray[np.float64] = (inner[Y] + 0.5 * inner[B]) / laws.dt
+        velocities: NDArray[np.float64] = (inner[Y] + 0.5 * inner[B]) / fixed.dt
     return velocities
 
 
@@ -144,7 +144,7 @@ class _SteppedPiece:
 
     def __init__(self, simulation: VerletSimulation, rest: NDArray[Any], t: float) -> None:
         self.t_min = self.t_max = t
-        self._chain, self._laws, arrays = simulation.chain, simulation.laws, simulation.arrays
+        self._chain, self._constants, arrays = simulation.chain, simulation.fixed, simulation.arrays
         now = arrays.now[0]
         self._moved = slice(int(now["low"]) - 1, int(now["high"]) + 2)
         self._lanes = arrays.lanes[:, self._moved].copy()
@@ -161,9 +161,9 @@ class _SteppedPiece:
         lanes = np.zeros((len(self._lanes), self._chain.n + 2))
         lanes[:, self._moved] = self._lanes
         arrays = self._arrays._replace(lanes=lanes)
-        steps.glide(self._laws, arrays, (float(t) - self.t_min) / self._laws.dt)
-        state = _state(self._laws, arrays)
-        velocities = _velocities(self._laws, arrays)
+        steps.glide(self._constants, arrays, (float(t) - self.t_min) / self._constants.dt)
+        state = _state(self._constants, arrays)
+        velocities = _velocities(self._constants, arrays)
         return Motion(state.displacements, velocities, state.forces(self._chain))
 
 
@@ -236,8 +236,8 @@ class VerletSimulation(Simulation):
 
     def __init__(self, start: Start, record: tuple[str, ...], dt: float, locate: bool) -> None:
         self.chain, self.seed, self.record = start.chain, start.seed, record
-        self.laws = _laws(start, dt, locate)
-        self.arrays = _arrays(start, self.laws, any(name in record for name in LOGS))
+        self.fixed = _constants(start, dt, locate)
+        self.arrays = _arrays(start, self.fixed, any(name in record for name in LOGS))
         self._ledger = _Ledger(start)
 
     @property
@@ -261,7 +261,7 @@ class VerletSimulation(Simulation):
             now["spent"] = 0
             budget = begun + limits.events_left - events
             own = rows.part(done)
-            code, more = steps.follow(self.laws, arrays, targets[done:], first + done, budget, own)
+            code, more = steps.follow(self.fixed, arrays, targets[done:], first + done, budget, own)
             done += more
             written = self._written()
             if "events" in record:
@@ -287,16 +287,16 @@ class VerletSimulation(Simulation):
         return [event for _, event in logged_events(EVENT_TABLE.arrays(rows), rows["residual"])]
 
     def state(self) -> State:
-        return _state(self.laws, self.arrays)
+        return _state(self.fixed, self.arrays)
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the present velocities."""
-        return _velocities(self.laws, self.arrays)
+        return _velocities(self.fixed, self.arrays)
 
     def capture(self) -> dict[str, Any]:
         arrays = self.arrays
         return {
-            "origin": self.laws.origin,
+            "origin": self.fixed.origin,
             "tables": self._ledger.captured(),
             "movers": arrays.movers.copy(),
             "lanes": arrays.lanes.copy(),
@@ -306,7 +306,7 @@ class VerletSimulation(Simulation):
 
     def restore(self, captured: Mapping[str, Any]) -> None:
         arrays = self.arrays
-        self.laws = self.laws._replace(origin=float(captured["origin"]))
+        self.fixed = self.fixed._replace(origin=float(captured["origin"]))
         arrays.movers[:] = captured["movers"]
         arrays.lanes[:] = captured["lanes"]
         for name in SLIDER.names or ():
@@ -318,7 +318,7 @@ class VerletSimulation(Simulation):
     def report(self) -> dict[str, Any]:
         """Return the time step, how events are found, and the number of steps."""
         steps_taken = int(self.arrays.now["steps"][0])
-        return {"dt": self.laws.dt, "locate": self.laws.locate, "steps": steps_taken}
+        return {"dt": self.fixed.dt, "locate": self.fixed.locate, "steps": steps_taken}
 
 
 @dataclass(frozen=True)
@@ -367,10 +367,10 @@ class Verlet(Solver):
         if limits.at < math.inf:
             limits = limits.later(compiled(self, self.compiles(chain.n)))
         simulation = self.simulation_from(start, ("events",))
-        laws, arrays = simulation.laws, simulation.arrays
+        fixed, arrays = simulation.fixed, simulation.arrays
         now = arrays.now[0]
-        if steps.release(laws, arrays) == 0 and direction != 0:
-            steps.ramp(laws, arrays, float(direction), math.inf)
+        if steps.release(fixed, arrays) == 0 and direction != 0:
+            steps.ramp(fixed, arrays, float(direction), math.inf)
         begun = simulation.state()
         initial = replace(state, tensions=begun.tensions, theta=begun.theta, past=None)
         rest = arrays.sliders.copy()
@@ -383,7 +383,7 @@ class Verlet(Solver):
                 reason = limits.reason(stop)
                 break
             now["spent"] = 0
-            code = steps.advance(laws, arrays, now["events"] + 1)
+            code = steps.advance(fixed, arrays, now["events"] + 1)
             new = simulation.new_events()
             events += new
             if code != steps.REST:
@@ -393,7 +393,7 @@ class Verlet(Solver):
         ends = [float(event.time) for event in events[1:]]
         outcome = Outcome.AT_REST
         if stop is not None:
-            ends.append(float(now["origin"] + now["step"] * laws.dt))
+            ends.append(float(now["origin"] + now["step"] * fixed.dt))
             outcome = Outcome.RUNAWAY if stop is Stop.RUNAWAY else Outcome.LIMIT
         for piece, end in zip(pieces, ends, strict=False):
             piece.t_max = end

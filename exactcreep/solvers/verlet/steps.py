@@ -1,6 +1,6 @@
 """Velocity Verlet on a chain: the compiled steps, stops and starts behind the solver `verlet`.
 
-Only moving sliders and their neighbours are touched, in contiguous windows; a slider that moves
+Only moving sliders and their neighbours are touched, in contiguous clusters; a slider that moves
 alone is carried in registers. Between two events, with ``y`` the advance per step (half a step
 out of phase), ``b = dt**2 a`` and ``F`` the non-frictional force, a step is::
 
@@ -28,7 +28,7 @@ MOST_STEPS = 10**9
 
 _EPS = 2.0**-52
 _SMALLEST = 5e-324  # v < _SMALLEST is v <= 0
-_GAP = 20  # movers at most so far apart share a window: cheaper than a window of their own
+_GAP = 20  # movers at most so far apart share a cluster: cheaper than a cluster of their own
 _BISECTED = 2.0**-53  # of a step
 _LOOK = 1 << 8  # steps between two looks at a whole chain in motion that may run away
 _SURVEY = 1 << 14  # steps between two looks at whether the motion is finite
@@ -44,7 +44,7 @@ UNTESTED, AT_REST, MOVING = 0, 1, 2
 _START, _STOP = np.int8(0), np.int8(1)
 
 
-class Laws(NamedTuple):
+class Constants(NamedTuple):
     """The constants of one simulation."""
 
     n: int
@@ -94,7 +94,7 @@ NOW = np.dtype(
         ("number", np.int64),  # of the event in its rearrangement
         ("target", np.int64),
         ("way", np.int64),  # of the ramp to this rearrangement, 0 if there was none
-        ("near", np.int64),  # sliders in windows
+        ("near", np.int64),  # sliders in clusters
         ("written", np.int64),  # rows of events that are kept
         ("spent", np.int64),  # steps since the last look at a clock, see `_PAUSE`
     ]
@@ -118,8 +118,8 @@ class Arrays(NamedTuple):
     lanes: NDArray[np.float64]  # shape (13, n + 2): the motion, see below
     movers: NDArray[np.int64]  # ascending
     now: NDArray[Any]  # one NOW
-    windows: NDArray[np.int64]  # first and last slider of every window
-    near: NDArray[np.int64]  # the sliders in windows: movers and their neighbours, ascending
+    clusters: NDArray[np.int64]  # first and last slider of every cluster
+    near: NDArray[np.int64]  # the sliders in clusters: movers and their neighbours, ascending
     hit: NDArray[np.int8]  # 1: the slider stops or starts; 2: it has just stopped
     rows: NDArray[Any]  # of ROW: one for every slider of an event, if events are kept
 
@@ -132,30 +132,30 @@ OLD_X, OLD_W, OLD_B = 10, 11, 12  # at the beginning of the step in which an eve
 
 
 @_compiled
-def _draw(laws, now, slider, i):
+def _draw(fixed, now, slider, i):
     """Draw the next static coefficient of slider i."""
     k = slider.draws
     slider.draws = k + 1
     now.slips += 1
     slider.slips += 1
-    if laws.random:
-        words = philox(laws.seed, STREAM_COEFFICIENT, i, k // 4)
-        mu = laws.mu_s + laws.sigma * normal_deviate(words[k % 4])
+    if fixed.random:
+        words = philox(fixed.seed, STREAM_COEFFICIENT, i, k // 4)
+        mu = fixed.mu_s + fixed.sigma * normal_deviate(words[k % 4])
         slider.coefficient = mu
-        if mu < laws.mu_d:
+        if mu < fixed.mu_d:
             now.below += 1
-            slider.threshold = laws.friction
+            slider.threshold = fixed.friction
         else:
-            slider.threshold = mu * laws.cosine
+            slider.threshold = mu * fixed.cosine
     else:
-        slider.coefficient = laws.mu_s
-        slider.threshold = laws.held
+        slider.coefficient = fixed.mu_s
+        slider.threshold = fixed.held
 
 
 @_compiled
-def _pull(laws, sliders, i):
+def _pull(fixed, sliders, i):
     """Return F_i as it was when the chain was last at rest."""
-    return (sliders[i].base - sliders[i - 1].base) + laws.weight
+    return (sliders[i].base - sliders[i - 1].base) + fixed.weight
 
 
 @_compiled
@@ -172,10 +172,10 @@ def _velocity(lanes, i):
 
 
 @_compiled
-def _rounding(arrays, laws, i):
+def _rounding(arrays, fixed, i):
     """Return a bound for the rounding errors of F_i and of its threshold."""
     sliders, lanes = arrays.sliders, arrays.lanes
-    size = abs(sliders[i].base) + abs(sliders[i - 1].base) + abs(laws.weight)
+    size = abs(sliders[i].base) + abs(sliders[i - 1].base) + abs(fixed.weight)
     size += abs(lanes[X, i - 1]) + abs(lanes[X, i + 1]) + 2.0 * abs(lanes[X, i])
     return 4.0 * _EPS * (size + sliders[i].threshold)
 
@@ -204,22 +204,22 @@ def _write(arrays, time, kind, i, sign, residual):
 
 
 @_compiled
-def _full(laws, arrays):
+def _full(fixed, arrays):
     """Return whether there may be no room for the rows of another event."""
-    return arrays.rows.size > 0 and arrays.now[0].written + 2 * laws.n + 2 > arrays.rows.size
+    return arrays.rows.size > 0 and arrays.now[0].written + 2 * fixed.n + 2 > arrays.rows.size
 
 
 @_compiled
-def _start(laws, arrays, i, sign, time, residual):
+def _start(fixed, arrays, i, sign, time, residual):
     """Set slider i in motion from velocity zero."""
     now = arrays.now[0]
     lanes = arrays.lanes
-    square = laws.dt * laws.dt
-    for k in range(max(i - 1, 1), min(i + 1, laws.n) + 1):
-        lanes[PULL, k] = _pull(laws, arrays.sliders, k)
+    square = fixed.dt * fixed.dt
+    for k in range(max(i - 1, 1), min(i + 1, fixed.n) + 1):
+        lanes[PULL, k] = _pull(fixed, arrays.sliders, k)
     lanes[SIGN, i] = sign
     lanes[MASS, i] = square
-    lanes[DRAG, i] = square * laws.friction * sign
+    lanes[DRAG, i] = square * fixed.friction * sign
     lanes[FLOOR, i] = _SMALLEST
     lanes[CEILING, i] = np.inf
     lanes[B, i] = square * _at(lanes, i) - lanes[DRAG, i]
@@ -236,10 +236,10 @@ def _start(laws, arrays, i, sign, time, residual):
 
 
 @_compiled
-def _stop(laws, arrays, i, time, residual):
+def _stop(fixed, arrays, i, time, residual):
     """Bring slider i to rest and draw its next static coefficient; `_discharge` must follow."""
     lanes = arrays.lanes
-    _draw(laws, arrays.now[0], arrays.sliders[i], i)
+    _draw(fixed, arrays.now[0], arrays.sliders[i], i)
     _write(arrays, time, _STOP, i, lanes[SIGN, i], residual)
     for row in (Y, B, MASS, DRAG, SIGN, FLOOR):
         lanes[row, i] = 0.0
@@ -266,7 +266,7 @@ def _close_event(now):
 
 
 @_compiled
-def _begin(laws, now, way):
+def _begin(fixed, now, way):
     """Begin a rearrangement."""
     now.rearrangements += 1
     now.number = 0
@@ -275,37 +275,37 @@ def _begin(laws, now, way):
     now.step = 0
     now.steps_here = 0
     now.phase = MOVING
-    now.low = laws.n + 1
+    now.low = fixed.n + 1
     now.high = 0
 
 
 @_compiled
-def release(laws, arrays):
+def release(fixed, arrays):
     """Start every slider that exceeds its threshold as the chain stands; return how many."""
     now = arrays.now[0]
     started = 0
-    for i in range(1, laws.n + 1):
-        force = _pull(laws, arrays.sliders, i)
+    for i in range(1, fixed.n + 1):
+        force = _pull(fixed, arrays.sliders, i)
         excess = abs(force) - arrays.sliders[i].threshold
-        if abs(excess) <= _rounding(arrays, laws, i):
+        if abs(excess) <= _rounding(arrays, fixed, i):
             now.undecided += 1
         if excess > 0.0:
             if started == 0:
-                _begin(laws, now, 0)
+                _begin(fixed, now, 0)
             started += 1
-            _start(laws, arrays, i, math.copysign(1.0, force), 0.0, 0.0)
+            _start(fixed, arrays, i, math.copysign(1.0, force), 0.0, 0.0)
     if started > 0:
         _close_event(now)
     return started
 
 
 @_compiled
-def ramp(laws, arrays, way, room):
+def ramp(fixed, arrays, way, room):
     """Ramp theta until an end slider starts, by less than `room` = l0 |d theta|; return whether.
 
     theta enters the forces on sliders 1 and n only, so theta_c is explicit.
     """
-    n = laws.n
+    n = fixed.n
     if n == 1:
         return False
     now = arrays.now[0]
@@ -314,9 +314,9 @@ def ramp(laws, arrays, way, room):
     slack = 0.0
     for i in (1, n):
         sign = way if i == n else -way  # of the start that the ramp brings about
-        gap = max(sliders[i].threshold - sign * _pull(laws, sliders, i), 0.0)
+        gap = max(sliders[i].threshold - sign * _pull(fixed, sliders, i), 0.0)
         gaps = (gaps[1], gap)
-        slack += _rounding(arrays, laws, i)
+        slack += _rounding(arrays, fixed, i)
     ramp = min(gaps[0], gaps[1])
     if abs(ramp - room) <= slack:
         now.undecided += 1
@@ -326,20 +326,20 @@ def ramp(laws, arrays, way, room):
     if tie:
         now.undecided += 1
     now.shift += way * ramp
-    now.theta = (laws.origin + now.shift) / laws.l0
+    now.theta = (fixed.origin + now.shift) / fixed.l0
     sliders[0].base = now.shift
     sliders[n].base = now.shift
-    _begin(laws, now, int(way))
+    _begin(fixed, now, int(way))
     for i in (1, n):
         if tie or ramp == (gaps[1] if i == n else gaps[0]):
-            residual = abs(abs(_pull(laws, sliders, i)) - sliders[i].threshold)
-            _start(laws, arrays, i, way if i == n else -way, 0.0, residual)
+            residual = abs(abs(_pull(fixed, sliders, i)) - sliders[i].threshold)
+            _start(fixed, arrays, i, way if i == n else -way, 0.0, residual)
     _close_event(now)
     # where mu_s acts as mu_d the slip has no length: it stops where it starts, and draws anew
     stopped = 0
     for i in (1, n):
-        if arrays.lanes[SIGN, i] != 0.0 and sliders[i].threshold <= laws.friction:
-            _stop(laws, arrays, i, 0.0, 0.0)
+        if arrays.lanes[SIGN, i] != 0.0 and sliders[i].threshold <= fixed.friction:
+            _stop(fixed, arrays, i, 0.0, 0.0)
             stopped += 1
     if stopped > 0:
         _close_event(now)
@@ -348,10 +348,10 @@ def ramp(laws, arrays, way, room):
 
 
 @_compiled
-def _lay_out(laws, arrays):
-    """Lay windows around the movers, a neighbour at either side; return how many."""
+def _lay_out(fixed, arrays):
+    """Lay clusters around the movers, a neighbour at either side; return how many."""
     now = arrays.now[0]
-    windows = 0
+    clusters = 0
     now.near = 0
     k = 0
     while k < now.movers:
@@ -361,18 +361,18 @@ def _lay_out(laws, arrays):
             k += 1
             high = arrays.movers[k]
         k += 1
-        low, high = max(low - 1, 1), min(high + 1, laws.n)
-        arrays.windows[2 * windows] = low
-        arrays.windows[2 * windows + 1] = high
-        windows += 1
+        low, high = max(low - 1, 1), min(high + 1, fixed.n)
+        arrays.clusters[2 * clusters] = low
+        arrays.clusters[2 * clusters + 1] = high
+        clusters += 1
         for i in range(low, high + 1):
             arrays.near[now.near] = i
             now.near += 1
-    return windows
+    return clusters
 
 
 @_compiled
-def _alone(laws, arrays, most):
+def _alone(fixed, arrays, most):
     """Step a slider that moves alone until it stops or starts a neighbour.
 
     Returns the number of steps, at most `most`, and whether there is an event.
@@ -380,13 +380,13 @@ def _alone(laws, arrays, most):
     lanes = arrays.lanes
     i = arrays.movers[0]
     sign = lanes[SIGN, i]
-    rate = lanes[SPRINGS, i] * laws.dt * laws.dt
+    rate = lanes[SPRINGS, i] * fixed.dt * fixed.dt
     # the room of the neighbours: their forces grow as the slider advances
     left = np.inf
     right = np.inf
     if i > 1:
         left = lanes[CEILING, i - 1] - sign * _at(lanes, i - 1)
-    if i < laws.n:
+    if i < fixed.n:
         right = lanes[CEILING, i + 1] - sign * _at(lanes, i + 1)
     room = min(left, right)
     y = sign * lanes[Y, i]
@@ -411,10 +411,10 @@ def _alone(laws, arrays, most):
 
 
 @_compiled
-def _together(arrays, windows, most):
-    """Step all windows until a slider stops or starts; returns as `_alone`.
+def _together(arrays, clusters, most):
+    """Step all clusters until a slider stops or starts; returns as `_alone`.
 
-    One sweep over a window does a step: every slider advances just before the force on its left
+    One sweep over a cluster does a step: every slider advances just before the force on its left
     neighbour is needed.
     """
     lanes = arrays.lanes
@@ -422,8 +422,8 @@ def _together(arrays, windows, most):
     found = False
     while steps < most and not found:
         steps += 1
-        for k in range(windows):
-            low, high = arrays.windows[2 * k], arrays.windows[2 * k + 1]
+        for k in range(clusters):
+            low, high = arrays.clusters[2 * k], arrays.clusters[2 * k + 1]
             x, y, b = lanes[X, low:], lanes[Y, low:], lanes[B, low:]
             pull, mass, drag = lanes[PULL, low:], lanes[MASS, low:], lanes[DRAG, low:]
             springs, sign = lanes[SPRINGS, low:], lanes[SIGN, low:]
@@ -448,9 +448,9 @@ def _together(arrays, windows, most):
                     left = here
                     here = right
                     advance = ahead
-                if windows > 1 or found or steps >= most:
+                if clusters > 1 or found or steps >= most:
                     break
-                steps += 1  # the only window goes on without being laid out again
+                steps += 1  # the only cluster goes on without being laid out again
     if found:
         for i in arrays.near[: arrays.now[0].near]:
             late = lanes[SIGN, i] * _velocity(lanes, i) < lanes[FLOOR, i]
@@ -459,12 +459,12 @@ def _together(arrays, windows, most):
 
 
 @_compiled
-def _stepped(laws, arrays, most):
+def _stepped(fixed, arrays, most):
     """Step the movers until one stops or a neighbour starts; returns as `_alone`."""
-    windows = _lay_out(laws, arrays)
+    clusters = _lay_out(fixed, arrays)
     if arrays.now[0].movers == 1:
-        return _alone(laws, arrays, most)
-    return _together(arrays, windows, most)
+        return _alone(fixed, arrays, most)
+    return _together(arrays, clusters, most)
 
 
 @_compiled
@@ -525,15 +525,15 @@ def _locate(arrays):
 
 
 @_compiled
-def glide(laws, arrays, steps):
+def glide(fixed, arrays, steps):
     """Take a chain in motion so many steps on, the last of them in part, whatever happens then."""
-    taken, _ = _stepped(laws, arrays, max(math.ceil(steps), 1))
+    taken, _ = _stepped(fixed, arrays, max(math.ceil(steps), 1))
     _go_back(arrays)
     _within(arrays, steps - (taken - 1))
 
 
 @_compiled
-def _ties(laws, arrays):
+def _ties(fixed, arrays):
     """Let what cannot be told apart from an event at this instant take part in it."""
     now = arrays.now[0]
     lanes = arrays.lanes
@@ -542,14 +542,14 @@ def _ties(laws, arrays):
             continue
         sign = lanes[SIGN, i]
         if sign != 0.0:
-            if laws.locate:
+            if fixed.locate:
                 size = abs(lanes[OLD_W, i]) + abs(lanes[OLD_B, i])
                 if sign * _velocity(lanes, i) <= 4.0 * _EPS * size:
                     now.undecided += 1
                     arrays.hit[i] = 1
             continue
         force = _at(lanes, i)
-        if lanes[CEILING, i] - abs(force) <= _rounding(arrays, laws, i):
+        if lanes[CEILING, i] - abs(force) <= _rounding(arrays, fixed, i):
             # together with the event if the force is on the rise; else at threshold: it stays
             now.undecided += 1
             if (_velocity(lanes, i - 1) + _velocity(lanes, i + 1)) * force > 0.0:
@@ -557,16 +557,16 @@ def _ties(laws, arrays):
 
 
 @_compiled
-def _resolve(laws, arrays):
+def _resolve(fixed, arrays):
     """Stop, draw and start what the event asks for, in this order."""
     now = arrays.now[0]
     lanes = arrays.lanes
-    time = now.origin + now.step * laws.dt
-    _ties(laws, arrays)
+    time = now.origin + now.step * fixed.dt
+    _ties(fixed, arrays)
     stopped = 0
     for i in arrays.near[: arrays.now[0].near]:
         if arrays.hit[i] == 1 and lanes[SIGN, i] != 0.0:
-            _stop(laws, arrays, i, time, abs(_velocity(lanes, i)) / laws.dt)
+            _stop(fixed, arrays, i, time, abs(_velocity(lanes, i)) / fixed.dt)
             arrays.hit[i] = 2
             stopped += 1
     if stopped > 0:
@@ -578,13 +578,13 @@ def _resolve(laws, arrays):
             continue
         force = _at(lanes, i)
         excess = abs(force) - lanes[CEILING, i]
-        if arrays.hit[i] == 2 and abs(excess) <= _rounding(arrays, laws, i):
+        if arrays.hit[i] == 2 and abs(excess) <= _rounding(arrays, fixed, i):
             now.undecided += 1
         if arrays.hit[i] == 1 or excess > 0.0:
             started += 1
             # one that has just stopped may exceed its threshold
             residual = 0.0 if arrays.hit[i] == 2 else abs(excess)
-            _start(laws, arrays, i, math.copysign(1.0, force), time, residual)
+            _start(fixed, arrays, i, math.copysign(1.0, force), time, residual)
     if started > 0:
         _close_event(now)
 
@@ -599,28 +599,28 @@ def _finite(arrays):
 
 
 @_compiled
-def _never_stops(laws, arrays):
+def _never_stops(fixed, arrays):
     """Return whether the whole chain provably slides for ever (the runaway certificate).
 
     All sliders move down; with the mean velocity V and the conserved energy J of the internal
     motion, V > sqrt((1 - 1/N) 2 J) leaves every velocity positive for ever.
     """
-    n = laws.n
-    if not laws.runs_away or arrays.now[0].movers < n:
+    n = fixed.n
+    if not fixed.runs_away or arrays.now[0].movers < n:
         return False
     sliders, lanes = arrays.sliders, arrays.lanes
     sign = lanes[SIGN, 1]
-    if sign * laws.weight < 0.0:
+    if sign * fixed.weight < 0.0:
         return False
     mean = 0.0
     for i in range(1, n + 1):
         if lanes[SIGN, i] != sign:
             return False
         mean += _velocity(lanes, i)
-    mean /= n * laws.dt
+    mean /= n * fixed.dt
     twice = 0.0
     for i in range(1, n + 1):
-        twice += (_velocity(lanes, i) / laws.dt - mean) ** 2
+        twice += (_velocity(lanes, i) / fixed.dt - mean) ** 2
     for i in range(1, n):
         tension = sliders[i].base - arrays.now[0].shift + (lanes[X, i + 1] - lanes[X, i])
         twice += tension**2
@@ -628,21 +628,21 @@ def _never_stops(laws, arrays):
 
 
 @_compiled
-def _come_to_rest(laws, arrays):
+def _come_to_rest(fixed, arrays):
     """End the rearrangement."""
     now = arrays.now[0]
     lanes = arrays.lanes
     now.phase = AT_REST
     for i in range(now.low, now.high + 1):
         arrays.sliders[i].displacement += lanes[X, i]
-    for i in range(max(now.low - 1, 1), min(now.high + 1, laws.n)):
+    for i in range(max(now.low - 1, 1), min(now.high + 1, fixed.n)):
         arrays.sliders[i].base += lanes[X, i + 1] - lanes[X, i]
     for i in range(now.low, now.high + 1):
         lanes[X, i] = 0.0
 
 
 @_compiled
-def advance(laws, arrays, last_event):
+def advance(fixed, arrays, last_event):
     """Move the chain until it rests, or `last_event` events have happened, or it never will rest.
 
     Returns only where going on later changes no bit.
@@ -651,7 +651,7 @@ def advance(laws, arrays, last_event):
     while now.movers > 0:
         if not _finite(arrays):
             return INFINITE
-        if _never_stops(laws, arrays):
+        if _never_stops(fixed, arrays):
             return RUNAWAY
         if now.steps_here >= MOST_STEPS:
             return STEPS
@@ -659,49 +659,49 @@ def advance(laws, arrays, last_event):
             return EVENTS
         if now.spent >= _PAUSE:
             return PAUSED
-        if _full(laws, arrays):
+        if _full(fixed, arrays):
             return ROWS
-        most = _LOOK if laws.runs_away and now.movers == laws.n else _SURVEY
+        most = _LOOK if fixed.runs_away and now.movers == fixed.n else _SURVEY
         most = min(most, _PAUSE // (4 * now.movers) + 1)
-        steps, found = _stepped(laws, arrays, most)
+        steps, found = _stepped(fixed, arrays, most)
         now.spent += steps * now.movers
         now.steps += steps
         now.steps_here += steps
         now.step += steps
-        if found and laws.locate:
+        if found and fixed.locate:
             part, found = _locate(arrays)
-            now.origin += (now.step - 1 + part) * laws.dt
+            now.origin += (now.step - 1 + part) * fixed.dt
             now.step = 0
         if found:
-            _resolve(laws, arrays)
-    _come_to_rest(laws, arrays)
+            _resolve(fixed, arrays)
+    _come_to_rest(fixed, arrays)
     return REST
 
 
 @_compiled
-def follow(laws, arrays, targets, first, budget, rows):
+def follow(fixed, arrays, targets, first, budget, rows):
     """Take the chain to the targets; return why it returns and how many were reached."""
-    n = laws.n
+    n = fixed.n
     now = arrays.now[0]
     sliders = arrays.sliders
     last_event = now.events + budget
     done = 0
     while done < targets.size:
         now.target = first + done
-        if _full(laws, arrays):
+        if _full(fixed, arrays):
             return ROWS, done
         if now.phase == UNTESTED:
             now.phase = AT_REST
-            release(laws, arrays)
+            release(fixed, arrays)
         if now.phase == MOVING:
-            code = advance(laws, arrays, last_event)
+            code = advance(fixed, arrays, last_event)
             if code != REST:
                 return code, done
         if now.events >= last_event:
             return EVENTS, done
-        goal = laws.l0 * targets[done] - laws.origin
+        goal = fixed.l0 * targets[done] - fixed.origin
         climb = goal - now.shift
-        if climb != 0.0 and ramp(laws, arrays, math.copysign(1.0, climb), abs(climb)):
+        if climb != 0.0 and ramp(fixed, arrays, math.copysign(1.0, climb), abs(climb)):
             continue
         now.shift = goal
         now.theta = targets[done]
