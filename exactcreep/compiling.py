@@ -7,7 +7,7 @@ import stat
 import tempfile
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import numba
@@ -78,6 +78,15 @@ class _Cache(FunctionCache):  # type: ignore[misc]
     """Keeps what is compiled, or says once that it cannot."""
 
     _full = False
+
+    def load_overload(self, signature: Any, target_context: Any) -> Any:
+        """Return what was kept; None if an earlier version kept it, with classes that are gone."""
+        try:
+            return super().load_overload(signature, target_context)
+        except (AttributeError, ImportError):
+            with suppress(OSError):
+                self.flush()
+            return None
 
     def save_overload(self, signature: Any, data: Any) -> None:
         """Keep a compiled function; a full disk costs no more than that."""

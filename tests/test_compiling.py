@@ -118,3 +118,24 @@ with warnings.catch_warnings(record=True) as said:
     (sentence,) = said
     assert sentence.startswith(str(kept))
     assert "is lost at the end; NUMBA_CACHE_DIR can name a folder" in sentence
+
+
+PAIRS = """
+from typing import NamedTuple
+from exactcreep import compiling
+class {name}(NamedTuple):
+    x: float
+@compiling.njit(cache=True)
+def twice(pair):
+    return 2 * pair.x
+print(twice({name}(21.0)), sum(twice.stats.cache_hits.values()))
+"""
+
+
+def test_code_that_was_kept_for_a_class_that_is_gone_is_compiled_anew(tmp_path: Path) -> None:
+    script = f"import sys; sys.path.insert(0, {str(tmp_path)!r}); import pairs"
+    said = []
+    for name in ("Pair", "Couple"):
+        (tmp_path / "pairs.py").write_text(PAIRS.format(name=name), encoding="utf-8")
+        said += [finished(sys.executable, "-B", "-c", script, NUMBA_CACHE_DIR="") for _ in "ab"]
+    assert [one.stdout for one in said] == ["42.0 0\n", "42.0 1\n"] * 2, said[2].stderr
