@@ -50,6 +50,19 @@ def _bracketed(items: list[str], brackets: str, indent: str) -> str:
     return f"{brackets[0]}\n{indent}  {lines}\n{indent}{brackets[1]}"
 
 
+def of_members(
+    scene: str, settings: Sequence[Mapping[str, Any]], summaries: Sequence[Mapping[str, Any]]
+) -> dict[str, Any]:
+    """Return what ``--json`` prints of a scene: what it came to, or every member, and what it sets.
+
+    The last members may have no summary.
+    """
+    if len(settings) == 1 and not settings[0] and summaries:
+        return {"scene": scene, **summaries[0]}
+    told = zip(settings, summaries, strict=False)
+    return {"scene": scene, "members": [{"set": dict(each), **known} for each, known in told]}
+
+
 def complain(sentence: str) -> None:
     """Print a sentence on standard error."""
     with suppress(OSError):  # a full device: the status says it all the same

@@ -14,6 +14,7 @@ from exactcreep.commands.answer import (
     complain,
     duration,
     grouped,
+    of_members,
     say,
     say_heading,
     say_table,
@@ -69,23 +70,21 @@ def plan(
             max_seconds=max_seconds,
             progress=display.show,
         )
-    members = len(scene.settings())
-    if json and members == 1 and plans and not plans[0][0]:
-        typer.echo(as_json({"scene": scene.name} | plans[0][1].summary()))
-    elif json:
-        summaries = [{"set": dict(setting)} | one.summary() for setting, one in plans]
-        typer.echo(as_json({"scene": scene.name, "members": summaries}))
+    settings = scene.settings()
+    if json:
+        typer.echo(as_json(of_members(scene.name, settings, [one.summary() for _, one in plans])))
     else:
         say_heading(scene.name, scene.title)
-        if members > _MOST_IN_FULL:
+        if len(settings) > _MOST_IN_FULL:
             _print_lines(plans)
         else:
             for setting, one in plans:
                 if setting:
                     say(settings_text(setting))
                 _print(one)
-    if len(plans) < members:
-        complain(f"max_seconds was reached: {len(plans)} of {members} members are planned")
+    if len(plans) < len(settings):
+        told = f"{len(plans)} of {len(settings)} members are planned"
+        complain(f"max_seconds was reached: {told}")
         raise typer.Exit(LIMIT)
 
 

@@ -9,7 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from exactcreep.commands.answer import Rows, counted, grouped, say, say_heading, say_rows, say_table
+from exactcreep.commands.answer import (
+    Rows,
+    counted,
+    grouped,
+    of_members,
+    say,
+    say_heading,
+    say_rows,
+    say_table,
+)
 
 if TYPE_CHECKING:
     from exactcreep import Creep, Descent
@@ -36,20 +45,10 @@ class Summary:
     title: str
     descent: Descent | None
 
-    @property
-    def single(self) -> bool:
-        """Whether the scene varies nothing."""
-        return len(self.settings) == 1 and not self.settings[0]
-
     def as_dict(self) -> dict[str, Any]:
         """Return the object that ``--json`` prints."""
-        told = [
-            {"set": dict(setting)} | result.summary()
-            for setting, result in zip(self.settings, self.results, strict=False)
-        ]
-        shown = {"members": told} if not self.single else self.results[0].summary()
-        descent = {} if self.descent is None else {"descent": self.descent.summary()}
-        return {"scene": self.scene} | shown | descent
+        told = of_members(self.scene, self.settings, [one.summary() for one in self.results])
+        return told | ({} if self.descent is None else {"descent": self.descent.summary()})
 
     def draw(self, plot: Path) -> None:
         """Draw the runs, or the descent, to a file."""
@@ -71,10 +70,10 @@ class Summary:
             f"{'first member: ' * bool(self.settings[0])}N = {first.chain.n}{numbers};"
             f" solver {first.solver}{options}, seed {first.seed}"
         )
-        if self.single:
-            _print_one(first, self.descent)
-        else:
+        if len(self.settings) > 1 or self.settings[0]:
             _print_members(self.results, self.settings)
+        else:
+            _print_one(first, self.descent)
 
 
 def measured(result: Creep, digits: int = 6) -> str:

@@ -161,6 +161,7 @@ def test_nothing_is_overwritten_without_force(
         ([*QUICK, "--plot", "run.png", "--record", "none"], "needs x_G among what is recorded"),
         ([*QUICK, "--checkpoint", "a.ckpt", "--every", "-1"], "every = '-1': must not be negative"),
         (["resume", "none.ckpt"], "checkpoint = 'none.ckpt': must be a file"),
+        (["sweep", "chain-size", "--workers", "2", "--scheduler", "tcp://a"], "with a scheduler"),
         (["scenes", "--show", "none"], "show = 'none': must be one of"),
     ],
 )

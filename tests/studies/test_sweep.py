@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from exactcreep import creep
+from exactcreep import PhysicsWarning, creep
 from exactcreep.model.numbers import InputError
 from exactcreep.progress import Progress
 from exactcreep.quasistatic.experiment import Experiment
@@ -139,6 +139,13 @@ def test_a_cell_whose_velocity_is_not_known_says_why(tmp_path: Path) -> None:
     assert unknown.sel(cycles=1).all()
     assert not unknown.sel(cycles=100).isel(amplitude=1).any()
     assert ((grid["velocity_reason"] != "") == unknown).all()
+
+
+def test_cells_that_leave_the_physical_range_are_counted_in_one_warning(scene: Scene) -> None:
+    wide = scene.with_settings({"chain.sigma_mu": "0.3", "drive.amplitude": "0.01"})
+    with pytest.warns(PhysicsWarning, match=r"^of 6 cells: draws_below_mu_d in 6 ") as told:
+        sweep(wide)
+    assert len(told) == 1
 
 
 def test_progress_counts_cells_and_ends_complete(scene: Scene) -> None:
