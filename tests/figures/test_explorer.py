@@ -21,6 +21,7 @@ from exactcreep.laws import prediction
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.creep import creep
+from exactcreep.scene import load_scene
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, begun
 
@@ -147,6 +148,15 @@ def test_bad_input_is_refused_by_the_name_of_its_field(name: str, text: str) -> 
     assert refused.value.field == name
 
 
+def test_a_page_of_random_dilations_says_that_no_fate_and_no_law_is_drawn() -> None:
+    experiment = load_scene("two-sliders-trace").with_settings({"drive.steps": 4}).experiment()
+    text = explorer.saved(find_avalanche(experiment, 0))
+    shown = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL).group(1))
+    assert shown["fate"].startswith("Only under cycles")
+    assert shown["course"]["law"] is None
+    assert shown["avalanche"]["number"] == 0
+
+
 def test_the_server_answers_questions_and_refuses_others(server: tuple[str, int]) -> None:
     status, text = asked(server, "/")
     assert status == 200
@@ -161,6 +171,9 @@ def test_the_server_answers_questions_and_refuses_others(server: tuple[str, int]
     status, text = asked(server, "/avalanche?n=2&amplitude=0.0004&rearrangement=99999")
     assert status == 400
     assert json.loads(text)["field"] == "rearrangement"
+    status, text = asked(server, "/saved?n=2&amplitude=0.0004&rearrangement=1")
+    assert status == 200
+    assert '"avalanche":{"number":1,' in text
     assert asked(server, "/../pyproject.toml")[0] == 404
     assert asked(server, "/", host="elsewhere.example:80")[0] == 403
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from exactcreep import Chain, Cycles, GaussianSteps, creep
+from exactcreep import Chain, Cycles, GaussianSteps, State, creep
 from exactcreep.figures.animation import (
     draw_avalanche,
     find_avalanche,
@@ -146,8 +146,6 @@ def test_a_rearrangement_that_a_run_does_not_have_is_refused(experiment, events)
 
 
 def test_a_start_that_is_not_at_rest_is_rearrangement_zero() -> None:
-    from exactcreep import State
-
     chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
     start = State.prepared(chain, [2, 0], seed=1)
     experiment = Experiment.of(chain, Cycles("0.004", 2), seed=1, start=start)
@@ -166,6 +164,12 @@ def test_sliders_are_drawn_as_moving_exactly_while_they_move(experiment) -> None
     assert np.array_equal(shown.moving[:, :-1], motion.sol(times).velocities != 0)
     assert not shown.moving[:, -1].any()
     assert np.array_equal(shown.held[:, -1], motion.state.coefficients * CHAIN.cos_alpha)
+
+
+def test_a_chain_that_does_not_move_has_no_largest_avalanche() -> None:
+    still = Experiment.of(CHAIN, Cycles("1e-6", 3))
+    with pytest.raises(InputError, match="nothing moves in 6 half-cycles"):
+        largest_avalanche(still)
 
 
 def test_the_animation_has_the_frames_that_were_asked_for(experiment, tmp_path: Path) -> None:

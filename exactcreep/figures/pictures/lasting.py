@@ -34,6 +34,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.studies.fates.fate import fate
+from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.fates.survival import survival
 from exactcreep.studies.thresholds.criteria import threshold
 from exactcreep.studies.thresholds.horizon import Question
@@ -221,14 +222,13 @@ def _fates(
     At `count` equally spaced amplitudes from `low` to `high`, in units of Eq. (seuil).
     """
     ratios = np.linspace(low, high, count)
-    kinds = np.empty((len(sizes), count), dtype=np.int64)
-    periods = np.zeros((len(sizes), count), dtype=np.int64)
-    for k, n in enumerate(sizes):
-        for j, ratio in enumerate(ratios.tolist()):
-            found = fate(chain_of(n), ratio * unit_of(n), cycles=cycles, solver="exact")
-            periods[k, j] = found.period or 0
-            kinds[k, j] = _kind(found.outcome, found.period)
-        say(k + 1, len(sizes), "sizes")
+    found = []
+    for n in sizes:
+        amplitudes = (ratios * unit_of(n)).tolist()
+        row = [fate(chain_of(n), a, cycles=cycles, solver="exact") for a in amplitudes]
+        found.append([(_kind(one), one.period or 0) for one in row])
+        say(len(found), len(sizes), "sizes")
+    kinds, periods = np.moveaxis(np.array(found), -1, 0)
     return xr.Dataset(
         {"kind": (("n", "ratio"), kinds), "period": (("n", "ratio"), periods)},
         {"n": list(sizes), "ratio": ratios},
@@ -236,15 +236,13 @@ def _fates(
     )
 
 
-def _kind(outcome: Outcome, period: int | None) -> int:
+def _kind(found: Fate) -> int:
     """Return the number of a fate among `_KINDS`."""
-    if outcome is Outcome.AT_REST:
-        return 0
-    if outcome is Outcome.CYCLING:
-        return 1
-    if outcome is not Outcome.CREEPING or period is None:
+    if found.outcome in (Outcome.AT_REST, Outcome.CYCLING):
+        return int(found.outcome is Outcome.CYCLING)
+    if found.outcome is not Outcome.CREEPING or found.period is None:
         return 5
-    return 2 + (period > 1) + (period > 10)
+    return 2 + (found.period > 1) + (found.period > 10)
 
 
 def _fate_tables(data: Data) -> list[Table]:
