@@ -6,24 +6,7 @@ import math
 
 import numpy as np
 
-from exactcreep.model.deviates import (
-    CELL,
-    CENTRAL,
-    CENTRAL_SQUARE,
-    CENTRE,
-    DENOMINATOR,
-    LN2_HIGH,
-    LN2_LOW,
-    NEAR_CENTRE,
-    NEAR_DENOMINATOR,
-    NEAR_NUMERATOR,
-    NEAR_TAIL,
-    NUMERATOR,
-    ODD,
-    ROOT_HALF,
-    normal_tail,
-    philox,
-)
+from exactcreep.model import deviates
 from exactcreep.model.disorder import STREAM_COEFFICIENT
 from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact.layout import compiled, inlined
@@ -59,15 +42,15 @@ def _fraction(numerator, denominator, r):
 def _logarithm(x):
     m = mantissa(x)
     e = exponent(x)
-    small = m < ROOT_HALF
+    small = m < deviates.ROOT_HALF
     m = choose(small, 2.0 * m, m)
     e = choose(small, e - 1.0, e)
     z = (m - 1.0) / (m + 1.0)
     w = z * z
     series = spread(0.0)
-    for k in range(ODD.size):
-        series = series * w + ODD[k]
-    return e * LN2_HIGH + (e * LN2_LOW + 2.0 * z * w * series + 2.0 * z)
+    for k in range(deviates.ODD.size):
+        series = series * w + deviates.ODD[k]
+    return e * deviates.LN2_HIGH + (e * deviates.LN2_LOW + 2.0 * z * w * series + 2.0 * z)
 
 
 @inlined
@@ -77,27 +60,29 @@ def write_deviates(q, deviate, row, column):
     No operation is fused and none reordered, so that every lane has the bits of
     `disorder.normal_deviate`. Far tails, three draws in 10**11, are left to it.
     """
-    top, low = _fraction(NUMERATOR, DENOMINATOR, CENTRAL_SQUARE - q * q)
+    top, low = _fraction(deviates.NUMERATOR, deviates.DENOMINATOR, deviates.CENTRAL_SQUARE - q * q)
     central = q * top / low
-    tails = (abs(q) <= CENTRAL) ^ 255
+    tails = (abs(q) <= deviates.CENTRAL) ^ 255
     r = math.sqrt(0.0 - _logarithm(0.5 - abs(q)))
-    far = tails & ~(r <= NEAR_TAIL)
-    top, low = _fraction(NEAR_NUMERATOR, NEAR_DENOMINATOR, r - NEAR_CENTRE)
+    far = tails & ~(r <= deviates.NEAR_TAIL)
+    top, low = _fraction(
+        deviates.NEAR_NUMERATOR, deviates.NEAR_DENOMINATOR, r - deviates.NEAR_CENTRE
+    )
     tail = top / low
     tail = choose(q < 0.0, 0.0 - tail, tail)
     store(deviate, row, column, choose(tails, tail, central))
     while far != 0:
         j = lowest_bit(far)
         far &= far - 1
-        deviate[row, column + j] = normal_tail(lane_of(q, j))
+        deviate[row, column + j] = deviates.normal_tail(lane_of(q, j))
 
 
 @compiled
 def fill(deviate, row, seed, slider, batch):
     """Write draws 8 batch .. 8 batch + 7 of a slider to their columns of deviate[row]."""
-    a, b, c, d = philox(seed, STREAM_COEFFICIENT, slider, 2 * batch)
-    e, f, g, h = philox(seed, STREAM_COEFFICIENT, slider, 2 * batch + 1)
-    q = upper_bits(a, b, c, d, e, f, g, h) * CELL + CENTRE
+    a, b, c, d = deviates.philox(seed, STREAM_COEFFICIENT, slider, 2 * batch)
+    e, f, g, h = deviates.philox(seed, STREAM_COEFFICIENT, slider, 2 * batch + 1)
+    q = upper_bits(a, b, c, d, e, f, g, h) * deviates.CELL + deviates.CENTRE
     write_deviates(q, deviate, row, BATCH * batch % KEPT)
 
 

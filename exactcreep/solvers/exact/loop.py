@@ -81,25 +81,16 @@ def _inside(now, i):
 
 
 @inlined
-def _touch(now, i):
-    now.touched_first = min(now.touched_first, i)
-    now.touched_last = max(now.touched_last, i)
-
-
-@inlined
 def _start(cell, now, log, i, sign, drive, residual):
     cell[at.SIDE, i] = sign
     cell[at.SPEED, i] = 0.0
     cell[at.FRESH, i] = 1.0
     cell[at.DRIVE, i] = drive
     now.moving += 1
-    _touch(now, i)
-    if now.moving == 1:
-        now.first = i
-        now.last = i
-    else:
-        now.first = min(now.first, i)
-        now.last = max(now.last, i)
+    now.first = min(now.first, i)
+    now.last = max(now.last, i)
+    now.touched_first = min(now.touched_first, i)
+    now.touched_last = max(now.touched_last, i)
     rows.start(cell, now, log.tables, i)
     if now.logging & at.LOGS_EVENTS != 0:
         _write(now, log.events, at.START, i, sign, residual)
@@ -123,8 +114,8 @@ def _stop(cell, count, deviate, now, log, i, residual):
 def _begin(cell, now, log, way):
     now.rearrangements += 1
     now.number = 0
-    now.touched_first = cell.shape[1]
-    now.touched_last = 0
+    now.first = now.touched_first = cell.shape[1]
+    now.last = now.touched_last = 0
     now.time = 0.0
     rows.begin(cell, now, log.tables, way)
 
@@ -172,16 +163,17 @@ def _decompose(cell, now, log):
 
 
 @inlined
-def _stopped_exceeds(cell, now, i, pull):
-    """Test a slider that has just stopped; return the sign of its start, 0 if it stays."""
+def _exceeds(cell, now, i, pull, slack):
+    """Return the sign of the start of a slider at rest, 0 if it stays, and whether that is close.
+
+    The force is known to `slack`, and to some roundings.
+    """
     threshold = now.friction + cell[at.EXCESS, i]
     beyond = abs(pull) - threshold
-    bound = 8.0 * at.ULP * (abs(pull) + threshold)
+    bound = 8.0 * at.ULP * (abs(pull) + threshold) + slack
     if beyond > bound:
-        return 1.0 if pull > 0.0 else -1.0
-    if beyond > -bound:
-        now.undecided += 1
-    return 0.0
+        return (1.0 if pull > 0.0 else -1.0), False
+    return 0.0, beyond > -bound
 
 
 @inlined
@@ -215,18 +207,14 @@ def _unstable(cell, now, log):
     _place_ends(cell, now)
     for i in range(at.PAD, at.PAD + n):
         pull = cell[at.REST, i]
-        threshold = now.friction + cell[at.EXCESS, i]
-        beyond = abs(pull) - threshold
-        bound = 8.0 * at.ULP * (abs(pull) + threshold)
-        if n > 1 and (i == at.PAD or i == at.PAD + n - 1):
-            bound += 2.0 * at.ULP * abs(now.theta)
-        if beyond > bound:
+        end = n > 1 and (i == at.PAD or i == at.PAD + n - 1)
+        sign, close = _exceeds(cell, now, i, pull, 2.0 * at.ULP * abs(now.theta) if end else 0.0)
+        if sign != 0.0:
             if not began:
                 _begin(cell, now, log, 0.0)
                 began = True
-            sign = 1.0 if pull > 0.0 else -1.0
             _start(cell, now, log, i, sign, abs(pull) - now.friction, 0.0)
-        elif beyond > -bound:
+        elif close:
             now.undecided += 1
             cell[at.DOUBTED, i] = now.rearrangements + (not began)  # not again in what follows
     now.stage = at.AT_REST
@@ -287,7 +275,8 @@ def _lone(cell, count, deviate, now, log):
         turn = 0.0
         # pulled on as before it stays, however close to mu_d c: the excess is never negative
         if stiff == 0.0 or side * pull < 0.0:
-            turn = _stopped_exceeds(cell, now, i, pull)
+            turn, close = _exceeds(cell, now, i, pull, 0.0)
+            now.undecided += close
         if turn != 0.0:
             _start(cell, now, log, i, turn, abs(pull) - friction, 0.0)
             now.events += 1
@@ -458,7 +447,8 @@ def _resolve(cell, count, deviate, now, log, events, residual):
         turn = 1.0 if pull > 0.0 else -1.0
         drive, missed = cell[at.EXCESS, i], residual
         if count[at.EVENT, k] < 0:
-            turn = _stopped_exceeds(cell, now, i, pull)
+            turn, close = _exceeds(cell, now, i, pull, 0.0)
+            now.undecided += close
             drive, missed = abs(pull) - now.friction, 0.0
         if turn != 0.0:
             _start(cell, now, log, i, turn, drive, missed)
@@ -504,22 +494,9 @@ def follow(
 ):  # fmt: skip
     """Take the chain along the targets; return why it came back, and how many it reached.
 
-    Parameters
-    ----------
-    cell, count, deviate, clock, series, scalars : ndarray
-    log : Log
-        See `layout`.
-    theta, theta_low : ndarray, shape (m,)
-        The targets, ``l0 theta`` as two floats.
-    travel : ndarray, shape (m,)
-        Filled with the sum of all displacements at each target reached.
-    max_events : int
-        Return soon after so many further events.
-    max_work : int
-        Return soon after so much work: events, and the `layout.WORK` of clusters.
-    single : bool
-        Return after the first rearrangement of all.
-
+    The targets are ``l0 theta`` as two floats; `travel` is filled with the sum of all displacements
+    at each that is reached. Returns soon after `max_events` further events, or after `max_work`,
+    events and the work of clusters; if `single`, after the first rearrangement of all.
     `layout.BUDGET` also comes back once several sliders move and there are no `series`.
     """
     align_stack()

@@ -29,19 +29,11 @@ from exactcreep import (
 )
 from exactcreep.limits import Limits, Stop
 from exactcreep.motion.replay import Replay
-from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact import loop as kernel
-from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.solver import advance
 from tests.paper import paper_chain
-
-
-def followed(chain: Chain, drive: object, seed: int = 0, start: State | None = None):
-    simulation = ExactSimulation(chain, start or State.relaxed(chain, seed), seed)
-    stretch = simulation.follow(drive, 1, drive.half_cycles)
-    assert stretch.completed == drive.half_cycles
-    return simulation, stretch
+from tests.solvers.exact.simulations import followed
 
 
 def random_pair(rng: random.Random) -> tuple[Chain, Fraction]:
@@ -374,45 +366,6 @@ def test_a_dummy_breakpoint_and_what_is_recorded_change_no_bit():
         assert one.tally == simulation.tally
 
 
-ENDS = [
-    (2, {}, "0.01"),
-    (2, {"sigma_mu": "0"}, "0.01"),
-    (2, {"sigma_mu": "0", "tan_alpha": "0"}, "0.001"),
-    (2, {"tan_alpha": "0"}, "0.01"),
-    (2, {"mu_s": "0.5", "sigma_mu": "0.2"}, "0.01"),
-    (2, {"mu_s": "0.55", "sigma_mu": "0.1", "tan_alpha": "0.01"}, "0.01"),
-    (2, {"mu_s": "1.45", "sigma_mu": "0.5", "tan_alpha": "-0.48"}, "0.01"),
-    (3, {"tan_alpha": "0.4"}, "0.003"),
-    (3, {"sigma_mu": "0"}, "0.003"),
-    (5, {"sigma_mu": "0.1", "tan_alpha": "0.1"}, "0.003"),
-    (12, {"tan_alpha": "-0.3"}, "0.004"),
-]
-
-
-@pytest.mark.parametrize(("n", "changed", "amplitude"), ENDS)
-def test_ends_that_slip_alone_slip_as_in_the_general_loop_bit_for_bit(n, changed, amplitude):
-    # where events are recorded every slip goes through the general loop
-    chain = paper_chain(n, **changed)
-    drive = Cycles(amplitude, 20 if n == 2 else 8)
-    plain, stretch = followed(chain, drive, seed=n)
-    general = ExactSimulation(chain, State.relaxed(chain, n), n, ("x_G", "events"))
-    logged = general.follow(drive, 1, drive.half_cycles)
-    interrupted = ExactSimulation(chain, State.relaxed(chain, n), n)
-    done = 0
-    while done < drive.half_cycles:
-        done += interrupted.follow(drive, 1 + done, drive.half_cycles - done, Limits(23)).completed
-    assert np.array_equal(stretch.recorded["x_G"], logged.recorded["x_G"])
-    rows = [layout.FORCE, layout.FORCE_LOW, layout.TRAVEL, layout.TRAVEL_LOW, layout.EXCESS]
-    for other in (general, interrupted):
-        for row in (*rows, layout.COEFFICIENT):
-            assert np.array_equal(plain.work.cell[row], other.work.cell[row])
-        for name in ("theta", "theta_low", "total", "total_low"):
-            assert plain.work.now[name] == other.work.now[name]
-        assert plain.tally == other.tally
-        assert plain.state().draws.tolist() == other.state().draws.tolist()
-    assert plain.tally.slips > 100
-
-
 def test_other_threads_go_on_while_the_compiled_loop_runs():
     simulation = ExactSimulation(paper_chain(2), State.relaxed(paper_chain(2)), 0)
     drive = Cycles("0.01", 10**6)
@@ -540,27 +493,3 @@ def test_two_sliders_ask_for_the_code_of_clusters_once_both_move(
     assert (lone.tally.events > 2 * lone.tally.rearrangements) == together
     known = prepared.capture()
     assert all(np.array_equal(values, known[name]) for name, values in lone.capture().items())
-
-
-@pytest.mark.parametrize("n", [1, 2, 6])
-def test_a_rearrangement_in_arrays_used_before_has_the_bits_of_one_in_new_arrays(n: int) -> None:
-    steep = Chain(n, 1000, "0.5", "0.6", "0.01", tan_alpha="0.499")
-    level = Chain(n, 10, "0.3", "0.6", tan_alpha="0.1")
-    rng = random.Random(n)
-    states = [
-        (chain, State.prepared(chain, [rng.uniform(-2, 2) for _ in range(n - 1)], seed=seed))
-        for seed in range(20)
-        for chain in (steep, level)
-    ]
-    new = []
-    for chain, state in states:
-        exact._USED.clear()
-        new.append(rearrange(chain, state, direction=1))
-    for (chain, state), known in zip(states, new, strict=True):
-        given_up = rearrange(steep, states[0][1], direction=1, max_events=2)
-        assert n == 1 or given_up.outcome is Outcome.LIMIT  # sliders have not come to rest
-        again = rearrange(chain, state, direction=1)
-        assert again == known
-        assert np.array_equal(again.log, known.log)
-        assert again.initial == known.initial
-    assert len(exact._USED[n]) == 1

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import random
 from fractions import Fraction
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
-from exactcreep import Chain, State, rearrange
+from exactcreep import Chain, Outcome, State, rearrange
 from exactcreep.solvers.exact import layout
+from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.exact.rest import Origin, dilation, placed
 
 THIRDS = [Fraction(k, 3) for k in (1, -2, 4, -5)]
@@ -75,3 +78,27 @@ def test_balls_are_taken_at_their_midpoints() -> None:
     origin = Origin.of(chain, proved)
     assert origin.read(placed(chain, origin, 0, 0))[0].tolist() == tensions.tolist()
     assert dilation(chain, origin.load) == float(proved.theta)
+
+
+@pytest.mark.parametrize("n", [1, 2, 6])
+def test_a_rearrangement_in_arrays_used_before_has_the_bits_of_one_in_new_arrays(n: int) -> None:
+    steep = Chain(n, 1000, "0.5", "0.6", "0.01", tan_alpha="0.499")
+    level = Chain(n, 10, "0.3", "0.6", tan_alpha="0.1")
+    rng = random.Random(n)
+    states = [
+        (chain, State.prepared(chain, [rng.uniform(-2, 2) for _ in range(n - 1)], seed=seed))
+        for seed in range(20)
+        for chain in (steep, level)
+    ]
+    new = []
+    for chain, state in states:
+        exact._USED.clear()
+        new.append(rearrange(chain, state, direction=1))
+    for (chain, state), known in zip(states, new, strict=True):
+        given_up = rearrange(steep, states[0][1], direction=1, max_events=2)
+        assert n == 1 or given_up.outcome is Outcome.LIMIT  # sliders have not come to rest
+        again = rearrange(chain, state, direction=1)
+        assert again == known
+        assert np.array_equal(again.log, known.log)
+        assert again.initial == known.initial
+    assert len(exact._USED[n]) == 1
