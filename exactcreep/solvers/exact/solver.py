@@ -23,6 +23,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.rounding_error import RoundingError, rounding_error
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
+from exactcreep.solvers import tables
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.rest import Origin, Workspace, dilation, placed, rational, roomier
@@ -36,15 +37,6 @@ from exactcreep.solvers.solver import (
     Stretch,
     Tally,
     compiled,
-)
-from exactcreep.solvers.tables import (
-    EVENT_TABLE,
-    REARRANGEMENT_TABLE,
-    SLIP_TABLE,
-    EventRow,
-    events_of,
-    joined,
-    record_arrays,
 )
 
 _MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
@@ -138,7 +130,7 @@ class ExactSimulation(Simulation):
         rows: dict[str, list[Any]] = {
             name: [] for name in ("x", "tension", "slips") if name in self.record
         }
-        tables = [record_arrays({name: ()}, 1) for name in self.record if name in _LOGS]
+        logs = [tables.record_arrays({name: ()}, 1) for name in self.record if name in _LOGS]
         begun = events = self.events
         done, reason = 0, layout.DONE
         stop: Stop | None = None
@@ -147,7 +139,7 @@ class ExactSimulation(Simulation):
             left = begun + limits.events_left - events
             reason, reached = self._advance(high[here], low[here], travel[here], left)
             done += reached
-            tables.append(self._drain_tables())
+            logs.append(self._drain_tables())
             if rows and reached:
                 tensions, displacements, *_ = self.origin.read(self._present)
                 slips = self.work.tally[layout.SLIPS, PAD : PAD + self.chain.n].copy()
@@ -160,7 +152,7 @@ class ExactSimulation(Simulation):
                 break
             stop = Stop.DONE if done == count else limits.stop(events - begun)
         recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
-        recorded |= record_arrays(rows, self.chain.n) | joined(tables)
+        recorded |= tables.record_arrays(rows, self.chain.n) | tables.joined(logs)
         if stop is not None:
             return Stretch(done, recorded, stop, limits.reason(stop))
         return Stretch(done, recorded, *self.ending(reason))
@@ -238,17 +230,16 @@ class ExactSimulation(Simulation):
         found: dict[str, NDArray[Any]] = {}
         if len(events := self.drain()):
             events["theta"] = (events["theta"] + events["theta_low"]) / l0
-            found |= EVENT_TABLE.arrays(events)
-        tables = self.work.log.tables
-        if tables is not None:
-            rearrangements = tables.rearrangements[: tables.used[0]]
-            slips = tables.slips[: tables.used[1]]
-            tables.used[:] = 0
+            found |= tables.EVENT_TABLE.arrays(events)
+        logs = self.work.log.tables
+        if logs is not None:
+            rearrangements, slips = logs.rearrangements[: logs.used[0]], logs.slips[: logs.used[1]]
+            logs.used[:] = 0
             rearrangements["theta"] /= l0
             if len(rearrangements):
-                found |= REARRANGEMENT_TABLE.arrays(rearrangements)
+                found |= tables.REARRANGEMENT_TABLE.arrays(rearrangements)
             if len(slips):
-                found |= SLIP_TABLE.arrays(slips)
+                found |= tables.SLIP_TABLE.arrays(slips)
         return found
 
     def load(self) -> tuple[float, float]:
@@ -526,5 +517,7 @@ def _logging(record: tuple[str, ...]) -> int:
 def _events(log: NDArray[Any]) -> Iterator[Event]:
     """Yield the events of rows of the event log, with their residuals."""
     rows = log.tolist()
-    pairs = events_of([EventRow._make(row[:8]) for row in rows], [row[-1] for row in rows])
+    pairs = tables.events_of(
+        [tables.EventRow._make(row[:8]) for row in rows], [row[-1] for row in rows]
+    )
     return (event for _, event in pairs)

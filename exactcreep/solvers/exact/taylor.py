@@ -98,7 +98,7 @@ def _expand(cell, series, friction, first, strips):
 
 @inlined
 def _differentiate_all(series, zero, begin, end):
-    """Do what `_differentiate` does for a window of as many strips as `zero`, in one vector.
+    """Do what `_differentiate` does in one vector of as many strips as `zero`: the whole window.
 
     Its outer lanes are at rest: what turns round at its ends is zero.
     """
@@ -421,12 +421,13 @@ def _tangential(cell, count, series, first, last):
 
 @inlined
 def _together(cell, count, series, now, first, contenders, t):
-    """Keep the sliders whose event is at t, within its rounding bound; return how many.
+    """Keep the sliders whose event is at t, within its rounding bound.
 
-    All contenders are looked at again, once t is known: which slider was found first must not
-    matter.
+    Returns how many, and how far their margins are from the end of their ranges. All contenders
+    are looked at again, once t is known: which slider was found first must not matter.
     """
     missed = 0.0  # by how much the margins that give t its value miss the end of their range
+    residual = 0.0
     for turn in range(2):
         events = 0
         for k in range(contenders):
@@ -451,8 +452,9 @@ def _together(cell, count, series, now, first, contenders, t):
             if near and not known:
                 count[at.EVENT, events] = i
                 events += 1
+                residual = max(residual, off)
     now.undecided += max(events - 1, 0)
-    return events
+    return events, residual
 
 
 @inlined
@@ -496,6 +498,79 @@ def _own_root(cell, series, now, i, lane, strips, orders, even_tail, odd_tail, t
 
 
 @inlined
+def _located(cell, series, now, first, strips, orders):
+    """Return the lane of the candidate, when its event is, and the orders that reach so far.
+
+    The lane is -1, and the time the `HORIZON`, if there is none until then.
+    """
+    lane, t = _candidate(cell, series, now.friction, first, strips)
+    while True:
+        wanted = orders
+        while t > _REACH[wanted]:
+            wanted += _LONGER
+        if wanted > orders:
+            _differentiate(series, strips, orders - 1, wanted)
+            orders = wanted
+        if lane < 0:
+            return lane, t, orders
+        row = at.SERIES * (lane // WIDTH)
+        t = margins.refined(cell, series, now, first + lane, row, lane % WIDTH, orders, t)
+        if t > at.HORIZON:
+            lane = -1
+            t = at.HORIZON
+        elif t <= _REACH[orders]:
+            return lane, t, orders
+
+
+@inlined
+def _rivals(cell, count, series, now, first, strips, orders, spared, outward, events, t):
+    """Look alone at all sliders that are not certified to stay in range until t.
+
+    Those of the first events stand in ``count[EVENT]``; of lane `spared` (-1: of none) the end of
+    the range in direction `outward` is certified.
+
+    Returns
+    -------
+    looked : int
+        How many were looked at.
+    events : int
+        Sliders in ``count[EVENT]`` then; when each leaves its range is in its row CROSSING.
+    first : float
+        The first time at which one does, inf if none does.
+    """
+    looked = 0
+    soonest = np.inf
+    for s in range(strips):
+        now.tests += 1
+        lower, upper = _suspects(cell, series, now.friction, first, s, t)
+        if spared >= 0 and spared // WIDTH == s:
+            own = np.int64(1) << (spared % WIDTH)
+            if outward > 0.0:
+                upper &= ~own
+            else:
+                lower &= ~own
+        suspects = lower | upper
+        row = at.SERIES * s
+        while suspects != 0:
+            lane = lowest_bit(suspects)
+            suspects &= suspects - 1
+            i = first + WIDTH * s + lane
+            looked += 1
+            for side in range(2):
+                if ((upper if side == 1 else lower) >> lane) & 1 == 0:
+                    continue
+                crossing = _first_crossing(cell, series, now, i, row, lane, orders, side == 1, t)
+                if events == 0 or count[at.EVENT, events - 1] != i:
+                    count[at.EVENT, events] = i
+                    events += 1
+                    series[row + at.CROSSING, lane] = np.inf
+                if crossing <= min(soonest, t):
+                    series[row + at.CROSSING, lane] = crossing
+                    soonest = crossing
+    return looked, events, soonest
+
+
+@inlined
 def step(cell, count, series, now, first, last):
     """Advance the movers of columns first + 1 .. last - 1 to their first event.
 
@@ -509,38 +584,21 @@ def step(cell, count, series, now, first, last):
     residual : float
         How far the margins are from the end of their ranges.
     """
-    friction = now.friction
     strips = (last - first + WIDTH) // WIDTH
     now.steps += 1
-    forceless = _expand(cell, series, friction, first, strips)
+    forceless = _expand(cell, series, now.friction, first, strips)
     orders = at.ORDERS if forceless else _SHORTEST
     _differentiate(series, strips, 0, orders)
     if forceless:
         events = _tangential(cell, count, series, first, last)
         if events > 0:
             return 0.0, events, 0.0
-    lane, t = _candidate(cell, series, friction, first, strips)
-    while True:
-        wanted = orders
-        while t > _REACH[wanted]:
-            wanted += _LONGER
-        if wanted > orders:
-            _differentiate(series, strips, orders - 1, wanted)
-            orders = wanted
-        if lane < 0:
-            break
-        row = at.SERIES * (lane // WIDTH)
-        t = margins.refined(cell, series, now, first + lane, row, lane % WIDTH, orders, t)
-        if t > at.HORIZON:
-            lane = -1
-            t = at.HORIZON
-        elif t <= _REACH[orders]:
-            break
+    lane, t, orders = _located(cell, series, now, first, strips, orders)
     even_tail, odd_tail = _largest_late(series, strips)
     _evaluate(series, strips, orders, even_tail, odd_tail, t)
     events = 0
     residual = 0.0
-    proved = False
+    spared = -1
     outward = 1.0
     if lane >= 0:
         t, residual, outward, holds, proved = _own_root(
@@ -550,48 +608,20 @@ def step(cell, count, series, now, first, last):
             events = 1
             count[at.EVENT, 0] = first + lane
             series[at.SERIES * (lane // WIDTH) + at.CROSSING, lane % WIDTH] = t
-    evaluated = t  # all look for their crossing until here: their order must not matter
+        if proved:
+            spared = lane
     found = events > 0
-    rivals = 0
-    for s in range(strips):
-        now.tests += 1
-        lower, upper = _suspects(cell, series, friction, first, s, evaluated)
-        if proved and lane // WIDTH == s:
-            own = np.int64(1) << (lane % WIDTH)
-            if outward > 0.0:
-                upper &= ~own
-            else:
-                lower &= ~own
-        suspects = lower | upper
-        while suspects != 0:
-            bit = lowest_bit(suspects)
-            suspects &= suspects - 1
-            i = first + WIDTH * s + bit
-            row = at.SERIES * s
-            rivals += 1
-            for side in range(2):
-                if ((upper if side == 1 else lower) >> bit) & 1 == 0:
-                    continue
-                crossing = _first_crossing(
-                    cell, series, now, i, row, bit, orders, side == 1, evaluated
-                )
-                if events == 0 or count[at.EVENT, events - 1] != i:
-                    count[at.EVENT, events] = i
-                    events += 1
-                    series[row + at.CROSSING, bit] = np.inf
-                if crossing <= t:
-                    series[row + at.CROSSING, bit] = crossing
-                    found = True
-                    t = crossing
-    if t != evaluated:
+    # all look for their crossing until t: their order must not matter
+    looked, contenders, soonest = _rivals(
+        cell, count, series, now, first, strips, orders, spared, outward, events, t
+    )
+    if soonest < t:
+        t = soonest
         _evaluate(series, strips, orders, even_tail, odd_tail, t)
-    if rivals > 0:
-        events = _together(cell, count, series, now, first, events, t) if found else 0
-        residual = 0.0
-        for k in range(events):
-            i = count[at.EVENT, k]
-            value = series[at.SERIES * ((i - first) // WIDTH) + at.AT_END, (i - first) % WIDTH]
-            residual = max(residual, abs(abs(value) - margins.end_of_range(cell, now, i)))
+    if looked > 0:
+        events, residual = 0, 0.0
+        if found or soonest <= t:
+            events, residual = _together(cell, count, series, now, first, contenders, t)
     for s in range(strips):
         i = first + WIDTH * s
         row = at.SERIES * s
