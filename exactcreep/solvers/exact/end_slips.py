@@ -135,21 +135,11 @@ def _same_end_slips(cell, count, deviate, now, target, target_low, stop_at):
         reach = min(reach, second - slack)
         wall -= slack
     most -= slack
-    high = together(
-        cell[at.FORCE, i],
-        cell[at.FORCE, neighbour],
-        cell[at.TRAVEL, i],
-        now.total,
-        0.0,
-        0.0,
-        0.0,
-        0.0,
-    )
+    high = together(cell[at.FORCE, i], cell[at.FORCE, neighbour], cell[at.TRAVEL, i], now.total)
     low = together(
-        cell[at.FORCE_LOW, i], cell[at.FORCE_LOW, neighbour], cell[at.TRAVEL_LOW, i], now.total_low,
-        0.0, 0.0, 0.0, 0.0,
-    )  # fmt: skip
-    ways = together(-side, side, side, side, 0.0, 0.0, 0.0, 0.0)
+        cell[at.FORCE_LOW, i], cell[at.FORCE_LOW, neighbour], cell[at.TRAVEL_LOW, i], now.total_low
+    )
+    ways = together(-side, side, side, side)
     high_before = high
     low_before = low
     excess_before = excess

@@ -426,15 +426,12 @@ def _look(cell, clock, now, i):
                 return True
         else:
             plain = True
-            if side >= 0.0:
-                plain = is_clear(
-                    limit + at_a, slope_a, limit + at_b, slope_b, bend, b, bound, fresh, False
-                )
-            if side <= 0.0 and plain:
-                plain = is_clear(
-                    limit - at_a, -slope_a, limit - at_b, -slope_b, bend, b, bound, fresh,
-                    False,
-                )  # fmt: skip
+            for way in (1.0, -1.0):
+                if side * way >= 0.0:
+                    plain = plain and is_clear(
+                        limit + way * at_a, way * slope_a, limit + way * at_b, way * slope_b,
+                        bend, b, bound, fresh, False,
+                    )  # fmt: skip
             if plain:
                 clock[row + at.KEY, lane] = base + b if b < end else at.NEVER
                 _mark(cell, clock, i // 8)

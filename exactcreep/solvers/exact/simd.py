@@ -273,7 +273,7 @@ def _write(builder: Any, strip: Any, address: Any) -> None:
 @_function(lambda table, row, column: _LANES(table, types.intp, types.intp))
 def load(builder: Any, table: Any, row: Any, column: Any) -> Any:
     """Return table[row, column : column + 8]."""
-    return _beside(builder, [_read(builder, _cell(builder, table, row, column))])
+    return _read(builder, _cell(builder, table, row, column))
 
 
 @_function(lambda table, row, column, strip: types.none(table, types.intp, types.intp, _LANES))
@@ -285,7 +285,7 @@ def store(builder: Any, table: Any, row: Any, column: Any, strip: Any) -> None:
 @_function(lambda table, row: _LANES(table, types.intp))
 def take(builder: Any, table: Any, row: Any) -> Any:
     """Return table[row]."""
-    return _beside(builder, [_read(builder, _lane(builder, table, row, _FIRST))])
+    return _read(builder, _lane(builder, table, row, _FIRST))
 
 
 @_function(lambda table, row, strip: types.none(table, types.intp, _LANES))
@@ -376,10 +376,11 @@ def lowest_bit(builder: Any, mask: Any) -> Any:
     return builder.cttz(mask, ir.Constant(ir.IntType(1), 1))
 
 
-@_function(lambda *values: _LANES(*[types.float64] * WIDTH))
+@_function(lambda *values: _LANES(*[types.float64] * len(values)))
 def together(builder: Any, *values: Any) -> Any:
-    """Return the strip of eight floats."""
-    return _beside(builder, [_gathered(builder, _STRIP, values)])
+    """Return the strip of up to eight floats; further lanes are zero."""
+    zeros = [ir.Constant(ir.DoubleType(), 0.0)] * (WIDTH - len(values))
+    return _gathered(builder, _STRIP, [*values, *zeros])
 
 
 @_function(lambda *words: _LANES(*[types.uint64] * WIDTH))
@@ -387,7 +388,7 @@ def upper_bits(builder: Any, *words: Any) -> Any:
     """Return the upper 53 bits of eight uint64, as whole numbers."""
     gathered = _gathered(builder, _WORDS, words)
     shifted = builder.lshr(gathered, ir.Constant(_WORDS, [11] * WIDTH))
-    return _beside(builder, [builder.sitofp(shifted, _STRIP)])
+    return builder.sitofp(shifted, _STRIP)
 
 
 @_function(types.none)

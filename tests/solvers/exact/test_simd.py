@@ -366,6 +366,17 @@ def test_positive_normal_numbers_come_apart_as_in_numpy_and_lanes_one_by_one():
 
 
 @njit(error_model="numpy")
+def few_together(values, out):
+    store(out, 0, 0, together(values[0], values[1], values[2]))
+
+
+def test_lanes_that_are_not_given_are_zero():
+    out = np.full((1, EIGHT), -1.5)
+    few_together(np.array([1.0, -2.0, 3.0]), out)
+    assert out[0].tolist() == [1.0, -2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+
+
+@njit(error_model="numpy")
 def eight_upper_bits(w, out):
     store(out, 0, 0, upper_bits(w[0], w[1], w[2], w[3], w[4], w[5], w[6], w[7]))
 
