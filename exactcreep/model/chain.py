@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -153,9 +153,7 @@ class Chain(Shown):
 
     def mirrored(self) -> Chain:
         """Return the mirror image: the incline tilted the other way."""
-        return Chain(
-            self.n, self.l0, self.mu_d, self.mu_s, self.sigma_mu, tan_alpha=-self.tan_alpha
-        )
+        return replace(self, tan_alpha=-self.tan_alpha)
 
     def parameters(self) -> dict[str, int | Fraction]:
         """Return the parameters by name, exactly; ``Chain(**parameters)`` is the chain again."""

@@ -59,8 +59,7 @@ class Event:
         found it: for a stop the largest ``|velocity|``, for a start the largest distance of
         ``|F|`` from ``mu_s c``. Zero for what exceeds its threshold rightly (a reversal, or a
         chain that was unstable as it stood) and, of compiled solvers, where a formula gives the
-        time. A ball encloses it. What the event times leave of each condition if the motion is
-        followed afresh is told by `exactcreep.motion.replay.Replay.residuals`.
+        time. `exactcreep.motion.replay.Replay.residuals` follows the motion afresh.
 
     Examples
     --------

@@ -121,7 +121,6 @@ class Cycles(Drive):
         return np.where(q % 2 == 1, 1.0, -1.0) * nearest_float(self.amplitude)
 
     def exact_target(self, q: int, seed: int = 0) -> Fraction:
-        """Return theta_q exactly: +A for odd q, -A for even q."""
         return self.amplitude if q % 2 == 1 else -self.amplitude
 
 
@@ -165,7 +164,6 @@ class GaussianSteps(Drive):
         return disorder.dilations(self, seed, first, count)
 
     def exact_target(self, q: int, seed: int = 0) -> Fraction:
-        """Return theta_q exactly (the drawn float64 is the value)."""
         return Fraction(disorder.dilation(self, seed, q))
 
 

@@ -76,10 +76,9 @@ class TemperatureRecord(Listed):
     T0 : number
         Temperature at which the chain is prepared (theta = 0), in `unit`.
     time_column, temperature_column : str
-        Names of the columns. Times must increase from row to row; they are numbers, or dates, all
-        of one kind.
+        Names of the columns. Times increase from row to row: numbers, or dates, all of one kind.
     unit : {"C", "K"}
-        Unit of the temperatures.
+        Of the temperatures.
     delimiter : str
         What separates the columns, one character.
     decimal : {".", ","}
@@ -115,10 +114,8 @@ class TemperatureRecord(Listed):
     Raises
     ------
     InputError
-        If the file cannot be read, or rows lack a value, hold something else than a number, a
-        temperature below absolute zero, a time not after the one before, or follow a gap. The
-        message names all such rows (1 is the first after the header) and their lines, beyond 20
-        their number.
+        If the file cannot be read, or rows cannot be what is said of them. The message names all
+        such rows (1 is the first after the header) and their lines, beyond 20 their number.
 
     Warns
     -----
@@ -127,10 +124,9 @@ class TemperatureRecord(Listed):
 
     Notes
     -----
-    Between two rows theta ramps monotonically: where the temperature was not recorded, the record
-    is taken to be monotone. Rows in the middle of a monotone stretch change nothing. A velocity is
-    a displacement per unit of `times` (per second for dates), gaps counted; the chain is taken
-    from T0 to the first row at the time of that row.
+    Between two rows theta ramps monotonically; rows in the middle of a monotone stretch change
+    nothing. A velocity is a displacement per unit of `times` (per second for dates), gaps counted;
+    the chain is taken from T0 to the first row at the time of that row.
 
     Examples
     --------
@@ -307,10 +303,7 @@ class TemperatureRecord(Listed):
         return {name: getattr(self, name) for name in names}
 
     def parameters(self) -> dict[str, Any]:
-        """Return what a scene names, and theta, times, origin and the digest of the file.
-
-        They make the drive again without the file.
-        """
+        """Return what makes the drive again, without the file."""
         kept = super().parameters()
         if not self.origin:
             del kept["origin"]

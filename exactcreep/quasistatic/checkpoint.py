@@ -39,7 +39,6 @@ _FIRST_LINE = re.compile(rb"exactcreep checkpoint (\d{1,6})\n")
 _LINE = b"exactcreep checkpoint %d\n"
 _HEADER = 8 + 32  # length and SHA-256 of the body
 _LARGE = 2**26  # bytes from which an array is read where it stands in the file
-_KINDS = "biufUS"  # array types that are plain bytes
 _TYPES: dict[str, Any] = {
     "Outcome": Outcome,
     "Enclosure": Enclosure,
@@ -157,8 +156,6 @@ def _encoded(value: Any, blobs: list[bytes | memoryview]) -> Any:
         if array.dtype.kind == "O":
             items = [_encoded(item, blobs) for item in array.ravel().tolist()]
             return {"$objects": items, "shape": list(array.shape)}
-        if array.dtype.kind not in _KINDS:
-            raise TypeError(f"a checkpoint cannot hold an array of {array.dtype}")
         array = np.asarray(array, array.dtype.newbyteorder("<"), order="C")
         blobs.append(array.reshape(-1).view(np.uint8).data if array.size else b"")
         kept = {"$array": array.dtype.str, "shape": list(array.shape), "bytes": array.nbytes}
@@ -204,8 +201,6 @@ def _decoded(tree: bytes, body: memoryview) -> Any:
             return array.reshape(item["shape"])
         if "$array" in item:
             kind = np.dtype(item["$array"])
-            if kind.kind not in _KINDS:
-                raise ValueError("an array of an unknown kind")
             data = body[position : position + item["bytes"]]
             position += item["bytes"]
             array = np.frombuffer(data, kind).reshape(item["shape"])

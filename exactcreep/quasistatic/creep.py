@@ -129,8 +129,7 @@ def creep(
         TemperatureRecord, a tenth, at least 2, of other drives.
     twin : bool
         Whether a twin of the chain (of the solver `exact`), whose start is a few roundings off, is
-        followed until it has parted, however long that takes: `trusted_half_cycles` says when. It
-        is followed for some thousand events anyway.
+        followed until it has parted, and not for some thousand events only: `trusted_half_cycles`.
     progress : bool or callable, optional
         A callable is called with a `Progress` about ten times a second. Default: a bar on terminals
         and in notebooks, once the run has taken a second; True: elsewhere too, in lines.
@@ -140,11 +139,9 @@ def creep(
         or so much recorded data.
     memory : int
         Bytes of recorded data that are kept in memory, by default 2**30 (1 GiB). What lies beyond
-        goes to files without names in the directory for temporary files (TMPDIR), from which
-        `recorded`, `dataset` and `save` read: the disk limits what is recorded.
+        goes to files without names in the directory for temporary files (TMPDIR).
     checkpoint : path, optional
-        A file from which `resume` goes on, bit for bit; written at the start, at the end, and now
-        and then between.
+        A file from which `resume` goes on, bit for bit.
     every : number
         Seconds between two writings of it.
     force : bool
@@ -163,18 +160,17 @@ def creep(
           `max_events`, a million events within one half-cycle where tan_alpha >= mu_d is one);
         - ``AT_REST``: for Cycles, no event in the last whole cycle, so that there will never be
           one again; for other drives, no event after the burn-in;
-        - ``CREEPING``: the chain advances: every slider has moved, all of them the same way. If the
-          tensions at the end are those at the end of one of the cycles before (without disorder
-          they go on like this; 1000 cycles are looked back to, by `verlet` and `sliding` 64),
-          between these two; otherwise over all half-cycles after the burn-in, by two standard
-          errors at least;
+        - ``CREEPING``: every slider has moved, all of them the same way: between two ends of cycles
+          with the same tensions (without disorder they go on like this; 1000 cycles are looked back
+          to, by `verlet` and `sliding` 64), else over all half-cycles after the burn-in, by two
+          standard errors at least;
         - ``CYCLING``: sliders slip, but the chain does not advance in this sense. The evidence is
           `UNDECIDED` where the drift is below two standard errors (`reason` holds its bound), or,
           without disorder, where the tensions have not returned either.
 
-        They speak of the last part of the run; `since` is the cycle in which it begins. Tensions
-        that return, for two periods, to within 2**-40 of the friction, but neither exactly nor
-        within their enclosures, leave the evidence `UNDECIDED`.
+        They speak of the last part of the run, from cycle `since` on. Tensions that return, for two
+        periods, to within 2**-40 of the friction, but neither exactly nor within their enclosures,
+        leave the evidence `UNDECIDED`.
 
         A displacement counts as none if rounding alone can make it: 2**-50 n (mu_s + |tan_alpha|)
         cos(alpha) for every slip.
@@ -243,8 +239,7 @@ def resume(
     Raises
     ------
     InputError
-        If the file is no checkpoint, a damaged or truncated one, of another version, or of several
-        runs.
+        If the file is no checkpoint of one run, damaged, or of another version.
 
     Examples
     --------
@@ -359,10 +354,7 @@ def _warn(result: Creep) -> None:
 def _advance(
     run: Measurement, limits: Limits, begin: float, watchers: Sequence[Callable[[], None]]
 ) -> None:
-    """Go on until the drive ends, the solver gives up, or a limit is reached.
-
-    About ten times a second the `watchers` are called.
-    """
+    """Go on until the run ends or a limit is reached; call the `watchers` ten times a second."""
     run.outcome, run.reason = None, ""
     simulation, before = run.simulation, run.seconds
     reached_with = simulation.tally.events  # when the last target was reached

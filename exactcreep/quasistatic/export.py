@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -69,20 +70,19 @@ def tree(result: Creep) -> xr.DataTree:
 
 def frame(result: Creep, name: str) -> pd.DataFrame:
     """Return one table of a run as a data frame; see `Creep.to_pandas`."""
-    return next(_frames(table(result, name), None))
+    return next(_frames(table(result, name), sys.maxsize))
 
 
-def _frames(dataset: xr.Dataset, at_once: int | None) -> Iterator[pd.DataFrame]:
-    """Yield the rows of a table, so many at once (None: all), as frames of the same types."""
+def _frames(dataset: xr.Dataset, at_once: int) -> Iterator[pd.DataFrame]:
+    """Yield the rows of a table, so many at once, as frames of the same types."""
     dimension = str(next(iter(dataset[next(iter(dataset))].dims)))
     first = int(dimension == "half_cycle")
     rows = dataset.sizes[dimension]
     types = {str(name): _compact(values.to_numpy()) for name, values in dataset.items()}
-    for begin in range(0, rows, at_once) if at_once and rows else (0,):
-        end = min(rows, begin + at_once) if at_once else rows
+    for begin in range(0, max(rows, 1), at_once):
+        end = min(rows, begin + at_once)
         columns: dict[str, Any] = {}
-        units: dict[str, str] = {}
-        meanings: dict[str, str] = {}
+        about: dict[str, dict[str, str]] = {"units": {}, "meanings": {}}
         for key, variable in dataset.items():
             name = str(key)
             values = variable.to_numpy()[begin:end].astype(types[name])
@@ -94,12 +94,12 @@ def _frames(dataset: xr.Dataset, at_once: int | None) -> Iterator[pd.DataFrame]:
                 numbers = range(1, values.shape[1] + 1)
                 parts = {f"{name}_{k}": values[:, k - 1] for k in numbers}
             for part in parts:
-                units[part] = variable.attrs["units"] if name != "kind" else NUMBER
-                meanings[part] = variable.attrs.get("long_name", "")
+                about["units"][part] = variable.attrs["units"] if name != "kind" else NUMBER
+                about["meanings"][part] = variable.attrs.get("long_name", "")
             columns |= parts
         index = pd.RangeIndex(first + begin, first + end, name=dimension)
         made = pd.DataFrame(columns, index=index)
-        made.attrs = {"units": units, "meanings": meanings}
+        made.attrs.update(about)
         yield made
 
 
