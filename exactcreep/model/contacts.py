@@ -108,6 +108,9 @@ def start_direction(force: Any, threshold: Any, sign: Callable[[Any], int]) -> i
     return -1 if sign(-force - threshold) > 0 else 0
 
 
+_BLOCK = 16  # contacts of a slider that are drawn together: one draw alone costs as much
+
+
 class Field(Protocol):
     """What thresholds ask of an arithmetic."""
 
@@ -135,6 +138,7 @@ class Contacts:
         self.chain = chain
         self.seed = seed
         self._mean = nearest_float(chain.mu_s)
+        self._drawn: dict[int, tuple[int, list[float]]] = {}  # the last block of each slider
         self._scales: dict[Field, tuple[Any, Any]] = {}  # cos(alpha) and mu_s cos(alpha)
 
     def coefficient(self, slider: int, draw: int) -> float | Fraction:
@@ -142,7 +146,13 @@ class Contacts:
 
         A float64 is the value exactly; with ``sigma_mu = 0`` it is the rational `mu_s`.
         """
-        return disorder.static_coefficient(self.chain, self.seed, slider, draw)
+        if self.chain.sigma_mu == 0:
+            return self.chain.mu_s
+        block, place = divmod(draw, _BLOCK)
+        if self._drawn.get(slider, (-1, []))[0] != block:
+            drawn: list[float] = self.coefficients(slider, block * _BLOCK, _BLOCK).tolist()
+            self._drawn[slider] = block, drawn
+        return self._drawn[slider][1][place]
 
     def coefficients(self, slider: int, first: int, count: int) -> NDArray[np.float64]:
         """Return the coefficients of contacts ``first .. first + count - 1``, shape (count,)."""

@@ -169,3 +169,12 @@ def test_a_checkpoint_of_many_members_is_written_when_it_is_due_and_not_for_each
     saved = Checkpoint.read(tmp_path / "run.ckpt")
     again = run_members(saved.experiments, checkpoint=saved)
     assert all(map(same, again, whole))
+    with pytest.raises(InputError, match="holds 9 runs; the command exactcreep resume goes on"):
+        resume(tmp_path / "run.ckpt")
+
+
+@pytest.mark.parametrize("content", [{}, {"members": [{}], "note": {}}, {"members": 7, "note": {}}])
+def test_a_checkpoint_of_something_else_is_refused(tmp_path: Path, content: dict) -> None:
+    (tmp_path / "other.ckpt").write_bytes(checkpoints.to_bytes(content))
+    with pytest.raises(InputError, match="is not a checkpoint of a run"):
+        resume(tmp_path / "other.ckpt")

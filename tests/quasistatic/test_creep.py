@@ -241,6 +241,18 @@ def test_an_option_that_the_solver_does_not_take_is_an_error() -> None:
         creep(TWO, Cycles("0.01", 5), record=("velocity",))
     with pytest.raises(InputError, match="start"):
         creep(TWO, Cycles("0.01", 5), start=State.relaxed(SIX))
+    with pytest.raises(InputError, match=r"burn_in = 11: .* at most 10"):
+        creep(TWO, Cycles("0.01", 5), burn_in=11)
+    with pytest.raises(InputError, match="twin = 'yes': must be true or false"):
+        creep(TWO, Cycles("0.01", 5), twin="yes")
+
+
+def test_a_result_shows_its_outcome_and_a_picture_whatever_it_recorded() -> None:
+    for record in (("x_G",), ()):
+        result = creep(TWO_SURE, Cycles("0.001", 5), record=record)
+        assert repr(result).startswith("Creep(n=2, solver='exact', outcome='creeping', evidence=")
+        assert "<svg" in result._repr_html_()
+        assert "g tau_dyn^2 per half-cycle" in result._repr_html_()
 
 
 def test_progress_reaches_the_last_half_cycle() -> None:
