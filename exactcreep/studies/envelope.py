@@ -382,22 +382,20 @@ def _judged_singly(
     trial: Trial, chain: Chain, singles: Sequence[tuple[Rest, Walk]], contestant: Contestant
 ) -> Trial:
     """Return a trial with what comes of single rearrangements, and judged by it, too."""
-    errors: list[float] = []
+    errors: list[float] = []  # nan where other events happened
     unsaid = False  # whether one is astray or beyond the promise, and not called undecided
     force = _largest_force(chain)
     for rest, proved in singles:
         found = _rearranged(chain, rest, contestant)
-        agreement = agree(Walk.of(found, tensions=True), proved)
-        if agreement.compared:
-            errors.append(agreement.error_before / force)
-        kept = agreement.compared and agreement.error_before <= PROMISE * force
-        unsaid |= not kept and found.evidence is not Evidence.UNDECIDED
-    worst, verdict = max(errors, default=math.nan), trial.verdict
+        errors.append(agree(Walk.of(found, tensions=True), proved).error_before / force)
+        unsaid |= not errors[-1] <= PROMISE and found.evidence is not Evidence.UNDECIDED
+    right = [error for error in errors if not math.isnan(error)]
+    worst, verdict = max(right, default=math.nan), trial.verdict
     if verdict in (WITHIN, FLAGGED, NO_TRUTH) and unsaid:
         verdict = BROKEN
     elif verdict == WITHIN and worst > PROMISE:
         verdict = FLAGGED
-    compared, astray = len(singles), len(singles) - len(errors)
+    compared, astray = len(singles), len(singles) - len(right)
     return replace(trial, worst=worst, compared=compared, astray=astray, verdict=verdict)
 
 

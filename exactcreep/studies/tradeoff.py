@@ -410,11 +410,15 @@ class _Race:
                 if own.seconds <= share / (len(trials) + 1):
                     clock = time.perf_counter()
                     found = own.algorithm.rearrange(chain, state, way, seed)
-                    own.take(Walk.of(found), known, time.perf_counter() - clock)
+                    seconds = time.perf_counter() - clock
+                    own.seconds += seconds
+                    own.paces.append(seconds / max(len(found.events), 1))
+                    own.errors.append(agree(Walk.of(found), known).error_before)
         for own in trials:
-            score = own.score
-            if own.errors:
-                score.error, score.error_high = statistics.median(own.errors), max(own.errors)
+            score, right = own.score, [error for error in own.errors if not math.isnan(error)]
+            score.compared, score.different = len(own.errors), len(own.errors) - len(right)
+            if right:
+                score.error, score.error_high = statistics.median(right), max(right)
             if own.paces and score not in self.timed:
                 score.notes.append("time per event of single rearrangements, times events")
                 times = [pace * self.events_per_half_cycle for pace in own.paces]
@@ -514,22 +518,10 @@ class _Trials:
     """What single rearrangements have shown of a contestant."""
 
     def __init__(self, score: Score) -> None:
-        self.score = score
-        self.algorithm = score.contestant.algorithm()
+        self.score, self.algorithm = score, score.contestant.algorithm()
         self.seconds = 0.0
         self.paces: list[float] = []  # seconds per event
-        self.errors: list[float] = []  # of those with the right events
-
-    def take(self, found: Walk, known: Walk, seconds: float) -> None:
-        """Hold a rearrangement, which took so long, against the one that is known."""
-        self.seconds += seconds
-        self.paces.append(seconds / max(len(found.events), 1))
-        agreement = agree(found, known)
-        self.score.compared += 1
-        if agreement.compared:
-            self.errors.append(agreement.error_before)
-        else:
-            self.score.different += 1
+        self.errors: list[float] = []  # nan where other events happened
 
 
 class _Runner:
