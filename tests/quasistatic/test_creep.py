@@ -81,6 +81,13 @@ def test_creep_is_the_advance_of_every_slider() -> None:
         assert result.recorded["slips"][-2:].sum() > 0
 
 
+def test_a_single_cycle_with_slips_is_not_called_rest() -> None:
+    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha=0)
+    found = creep(chain, Cycles("0.001", 1))
+    assert found.slip_count > 0
+    assert found.outcome is Outcome.CYCLING
+
+
 def test_a_single_slider_rests() -> None:
     result = creep(Chain(1, 1, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.01", 3))
     assert result.outcome is Outcome.AT_REST
