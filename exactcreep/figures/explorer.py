@@ -38,12 +38,9 @@ MOST_SECONDS = 1
 FATE_SECONDS = 3
 MOST_SLIDERS = 200
 _RECORD = ("x_G", "tension", "rearrangements", "slip_table")
-_SHOWN = (
-    "half_cycle", "displacement", "first", "last", "events", "slips", "duration",
-)  # fmt: skip
 _MOMENTS = 800  # equally spaced, at which a motion is taken from its closed form; events besides
 _LAW_POINTS = 60
-_ALONE = Lock()  # what is done to warnings is done to those of all threads
+_ALONE = Lock()  # a thread that silences warnings silences those of all threads
 
 
 class Control(NamedTuple):
@@ -127,7 +124,7 @@ def course(experiment: Experiment) -> dict[str, Any]:
         "n": experiment.chain.n,
         "half_cycles": run.half_cycles,
         "when": _packed(half_cycle - 1 + np.clip(part, 0, 1)),
-        **{name: _packed(floats(kept[f"rearrangement_{name}"])) for name in _SHOWN},
+        "displacement": _packed(floats(kept["rearrangement_displacement"])),
         "slip": {
             name: _packed(floats(kept[f"slip_{name}"]))
             for name in ("slider", "rearrangement", "displacement")
