@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 from matplotlib.figure import Figure
 
 from exactcreep import Chain, Cycles, GaussianSteps, creep
-from exactcreep.figures import style
 from exactcreep.figures.runs import draw_run
 
 CHAIN = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-
-
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    kept: list[Figure] = []
-    monkeypatch.setattr(style, "save_picture", lambda figure, path: kept.append(figure))
-    return kept
 
 
 def test_a_line_of_fewer_points_keeps_what_is_largest_and_smallest(drawn: list[Figure]) -> None:

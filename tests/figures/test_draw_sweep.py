@@ -12,7 +12,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from exactcreep.cli import status
-from exactcreep.figures import style as figures
 from exactcreep.figures import sweep as grids
 from exactcreep.laws import LAWS
 from exactcreep.model.numbers import InputError
@@ -23,13 +22,6 @@ from exactcreep.studies.sweep import sweep
 def swept(**vary: Any) -> xr.Dataset:
     settings = {"drive.cycles": 20} | {key.replace("__", "."): v for key, v in vary.items()}
     return sweep(load_scene("two-sliders-cycles").with_settings(settings), workers=1)
-
-
-@pytest.fixture
-def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    kept: list[Figure] = []
-    monkeypatch.setattr(figures, "save_picture", lambda figure, path: kept.append(figure))
-    return kept
 
 
 def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit(
