@@ -106,6 +106,11 @@ class Table:
     note: str = ""
     unit: str = "g tau_dyn^2 per half-cycle or target"
 
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The chain and the drive of the first point."""
+        return self.rows[0].parameters
+
 
 def table_beside(name: str, title: str, label: str, rows: Iterable[Point], note: str = "") -> Table:
     """Return points as a table headed by the law of the paper's equation `label`."""

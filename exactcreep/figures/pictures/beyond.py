@@ -89,8 +89,7 @@ def _staircase_tables(data: Data) -> list[Table]:
 )  # fmt: skip
 def staircase(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the staircase of two sliders over the paper's line."""
-    rows = tables[0].rows
-    parameters = rows[0].parameters
+    rows, parameters = tables[0].rows, tables[0].parameters
     chain = {name: parameters[name] for name in _CHAIN}
     axes = figure.subplots()
     shown = np.linspace(0, 1.6, 1601)
@@ -206,7 +205,7 @@ def _map_tables(data: Data) -> list[Table]:
 def velocity_map(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of six sliders over slope and amplitude, thresholds and pivots on it."""
     dataset = data["chain-map"]
-    parameters = tables[0].rows[0].parameters
+    parameters = tables[0].parameters
     velocity = dataset["velocity"].transpose("amplitude", "tan_alpha").to_numpy()
     slopes = dataset["tan_alpha"].to_numpy()
     sizes = 1e3 * dataset["amplitude"].to_numpy()
@@ -425,8 +424,7 @@ def _onset_remark(point: Point) -> str:
 )  # fmt: skip
 def onset(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the onset of creep of three sliders without and with disorder, and the window."""
-    rows = tables[0].rows
-    parameters = rows[0].parameters
+    rows, parameters = tables[0].rows, tables[0].parameters
     n, friction, static = int(parameters["n"]), parameters["mu_d"], parameters["mu_s"]
     axes = figure.subplots()
     upper = float(LAWS["critical_angle"].printed(n=n, i=2, mu_d=friction, mu_s=static))

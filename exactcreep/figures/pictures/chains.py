@@ -107,7 +107,7 @@ _RANDOM = series("Thirty sliders, random dilations, over sigma_theta", "vitesse_
 def amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of thirty sliders over A_theta and over sigma_theta."""
     cycles, random = tables
-    chain = cycles.rows[0].parameters
+    chain = cycles.parameters
     axes = figure.subplots()
     sizes = np.linspace(1e-4, 0.0125, 160).tolist()
     drawing.draw_law(axes, "vitesse_seuil", "amplitude", sizes, chain)
@@ -159,7 +159,7 @@ def size(figure: Figure, data: Data, tables: list[Table]) -> None:
         tables, ("vitesse_seuil", "vitesse_seuil_random"), (PRINTED, _RANDOM_LAW), (46, 66),
         strict=True,
     ):  # fmt: skip
-        form, parameters = LAWS[label].printed, table.rows[0].parameters
+        form, parameters = LAWS[label].printed, table.parameters
         # the continuous i of Eq. (critical_angle): N + 3 - 2i = N tan(alpha)/mu_d
         slope = parameters["tan_alpha"] / parameters["mu_d"]
         used = {key: parameters[key] for key in form.required}

@@ -406,20 +406,20 @@ def _near_tables(data: Data) -> list[Table]:
 )  # fmt: skip
 def near(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of thirty sliders over the amplitude near A*, logarithmically."""
-    rows = tables[0].rows
-    unit = critical_amplitude(rows[0].parameters)
+    (table,) = tables
+    unit = critical_amplitude(table.parameters)
     axes = figure.subplots()
     for sigma, style in ((0.0, drawing.CYCLES), (0.01, drawing.RANDOM)):
-        kept = [row for row in rows if float(row.varied["sigma_mu"]) == sigma]
+        kept = [row for row in table.rows if float(row.varied["sigma_mu"]) == sigma]
         label = rf"$\sigma_\mu = {sigma:g}$"
         drawing.draw_points(axes, kept, departures.reduced, **style, label=label)
     ratios = np.linspace(0.9, 1.16, 521)
-    over = "amplitude", (ratios * unit).tolist(), rows[0].parameters
+    over = "amplitude", (ratios * unit).tolist(), table.parameters
     law = drawing.law_line("vitesse_seuil", *over, "exact")
     label = f"{law_name('vitesse_seuil')}, not below 0"
     axes.plot(ratios, law, label=label, **drawing.PRINTED)
     axes.axvline(1, color="0.5", linewidth=0.8, linestyle=DOTTED)
-    corrected = setting_amplitude(rows[0].parameters) / unit
+    corrected = setting_amplitude(table.parameters) / unit
     axes.axvline(corrected, color="0.5", linewidth=0.8, linestyle=DASHED)
     axes.set_yscale("symlog", linthresh=1e-3)
     axes.set(

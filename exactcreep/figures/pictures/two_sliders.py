@@ -26,7 +26,26 @@ _NOTE = (
     "The printed law has mu_s cos(alpha) - sin(alpha) where mu_d cos(alpha) - sin(alpha) belongs"
     " (it is low by (2/3)(mu_s - mu_d) cos(alpha)), and is the first two terms of the exact one."
 )
-_NEGLECTED = "the scatter sigma_mu of the static coefficient, which the law neglects"
+
+
+def _remark(point: Point) -> str:
+    slope, friction, width = (float(point.parameters[name])
+                              for name in ("tan_alpha", "mu_d", "sigma_mu"))  # fmt: skip
+    if slope == 0:
+        return "alpha = 0: no direction is preferred, by symmetry there is no creep"
+    if slope < 3 * width:
+        return (
+            "tan(alpha) is of the order of sigma_mu: the disorder decides which slider gives"
+            " way, and uphill and downhill slips cancel in part"
+        )
+    if friction - slope < 3 * width:
+        return "close to mu_d: the slip of one slider sets off the other, and both go down together"
+    if float(point.parameters["l0"] * point.parameters["sigma_theta"]) < margin(point.parameters):
+        return (
+            "rare events: a slip must overcome the largest of many drawn coefficients, and D is"
+            " not small beside l0 sigma_theta"
+        )
+    return "the scatter sigma_mu of the static coefficient, which the law neglects"
 
 
 # --- the trace -----------------------------------------------------------------------------------
@@ -37,7 +56,7 @@ _SHOWN = 24  # dilations of the trace that can be told apart
 @partial(
     Picture, "two-sliders-trace", (5.4, 5.6),
     series("Two sliders under random dilations, l0 sigma_theta = 100", _LAW,
-           lambda point: "no explanation", _NOTE),
+           _remark, _NOTE),
     {"two-sliders-trace": {}}, figure="position2sliders", always={"run.record": ["x_G", "x"]},
 )  # fmt: skip
 def trace(figure: Figure, data: Data, tables: list[Table]) -> None:
@@ -79,43 +98,27 @@ def trace(figure: Figure, data: Data, tables: list[Table]) -> None:
 # --- over the slope ------------------------------------------------------------------------------
 
 
-def _angle_remark(point: Point) -> str:
-    slope, friction = (float(point.parameters[name]) for name in ("tan_alpha", "mu_d"))
-    width = float(point.parameters["sigma_mu"])
-    if slope == 0:
-        return "alpha = 0: no direction is preferred, by symmetry there is no creep"
-    if slope < 3 * width:
-        return (
-            "tan(alpha) is of the order of sigma_mu: the disorder decides which slider gives"
-            " way, and uphill and downhill slips cancel in part"
-        )
-    if friction - slope < 3 * width:
-        return "close to mu_d: the slip of one slider sets off the other, and both go down together"
-    return _NEGLECTED
-
-
 @partial(
     Picture, "two-sliders-angle", (5.2, 3.9),
-    series("Two sliders, random dilations, over tan(alpha)", _LAW, _angle_remark, _NOTE),
+    series("Two sliders, random dilations, over tan(alpha)", _LAW, _remark, _NOTE),
     {"two-sliders-angle": {"drive.steps": 1000}}, figure="velocity2sliders",
 )  # fmt: skip
 def angle(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of two sliders over the slope."""
-    rows = tables[0].rows
-    parameters = rows[0].parameters
+    (table,) = tables
     axes = figure.subplots()
-    over = "tan_alpha", [Fraction(k, 200) for k in range(1, 100)], parameters
+    over = "tan_alpha", [Fraction(k, 200) for k in range(1, 100)], table.parameters
     drawing.draw_law(axes, _PLATEAU, *over, **_ASYMPTOTE, linestyle="-")
     drawing.draw_law(axes, _LAW, *over)
     label = f"{drawing.LIMIT}: " + r"$\tilde{l}_0\sigma_\theta\,I(h)$"
     drawing.draw_law(axes, _LAW, *over, "exact", label=label)
-    drawing.draw_points(axes, rows, "tan_alpha", **drawing.RANDOM, label="computed")
-    low, high = (law_values(LAWS[f"alpha_c_{end}"].printed, parameters)[0]
+    drawing.draw_points(axes, table.rows, "tan_alpha", **drawing.RANDOM, label="computed")
+    low, high = (law_values(LAWS[f"alpha_c_{end}"].printed, table.parameters)[0]
                  for end in ("minus", "plus"))  # fmt: skip
     for place, name, side, apart in (
         (low, r"$\alpha_\mathrm{c}^-$", "left", 2),
         (high, r"$\alpha_\mathrm{c}^+$", "right", -2),
-        (float(parameters["mu_d"]), r"$\alpha_\mathrm{c}$", "left", 2),
+        (float(table.parameters["mu_d"]), r"$\alpha_\mathrm{c}$", "left", 2),
     ):
         axes.axvline(place, **GUIDE, zorder=0)
         axes.annotate(name, (place, 0.35), xytext=(apart, 0), textcoords="offset points", ha=side,
@@ -128,25 +131,14 @@ def angle(figure: Figure, data: Data, tables: list[Table]) -> None:
 # --- over the size of the dilations --------------------------------------------------------------
 
 
-def _amplitude_remark(point: Point) -> str:
-    width = float(point.parameters["l0"] * point.parameters["sigma_theta"])
-    if width < margin(point.parameters):
-        return (
-            "rare events: a slip must overcome the largest of many drawn coefficients, and D is"
-            " not small beside l0 sigma_theta"
-        )
-    return _NEGLECTED
-
-
 @partial(
     Picture, "two-sliders-amplitude", (5.2, 5.2),
-    series("Two sliders, random dilations, over sigma_theta", _LAW, _amplitude_remark, _NOTE),
+    series("Two sliders, random dilations, over sigma_theta", _LAW, _remark, _NOTE),
     {"two-sliders-amplitude": {"drive.steps": 800}}, figure="velocity2sliders_theta",
 )  # fmt: skip
 def amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of two sliders over sigma_theta, and its ratio to the asymptote."""
-    rows = tables[0].rows
-    parameters = rows[0].parameters
+    rows, parameters = tables[0].rows, tables[0].parameters
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
     sizes = np.geomspace(1e-4, 0.12, 240).tolist()
     over = "sigma_theta", sizes, parameters
