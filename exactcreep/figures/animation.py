@@ -15,7 +15,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
 from PIL import Image
 
-from exactcreep.figures.run_view import draw_friction
+from exactcreep.figures.run_view import Floats, draw_forces
 from exactcreep.figures.style import INKS, STYLE, picture
 from exactcreep.limits import Stop
 from exactcreep.model.numbers import InputError
@@ -27,7 +27,6 @@ from exactcreep.quasistatic.files import write_file
 from exactcreep.solvers.solver import Rearrangement, Simulation, advance
 from exactcreep.solvers.tables import logged_events
 
-Floats = NDArray[np.float64]
 LOOKED_AT = 100
 """Half-cycles among which `largest_avalanche` looks."""
 _PERIOD = 50  # milliseconds of one picture
@@ -266,23 +265,14 @@ def _zigzag(places: Floats) -> tuple[Floats, Floats]:
 
 def _draw_forces(axes: Axes, shown: Moments, friction: float) -> Callable[[int], None]:
     """Draw the forces between their limits; return what moves them to a picture."""
-    n = len(shown.moved)
-    places = np.arange(1, n + 1, dtype=float)
-    highest = max(float(shown.held.max()), float(np.abs(shown.forces).max()))
-    name = r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$ at rest"
-    limits = axes.bar(places, np.ones(n), 0.84, color="0.88", label=name)
-    (marks,) = axes.plot([], [], linestyle="none", marker="o", color=INKS[6],
-                         markersize=4 if n <= 60 else 2, label=r"$F_n$")  # fmt: skip
-    draw_friction(axes, friction, color=INKS[6])
-    axes.set(xlim=(0.3, n + 0.7), ylim=(-1.1 * highest, 1.75 * highest))
-    axes.set_ylabel(r"force $F_n$ ($m\,g$)")
-    axes.legend(loc="upper center", ncols=3, fontsize=7)
+    forces, held = (np.abs(values).max(axis=1) for values in (shown.forces, shown.held))
+    bars, marks = draw_forces(axes, forces, held, friction)
 
     def move(k: int) -> None:
-        held = np.where(shown.moving[:, k], 0.0, shown.held[:, k])
-        for bar, limit in zip(limits, held.tolist(), strict=True):
+        limits = np.where(shown.moving[:, k], 0.0, shown.held[:, k])
+        for bar, limit in zip(bars, limits.tolist(), strict=True):
             bar.set(y=-limit, height=2 * limit)
-        marks.set_data(places, shown.forces[:, k])
+        marks.set_ydata(shown.forces[:, k])
 
     return move
 

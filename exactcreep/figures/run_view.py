@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.container import BarContainer
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
@@ -25,6 +27,7 @@ from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import Stretch, advance
 from exactcreep.solvers.tables import joined
 
+Floats = NDArray[np.float64]
 WINDOW = 200
 """Half-cycles that a space-time diagram shows, unless asked for others."""
 _SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
@@ -52,26 +55,26 @@ class Portrait:
     result: Creep
     half_cycle: int
     first: int
-    theta: NDArray[np.float64]
-    x_G: NDArray[np.float64]
+    theta: Floats
+    x_G: Floats
     slips: NDArray[np.int64]
     state: State
 
     @property
-    def forces(self) -> NDArray[np.float64]:
+    def forces(self) -> Floats:
         """Non-frictional force on each slider at the end of `half_cycle`, unit m g."""
         tensions = np.diff(floats(self.state.tensions), prepend=0.0, append=0.0)
         return tensions + self.result.chain.sin_alpha
 
     @property
-    def limits(self) -> NDArray[np.float64]:
+    def limits(self) -> Floats:
         """Largest force that each resting slider withstands, mu_s,n cos(alpha), unit m g."""
         chain = self.result.chain
         if self.result.solver == Sliding.name:
             return np.full(chain.n, chain.friction)
         return Contacts(chain).thresholds(floats(self.state.coefficients), FLOAT64)
 
-    def bounds(self, coefficient: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def bounds(self, coefficient: Any) -> tuple[Floats, Floats]:
         """Return the least and largest tension that a friction coefficient allows each spring.
 
         From ``|F_n| <= coefficient cos(alpha)`` for all sliders, added up from either end.
@@ -139,7 +142,7 @@ def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW)
     return Portrait(result, half_cycle, first, theta, x_G, recorded["slips"], states[half_cycle])
 
 
-def _check_repeats(result: Creep, done: int, again: NDArray[np.float64]) -> None:
+def _check_repeats(result: Creep, done: int, again: Floats) -> None:
     """Raise `InputError` if the run does not come to the x_G that it recorded."""
     recorded = floats(result.recorded.get("x_G", np.empty(0)))[done : done + again.size]
     for k in np.flatnonzero(again[: recorded.size] != recorded)[:1].tolist():
@@ -177,7 +180,11 @@ def draw_portrait(seen: Portrait) -> Figure:
     if seen.result.chain.n > 1:
         _draw_tensions(figure.add_subplot(grid[3, 0]), seen)
         forces = grid[3, 1]
-    _draw_forces(figure.add_subplot(forces), seen)
+    bottom = figure.add_subplot(forces)
+    draw_forces(bottom, seen.forces, seen.limits, seen.result.chain.friction)
+    bottom.set_xlabel("slider $n$")
+    bottom.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    bottom.set_title(_moment(seen), fontsize=8)
     return figure
 
 
@@ -258,27 +265,22 @@ def _draw_tensions(axes: Axes, seen: Portrait) -> None:
     axes.legend(loc="best", fontsize=7)
 
 
-def _draw_forces(axes: Axes, seen: Portrait) -> None:
-    """Draw the force on each slider between its static limits."""
-    chain, limits = seen.result.chain, seen.limits
-    sliders = np.arange(1, chain.n + 1)
-    width, size = (0.8, 3.5) if chain.n <= 60 else (1.0, 1.5)
-    axes.bar(sliders, 2 * limits, width, bottom=-limits, color="0.88",
-             label=r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$")  # fmt: skip
-    axes.plot(sliders, seen.forces, linestyle="none", marker="o", markersize=size, color=INKS[1],
-              label=r"$F_n$")  # fmt: skip
-    draw_friction(axes, chain.friction, color="0.45")
-    axes.set(xlabel="slider $n$", ylabel=r"force ($m\,g$)")
-    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
-    axes.set_title(_moment(seen), fontsize=8)
-    axes.set_ylim(-1.2 * float(limits.max()), 1.75 * float(limits.max()))
-    axes.legend(loc="upper right", fontsize=7, ncols=3, columnspacing=1.0, handlelength=1.5)
-
-
-def draw_friction(axes: Axes, friction: float, color: str) -> None:
-    """Mark the friction of a moving slider in either direction."""
+def draw_forces(
+    axes: Axes, forces: Floats, limits: Floats, friction: float
+) -> tuple[BarContainer, Line2D]:
+    """Draw the force on each slider between its static limits; return the limits and the marks."""
+    n, highest = limits.size, max(float(limits.max()), float(np.abs(forces).max()))
+    sliders = np.arange(1, n + 1)
+    bars = axes.bar(sliders, 2 * limits, 0.84, bottom=-limits, color="0.88",
+                    label=r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$")  # fmt: skip
+    (marks,) = axes.plot(sliders, forces, linestyle="none", marker="o", color=INKS[6],
+                         markersize=4 if n <= 60 else 2, label=r"$F_n$")  # fmt: skip
     for force, label in ((-friction, None), (friction, r"$\pm\mu_\mathrm{d}\cos\alpha$")):
-        axes.axhline(force, color=color, linewidth=0.7, linestyle=DOTTED, label=label)
+        axes.axhline(force, color=INKS[6], linewidth=0.7, linestyle=DOTTED, label=label)
+    axes.set(xlim=(0.3, n + 0.7), ylim=(-1.1 * highest, 1.75 * highest))
+    axes.set_ylabel(r"force $F_n$ ($m\,g$)")
+    axes.legend(loc="upper center", ncols=3, fontsize=7, columnspacing=1.0, handlelength=1.5)
+    return bars, marks
 
 
 def _moment(seen: Portrait) -> str:
