@@ -290,7 +290,7 @@ class _Proof:
 
     # -- results ---------------------------------------------------------------------------------
 
-    def _settled(self, before: int, period: int, moved: Enclosure, **report: Any) -> Fate:
+    def _settled(self, before: int, period: int, moved: Enclosure, **proof: float) -> Fate:
         """Return what the chain does for ever from the end of cycle `before` on."""
         late = 2 * ((len(self.halves) // 2 - before) % period)
         last = self.halves[-2 * period :]
@@ -305,12 +305,17 @@ class _Proof:
             reason = "the advance over a period is not told from none"
         known = {"settled_after": before, "period": period, "itinerary": itinerary}
         known |= {"advance": nearest_float(moved.middle), "advance_enclosure": moved}
-        return self._fate(outcome, before, reason, report, **known)
+        return self._fate(outcome, before, reason, proof, **known)
 
     def _fate(
-        self, outcome: Outcome, until: int, reason: str, further: Any = None, **known: Any
+        self,
+        outcome: Outcome,
+        until: int,
+        reason: str,
+        proof: dict[str, float] | None = None,
+        **known: Any,
     ) -> Fate:
-        """Return what is known; after cycle `until` it is no news whether x_G advances."""
+        """Return what is known; the last advance is looked for up to cycle `until`."""
         evidence = self.simulation.evidence
         if reason and outcome is not Outcome.RUNAWAY:
             evidence = Evidence.UNDECIDED
@@ -329,8 +334,8 @@ class _Proof:
                 "bits": self.simulation.mechanics.arithmetic.bits,
                 "restarts": self.simulation.restarts,
                 "proofs_tried": self.tried,
-            }
-            | (further or {}),
+                **(proof or {}),
+            },
             **known,
         )
 
@@ -349,7 +354,7 @@ class _Proof:
 def logged(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
     """Return what happened in a run; of times that are enclosed, the middles.
 
-    A time leads to the root of a condition, or is printed: no more is asked of it.
+    A time is where Newton's method begins, or is printed: no more is asked of it.
     """
     times = recorded["event_time"]
     if times.dtype == object:
