@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-import re
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
@@ -163,7 +163,6 @@ def _command(function: Callable[..., None], *, draws: bool) -> Callable[..., Non
     return _taking(called, taken.values())
 
 
-_SIZE = re.compile(r"(\d+(?:\.\d*)?|\.\d+)x(\d+(?:\.\d*)?|\.\d+)")
 _NARROWEST, _WIDEST = 1.0, 50.0  # inches of a picture
 
 
@@ -186,12 +185,14 @@ def _size_of_pictures(given: dict[str, Any]) -> AbstractContextManager[None]:
 
 
 def _inches(text: str) -> tuple[float, float]:
-    found = _SIZE.fullmatch(text.strip())
-    sides = [float(side) for side in found.groups()] if found else []
-    if not sides or not all(_NARROWEST <= side <= _WIDEST for side in sides):
+    try:
+        width, height = map(float, text.split("x"))
+    except ValueError:
+        width = height = math.nan
+    if not all(_NARROWEST <= side <= _WIDEST for side in (width, height)):
         allowed = f"must be WIDTHxHEIGHT in inches, each from {_NARROWEST:g} to {_WIDEST:g}"
         raise exactcreep.InputError("size", text, allowed)
-    return sides[0], sides[1]
+    return width, height
 
 
 def parsed_seeds(text: str | None) -> int | list[int] | None:

@@ -93,8 +93,7 @@ class Session:
         status = 0
         with Display(quiet=self.json) as display, warnings.catch_warnings():
             # the summary and the JSON say what these say, the last line of checkpoints
-            told = exactcreep.PhysicsWarning, exactcreep.AccuracyWarning, CheckpointWarning
-            for kind in told:
+            for kind in (exactcreep.PhysicsWarning, exactcreep.AccuracyWarning, CheckpointWarning):
                 warnings.simplefilter("ignore", kind)
             try:
                 results = run_members(
