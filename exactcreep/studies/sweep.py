@@ -428,16 +428,13 @@ def _recorded(
             continue
         size = np.max([array.shape for array in arrays], axis=0)
         missing = _MISSING if arrays[0].dtype.kind == "i" else math.nan
-        nothing = np.full(size, missing, arrays[0].dtype)
-        cells = [
-            nothing
-            if array is None
-            else np.pad(array, [(0, room) for room in size - array.shape], constant_values=missing)
-            for array in found
-        ]
+        stacked = np.full((len(values), *size), missing, arrays[0].dtype)
+        for cell, array in zip(stacked, found, strict=True):
+            if array is not None:
+                cell[tuple(map(slice, array.shape))] = array
         variables[f"recorded_{name}"] = (
             (*dims, HALF_CYCLE_TABLE.dimension, *quantity.across),
-            np.stack(cells).reshape(*shape, *size),
+            stacked.reshape(*shape, *size),
             quantity.attributes,
         )
     return variables
