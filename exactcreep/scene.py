@@ -12,7 +12,7 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, is_dataclass
 from inspect import signature
 from pathlib import Path as FilePath
@@ -34,6 +34,7 @@ _BUILTIN = FilePath(__file__).with_name("scenes")
 _LARGEST_FILE = 16 * 2**20  # bytes; long paths of dilations belong there, records do not
 _DEEPEST = 8  # tables within tables
 _DEEPEST_KEY = 100
+_MOST_LISTED = 40  # keys in a sentence
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 
@@ -310,15 +311,16 @@ def _printable(key: str) -> str:
     return key if key.isprintable() and len(key) <= 80 else repr(key[:60])
 
 
-def _known(table: Mapping[str, Any], known: Iterable[str], prefix: str) -> None:
+def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> None:
     """Raise InputError if `table` has a key that is not `known`, naming the nearest one."""
     for key in table:
         if key not in known:
             near = difflib.get_close_matches(str(key), known, 1, 0.3)
-            hint = f"did you mean {prefix}{near[0]}?" if near else "known are " + ", ".join(known)
-            raise InputError(
-                _printable(f"{prefix}{key}"), table[key], f"is not a key of a scene; {hint}"
-            )
+            hint = f"; did you mean {prefix}{near[0]}?" if near else ""
+            if not near and len(known) <= _MOST_LISTED:
+                hint = "; known are " + ", ".join(known)
+            allowed = f"is not a key of a scene{hint}"
+            raise InputError(_printable(f"{prefix}{key}"), table[key], allowed)
 
 
 def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:
