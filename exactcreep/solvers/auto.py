@@ -527,7 +527,6 @@ def _telling(choice: Choice, question: str, drive: Drive) -> dict[str, Any]:
         "bias": taken.bias if math.isfinite(taken.bias) else None,
         "bias_known_by": taken.known_by,
         "statistical": taken.statistical,
-        "reason": choice.reason,
     }
     # along a path, and of the sliding limit under cycles, the pilot knows it better
     if question == "velocity" and (drive.random or (drive.cyclic and inertia)):
@@ -538,7 +537,7 @@ def _telling(choice: Choice, question: str, drive: Drive) -> dict[str, Any]:
                 mean, error = pilot.velocity, pilot.velocity_error
             if math.isfinite(mean) and math.isfinite(error):
                 told |= {"pilot_velocity": mean, "pilot_velocity_error": error}
-    return told
+    return told | {"reason": choice.reason}
 
 
 @dataclass(frozen=True)
