@@ -5,7 +5,7 @@ The loop works on arrays that Python owns: `cell` and `count` (one column for ea
 each slider of a chain that is long enough for `local_clocks`, else None), `series` (`SERIES` rows
 of eight lanes for each strip of eight sliders of the window that moves; None until two sliders move
 together: most of the code to be compiled is for them), `now` (one `NOW`) and `log`, which holds
-what is recorded.
+what is recorded. Compiled code calls this module `at`: ``cell[at.SPEED, i]``.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ Each slider has a *key*: the time until which its margin is certified to stay in
 that of its located event. Keys come from the Taylor polynomial of degree three in Bernstein form,
 eight sliders at a time; the slider with the first key is looked at alone. A located event is
 taken if no other key is near. Whatever is not plain (ties, grazes, sliders that start without
-force) is handed to `cluster.step`, with all sliders at the time of the last event.
+force) is handed to `taylor.step`, with all sliders at the time of the last event.
 
 What is done to a slider depends on its distance to an event and on nothing else: the mirror image
 of a chain moves as its mirror image, bit for bit.
@@ -134,15 +134,13 @@ def _inside(cell, clock, friction, strip, bent, tau):
 
 
 @inlined
-def _keep(cell, clock, friction, strip, begin, bent, lanes):
-    """Give eight columns the keys of their new series; `lanes` masks those that have one."""
+def _keep(cell, clock, friction, strip, begin, bent, mask):
+    """Give those of eight columns in the mask the keys of their new series."""
     column = 8 * strip
     row = at.CLOCKS * strip
     left = spread(at.EPOCH - begin)
-    key = choose(lanes, at.NEVER, take(clock, row + at.KEY))
-    ends = (
-        margins.watched(cell, column) & lanes & ~_inside(cell, clock, friction, strip, bent, left)
-    )
+    key = choose(mask, at.NEVER, take(clock, row + at.KEY))
+    ends = margins.watched(cell, column) & mask & ~_inside(cell, clock, friction, strip, bent, left)
     if ends != 0:
         guess = margins.first_zero(*margins.approach(cell, clock, row, friction, column))
         tau = min(guess * _EARLY, left)
@@ -150,7 +148,7 @@ def _keep(cell, clock, friction, strip, begin, bent, lanes):
         key = choose(ends, choose(inside, begin + tau, begin), key)
         put(clock, row + at.GUESS, choose(ends, begin + guess, take(clock, row + at.GUESS)))
     put(clock, row + at.KEY, key)
-    put(clock, row + at.ROOT, choose(lanes, at.NEVER, take(clock, row + at.ROOT)))
+    put(clock, row + at.ROOT, choose(mask, at.NEVER, take(clock, row + at.ROOT)))
     _mark(cell, clock, strip)
 
 
@@ -232,17 +230,17 @@ def _begin_epoch(cell, clock, now):
 
 
 @inlined
-def _bring(cell, clock, strip, time, lanes):
-    """Take these lanes of eight columns to a time; return displacements and speeds then of all."""
+def _bring(cell, clock, strip, time, mask):
+    """Take those of eight columns in the mask to a time; return where and how fast all are then."""
     row = at.CLOCKS * strip
     column = 8 * strip
     margin, moved = _at(clock, cell, strip, time)
     x = load(cell, at.X, column) + moved
     speed = max(load(cell, at.SIDE, column) * margin, 0.0)
-    store(cell, at.X, column, choose(lanes, x, load(cell, at.X, column)))
-    store(cell, at.SPEED, column, choose(lanes, speed, load(cell, at.SPEED, column)))
-    store(cell, at.FRESH, column, choose(lanes, 0.0, load(cell, at.FRESH, column)))
-    put(clock, row + at.BASE, choose(lanes, time, take(clock, row + at.BASE)))
+    store(cell, at.X, column, choose(mask, x, load(cell, at.X, column)))
+    store(cell, at.SPEED, column, choose(mask, speed, load(cell, at.SPEED, column)))
+    store(cell, at.FRESH, column, choose(mask, 0.0, load(cell, at.FRESH, column)))
+    put(clock, row + at.BASE, choose(mask, time, take(clock, row + at.BASE)))
     return x, speed
 
 
@@ -458,7 +456,7 @@ def advance(cell, count, clock, now):
     Returns
     -------
     t, events, residual
-        As `cluster.step`; `events` is -1 if it must do it.
+        As `taylor.step`; `events` is -1 if it must do it.
     """
     now.steps += 1
     now.work += _EVENT_WORK
