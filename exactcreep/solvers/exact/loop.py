@@ -76,11 +76,6 @@ def _present_force(cell, i):
 
 
 @inlined
-def _inside(now, i):
-    return at.PAD <= i < at.PAD + now.n
-
-
-@inlined
 def _start(cell, now, log, i, sign, drive, residual):
     cell[at.SIDE, i] = sign
     cell[at.SPEED, i] = 0.0
@@ -248,10 +243,10 @@ def _lone(cell, count, deviate, now, log):
     room_left = np.inf
     room_right = np.inf
     if stiff > 0.0:
-        if _inside(now, i - 1):
+        if i > at.PAD:
             threshold = friction + cell[at.EXCESS, i - 1]
             room_left = max(threshold - side * _present_force(cell, i - 1), 0.0)
-        if _inside(now, i + 1):
+        if i < at.PAD + now.n - 1:
             threshold = friction + cell[at.EXCESS, i + 1]
             room_right = max(threshold - side * _present_force(cell, i + 1), 0.0)
     room = min(room_left, room_right)
@@ -386,20 +381,15 @@ def _runs_away(cell, series, now):
 
 
 @inlined
-def _long(now):
-    """Return whether the movers stand far enough apart for clocks of their own."""
-    apart = now.last - now.first
-    return apart >= at.LEAST_LONG and now.downhill == 0 and now.retry == 0
-
-
-@inlined
 def _to_first_event(cell, count, clock, series, now):
     """Advance several movers to their first event; return of how many sliders, and the residual."""
     now.calm += 1
     now.work += STEP_WORK
     events = np.int64(-1)
-    if clock is not None:  # noqa: SIM102 - known when this is compiled, the rest is not
-        if now.local == 1 or _long(now):
+    if clock is not None:  # known when this is compiled, the rest is not
+        # whether the movers stand far enough apart for clocks of their own
+        long = now.last - now.first >= at.LEAST_LONG and now.downhill == 0 and now.retry == 0
+        if now.local == 1 or long:
             t, events, residual = advance(cell, count, clock, now)
             if events < 0:
                 now.time += t
