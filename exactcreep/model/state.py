@@ -258,7 +258,7 @@ def _is_number(value: Any) -> bool:
     if isinstance(value, (bool, np.bool_)):
         return False
     known = isinstance(value, (Real, np.floating, np.integer))
-    # numbers of other makes are told by how they give away their exact value
+    # numbers of other libraries are known by what gives their exact value
     return known or any(hasattr(value, name) for name in ("mid", "man_exp", "bracket", "middle"))
 
 

@@ -55,9 +55,9 @@ class RecordWarning(UserWarning):
 
     >>> import warnings
     >>> from exactcreep import TemperatureRecord
-    >>> with warnings.catch_warnings(record=True, action="always") as told:
+    >>> with warnings.catch_warnings(record=True, action="always") as caught:
     ...     kelvin = TemperatureRecord.of([283, 304, 285], kappa="29e-6", T0=283, times=[0, 1, 2])
-    >>> told[0].category.__name__
+    >>> caught[0].category.__name__
     'RecordWarning'
     """
 

@@ -188,11 +188,11 @@ class Creep(Shown):
     @property
     def velocity_reason(self) -> str:
         """Why the velocity, or only its standard error, is nan; "" where both are known."""
-        named = "half-cycles" if self.drive.cyclic else "targets"
+        cyclic, after = self.drive.cyclic, self.half_cycles - self.burn_in
+        named, whole = ("half-cycles", "whole cycle") if cyclic else ("targets", "target")
         if math.isnan(self.velocity):
-            whole = "whole cycle" if self.drive.cyclic else "target"
             burn_in = self.experiment.burn_in_of(self.half_cycles)
-            if self.half_cycles > burn_in and not self.drive.cyclic:
+            if self.half_cycles > burn_in and not cyclic:
                 return "one row of a record lasts no time"
             return (
                 f"no {whole} was completed after the burn-in of {burn_in} {named};"
@@ -200,17 +200,14 @@ class Creep(Shown):
             )
         if math.isinf(self.velocity):
             return "the chain runs away: a velocity without bound has no standard error"
-        if math.isnan(self.velocity_error):
-            after = self.half_cycles - self.burn_in
-            if after < FEWEST_STEPS * (2 if self.drive.cyclic else 1):
-                return f"{after} {named} after the burn-in are too few for a standard error"
-            if not self.event_count:
-                return f"nothing happened in {after} {named}: how rarely it does is not known"
-            return (
-                f"{after} {named} after the burn-in are too few for a standard error beside the"
-                " time over which the advance is correlated"
-            )
-        return ""
+        if not math.isnan(self.velocity_error):
+            return ""
+        few = f"{after} {named} after the burn-in are too few for a standard error"
+        if after < FEWEST_STEPS * (2 if cyclic else 1):
+            return few
+        if not self.event_count:
+            return f"nothing happened in {after} {named}: how rarely it does is not known"
+        return f"{few} beside the time over which the advance is correlated"
 
     @property
     def followed(self) -> int | None:
