@@ -42,7 +42,7 @@ from exactcreep.solvers.solver import (
 from exactcreep.solvers.tables import LOGS
 
 _BALLS = ("tensions", "displacements", "theta")  # the numbers of a state that are balls
-_PLAIN = ("anchor", "settles", "restarts", "handed_out", "repeated", "behind")
+_PLAIN = ("anchor", "anchor_target", "settles", "restarts", "handed_out", "repeated", "behind")
 GUARD_BITS = 128
 """Beyond the digits that were asked for, to begin with."""
 
@@ -273,11 +273,11 @@ class CertifiedSimulation(FieldSimulation):
         """Take the present state, which is known exactly, as the one to go back to."""
         with self.mechanics.arithmetic.active():
             self.anchor = self.mechanics.captured()
-        self.anchor_target = (q, self.theta_target)
+        self.anchor_target: list[Any] = [q, self.theta_target]
 
     def _to_target(self, drive: Drive, q: int, rows: dict[str, list[Any]]) -> Stop | None:
         if self.anchor_target[0] < 0:
-            self.anchor_target = (q - 1, self.anchor_target[1])
+            self.anchor_target[0] = q - 1
         kept = {name: len(values) for name, values in rows.items()}
         while True:
             try:
@@ -321,7 +321,8 @@ class CertifiedSimulation(FieldSimulation):
             if self.mechanics.exact is not None:
                 self.mechanics.renew()
         self.tally = self.mechanics.tally
-        self.behind, self.theta_target = self.anchor_target[0] + 1, self.anchor_target[1]
+        reached, self.theta_target = self.anchor_target
+        self.behind = reached + 1
         self.avalanche, self.undecided = None, self.tally.undecided
         self.repeated = dict(self.handed_out)
 
@@ -356,7 +357,6 @@ class CertifiedSimulation(FieldSimulation):
     def capture(self) -> dict[str, Any]:
         return super().capture() | {
             **{name: copy(getattr(self, name)) for name in _PLAIN},
-            "anchor_target": list(self.anchor_target),
             "known": self._known_as_plain() if self.behind is not None else None,
         }
 
@@ -376,7 +376,6 @@ class CertifiedSimulation(FieldSimulation):
         super().restore(captured)
         for name in _PLAIN:
             setattr(self, name, copy(captured[name]))
-        self.anchor_target = tuple(captured["anchor_target"])
         self.known = None
         if captured["known"] is not None:
             number = arithmetic.from_plain
