@@ -307,6 +307,26 @@ class Digits(_ObjectArithmetic):
         return self.context.mpf(parts)
 
 
+def _ball_parts(value: Any) -> tuple[int, ...]:
+    """Return mantissa and exponent of a finite ball's midpoint, and those of its radius."""
+    return tuple(int(part) for part in (*value.mid().man_exp(), *value.rad().man_exp()))
+
+
+def _ball(*parts: int) -> Any:
+    """Return the ball that `_ball_parts` described."""
+    middle, exponent, radius, of_radius = parts
+    if radius == 0:
+        return flint.arb((middle, exponent))
+    # python-flint raises a given radius by one unit of its 30 bits: give it one unit less
+    spare = 30 - radius.bit_length()
+    top, low = radius << spare, of_radius - spare
+    for given in ((top - 1, low), (2 * top - 1, low - 1)):
+        ball = flint.arb((middle, exponent), given)
+        if ball.rad() == flint.arb((radius, of_radius)):
+            return ball
+    return flint.arb((middle, exponent), (radius, of_radius))
+
+
 class Balls(_ObjectArithmetic):
     """python-flint's real balls: every number is a proved enclosure.
 
@@ -401,11 +421,8 @@ class Balls(_ObjectArithmetic):
     def between(self, low: Any, high: Any) -> Any:
         return self.number(low).union(self.number(high))
 
-    def _parts(self, value: Any) -> tuple[int, ...]:
-        return _parts(value)
-
-    def _joined(self, *parts: int) -> Any:
-        return _ball(*parts)
+    _parts = staticmethod(_ball_parts)
+    _joined = staticmethod(_ball)
 
 
 @lru_cache(maxsize=64)
@@ -431,24 +448,5 @@ def _digits_number(bits: int, sign: int, mantissa: int, exponent: int, size: int
     return digits_of(bits).context.make_mpf((sign, mpmath.libmp.MPZ(mantissa), exponent, size))
 
 
-def _parts(ball: Any) -> tuple[int, ...]:
-    """Return mantissa and exponent of a finite ball's midpoint, and those of its radius."""
-    return tuple(int(part) for part in (*ball.mid().man_exp(), *ball.rad().man_exp()))
-
-
-def _ball(middle: int, exponent: int, radius: int, of_radius: int) -> Any:
-    """Return the ball that `_parts` described."""
-    if radius == 0:
-        return flint.arb((middle, exponent))
-    # python-flint raises a given radius by one unit of its 30 bits: give it one unit less
-    spare = 30 - radius.bit_length()
-    top, low = radius << spare, of_radius - spare
-    for given in ((top - 1, low), (2 * top - 1, low - 1)):
-        ball = flint.arb((middle, exponent), given)
-        if ball.rad() == flint.arb((radius, of_radius)):
-            return ball
-    return flint.arb((middle, exponent), (radius, of_radius))
-
-
 # python-flint's balls have no pickle of their own; results that hold them can be kept and copied
-copyreg.pickle(flint.arb, lambda ball: (_ball, _parts(ball)))
+copyreg.pickle(flint.arb, lambda ball: (_ball, _ball_parts(ball)))

@@ -1,4 +1,4 @@
-"""A set of states around a middle, in float64: rows times a box, and bounds of what they miss.
+"""A Lohner set in float64: states around a middle, as rows times a box, and bounds of their errors.
 
 The middle is taken through the events as a point; the rows by the derivative of the motion over
 all states of the set (mean value theorem). Now and then the rows are made orthogonal again, the

@@ -196,7 +196,8 @@ class RunMotion:
         """
         if self.arithmetic.encloses:
             return self._moved_balls(t)
-        ways, gains, _ = (self.arithmetic.product(self.modes.backward, x) for x in self._modal(t))
+        modal, back = self._modal(t)[:2], self.modes.backward
+        ways, gains = (self.arithmetic.product(back, x) for x in modal)
         return ways, self.velocities + gains
 
     def _moved_balls(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -7,11 +7,7 @@ import pytest
 import scipy.linalg
 
 from exactcreep.motion.arithmetic import FLOAT64, balls_of, digits_of
-from exactcreep.motion.modes import (
-    Ends,
-    RunMotion,
-    modes,
-)
+from exactcreep.motion.modes import Ends, RunMotion, modes
 
 ALL_ENDS = [Ends(left, right) for left in (False, True) for right in (False, True)]
 ARITHMETICS = [FLOAT64, digits_of(150), balls_of(150)]

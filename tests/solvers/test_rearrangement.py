@@ -161,6 +161,15 @@ def test_what_was_made_is_kept() -> None:
     assert result.initial is result.initial
 
 
+def test_where_nothing_moves_there_is_the_state_and_no_piece() -> None:
+    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    sol = rearrange(chain, State.relaxed(chain), direction=0).sol
+    assert (sol.pieces, sol.t_min, sol.t_max) == ((), 0.0, 0.0)
+    assert sol(0.0).positions.tolist() == [0.0, 0.0, 0.0]
+    with pytest.raises(ValueError, match="nothing moves"):
+        sol.piece_at(0.0)
+
+
 @pytest.mark.parametrize("name", ["outcome", "events", "sol", "evidence", "anything"])
 def test_a_rearrangement_cannot_be_changed(name: str) -> None:
     with pytest.raises(FrozenInstanceError):

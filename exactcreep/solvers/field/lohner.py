@@ -236,7 +236,7 @@ class LohnerMechanics(Mechanics):
     def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return what float64 proves to come first, at its time in the middle; None: nothing."""
         n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
-        window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
+        window = _window(moving, n)
         numbers, unsure = self._in_floats(flow, window)
         thresholds = np.array([float(x) for x in self.thresholds[window].tolist()])
         at, side, time, radius = verified_event(
@@ -337,8 +337,8 @@ class LohnerMechanics(Mechanics):
     def _set_follows(self, flow: Flow, found: FirstEvent) -> None:
         assert self.set is not None
         (slider, side, *_, pace), (time, late) = self.verified, self._late(found)
-        n, moving = self.chain.n, np.flatnonzero(flow.signs)
-        window = slice(max(int(moving[0]) - 1, 0), min(int(moving[-1]) + 2, n))
+        n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
+        window = _window(moving, n)
         numbers = np.zeros((3, n))
         numbers[:, window], unsure = self._in_floats(flow, window)
         unsure += math.sqrt(len(moving)) * self.far * (3 + time)
@@ -366,3 +366,8 @@ class LohnerMechanics(Mechanics):
         if captured["set"] is not None:
             self.set = LohnerSet.restored(captured["set"])
             self._look_around()
+
+
+def _window(moving: list[int], n: int) -> slice:
+    """Return the part of the chain between the neighbours of the outermost moving sliders."""
+    return slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
