@@ -19,8 +19,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from functools import lru_cache
-from itertools import pairwise
+from itertools import accumulate, pairwise
+from operator import mul
 from typing import Any
 
 import flint
@@ -293,7 +293,8 @@ def enclosed_event(
             if side and n in run.sliders:
                 i = n - run.first
                 function = [f - side * row[i] for f, row in zip(function, rows, strict=False)]
-    poly = flint.arb_poly([x / k for x, k in zip(function, _factorials(order), strict=True)])
+    factorials = accumulate(range(1, order + 1), mul, initial=1)
+    poly = flint.arb_poly([x / k for x, k in zip(function, factorials, strict=True)])
     rate = poly.derivative()
     between = flint.arb(0, radius)
     slope = rate(between) + rest * order / flint.arb(radius)
@@ -329,12 +330,6 @@ def _newton(poly: Any, rate: Any, bits: int, radius: float) -> Any:
         with balls_of(min(bits, math.ceil(known) + 64)).active():
             near = (near - poly(near) / rate(near)).mid()
     return near
-
-
-@lru_cache(maxsize=256)
-def _factorials(order: int) -> list[int]:
-    """Return ``0!`` .. ``order!``."""
-    return [math.factorial(k) for k in range(order + 1)]
 
 
 def _derivatives(run: Run, at: Any, order: int) -> list[list[Any]]:
