@@ -13,6 +13,7 @@ One drawn below `mu_d` acts as `mu_d`: a contact never holds less at rest than i
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from enum import Enum
@@ -140,6 +141,8 @@ class Contacts:
         self._mean = nearest_float(chain.mu_s)
         self._drawn: dict[int, tuple[int, list[float]]] = {}  # the last block of each slider
         self._scales: dict[Field, tuple[Any, Any]] = {}  # cos(alpha) and mu_s cos(alpha)
+        near = nearest_float(chain.mu_d)  # the smallest float64 that is not below mu_d:
+        self._least = near if Fraction(near) >= chain.mu_d else math.nextafter(near, math.inf)
 
     def coefficient(self, slider: int, draw: int) -> float | Fraction:
         """Return the static coefficient, as drawn, of contact `draw` (from 0) of `slider` (from 1).
@@ -166,6 +169,8 @@ class Contacts:
 
     def is_low(self, coefficient: Any) -> bool:
         """Return whether a drawn coefficient lies below `mu_d`, and therefore acts as `mu_d`."""
+        if isinstance(coefficient, float):  # a comparison of rationals takes ten times as long
+            return coefficient < self._least
         return _rational(coefficient) < self.chain.mu_d
 
     def holds(self, coefficient: Any, arithmetic: Field) -> Any:

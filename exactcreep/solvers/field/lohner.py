@@ -307,10 +307,10 @@ class LohnerMechanics(Mechanics):
         It is not where an event nearly grazes: the float64 bracket of its time is too wide there.
         """
         slider, side, *_, pace = self.verified
-        ways, speeds = np.zeros((2, self.chain.n + 2))
+        ways, speeds = [0.0] * (self.chain.n + 2), [0.0] * (self.chain.n + 2)
         for first, displacements, velocities in found.shifts or ():
             window = slice(first + 1, first + 1 + len(velocities))
-            ways[window], speeds[window] = displacements, velocities
+            ways[window], speeds[window] = map(float, displacements), map(float, velocities)
         slope = speeds[slider] + speeds[slider + 2]
         if side == 0:
             bend = ways[slider] + ways[slider + 2] - self.springs[slider] * ways[slider + 1]
