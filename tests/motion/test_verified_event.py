@@ -198,6 +198,52 @@ def test_nearby_states_are_where_the_rows_say_and_their_events_when():
     assert done > 40
 
 
+def test_states_as_far_from_the_rows_as_their_errors_are_so_after_the_event():
+    random, balls = np.random.default_rng(6), balls_of(300)
+    unit, done = 2.0**-60, 0
+    with balls.active():
+        for _ in range(60):
+            n = int(random.integers(3, 8))
+            state = forces, velocities, signs, _ = in_motion(random, n)
+            slider, side, time, radius = proved(*state)
+            if slider < 0:
+                continue
+            done += 1
+
+            def arrived(off, state=state, event=(slider, side, time)):
+                forces, velocities, signs, thresholds = state
+                slider, side, time = event
+                flow = flow_of(balls, forces, velocities, signs)
+                for numbers, one in zip((flow.forces, flow.velocities), off, strict=True):
+                    numbers[:] = numbers + balls.vector(one.tolist()) * balls.number(unit)
+                runs = flow.runs()
+                room = balls.number(thresholds[slider]) - side * flow.forces[slider]
+                at, _ = enclosed_event(runs, (slider, side), room, time, 1e-9)
+                flow.advance(runs, at)
+                return flow
+
+            middle = arrived(np.zeros((2, n)))
+            fast = np.array([float(x) for x in middle.velocities])
+            pulls = np.array([float(x) for x in middle.forces])
+            pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
+            pace = float(np.linalg.norm(velocities) + np.linalg.norm(forces)) + n * FRICTION
+            passage = Passage(
+                springs_of(n), signs, fast, pulls, UNSURE, time, radius, pace, slider, side, -1
+            )
+            errors = np.zeros((3, n))
+            errors[0] = 1.0
+            errors[1] = velocities != 0
+            before, none = errors.copy(), np.zeros((3, n, 1))
+            pass_through(passage, (*none, errors), unit, True)
+            for _ in range(4):
+                flow = arrived(before[:2] * random.choice([-1.0, 1.0], (2, n)))
+                for name, most in zip(("forces", "velocities", "moved"), errors, strict=True):
+                    gaps = (getattr(flow, name) - getattr(middle, name)) / unit
+                    for gap, allowed in zip(gaps.tolist(), most.tolist(), strict=True):
+                        assert abs(gap) <= allowed + 1e-9
+    assert done > 40
+
+
 def test_a_bracket_without_a_root_is_refused_and_one_without_a_slope_not_used():
     random, balls = np.random.default_rng(3), balls_of(200)
     with balls.active():
