@@ -39,8 +39,8 @@ def show(
     from exactcreep.quasistatic.files import check_output, check_picture
     from exactcreep.quasistatic.result import load_members
 
-    target = out or run.with_suffix(".png")
     members = load_members(run)
+    target = out or run.with_suffix(".png")
     check_picture(target)
     check_output(target, "out", force=force)
     wide = whole_number(window, "window", least=1)
