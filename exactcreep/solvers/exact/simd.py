@@ -209,9 +209,9 @@ _arithmetic(operator.add, ir.IRBuilder.fadd)
 _arithmetic(operator.sub, ir.IRBuilder.fsub)
 _arithmetic(operator.mul, ir.IRBuilder.fmul)
 _arithmetic(operator.truediv, ir.IRBuilder.fdiv)
-for _key, _emit in ((min, _smaller), (max, _larger)):
-    for _count in (2, 3, 4):
-        _elementwise(*[Lanes] * _count, key=_key)(_emit)
+for _count in (2, 3, 4):
+    _elementwise(*[Lanes] * _count, key=min)(_smaller)
+    _elementwise(*[Lanes] * _count, key=max)(_larger)
 for _key, _symbol in (
     (operator.lt, "<"), (operator.le, "<="), (operator.gt, ">"), (operator.ge, ">=")
 ):  # fmt: skip
