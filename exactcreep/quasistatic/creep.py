@@ -346,9 +346,9 @@ def _progress(
 
 def _warn(result: Creep) -> None:
     for name, count in result.warnings.items():
-        warnings.warn(f"{PHYSICS[name]} ({count} times)", PhysicsWarning, stacklevel=4)
+        warnings.warn(f"{PHYSICS[name]} ({count} times)", PhysicsWarning, stacklevel=5)
     if result.report.get("accuracy_reached") is False:
-        warnings.warn(accuracy_told(result.report), AccuracyWarning, stacklevel=4)
+        warnings.warn(accuracy_told(result.report), AccuracyWarning, stacklevel=5)
 
 
 def _advance(
