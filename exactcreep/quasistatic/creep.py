@@ -32,7 +32,8 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.measurement import Measurement
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.auto import accuracy_told
-from exactcreep.solvers.solver import Stretch, advance, compiled
+from exactcreep.solvers.solver import Stretch, advance
+from exactcreep.solvers.warm_up import compiled
 
 PHYSICS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",

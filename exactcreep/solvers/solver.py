@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, ClassVar
@@ -13,11 +13,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep import compiling
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
-from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, Scalar, same_numbers
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.representation import Shown, drawn
@@ -30,8 +29,6 @@ from exactcreep.solvers.tables import RECORDS, TABLES, joined, lists_columns
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
-TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
-"""What is compiled depends on the number of sliders alone; see `Solver.compiles`."""
 _STRETCH_SECONDS = 0.1  # of an advance that somebody watches
 _LONGEST_STRETCH = 1 << 18  # targets; bounds the memory of a stretch
 
@@ -456,35 +453,3 @@ def advance(
             break
     recorded = {"x_G": np.empty(0)} | joined(parts)
     return Stretch(done - start, recorded, stop, reason)
-
-
-_COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
-
-
-def compiled(
-    solver: Solver,
-    lengths: Sequence[int],
-    record: tuple[str, ...] = (),
-    say: Callable[[], None] | None = None,
-) -> float:
-    """Have a solver's code compiled, or loaded, once; return the seconds that it took just now.
-
-    `say` is called if the compiler is at work: code found in its cache does not need it. What the
-    solver's options cost, such as a short time step, is not paid for here.
-    """
-    left = [n for n in lengths if (solver.name, n, record) not in _COMPILED]
-    if not left:
-        return 0.0
-    begin = time.perf_counter()
-    with compiling.told(say):
-        warm_up(type(solver)(), left, record)
-    _COMPILED.update((solver.name, n, record) for n in left)
-    return time.perf_counter() - begin
-
-
-def warm_up(solver: Solver, lengths: Sequence[int], record: tuple[str, ...] = ()) -> None:
-    """Have a solver's code compiled, or loaded, on two half-cycles of chains of these lengths."""
-    for n in lengths:
-        chain = replace(TWO_SLIDERS, n=n)
-        simulation = solver.simulation(chain, State.relaxed(chain), 0, record)
-        simulation.follow(Cycles("1/10", 1), 1, 2)

@@ -24,7 +24,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.sensitivity import MOST_EVENTS
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import LADDER, Choice, Rung, choose, runner, valid_accuracy
-from exactcreep.solvers.solver import warm_up
+from exactcreep.solvers.warm_up import warm_up
 from exactcreep.studies.contest import Contestant, timed
 
 DEFAULT_ACCURACY = "0.01"

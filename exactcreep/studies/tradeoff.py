@@ -34,8 +34,8 @@ from exactcreep.model.numbers import InputError, Number, exact_number, nearest_f
 from exactcreep.model.state import State
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.solver import TWO_SLIDERS, warm_up
 from exactcreep.solvers.statistics import standard_error
+from exactcreep.solvers.warm_up import TWO_SLIDERS, warm_up
 from exactcreep.studies.contest import (
     Contestant,
     Lap,

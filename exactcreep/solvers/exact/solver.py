@@ -29,15 +29,8 @@ from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.rest import Origin, Workspace, dilation, placed, rational, roomier
 from exactcreep.solvers.exact.two_floats import split, two_product
 from exactcreep.solvers.field.certified import Certified
-from exactcreep.solvers.solver import (
-    Rearrangement,
-    Simulation,
-    Solver,
-    Start,
-    Stretch,
-    Tally,
-    compiled,
-)
+from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Start, Stretch, Tally
+from exactcreep.solvers.warm_up import compiled
 
 _MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
 _NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the run

@@ -27,15 +27,7 @@ from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.rows import Avalanche
-from exactcreep.solvers.solver import (
-    Rearrangement,
-    Simulation,
-    Solver,
-    Start,
-    Stretch,
-    Tally,
-    compiled,
-)
+from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Start, Stretch, Tally
 from exactcreep.solvers.tables import (
     EVENT_TABLE,
     LOGS,
@@ -49,6 +41,7 @@ from exactcreep.solvers.tables import (
 )
 from exactcreep.solvers.verlet import steps
 from exactcreep.solvers.verlet.steps import NOW, SLIDER, Arrays, B, Constants, X, Y
+from exactcreep.solvers.warm_up import compiled
 
 _TOO_LONG = f"a rearrangement did not end within {steps.MOST_STEPS:.0e} steps; dt may be too large"
 _INFINITE = "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)"
