@@ -88,6 +88,14 @@ def test_a_single_cycle_with_slips_is_not_called_rest() -> None:
     assert found.outcome is Outcome.CYCLING
 
 
+def test_a_single_cycle_cannot_tell_creep_from_a_transient() -> None:
+    chain = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25")
+    one, many = (creep(chain, Cycles("0.00095", cycles)) for cycles in (1, 50))
+    assert many.outcome is Outcome.CYCLING
+    assert (one.outcome, one.evidence) == (Outcome.CREEPING, Evidence.UNDECIDED)
+    assert "transient" in one.reason
+
+
 def test_a_single_slider_rests() -> None:
     result = creep(Chain(1, 1, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.01", 3))
     assert result.outcome is Outcome.AT_REST
