@@ -2,6 +2,7 @@
 
 import ast
 import importlib
+from collections import Counter
 from collections.abc import Iterator
 from graphlib import TopologicalSorter
 from pathlib import Path
@@ -128,6 +129,16 @@ def test_names_say_what_a_thing_is() -> None:
                 name = node.name.lstrip("_")
                 assert not name.startswith(("get_", "compute_", "do_")), module
                 assert not name.endswith(("Manager", "Helper")), module
+
+
+def test_no_class_name_stands_twice() -> None:
+    names = Counter(
+        node.name
+        for tree in MODULES.values()
+        for node in tree.body
+        if isinstance(node, ast.ClassDef)
+    )
+    assert [name for name, count in names.items() if count > 1] == []
 
 
 def test_every_module_begins_with_a_sentence() -> None:

@@ -28,7 +28,7 @@ from exactcreep.solvers.solver import advance
 from exactcreep.studies.eventlog import first_difference, numbered
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
 from exactcreep.studies.thresholds.deciding_event import deciding_amplitude
-from exactcreep.studies.thresholds.horizon import Question, Trial, transient, weaker
+from exactcreep.studies.thresholds.horizon import Observation, Question, transient, weaker
 from exactcreep.studies.thresholds.lasting import MOST_CYCLES, Lasting, side_by_side
 from exactcreep.studies.thresholds.results import Difference, Edge, Threshold
 
@@ -156,8 +156,8 @@ class Refined(NamedTuple):
     """An edge, what happens on both sides, and why it is no edge that is known; "" if it is."""
 
     edge: Edge
-    at_lower: Trial
-    at_upper: Trial
+    at_lower: Observation
+    at_upper: Observation
     doubt: str = ""
 
 
@@ -175,7 +175,7 @@ class EdgeSearch:
         Equal steps of the scan.
     say : callable
         Told how far the search has come.
-    runs : dict of (int, Fraction) to Trial
+    runs : dict of (int, Fraction) to Observation
         Of the deciding solver, by cycles and amplitude.
     decided : bool
         Whether the runs that decide about the threshold are done.
@@ -188,7 +188,7 @@ class EdgeSearch:
     span: Span
     points: int
     say: Callable[..., None]
-    runs: dict[tuple[int, Fraction], Trial] = field(default_factory=dict)
+    runs: dict[tuple[int, Fraction], Observation] = field(default_factory=dict)
     decided: bool = False
     transient: dict[str, Any] | None = None
 
@@ -377,7 +377,7 @@ class EdgeSearch:
         edge_ = Edge(text_of(ends[0], unit), text_of(ends[1], unit), begins, evidence)
         return Refined(edge_, lower, upper)
 
-    def _tried(self, amplitude: Fraction, question: Question | None = None) -> Trial:
+    def _tried(self, amplitude: Fraction, question: Question | None = None) -> Observation:
         """Return what the deciding solver finds."""
         question = question or self.question
         key = question.cycles, amplitude
@@ -391,7 +391,7 @@ class EdgeSearch:
             self.runs[key] = question.tried(amplitude, solver, options)
         return self.runs[key]
 
-    def _deciding(self, one: Trial, other: Trial) -> Fraction | None:
+    def _deciding(self, one: Observation, other: Observation) -> Fraction | None:
         """Return the amplitude that tells two runs apart."""
         digits = self.found.digits + _SPARE + 3
         return deciding_amplitude(self.question, *side_by_side(one, other), digits)

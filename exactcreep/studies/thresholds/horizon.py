@@ -40,7 +40,7 @@ class GivenUp(RuntimeError):
     """
 
 
-class Trial(NamedTuple):
+class Observation(NamedTuple):
     """What the chain does at one amplitude."""
 
     creeps: bool
@@ -77,7 +77,7 @@ class Question:
             return True
         return self._advance(stretch.recorded["x_G"].tolist()).middle > ADVANCE
 
-    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Trial:
+    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
         """Return a solver's answer, and what happened."""
         algorithm = solver_named(solver, options)
         record = ("x_G", "tension", "events")
@@ -99,7 +99,7 @@ class Question:
         room = Fraction(len(log), 2**50)
         returned = all(abs(one.middle) <= one.radius + room for one in changes)
         outcome = _last_outcome(last, evidence, returned=returned)
-        return Trial(creeps, evidence, log, *outcome, change)
+        return Observation(creeps, evidence, log, *outcome, change)
 
     def _followed(self, simulation: Simulation, amplitude: Fraction) -> Stretch:
         """Take a simulation through all cycles, or to a runaway.

@@ -15,7 +15,7 @@ from exactcreep.studies.eventlog import LoggedRearrangement
 from exactcreep.studies.fates.numerical import numerical_fate
 from exactcreep.studies.fates.proof import proved_fate
 from exactcreep.studies.fates.result import Fate
-from exactcreep.studies.thresholds.horizon import Question, Trial
+from exactcreep.studies.thresholds.horizon import Observation, Question
 
 MOST_CYCLES = 10_000
 """Of a float64 course whose fate is asked for."""
@@ -91,7 +91,7 @@ class Lasting(Question):
         self.sensitive[amplitude] = creeps
         return creeps
 
-    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Trial:
+    def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
         """Return the fate that a solver finds, and what happened until it was known."""
         if solver == "exact":
             found = self.float_fate(amplitude)
@@ -108,13 +108,13 @@ class Lasting(Question):
         if found.outcome is Outcome.LIMIT:
             self.limits.require()
         creeps = found.outcome not in _IDLE
-        return Trial(creeps, found.evidence, log, found.outcome, found.evidence, fate=found)
+        return Observation(creeps, found.evidence, log, found.outcome, found.evidence, fate=found)
 
 
-def side_by_side(one: Trial, other: Trial) -> tuple[Log, Log]:
+def side_by_side(one: Observation, other: Observation) -> tuple[Log, Log]:
     """Return what happened in both, that which settled earlier gone on with its last period."""
 
-    def gone_on(trial: Trial, beside: Trial) -> Log:
+    def gone_on(trial: Observation, beside: Observation) -> Log:
         log, fate, longer = list(trial.log), trial.fate, beside.fate
         if fate is not None and longer is not None and fate.period is not None:
             end, step = 2 * fate.cycles, 2 * fate.period
