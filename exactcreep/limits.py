@@ -95,7 +95,7 @@ class Limits:
             seconds = nearest_float(number_from_zero(max_seconds, "max_seconds"))
         kept = whole_number(memory, "memory", least=0)
         events, size = whole(max_events, "max_events"), whole(max_bytes, "max_bytes")
-        return cls(events, size, seconds=seconds, memory=kept).begun()
+        return cls(events, size, time.perf_counter() + seconds, seconds, memory=kept)
 
     def begun(self) -> Limits:
         """Return these limits with the time beginning now."""
