@@ -38,10 +38,10 @@ _LONGEST_EXACT = 1000  # the same where the run can be followed again in no time
 _SLOW = ("certified", "mpmath", "reference")  # and where a cycle takes long anyway
 _MOST_MARKED = 2**21  # tensions that are kept for that
 _TRIES = 3  # longer periods
-_TRANSIENT = "the run lies within its burn-in: the advance may be that of a transient"
 _MOST_AGAIN = 10**7  # events for that
 _MOST_SAVED = 16  # states from which one of the run is computed again
 _MOST_SAVED_SLIDERS = 2**17  # in all of them
+_TRANSIENT = "the run lies within its burn-in: the advance may be that of a transient"
 NEARLY = "the tensions return to within "
 """How the reason begins of a chain that has settled so."""
 _STILL = Enclosure(Fraction(0), Fraction(0))
@@ -251,10 +251,9 @@ class Measurement:
 
     def behaviour(self, state: State) -> Behaviour:
         """Return what the chain does at the end, once every target is reached; see `creep`."""
-        begin = self.burnt
-        transient = begin is None or begin.done == self.done
-        if begin is None or transient:
-            begin = self.origin
+        begin, all_burn_in = self.burnt, False
+        if begin is None or begin.done == self.done:
+            begin, all_burn_in = self.origin, True
         advanced = self._advanced_since(begin, state)
         if not self.experiment.drive.cyclic:
             if self.simulation.tally.events == begin.tally.events:
@@ -263,8 +262,8 @@ class Measurement:
         settled = self._settled(state)
         if settled is None:
             found = self._drifting(advanced, begin.done // 2)
-            unsettled = transient and self.experiment.chain.sigma_mu == 0
-            if unsettled and found.outcome is Outcome.CREEPING:
+            unclear = all_burn_in and self.experiment.chain.sigma_mu == 0
+            if unclear and found.outcome is Outcome.CREEPING:
                 return replace(found, reason=_TRANSIENT, doubtful=True)
             return found
         if settled.outcome is not Outcome.CREEPING and advanced and not settled.reason:

@@ -3,9 +3,9 @@
 Compiled loops over eight columns do not reliably become vector instructions; what is written with
 `Lanes` does: a strip of `WIDTH` lanes, or several strips side by side. Compiled functions add,
 subtract, multiply and divide such vectors, take ``abs``, ``math.sqrt``, ``min`` and ``max`` (the
-second argument where one is not a number), and compare them. That gives a
-mask, an integer whose bit j belongs to lane j. A float among the operands stands for a vector whose
-lanes all hold it. The functions below do the rest.
+second argument where one is not a number), and compare them. Comparing gives a mask, an integer
+whose bit j belongs to lane j. A float among the operands stands for a vector whose lanes all hold
+it. The functions below do the rest.
 
 Every operation is one IEEE operation per lane (`fused` rounds once), so that results do not depend
 on the width of the machine's registers. `tests/solvers/exact/test_simd.py` holds each one against
