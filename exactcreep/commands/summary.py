@@ -19,6 +19,7 @@ from exactcreep.commands.answer import (
     say_rows,
     say_table,
 )
+from exactcreep.model.outcome import behaviour
 
 if TYPE_CHECKING:
     from exactcreep import Creep, Descent
@@ -111,7 +112,7 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
     since = "" if result.since is None else f" since cycle {result.since}"
     remark = f": {result.reason}" if result.reason else ""
     rows: Rows = [
-        ("outcome", result.outcome.value + since + remark),
+        ("outcome", behaviour(result.outcome, result.direction) + since + remark),
         (f"velocity per {result.drive.per}", measured(result)),
     ]
     if result.velocity_reason and math.isfinite(result.velocity):
@@ -155,7 +156,12 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
     from exactcreep.quasistatic.course import known_of
 
     told = [
-        (measured(one, 4), _either(_predicted(one)[1], 4), one.outcome.value, str(one.slip_count))
+        (
+            measured(one, 4),
+            _either(_predicted(one)[1], 4),
+            behaviour(one.outcome, one.direction),
+            str(one.slip_count),
+        )
         for one in results
     ]
     rows = [
@@ -167,7 +173,7 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
     say_table(names, rows, right=("paper", "slips"))
     missing = len(settings) - len(results)
     say(
-        f"{len(results)} members: {counted(one.outcome.value for one in results)}"
+        f"{len(results)} members: {counted(row[2] for row in told)}"
         + (f"; {missing} not run" if missing else "")
         + f"; {sum(one.seconds for one in results):.3g} s"
     )

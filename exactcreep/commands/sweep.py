@@ -21,6 +21,7 @@ from exactcreep.commands.options import (
     run_settings,
 )
 from exactcreep.display import Display
+from exactcreep.model.outcome import behaviour
 
 
 @command(draws=True)
@@ -91,7 +92,10 @@ def sweep(
             complain(f"interrupted; --out {folder} --resume goes on")
             raise typer.Exit(INTERRUPTED) from None
     sizes = ", ".join(f"{name} {size}" for name, size in grid["velocity"].sizes.items())
-    outcomes = counted(grid["outcome"].to_numpy().ravel().tolist())
+    words = (grid[name].to_numpy().ravel().tolist() for name in ("outcome", "direction"))
+    outcomes = counted(
+        behaviour(exactcreep.Outcome(one), way) for one, way in zip(*words, strict=True)
+    )
     typer.echo(f"{grid['velocity'].size} cells ({sizes or 'one'}): {outcomes}")
     typer.echo(f"written: {folder / 'sweep.nc'}")
     if plot is not None:

@@ -25,7 +25,7 @@ from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
-from exactcreep.model.outcome import Outcome
+from exactcreep.model.outcome import Outcome, behaviour
 from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
 from exactcreep.quasistatic.decimals import as_float, floats
 from exactcreep.quasistatic.experiment import Experiment
@@ -244,7 +244,7 @@ def _packed(values: ArrayLike) -> dict[str, str]:
 
 def _told(run: Creep) -> str:
     """Return what a run came to, in one line."""
-    told = f"{run.outcome.value} ({run.evidence.value})"
+    told = f"{behaviour(run.outcome, run.direction)} ({run.evidence.value})"
     if math.isfinite(run.velocity):
         told += f", mean velocity {run.velocity:.6g} per {run.experiment.drive.per}"
         if run.velocity_error > 0:

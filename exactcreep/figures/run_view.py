@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from exactcreep.figures.style import DOTTED, INKS, picture
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.outcome import behaviour
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.quasistatic.decimals import as_float, floats
@@ -194,7 +195,7 @@ def _title(seen: Portrait) -> str:
         rf"$N={chain.n}$, $\tilde{{l}}_0={float(chain.l0):g}$,"
         rf" $\mu_\mathrm{{d}}={float(chain.mu_d):g}$, $\mu_\mathrm{{s}}={float(chain.mu_s):g}$,"
         rf" $\sigma_\mu={float(chain.sigma_mu):g}$, $\tan\alpha={float(chain.tan_alpha):g}$;"
-        f" solver {result.solver}, seed {result.seed}: {result.outcome.value}"
+        f" solver {result.solver}, seed {result.seed}: {behaviour(result.outcome, result.direction)}"
     )
 
 

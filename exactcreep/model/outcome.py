@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum
+from typing import Any
 
 
 class Evidence(Enum):
@@ -51,3 +52,36 @@ class Outcome(Enum):
     """It was proved that the chain never comes to rest."""
     LIMIT = "limit"
     """Given up; what there is is the partial result, and the reason is said."""
+
+
+def direction_of(advance: Any, tan_alpha: Any) -> str:
+    """Return which way x_G goes, in one word.
+
+    Parameters
+    ----------
+    advance : number
+        Of x_G; its sign is what counts.
+    tan_alpha : number
+        Of the incline.
+
+    Returns
+    -------
+    str
+        ``downhill`` or ``uphill``; on the level ``+x`` or ``-x``, x being the axis from slider 1 to
+        slider N; ``none`` of zero, or of nan.
+
+    Examples
+    --------
+    >>> direction_of(-0.2, tan_alpha=0.25), direction_of(-0.2, -0.25), direction_of(-0.2, 0)
+    ('uphill', 'downhill', '-x')
+    """
+    if not (advance > 0 or advance < 0):
+        return "none"
+    if tan_alpha == 0:
+        return "+x" if advance > 0 else "-x"
+    return "downhill" if (advance > 0) == (tan_alpha > 0) else "uphill"
+
+
+def behaviour(outcome: Outcome, direction: str) -> str:
+    """Return what a chain does, and which way if it goes one: ``creeping uphill``."""
+    return outcome.value if direction == "none" else f"{outcome.value} {direction}"

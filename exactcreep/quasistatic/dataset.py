@@ -133,6 +133,7 @@ def _attributes(result: Creep) -> dict[str, Any]:
         "start": "relaxed" if experiment.start is None else "given",
         "start_theta": ratio_text(enclosure(experiment.initial.theta).middle),
         "outcome": result.outcome.value,
+        "direction": result.direction,
         "evidence": result.evidence.value,
         "reason": result.reason,
         "since": -1 if result.since is None else result.since,

@@ -17,7 +17,7 @@ from exactcreep.limits import Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, plain_data, whole_number
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.representation import Shown, drawn
 from exactcreep.model.state import State
 from exactcreep.quasistatic.course import known_of
@@ -173,6 +173,20 @@ class Creep(Shown):
         return math.fsum(floats(self.state.displacements).tolist()) / self.chain.n
 
     @property
+    def direction(self) -> str:
+        """Which way the chain creeps or runs away: ``downhill`` or ``uphill``.
+
+        On the level ``+x`` or ``-x``; ``none`` if it does neither, as far as `outcome` is known.
+        """
+        if self.outcome not in (Outcome.CREEPING, Outcome.RUNAWAY):
+            return "none"
+        moved = self.velocity
+        if math.isnan(moved):  # a run too short for one: every slider has moved this way
+            begin = floats(self.experiment.initial.displacements)
+            moved = math.fsum((floats(self.state.displacements) - begin).tolist())
+        return direction_of(moved, self.chain.tan_alpha)
+
+    @property
     def velocity_text(self) -> str | None:
         """The velocity in the digits that were asked for and are known; None without digits."""
         digits = self.experiment.digits
@@ -276,6 +290,7 @@ class Creep(Shown):
             "n": self.chain.n,
             "solver": self.solver,
             "outcome": self.outcome,
+            "direction": self.direction,
             "evidence": self.evidence,
             "velocity": float(f"{self.velocity:.6g}"),
             "velocity_error": float(f"{self.velocity_error:.2g}"),
@@ -296,6 +311,7 @@ class Creep(Shown):
             "velocity_error": self.velocity_error,
             "velocity_units": self.velocity_units,
             "outcome": self.outcome.value,
+            "direction": self.direction,
             "evidence": self.evidence.value,
             "since": self.since,
             "solver": self.solver,

@@ -53,6 +53,7 @@ _COUNTS = {
 }
 _WORDS = {
     "outcome": "what the chain does, or why the computation stopped",
+    "direction": "which way it creeps or runs away",
     "evidence": "how well that is known",
     "reason": "for a limit or a runaway: one sentence",
     "velocity_reason": "why velocity or velocity_error is nan",
@@ -96,10 +97,10 @@ def sweep(
     -------
     Dataset
         One dimension for each varied key, named by its last part (``chain.n`` is ``n``): velocity,
-        velocity_error, x_G, the counts, outcome and evidence of every cell. If the scene records
-        x_G, x, tension or slips, they follow as ``recorded_x_G`` and so on along ``half_cycle``
-        (with ``recorded_theta``, unless the drive is cyclic), filled up with nan (or -1) where a
-        cell has fewer.
+        velocity_error, x_G, the counts, outcome, direction and evidence of every cell. If the scene
+        records x_G, x, tension or slips, they follow as ``recorded_x_G`` and so on along
+        ``half_cycle`` (with ``recorded_theta``, unless the drive is cyclic), filled up with nan (or
+        -1) where a cell has fewer.
 
     Raises
     ------
@@ -259,6 +260,7 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dic
     value |= {name: result.counts[name] for name in _COUNTS}
     value |= {
         "outcome": result.outcome.value,
+        "direction": result.direction,
         "evidence": result.evidence.value,
         "reason": result.reason,
         "velocity_reason": result.velocity_reason,
