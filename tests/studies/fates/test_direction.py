@@ -1,0 +1,86 @@
+"""Which way a chain creeps, in the same word whoever is asked."""
+
+from pathlib import Path
+
+import pytest
+
+from exactcreep import Chain, Creep, Outcome, State, sweep
+from exactcreep.model.outcome import direction_of
+from tests.conftest import Command
+from tests.questions import creep
+
+UPHILL = Chain(4, 1000, "0.5", "0.612", tan_alpha="0.0058"), "0.002701"
+DOWNHILL = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001"
+
+
+def test_a_direction_is_that_of_the_slope_and_on_the_level_that_of_the_axis() -> None:
+    assert [direction_of(0.1, tan) for tan in (0.3, 0, -0.3)] == ["downhill", "+x", "uphill"]
+    assert [direction_of(-0.1, tan) for tan in (0.3, 0, -0.3)] == ["uphill", "-x", "downhill"]
+    assert [direction_of(nothing, 0.3) for nothing in (0, 0.0, float("nan"))] == ["none"] * 3
+
+
+def test_a_run_says_which_way_it_creeps(tmp_path: Path) -> None:
+    chain, amplitude = UPHILL
+    found = creep(chain, amplitude, 200)
+    assert found.velocity == pytest.approx(-0.8193322457795766 / 2, rel=1e-12)
+    assert (found.outcome, found.direction) == (Outcome.CREEPING, "uphill")
+    assert "direction='uphill'" in repr(found)
+    assert found.summary()["direction"] == found.dataset.attrs["direction"] == "uphill"
+    found.save(tmp_path / "up.nc")
+    assert Creep.load(tmp_path / "up.nc").direction == "uphill"
+
+
+def test_the_mirror_image_creeps_the_same_way_along_its_slope() -> None:
+    chain, amplitude = UPHILL
+    other = Chain(4, 1000, "0.5", "0.612", tan_alpha="-0.0058")
+    found = creep(other, amplitude, 200)
+    assert found.velocity > 0
+    assert found.direction == "uphill"
+
+
+def test_creep_downhill_rest_and_locked_chains_say_so() -> None:
+    chain, amplitude = DOWNHILL
+    assert creep(chain, amplitude, 50).direction == "downhill"
+    assert creep(chain, amplitude, 1).direction == "downhill"  # too short for a velocity
+    assert creep(chain, "0.0001", 50).direction == "none"
+    assert creep(Chain(5, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.00080", 200).direction == "none"
+    steep = Chain(3, 1000, "0.5", "0.6", tan_alpha="-0.7")
+    assert creep(steep, "0.001", 3).direction == "downhill"
+
+
+def test_on_the_level_a_chain_without_symmetry_creeps_along_the_axis() -> None:
+    level = Chain(4, 1000, "0.5", "0.6", tan_alpha=0)
+    start = State.prepared(level, ["0.1", "-0.05", "0.02"])
+    found = creep(level, "0.0015", 1000, start=start)
+    assert found.velocity == pytest.approx(-6.362498559751911e-05 / 2, rel=1e-6)
+    assert found.direction == "-x"
+    assert creep(level, "0.0015", 200).direction == "none"
+
+
+def test_tables_of_members_say_it(command: Command, tmp_path: Path) -> None:
+    text = """
+[chain]
+n = 4
+l0 = 1000
+mu_d = 0.5
+mu_s = 0.612
+sigma_mu = 0
+
+[drive]
+kind = "cycles"
+amplitude = 0.002701
+cycles = 100
+
+[vary]
+chain.tan_alpha = [0.0058, 0.25]
+"""
+    (tmp_path / "two.toml").write_text(text)
+    printed = command("run", "two.toml").out
+    assert printed.count("creeping uphill") == printed.count("creeping downhill") == 2
+    assert "1 creeping downhill" in printed
+    single = text.split("[vary]")[0].replace("[drive]", "tan_alpha = 0.0058\n[drive]")
+    (tmp_path / "one.toml").write_text(single)
+    assert "creeping uphill since cycle" in command("run", "one.toml").out
+    grid = sweep(tmp_path / "two.toml")
+    assert grid["direction"].to_numpy().tolist() == ["uphill", "downhill"]
+    assert "1 creeping uphill" in command("sweep", "two.toml").out
