@@ -31,7 +31,7 @@ def test_a_run_says_which_way_it_creeps(tmp_path: Path) -> None:
 
 
 def test_the_mirror_image_creeps_the_same_way_along_its_slope() -> None:
-    chain, amplitude = UPHILL
+    _, amplitude = UPHILL
     other = Chain(4, 1000, "0.5", "0.612", tan_alpha="-0.0058")
     found = creep(other, amplitude, 200)
     assert found.velocity > 0
