@@ -195,7 +195,8 @@ def _title(seen: Portrait) -> str:
         rf"$N={chain.n}$, $\tilde{{l}}_0={float(chain.l0):g}$,"
         rf" $\mu_\mathrm{{d}}={float(chain.mu_d):g}$, $\mu_\mathrm{{s}}={float(chain.mu_s):g}$,"
         rf" $\sigma_\mu={float(chain.sigma_mu):g}$, $\tan\alpha={float(chain.tan_alpha):g}$;"
-        f" solver {result.solver}, seed {result.seed}: {behaviour(result.outcome, result.direction)}"
+        f" solver {result.solver}, seed {result.seed}:"
+        f" {behaviour(result.outcome, result.direction)}"
     )
 
 
