@@ -7,6 +7,7 @@ from .model.drive import (
     GaussianSteps as GaussianSteps,
     Path as Path,
 )
+from .model.enclosure import Enclosure as Enclosure
 from .model.numbers import InputError as InputError
 from .model.outcome import Evidence as Evidence, Outcome as Outcome
 from .model.state import State as State
@@ -23,7 +24,6 @@ from .quasistatic.creep import (
     creep as creep,
     resume as resume,
 )
-from .quasistatic.decimals import Enclosure as Enclosure
 from .quasistatic.experiment import Experiment as Experiment
 from .quasistatic.result import Creep as Creep
 from .scene import Scene as Scene, load_scene as load_scene

@@ -17,13 +17,13 @@ from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import (
     InputError,
     Number,
+    Shown,
     exact_number,
     nearest_float,
     plain_data,
     positive_number,
     whole_number,
 )
-from exactcreep.model.representation import Shown, drawn
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.result import Creep
@@ -408,10 +408,6 @@ class Descent(Shown):
 
     def _facts(self) -> dict[str, Any]:
         return dict(self.lines())
-
-    def _picture(self) -> str:
-        course = self.result.recorded.get("x_G")
-        return "" if course is None else drawn(course.astype(float), self.elapsed)
 
     def __repr__(self) -> str:
         return "\n".join(f"{name}: {said}" for name, said in self.lines())

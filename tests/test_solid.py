@@ -164,7 +164,6 @@ def test_a_month_of_equal_days_comes_down_at_the_rate_of_the_cycles_law():
     assert descent.days == 29.5
     assert descent.millimetres_per_year == pytest.approx(moved[-1] / 29.5 * 365.25, rel=1e-12)
     assert "no year's" in repr(descent)
-    assert "<svg" in descent._repr_html_()
 
 
 def test_times_without_dates_need_their_unit_and_then_say_the_same():

@@ -18,10 +18,10 @@ from PIL import Image
 from exactcreep.figures.run_view import Floats, draw_forces
 from exactcreep.figures.style import INKS, STYLE, picture
 from exactcreep.limits import Stop
+from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.quasistatic.decimals import as_float, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import write_file
 from exactcreep.solvers.solver import Rearrangement, Simulation, advance

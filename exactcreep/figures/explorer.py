@@ -24,10 +24,10 @@ from exactcreep.figures.animation import RunAvalanche, find_avalanche, moments_o
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.outcome import Outcome, behaviour
 from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
-from exactcreep.quasistatic.decimals import as_float, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.studies.fates.fate import fate

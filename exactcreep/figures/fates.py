@@ -8,9 +8,9 @@ import numpy as np
 
 from exactcreep.figures.style import DASHED, INKS, page
 from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import floats
 from exactcreep.model.outcome import Outcome
 from exactcreep.quasistatic.creep import creep
-from exactcreep.quasistatic.decimals import floats
 from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.fates.survival import Survival
 

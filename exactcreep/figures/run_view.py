@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 
 from exactcreep.figures.style import DOTTED, INKS, picture
 from exactcreep.model.contacts import Contacts
+from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import behaviour
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.quasistatic.decimals import as_float, floats
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import Stretch, advance

@@ -11,13 +11,13 @@ from typing import Any
 from exactcreep.model.numbers import (
     InputError,
     Number,
+    Shown,
     nearest_float,
     number_from_zero,
     number_of_floats,
     positive_number,
     whole_number,
 )
-from exactcreep.model.representation import Shown, drawn
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -161,8 +161,3 @@ class Chain(Shown):
 
     def _facts(self) -> dict[str, Any]:
         return self.parameters()
-
-    def _picture(self) -> str:
-        count = min(self.n, 24)
-        down = [-k * math.tanh(nearest_float(self.tan_alpha)) for k in range(count)]
-        return drawn(down, dots=True)

@@ -25,7 +25,8 @@ from numpy.typing import NDArray
 
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import Scalar, nearest_float, same
+from exactcreep.model.enclosure import same
+from exactcreep.model.numbers import Scalar, nearest_float
 
 
 class EventKind(Enum):

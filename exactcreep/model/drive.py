@@ -15,16 +15,15 @@ from exactcreep.model import disorder
 from exactcreep.model.numbers import (
     InputError,
     Number,
+    Shown,
     exact_number,
     nearest_float,
     number_from_zero,
     whole_number,
 )
-from exactcreep.model.representation import Shown, drawn
 
 MOST_TARGETS = 10**12
 """More is a mistake; up to here the number of a target is exact in float64."""
-_DRAWN = 40  # targets in a small picture
 
 
 @dataclass(frozen=True, repr=False)
@@ -78,9 +77,6 @@ class Drive(Shown):
         facts = self.parameters()
         del facts["kind"]
         return facts
-
-    def _picture(self) -> str:
-        return drawn(self.targets(1, min(self.half_cycles, _DRAWN)))
 
 
 @dataclass(frozen=True, repr=False)

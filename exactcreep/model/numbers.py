@@ -6,12 +6,12 @@ import math
 import numbers
 import re
 from collections.abc import Mapping
-from decimal import Decimal
+from decimal import Context, Decimal
+from enum import Enum
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 Number = int | float | str | Fraction | Decimal
 """What the user may give for a parameter; see `exact_number`."""
@@ -52,7 +52,13 @@ class InputError(ValueError):
     """
 
     def __init__(self, field: str, value: Any, allowed: str) -> None:
-        super().__init__(f"{field} = {_shown(value)}: {allowed}")
+        try:
+            text = shown(value)
+        except (ValueError, RecursionError):  # an endless integer, endless nesting
+            text = f"a {type(value).__name__} too large to be shown"
+        if len(text) > 80:
+            text = text[:60] + f"… ({len(text)} characters)"
+        super().__init__(f"{field} = {text}: {allowed}")
         self.field = field
         self.value = value
         self.allowed = allowed
@@ -61,18 +67,48 @@ class InputError(ValueError):
         return (type(self), (self.field, self.value, self.allowed))
 
 
-def _shown(value: Any) -> str:
+def shown(value: Any) -> str:
+    """Return a value in short: of a rational what makes it again, in decimals if they suffice.
+
+    A rational is shown as the float that it is exactly, else as a quoted decimal or ratio; arrays
+    with 6 digits. Of long lists and arrays the first and the last values are shown.
+    """
     if isinstance(value, Fraction):
-        small = max(abs(value.numerator), value.denominator) < 10**40
-        text = str(value) if small else "a rational of many digits"
-    elif isinstance(value, int) and not isinstance(value, bool) and abs(value) >= 10**80:
-        text = "an integer of more than 80 digits"
-    else:
-        try:
-            text = repr(value)
-        except (ValueError, RecursionError):  # an endless integer, endless nesting
-            text = f"a {type(value).__name__} too large to be shown"
-    return text if len(text) <= 80 else text[:60] + f"… ({len(text)} characters)"
+        nearest = nearest_float(value)
+        if math.isfinite(nearest) and Fraction(nearest) == value:
+            whole = value.denominator == 1 and abs(value) < 10**15
+            return str(value.numerator) if whole else repr(nearest)
+        top, bottom = (Decimal(part) for part in value.as_integer_ratio())
+        decimal = Context(prec=40, Emax=10**9, Emin=-(10**9)).divide(top, bottom)
+        text = str(decimal) if Fraction(decimal) == value else ratio_text(value)
+        return repr(text) if len(text) <= 60 else f"{nearest!r}..."
+    if isinstance(value, (list, tuple, np.ndarray)):
+        parts = [f"{float(part):.6g}" if isinstance(value, np.ndarray) else shown(part)
+                 for part in (value if len(value) <= 6 else (*value[:3], *value[-3:]))]  # fmt: skip
+        if len(value) > 6:
+            parts.insert(3, f"... {len(value)} values ...")
+        return f"[{', '.join(parts)}]"
+    return repr(value.value if isinstance(value, Enum) else value)
+
+
+class Shown:
+    """Something that is shown in one line: its class, and its fields or what it chooses."""
+
+    shown_as: ClassVar[str] = ""
+    """The name of the class, if a subclass is to be shown by it."""
+
+    def _facts(self) -> Mapping[str, Any]:
+        """Return what is shown, by name; None and "" are left out."""
+        return vars(self)
+
+    def __repr__(self) -> str:
+        facts = self._facts().items()
+        known = (f"{name}={shown(value)}" for name, value in facts if not _is_missing(value))
+        return f"{self.shown_as or type(self).__name__}({', '.join(known)})"
+
+
+def _is_missing(value: Any) -> bool:
+    return value is None or (isinstance(value, str) and value == "")
 
 
 def exact_number(value: Any, field: str) -> Fraction:
@@ -188,26 +224,6 @@ def nearest_float(value: Fraction) -> float:
         return value.numerator / value.denominator
     except OverflowError:
         return math.inf if value > 0 else -math.inf
-
-
-def same(a: Any, b: Any) -> bool:
-    """Return whether two numbers are the same: equal, both nan, or one and the same ball.
-
-    Two balls are the same if their midpoints and radii are; that they overlap is not enough.
-    """
-    if a is b:
-        return True
-    if hasattr(a, "rad") and hasattr(b, "rad"):
-        return bool(a.mid() == b.mid()) and bool(a.rad() == b.rad())
-    return bool(a == b) or bool(a != a and b != b)
-
-
-def same_numbers(a: NDArray[Any], b: NDArray[Any]) -> bool:
-    """Return whether two arrays have the same shape and hold the same numbers, as `same` says."""
-    if a.dtype != object and b.dtype != object:
-        return np.array_equal(a, b, equal_nan=True)
-    pairs = zip(a.ravel().tolist(), b.ravel().tolist(), strict=False)
-    return a.shape == b.shape and all(same(x, y) for x, y in pairs)
 
 
 def plain_data(about: Mapping[str, Any]) -> dict[str, Any]:

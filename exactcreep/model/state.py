@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -14,17 +13,16 @@ from numpy.typing import NDArray
 
 from exactcreep.model import disorder
 from exactcreep.model.chain import Chain
+from exactcreep.model.enclosure import is_finite, same, same_numbers
 from exactcreep.model.numbers import (
     InputError,
     Number,
     Scalar,
+    Shown,
     nearest_float,
     number_from_zero,
     number_of_floats,
-    same,
-    same_numbers,
 )
-from exactcreep.model.representation import Shown, drawn
 
 _MOST_DRAWS = 2**62
 
@@ -134,9 +132,9 @@ class State(Shown):
                 continue  # else one is not finite, or a square is too large for a float
             values = array.tolist() if array.dtype == object else array[~np.isfinite(array)]
             for value in values:
-                if not _is_finite(value):
+                if not is_finite(value):
                     raise InputError(f"state.{name}", value, "must hold finite numbers")
-        if not _is_finite(self.theta):
+        if not is_finite(self.theta):
             raise InputError("state.theta", self.theta, "must be a finite number")
 
     @classmethod
@@ -194,9 +192,6 @@ class State(Shown):
         names = ("theta", "tensions", "displacements", "coefficients", "draws")
         return {"n": self.n} | {name: getattr(self, name) for name in names}
 
-    def _picture(self) -> str:
-        return drawn([float(getattr(one, "middle", one)) for one in self.tensions.tolist()])
-
 
 def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
     """Return `count` tensions as float64, or exactly in an object array if a float rounds one."""
@@ -253,18 +248,4 @@ def _counts(given: Any, field: str) -> NDArray[np.int64]:
 
 def _is_number(value: Any) -> bool:
     """Return whether `value` is real: a Python number, one of mpmath, a ball, or an enclosure."""
-    if type(value) is float:
-        return True
-    if isinstance(value, (bool, np.bool_)):
-        return False
-    known = isinstance(value, (Real, np.floating, np.integer))
-    # numbers of other libraries are known by what gives their exact value
-    return known or any(hasattr(value, name) for name in ("mid", "man_exp", "bracket", "middle"))
-
-
-def _is_finite(value: Any) -> bool:
-    if isinstance(value, (float, np.floating)):
-        return math.isfinite(value)
-    if hasattr(value, "is_finite"):  # a ball
-        return bool(value.is_finite())
-    return not hasattr(value, "man_exp") or bool(value - value == 0)
+    return hasattr(value, "__float__") and not isinstance(value, (bool, np.bool_, np.ndarray))

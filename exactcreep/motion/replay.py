@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, EventKind
-from exactcreep.model.numbers import same
+from exactcreep.model.enclosure import same
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of

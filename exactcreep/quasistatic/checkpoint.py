@@ -25,9 +25,9 @@ from typing import Any
 import numpy as np
 
 from exactcreep import __version__
+from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import InputError, nearest_float, number_from_zero
 from exactcreep.model.outcome import Outcome
-from exactcreep.quasistatic.decimals import Enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import check_output, file_name, write_file
 from exactcreep.quasistatic.history import CycleEnds, Mark, Samples

@@ -22,12 +22,12 @@ from exactcreep.display import shows_progress
 from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
+from exactcreep.model.enclosure import enclosure
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, Progress, RecentPace
 from exactcreep.quasistatic.checkpoint import Checkpoint
-from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.measurement import Measurement
 from exactcreep.quasistatic.result import Creep

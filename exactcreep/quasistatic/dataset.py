@@ -12,10 +12,10 @@ import xarray as xr
 
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
+from exactcreep.model.enclosure import Enclosure, as_written, enclosure, quantity
 from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_text
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, quantity
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
 from exactcreep.solvers.tables import (
     FORCE,

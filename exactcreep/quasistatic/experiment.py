@@ -14,10 +14,10 @@ import numpy as np
 from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
+from exactcreep.model.enclosure import enclosure
 from exactcreep.model.numbers import InputError, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
-from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Solver
 from exactcreep.solvers.tables import RECORDS

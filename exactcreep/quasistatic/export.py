@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from exactcreep.model.enclosure import quantity
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.decimals import quantity
 from exactcreep.quasistatic.files import write_file
 from exactcreep.solvers.tables import EVENT_KINDS, HALF_CYCLE_TABLE, LOGS, NUMBER, Schema
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.quasistatic.decimals import Enclosure, enclosures
+from exactcreep.model.enclosure import Enclosure, enclosures
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.solver import Tally
 from exactcreep.solvers.statistics import rests_for_long, standard_error

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from exactcreep.limits import MEMORY, Limits, Stop
 from exactcreep.model.disorder import LARGEST_DEVIATE
 from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import Enclosure, as_written, enclosure, enclosures, floats
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.quasistatic.decimals import Enclosure, as_written, enclosure, enclosures, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.history import NEAR, CycleEnds, Mark, Samples
 from exactcreep.quasistatic.result import COUNTS, Creep

@@ -16,12 +16,11 @@ from numpy.typing import NDArray
 from exactcreep.limits import Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError, plain_data, whole_number
+from exactcreep.model.enclosure import Enclosure, floats
+from exactcreep.model.numbers import InputError, Shown, plain_data, whole_number
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
-from exactcreep.model.representation import Shown, drawn
 from exactcreep.model.state import State
 from exactcreep.quasistatic.course import known_of
-from exactcreep.quasistatic.decimals import Enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.files import write_file
 from exactcreep.solvers.solver import advance
@@ -299,10 +298,6 @@ class Creep(Shown):
             "event_count": self.event_count,
             "reason": self.reason,
         }
-
-    def _picture(self) -> str:
-        x_G = self.recorded.get("x_G", ())
-        return drawn(x_G if len(x_G) else floats(self.state.displacements))
 
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, ready for JSON: a number that is not finite is None."""

@@ -14,9 +14,9 @@ import numpy as np
 
 from exactcreep.limits import Limits, Stop
 from exactcreep.model.drive import Drive
+from exactcreep.model.enclosure import floats
 from exactcreep.model.outcome import Evidence
 from exactcreep.motion.rounding_error import PROMISE
-from exactcreep.quasistatic.decimals import floats
 from exactcreep.solvers.solver import Simulation
 
 TRUSTED = 1e-9

@@ -17,9 +17,9 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import InputError, Scalar, same_numbers
+from exactcreep.model.enclosure import same_numbers
+from exactcreep.model.numbers import InputError, Scalar, Shown
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.representation import Shown, drawn
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import Replay
@@ -97,6 +97,7 @@ class Rearrangement(Shown):
     ((('start', (2,), (1,)), ('stop', (2,), (1,))), 'at_rest', 'computed')
     """
 
+    shown_as: ClassVar[str] = "Rearrangement"
     chain: Chain
     initial: State
     events: tuple[Event, ...]
@@ -178,9 +179,6 @@ class Rearrangement(Shown):
     def __hash__(self) -> int:
         return hash((self.solver, self.seed, self.outcome, self.state))
 
-    def _called(self) -> str:
-        return Rearrangement.__name__
-
     def _facts(self) -> dict[str, Any]:
         return {
             "n": self.chain.n,
@@ -192,10 +190,6 @@ class Rearrangement(Shown):
             "solver": self.solver,
             "reason": self.reason,
         }
-
-    def _picture(self) -> str:
-        moved = self.state.displacements - self.initial.displacements
-        return drawn([float(one) for one in moved.tolist()])
 
 
 _USUAL: dict[str, Any] = {

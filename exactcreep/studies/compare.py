@@ -18,13 +18,13 @@ from exactcreep.display import shows_progress
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
+from exactcreep.model.enclosure import enclosure
 from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.itinerary import Retracer, slider_motion
 from exactcreep.progress import Hearer, Progress, reporter
-from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.studies.contest import (

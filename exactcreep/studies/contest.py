@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.drive import Drive, Path
+from exactcreep.model.enclosure import enclosure, floats
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer
 from exactcreep.quasistatic.creep import run_members
-from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange, solver_named

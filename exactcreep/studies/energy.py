@@ -14,9 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from exactcreep.limits import Stop
+from exactcreep.model.enclosure import floats
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
-from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.solver import Stretch, advance
 

@@ -27,6 +27,7 @@ import pandas as pd
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive, Path
+from exactcreep.model.enclosure import enclosure, floats
 from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
@@ -34,7 +35,6 @@ from exactcreep.motion.rounding_error import PROMISE
 from exactcreep.motion.runaway import LARGEST_DEVIATE
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.creep import PhysicsWarning
-from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange

@@ -13,8 +13,7 @@ from exactcreep.laws import prediction
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import Number, nearest_float, plain_data
-from exactcreep.model.representation import Shown, drawn
+from exactcreep.model.numbers import Number, Shown, nearest_float, plain_data
 from exactcreep.model.state import State
 from exactcreep.motion.rounding_error import PROMISE
 from exactcreep.progress import Hearer, reporter
@@ -100,9 +99,6 @@ class Plan(Shown):
             "accuracy_reached": self.accuracy_reached,
             "reason": self.choice.reason,
         } | {f"seconds_of_{name}": float(f"{s:.3g}") for name, s in self.costs.items() if s == s}
-
-    def _picture(self) -> str:
-        return drawn(list(self.costs.values()), dots=True)
 
     @property
     def accuracy_reached(self) -> bool:

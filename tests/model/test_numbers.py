@@ -9,7 +9,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+import exactcreep
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles, GaussianSteps, Path
+from exactcreep.model.numbers import (
+    InputError,
+    exact_number,
+    nearest_float,
+    shown,
+    whole_number,
+)
+from exactcreep.model.state import State
+
+CHAIN = Chain(6, 1000, "0.5", 0.6, "1/100", tan_alpha="1/3")
 
 
 @pytest.mark.parametrize(
@@ -83,3 +95,27 @@ def test_a_whole_number_out_of_range_is_refused_with_its_range(value):
 def test_an_input_error_survives_pickling():
     error = pickle.loads(pickle.dumps(InputError("n", 0, "must be at least 1")))
     assert (error.field, error.value, str(error)) == ("n", 0, "n = 0: must be at least 1")
+
+
+@pytest.mark.parametrize(
+    "made",
+    [CHAIN, Chain(1, "1e-30", 0, 7, tan_alpha=-0.1), Cycles("0.02", 7), GaussianSteps(0.1, 3),
+     Path([0.1, "0.1", Fraction(1, 3)])],
+    ids=repr,
+)  # fmt: skip
+def test_the_line_of_a_chain_or_a_drive_makes_it_again_exactly(made):
+    assert eval(repr(made), vars(exactcreep) | {type(made).__name__: type(made)}) == made
+
+
+def test_a_value_is_shown_in_short():
+    assert repr(CHAIN) == (
+        "Chain(n=6, l0=1000, mu_d=0.5, mu_s=0.6, sigma_mu='0.01', tan_alpha='1/3')"
+    )
+    assert (shown(Fraction(0.1)), shown(Fraction(1, 10))) == ("0.1", "'0.1'")
+    assert len(shown(Fraction(1, 3) ** 1000)) < 60
+    many = repr(Path([Fraction(k, 3) for k in range(100_000)]))
+    assert len(many) < 200
+    assert many.startswith("Path(theta=[0, '1/3', '2/3', ... 100000 values ..., ")
+    assert "tensions=[0, 0, 0, ... 999 values ..., 0, 0, 0]" in repr(
+        State.relaxed(Chain(1000, 10, 1, 2, tan_alpha=0))
+    )

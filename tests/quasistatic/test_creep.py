@@ -20,10 +20,10 @@ from exactcreep import (
 )
 from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
+from exactcreep.model.enclosure import floats
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import creep as loop
 from exactcreep.quasistatic.creep import PhysicsWarning, resume
-from exactcreep.quasistatic.decimals import floats
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import load_members, save_members
 from tests.conftest import Command
@@ -262,12 +262,11 @@ def test_an_option_that_the_solver_does_not_take_is_an_error() -> None:
         creep(TWO, Cycles("0.01", 5), twin="yes")
 
 
-def test_a_result_shows_its_outcome_and_a_picture_whatever_it_recorded() -> None:
+def test_a_result_shows_its_outcome_whatever_it_recorded() -> None:
     for record in (("x_G",), ()):
         result = creep(TWO_SURE, Cycles("0.001", 5), record=record)
         assert repr(result).startswith("Creep(n=2, solver='exact', outcome='creeping', evidence=")
-        assert "<svg" in result._repr_html_()
-        assert "g tau_dyn^2 per half-cycle" in result._repr_html_()
+        assert "g tau_dyn^2 per half-cycle" in repr(result)
 
 
 def test_progress_reaches_the_last_half_cycle() -> None:

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from exactcreep import Chain, Creep, Cycles, GaussianSteps, InputError, State, creep
 from exactcreep.limits import Limits
 from exactcreep.model.contacts import Contacts
+from exactcreep.model.enclosure import as_claimed, floats
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.replay import Replay
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
-from exactcreep.quasistatic.decimals import as_claimed, floats
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.rows import Avalanche

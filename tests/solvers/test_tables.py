@@ -12,10 +12,10 @@ import pytest
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Event, EventKind
 from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import Enclosure, as_claimed, as_written, quantity
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.creep import creep
-from exactcreep.quasistatic.decimals import Enclosure, as_claimed, as_written, quantity
 from exactcreep.quasistatic.result import Creep
 from exactcreep.scene import load_scene
 from exactcreep.solvers.registry import SOLVERS, solver_named

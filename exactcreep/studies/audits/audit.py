@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 from exactcreep.display import shows_progress
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
 from exactcreep.model import disorder
+from exactcreep.model.enclosure import as_claimed
 from exactcreep.model.numbers import InputError, Number
 from exactcreep.model.outcome import Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.progress import Hearer, reporter
-from exactcreep.quasistatic.decimals import as_claimed
 from exactcreep.quasistatic.result import Creep, read_members
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.audits.claims import check_order, check_tables, compare_end, follow

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from exactcreep.model.enclosure import as_claimed, enclosure, floats, quantity
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
-from exactcreep.quasistatic.decimals import as_claimed, enclosure, floats, quantity
 from exactcreep.quasistatic.measurement import NEARLY, Measurement
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.auto import concluded

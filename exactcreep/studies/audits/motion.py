@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 from exactcreep.limits import NO_LIMITS
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, EventKind
+from exactcreep.model.enclosure import enclosure, floats
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.modes import Run, RunMotion, forces_of
 from exactcreep.motion.replay import Energies, Phase, Replay
-from exactcreep.quasistatic.decimals import enclosure, floats
 from exactcreep.solvers.exact.layout import PROMISED_EVENTS
 from exactcreep.solvers.rows import Avalanche
 from exactcreep.solvers.solver import Tally

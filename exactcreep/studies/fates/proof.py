@@ -39,11 +39,11 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Itinerary
 from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
-from exactcreep.quasistatic.decimals import Enclosure, enclosure
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import TangentSimulation
 from exactcreep.solvers.solver import Start, advance

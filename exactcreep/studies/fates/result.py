@@ -9,11 +9,10 @@ from typing import Any
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Itinerary
-from exactcreep.model.numbers import nearest_float
+from exactcreep.model.enclosure import Enclosure
+from exactcreep.model.numbers import Shown, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.representation import Shown
 from exactcreep.model.state import State
-from exactcreep.quasistatic.decimals import Enclosure
 
 Period = tuple[tuple[int, Itinerary], ...]
 """The rearrangements of one period: each with its half-cycle, from 1, and its itinerary."""

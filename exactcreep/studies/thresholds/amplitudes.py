@@ -10,8 +10,8 @@ from itertools import pairwise
 from typing import Any
 
 from exactcreep.model.chain import Chain
+from exactcreep.model.enclosure import magnitude
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float
-from exactcreep.quasistatic.decimals import magnitude
 
 Bracket = tuple[Fraction, Fraction]
 

@@ -11,9 +11,9 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
+from exactcreep.model.enclosure import enclosure
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, balls_of
 from exactcreep.motion.itinerary import Retracer
-from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.studies.eventlog import LoggedRearrangement, first_difference, numbered
 from exactcreep.studies.thresholds.horizon import Question
 

@@ -19,10 +19,10 @@ import numpy as np
 from exactcreep.limits import Limits, OutOfTime
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import magnitude
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.quasistatic.decimals import magnitude
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import advance
 from exactcreep.studies.eventlog import first_difference, numbered

@@ -17,10 +17,10 @@ from typing import Any, NamedTuple
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.quasistatic.decimals import Enclosure, enclosure
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
 from exactcreep.studies.eventlog import LoggedRearrangement

@@ -12,11 +12,10 @@ import xarray as xr
 
 from exactcreep.laws import LAWS, edges
 from exactcreep.model.chain import Chain
-from exactcreep.model.numbers import nearest_float, plain_data
+from exactcreep.model.enclosure import enclosure
+from exactcreep.model.numbers import Shown, nearest_float, plain_data
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.representation import Shown, drawn
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
-from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.studies.eventlog import LoggedEvent
 from exactcreep.studies.fates.result import Fate
 
@@ -197,13 +196,6 @@ class Threshold(Shown):
     def _facts(self) -> dict[str, Any]:
         names = "lower upper outcome_at_lower evidence criterion digits law_seuil solver reason"
         return {"n": self.chain.n} | {name: getattr(self, name) for name in names.split()}
-
-    def _picture(self) -> str:
-        """Return whether there is creep over the amplitude, from half the threshold to twice it."""
-        if self.lower is None or self.upper is None:
-            return ""
-        low, high = float(self.lower), float(self.upper)
-        return drawn([0, 0, 1, 1], [low / 2, low, high, 2 * high])
 
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""

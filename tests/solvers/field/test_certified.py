@@ -14,9 +14,9 @@ import pytest
 from exactcreep import Chain, Cycles, Evidence, InputError, State, creep, rearrange
 from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
+from exactcreep.model.enclosure import enclosure
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
-from exactcreep.quasistatic.decimals import enclosure
 from exactcreep.solvers.field import certified, lohner
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.reference import FieldSimulation

@@ -38,7 +38,6 @@ class TestTwoSliders:
         found = threshold(pythagorean(), **FLOAT)
         assert encloses(found, Fraction(11, 65) / 1000)  # mu_s c - s = 36/65 - 25/65
         assert f"lower='{found.lower}'" in repr(found)
-        assert "<svg" in found._repr_html_()
         assert found.outcome_at_lower is Outcome.AT_REST
 
     @pytest.mark.parametrize("r0", ["0.01", "-0.03", "0.09", "-0.09"])

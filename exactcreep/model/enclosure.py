@@ -1,4 +1,8 @@
-"""Numbers of any arithmetic as what a file can hold: a float, decimal digits and a radius."""
+"""What a number is, whatever the arithmetic: an exact middle, and a radius around it.
+
+Floats, rationals, numbers of mpmath, balls and elements of Q(cos(alpha)) all become an `Enclosure`;
+a file holds it as the nearest float, with its decimals and its radius beside it.
+"""
 
 from __future__ import annotations
 
@@ -39,6 +43,9 @@ class Enclosure(NamedTuple):
         """Return the radius as a decimal of three digits, rounded up."""
         return _decimal(self.radius, 3, rounding="ROUND_CEILING")
 
+    def __float__(self) -> float:
+        return nearest_float(self.middle)
+
     def apart(self, other: Enclosure) -> float:
         """Return how far the middles are apart, 0 if the numbers may be the same."""
         distance = abs(self.middle - other.middle)
@@ -68,6 +75,13 @@ def enclosure(value: Any) -> Enclosure:
     """Return the exact middle and radius of a float, a rational, an mpmath number or a ball.
 
     A number that makes no claim about its error has the radius zero.
+
+    Raises
+    ------
+    ValueError, OverflowError
+        If it is not finite.
+    TypeError
+        If it is no number.
     """
     if isinstance(value, Enclosure):
         return value
@@ -79,6 +93,8 @@ def enclosure(value: Any) -> Enclosure:
     if hasattr(value, "bracket"):  # a rational plus a multiple of cos(alpha), exactly
         return Enclosure(*value.bracket())
     if hasattr(value, "man_exp"):  # an mpmath number; its mantissa has no sign
+        if value - value != 0:
+            raise ValueError("not finite")
         size = _dyadic(*value.man_exp)
         return Enclosure(-size if value < 0 else size, Fraction(0))
     raise TypeError(f"a {type(value).__name__} has no exact value")
@@ -91,6 +107,20 @@ def _dyadic(mantissa: Any, exponent: Any) -> Fraction:
 
 enclosures = np.frompyfunc(enclosure, 1, 1)
 """The same of an array, as an array of objects."""
+
+
+def exact_value(value: Any) -> Fraction:
+    """Return the rational that a number is, of an enclosure its middle; errors as `enclosure`."""
+    return enclosure(value).middle
+
+
+def is_finite(value: Any) -> bool:
+    """Return whether a number is neither infinite nor undefined."""
+    try:
+        enclosure(value)
+    except (ValueError, OverflowError):
+        return False
+    return True
 
 
 def as_float(value: Any) -> float:
@@ -106,6 +136,26 @@ def floats(array: NDArray[Any]) -> NDArray[np.float64]:
     return np.array(near, dtype=np.float64).reshape(array.shape)
 
 
+def same(a: Any, b: Any) -> bool:
+    """Return whether two numbers are the same: equal, both nan, or one and the same ball.
+
+    Two balls are the same if their midpoints and radii are; that they overlap is not enough.
+    """
+    if a is b:
+        return True
+    if hasattr(a, "rad") and hasattr(b, "rad"):
+        return bool(a.mid() == b.mid()) and bool(a.rad() == b.rad())
+    return bool(a == b) or bool(a != a and b != b)
+
+
+def same_numbers(a: NDArray[Any], b: NDArray[Any]) -> bool:
+    """Return whether two arrays have the same shape and hold the same numbers, as `same` says."""
+    if a.dtype != object and b.dtype != object:
+        return np.array_equal(a, b, equal_nan=True)
+    pairs = zip(a.ravel().tolist(), b.ravel().tolist(), strict=False)
+    return a.shape == b.shape and all(same(x, y) for x, y in pairs)
+
+
 def as_written(
     name: str, values: NDArray[Any], digits: int | None
 ) -> dict[str, NDArray[Any]]:
@@ -117,7 +167,7 @@ def as_written(
     if values.dtype != object:
         return {name: values}
     texts, radii = [], []
-    for middle, radius in enclosures(values).ravel().tolist():
+    for middle, radius in map(enclosure, values.ravel().tolist()):
         radii.append(_float_above(radius))
         texts.append(Enclosure(middle, Fraction(radii[-1])).text(digits or 17))
     written = {
