@@ -1,4 +1,4 @@
-"""Run the audit: ``python -m derivations [--json] [--only LABEL] [--show] [--paper FILE]``."""
+"""Run the audit: ``python -m derivations [--json] [--only LABEL] [--show] [--premise NAME]``."""
 
 from __future__ import annotations
 
@@ -8,13 +8,27 @@ import sys
 import textwrap
 import time
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import sympy as sp
 
-from derivations.ledger import SUBJECTS, disagreements, entries, subject_of, verified
-from derivations.proof import Derivation, Entry, Refuted, Verification
+from derivations.engine import STANDINGS, Entry, Line, Proof
+from derivations.ledger import (
+    CHAPTERS,
+    chapter_of,
+    disagreements,
+    entries,
+    ported,
+    premises,
+    proof_of,
+)
+from derivations.model import MODEL, PREMISES, Model
+
+SYMBOLS = (
+    "c, s: cosine and sine of alpha; T_n: tension of spring n, in m g; lengths in g m/k, times in "
+    "sqrt(m/k); m = mu_d c - s, a = mu_s c - s, D = (mu_s - mu_d) c"
+)
 
 
 def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
@@ -26,7 +40,7 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--only",
         metavar="LABEL",
-        help="one entry (its label or name) or one subject, with what backs it",
+        help="one entry (its label or name) or one chapter, with what backs it",
     )
     parser.add_argument(
         "--show", action="store_true", help="print the derivations in readable steps"
@@ -37,77 +51,91 @@ def _arguments(given: Sequence[str] | None) -> argparse.Namespace:
         type=Path,
         help="hold the ledger against a LaTeX source of the paper",
     )
+    parser.add_argument(
+        "--premise",
+        choices=PREMISES,
+        help="change one premise of the model, and list all that is refuted then",
+    )
+    parser.add_argument(
+        "--premises", action="store_true", help="print which entries each premise carries"
+    )
     return parser.parse_args(given)
 
 
-def _chosen(only: str | None) -> tuple[tuple[Entry, ...], tuple[str, ...]]:
-    """Return the entries and subjects that are asked for."""
-    everything = entries()
-    if only is None:
-        return everything, tuple(SUBJECTS)
-    if only in SUBJECTS:
-        return tuple(entry for entry in everything if subject_of(entry) == only), (only,)
-    found = tuple(entry for entry in everything if only in (entry.label, entry.name))
-    return found, tuple(dict.fromkeys(subject_of(entry) for entry in found))
+def _wrapped(text: str, first: str, indent: int) -> list[str]:
+    return textwrap.wrap(
+        text, 100, initial_indent=first, subsequent_indent=" " * indent, break_long_words=False
+    )
 
 
-def _shown(derivation: Derivation) -> str:
-    lines = [derivation.title, "=" * len(derivation.title)]
-    if derivation.assumptions:
-        lines.append("Assumptions: " + "; ".join(derivation.assumptions))
-    for number, step in enumerate(derivation.steps, 1):
-        lines += textwrap.wrap(
-            step.text, 96, initial_indent=f"{number:3d}. ", subsequent_indent=" " * 5
-        )
-        if step.expression is not None:
-            lines += textwrap.wrap(
-                sp.sstr(step.expression), 92, initial_indent=" " * 9, subsequent_indent=" " * 9
-            )
-    return "\n".join(lines)
+def _shown(proof: Proof, lines: Iterable[Line]) -> list[str]:
+    """Return lines of a proof as one reads them."""
+    text = [proof.title, "=" * len(proof.title), *_wrapped(SYMBOLS, "", 0)]
+    text += _wrapped("assumed: " + "; ".join(proof.assumptions), "", 9)
+    for number, line in enumerate(lines, 1):
+        how = f" [{line.standing}{': ' + line.why if line.why else ''}]" if line.standing else ""
+        text += _wrapped(line.text + ("" if line.form is not None else how), f"{number:3d}. ", 5)
+        shown = line.value if line.form is None else line.form
+        if shown is not None:
+            ending = how if line.form is not None else ""
+            text += _wrapped(sp.sstr(shown) + ending, " " * 9, 9)
+    return text
 
 
-def _claims(verification: Verification) -> str:
-    lines = [f"{verification.subject}: " + "; ".join(verification.assumptions)]
-    for claim in verification.claims:
-        lines += textwrap.wrap(
-            f"{claim.standing:8s} {claim.text} [{claim.how}]",
-            98,
-            initial_indent="  ",
-            subsequent_indent=" " * 11,
-        )
-    return "\n".join(lines)
+def _leading_to(entry: Entry) -> list[Line]:
+    """Return the lines of a chapter up to the last one that an entry rests on."""
+    lines = entry.derive().lines
+    used = {id(line) for line in entry.backing()[1]} if entry.backed else set()
+    last = max((k for k, line in enumerate(lines) if id(line) in used), default=-1)
+    return lines[: last + 1]
 
 
-def _row(entry: Entry) -> str:
-    head = entry.label or f"({entry.name})"
+def _row(entry: Entry, whole: bool) -> Iterator[str]:
     loud = entry.verdict in ("misprint", "inconsistent")
     verdict = entry.verdict.upper() if loud else entry.verdict
-    lines = [f"{verdict:14s}{head:44s}{entry.place}"]
-    body = [("printed", " ".join((entry.formula or entry.printed).split()))]
-    if entry.corrected:
-        body.append(("correct", " ".join(entry.corrected.split())))
-    if entry.error:
-        body.append(("error", entry.error))
-    if entry.assumptions:
-        body.append(("if", "; ".join(entry.assumptions)))
-    body.append(("by" if entry.proved else "by (verified)", entry.how))
+    head = entry.label or f"({entry.name})"
+    yield f"{verdict:14s} {head:38s} {entry.place:24s} {getattr(entry, 'standing', '')}".rstrip()
+    body = [
+        ("printed", " ".join(entry.printed.split())),
+        ("correct", " ".join((entry.corrected or "").split())),
+        ("error", entry.error or ""),
+        ("if", "; ".join(entry.assumptions)),
+        ("by", entry.how),
+    ]
     for name, text in body:
-        lines += textwrap.wrap(
-            f"{name:8s}{text}",
-            98,
-            initial_indent=" " * 14,
-            subsequent_indent=" " * 22,
-            break_long_words=False,
-        )
-    return "\n".join(lines)
+        if text and (whole or (loud and name in ("printed", "correct"))):
+            yield from _wrapped(text, f"{name:>14s} ", 15)
+
+
+def _table() -> Iterator[str]:
+    """Yield the table of entries and premises."""
+    for k, name in enumerate(PREMISES):
+        yield "  " * k + f"+- {name}"
+    for name, carried in premises().items():
+        yield "".join("x " if premise in carried else ". " for premise in PREMISES) + name
+
+
+def _faults(model: Model, chapters: Sequence[str], chosen: Sequence[Entry]) -> Iterator[str]:
+    """Yield everything that does not hold under a model."""
+    for name in chapters:
+        yield from proof_of(name, model).faults
+    for entry in chosen:
+        if ported(chapter_of(entry)):
+            yield from entry.faults(model)
+        else:
+            entry.check()
 
 
 def main(given: Sequence[str] | None = None) -> int:
     """Run the audit; return 0 if everything holds, 1 if something does not, 2 for bad input."""
     arguments = _arguments(given)
-    chosen, subjects = _chosen(arguments.only)
-    if not chosen and not subjects:
-        print(f"--only {arguments.only}: no label, name or subject of the ledger", file=sys.stderr)
+    only, everything = arguments.only, entries()
+    named = [e for e in everything if only in (None, chapter_of(e), e.label, e.name)]
+    chapters = list(CHAPTERS) if only is None else list(
+        dict.fromkeys([only] if only in CHAPTERS else [chapter_of(entry) for entry in named])
+    )  # fmt: skip
+    if not chapters:
+        print(f"--only {only}: no label, name or chapter of the ledger", file=sys.stderr)
         return 2
     source = None
     if arguments.paper is not None:
@@ -116,33 +144,37 @@ def main(given: Sequence[str] | None = None) -> int:
         except (OSError, UnicodeDecodeError) as trouble:
             print(f"--paper {arguments.paper}: {trouble}", file=sys.stderr)
             return 2
-    started = time.perf_counter()
-    verifications = []
-    try:
-        for name in subjects:
-            verifications.append(verified(name))
-        for entry in chosen:
-            entry.check()
-    except Refuted as refuted:
-        print(f"refuted: {refuted}", file=sys.stderr)
+    if arguments.premises:
+        print("\n".join(_table()))
+        return 0
+    started = time.process_time()
+    model = PREMISES[arguments.premise] if arguments.premise else MODEL
+    faults = list(_faults(model, chapters, named))
+    for fault in faults:
+        print(f"refuted: {fault}", file=sys.stderr)
+    if faults:
+        print(f"{len(faults)} statements are refuted", file=sys.stderr)
         return 1
     problems = disagreements(source) if source is not None else []
     if arguments.json:
-        print(json.dumps([entry.as_json() for entry in chosen], indent=1, ensure_ascii=False))
+        print(json.dumps([entry.as_json() for entry in named], indent=1, ensure_ascii=False))
     else:
-        if arguments.show:
-            print("\n\n".join(_shown(SUBJECTS[name].derive()) for name in subjects), end="\n\n")
-        print("\n".join(_claims(verification) for verification in verifications), end="\n\n")
-        print("\n".join(_row(entry) for entry in chosen), end="\n\n")
-        counts = Counter(entry.verdict for entry in chosen)
-        standings = Counter(claim.standing for v in verifications for claim in v.claims)
+        proofs = {name: proof_of(name) for name in chapters}
+        for name, proof in proofs.items():
+            if arguments.show or only == name:
+                print("\n".join(_shown(proof, proof.lines)), end="\n\n")
+        for entry in named:
+            if only in (entry.name, entry.label) and ported(chapter_of(entry)):
+                print("\n".join(_shown(proof_of(chapter_of(entry)), _leading_to(entry))))
+            print("\n".join(_row(entry, whole=only is not None)))
+        counts = Counter(entry.verdict for entry in named)
+        standings = Counter(line.standing for proof in proofs.values() for line in proof.lines)
         print(
-            f"{len(chosen)} statements: "
+            f"\n{len(named)} statements: "
             + ", ".join(f"{counts[verdict]} {verdict}" for verdict in sorted(counts))
-            + f"; {standings['proved']} claims proved, "
-            + f"{standings['verified']} verified over stated cases, "
-            + f"{standings['argued']} argued from them; "
-            + f"{time.perf_counter() - started:.0f} s"
+            + "; claims: "
+            + ", ".join(f"{standings[word]} {word}" for word in STANDINGS)
+            + f"; {time.process_time() - started:.0f} s"
         )
     for problem in problems:
         print(problem, file=sys.stderr)

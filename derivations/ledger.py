@@ -1,9 +1,11 @@
-"""The ledger: every statement of the paper with its verdict, and the subjects that back it."""
+"""The ledger: every statement of the paper with its verdict, and the chapters that back it."""
 
 from __future__ import annotations
 
 import re
+from functools import cache
 from types import ModuleType
+from typing import Any
 
 from derivations import (
     continuum,
@@ -20,9 +22,11 @@ from derivations import (
     thresholds,
     two_sliders,
 )
-from derivations.proof import VERDICTS, Entry, Verification
+from derivations.engine import LEDGER, Line, Proof
+from derivations.model import MODEL, PREMISES, Model
+from derivations.proof import VERDICTS, Verification
 
-SUBJECTS: dict[str, ModuleType] = {
+CHAPTERS: dict[str, ModuleType] = {
     "scaling": scaling,
     "procedure": procedure,
     "modes": modes,
@@ -37,50 +41,54 @@ SUBJECTS: dict[str, ModuleType] = {
     "runaway": runaway,
     "shakedown": shakedown,
 }
-"""The modules, each with ``derive()``, ``check(v, results)`` and its entries."""
-
-_SECTIONS = (
-    "Sec. II A",
-    "Sec. II B",
-    "Sec. II C",
-    "Sec. III A",
-    "Sec. III B",
-    "Sec. IV",
-    "Sec. V",
-    "Fig.",
-)
+"""The modules, each with ``derive(model)`` and its entries."""
 
 
-def verified(subject: str) -> Verification:
-    """Return what the check of a subject establishes under the assumptions of its derivation."""
-    derived = SUBJECTS[subject].derive()
-    verification = Verification(subject, derived.assumptions)
-    SUBJECTS[subject].check(verification, derived.results)
-    return verification
+def ported(chapter: str) -> bool:
+    """Return whether a chapter is written for the new engine."""
+    return hasattr(CHAPTERS[chapter], "LINES")
 
 
-def subject_of(entry: Entry) -> str:
-    """Return the name of the subject whose module holds an entry."""
-    return next(name for name, module in SUBJECTS.items() if entry in module.ENTRIES)
+@cache
+def proof_of(chapter: str, model: Model = MODEL) -> Proof:
+    """Return a chapter's lines under a model."""
+    module = CHAPTERS[chapter]
+    if ported(chapter):
+        proof: Proof = module.derive(model)
+        return proof
+    derived = module.derive()
+    found = Verification(chapter, derived.assumptions)
+    module.check(found, derived.results)
+    steps = [Line(step.text, step.expression) for step in derived.steps]
+    words = {"proved": "proved", "verified": "checked", "argued": "argued"}
+    claims = [Line(claim.text, None, None, words[claim.standing], claim.how)
+              for claim in found.claims]  # fmt: skip
+    return Proof(derived.title, derived.assumptions, model, steps + claims)
 
 
-def _section(entry: Entry) -> int:
-    return next(k for k, name in enumerate(_SECTIONS) if entry.place.startswith(name))
-
-
-def entries() -> tuple[Entry, ...]:
-    """Return all entries, by section of the paper and then by subject."""
-    found = tuple(entry for module in SUBJECTS.values() for entry in module.ENTRIES)
-    names = [entry.name for entry in found]
-    labels = [entry.label for entry in found if entry.label is not None]
-    for kind in (names, labels):
-        twice = {name for name in kind if kind.count(name) > 1}
-        if twice:
-            raise ValueError(f"more than one entry: {sorted(twice)}")
-    wrong = [entry.name for entry in found if entry.verdict not in VERDICTS]
+def entries() -> tuple[Any, ...]:
+    """Return all entries, in the order of the paper."""
+    found = {entry.name: entry for module in CHAPTERS.values() for entry in module.ENTRIES}
+    if set(found) != set(LEDGER):
+        raise ValueError(f"in the ledger or in a chapter only: {sorted(set(found) ^ set(LEDGER))}")
+    wrong = [entry.name for entry in found.values() if entry.verdict not in VERDICTS]
     if wrong:
         raise ValueError(f"unknown verdict: {wrong}")
-    return tuple(sorted(found, key=_section))
+    return tuple(found[name] for name in LEDGER)
+
+
+def chapter_of(entry: Any) -> str:
+    """Return the name of the chapter that backs an entry."""
+    return next(name for name, module in CHAPTERS.items() if entry in module.ENTRIES)
+
+
+def premises() -> dict[str, list[str]]:
+    """Return, for every entry, the premises without which it is refuted."""
+    return {
+        entry.name: [name for name, model in PREMISES.items() if entry.faults(model)]
+        for entry in entries()
+        if ported(chapter_of(entry))
+    }
 
 
 def _without_space(text: str) -> str:

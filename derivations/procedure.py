@@ -8,7 +8,7 @@ from random import Random
 
 import sympy as sp
 
-from derivations import slip
+from derivations import slip_old as slip
 from derivations.notation import Formula, excess, symbol
 from derivations.play import TwoSliders
 from derivations.proof import Derivation, Entry, Results, Step, Verification

@@ -13,7 +13,7 @@ from random import Random
 
 import sympy as sp
 
-from derivations import scaling
+from derivations import scaling_old as scaling
 from derivations.notation import (
     Expression,
     N,
@@ -29,7 +29,7 @@ from derivations.notation import (
     symbol,
     theta,
 )
-from derivations.pivots import tension_above, tension_below
+from derivations.pivots_old import tension_above, tension_below
 from derivations.play import NotUnique, SlidingChain, play_variation
 from derivations.proof import Derivation, Entry, Results, Step, Verification, follows
 from derivations.shakedown import ends_cycle, follow_ends

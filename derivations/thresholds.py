@@ -19,7 +19,7 @@ from derivations.notation import (
     slope_margin,
     symbol,
 )
-from derivations.pivots import tension_above, tension_below
+from derivations.pivots_old import tension_above, tension_below
 from derivations.proof import (
     Derivation,
     Entry,

@@ -9,7 +9,8 @@ from random import Random
 
 import sympy as sp
 
-from derivations import scaling, slip
+from derivations import scaling_old as scaling
+from derivations import slip_old as slip
 from derivations.notation import (
     Expression,
     Formula,

@@ -17,7 +17,8 @@ from typer.cli import get_docs_for_click
 from typer.main import get_command
 
 import exactcreep
-from derivations.ledger import SUBJECTS, entries, subject_of
+from derivations.ledger import CHAPTERS, chapter_of, entries, premises, proof_of
+from derivations.model import PREMISES
 from exactcreep.cli import app
 from exactcreep.quasistatic.experiment import DRIVES
 from exactcreep.scene import builtin_scenes, load_scene
@@ -202,7 +203,7 @@ def laws(_):
         parts += [
             f"(law-{law.label})=\n## {law.label}",
             f"$$\n{law.latex}\n$$",
-            f"{law.place}; **{law.verdict}**; {law.units}. Proof: [{SUBJECTS[module].derive().title}]"
+            f"{law.place}; **{law.verdict}**; {law.units}. Proof: [{proof_of(module).title}]"
             f"(#proof-{module}); [all that is said of the paper](ledger.md).",
             _table(
                 ["form", "formula", "takes"],
@@ -225,7 +226,7 @@ def ledger(_):
             said.append(f"correct: {_formula(entry.corrected)}")
         if entry.error:
             said.append(f"error: {entry.error}")
-        subject = subject_of(entry)
+        subject = chapter_of(entry)
         rows.append([
             f"{entry.label or entry.name}<br>{entry.place}<br>**{entry.verdict}**",
             "<br>".join(said),
@@ -235,18 +236,32 @@ def ledger(_):
 
 
 def proofs(_):
-    """Return the steps of every derivation."""
+    """Return the lines of every derivation."""
     parts = []
-    for name, module in SUBJECTS.items():
-        derivation = module.derive()
-        parts += [f"(proof-{name})=\n## {derivation.title}", f"`derivations/{name}.py`"]
-        if derivation.assumptions:
-            parts.append("Assumed: " + "; ".join(derivation.assumptions) + ".")
-        for number, step in enumerate(derivation.steps, 1):
-            parts.append(f"**{number}.** {_prose(step.text)}")
-            if isinstance(step.expression, sp.Basic | sp.MatrixBase):
-                parts.append(f"$$\n{sp.latex(step.expression)}\n$$")
+    for name in CHAPTERS:
+        proof = proof_of(name)
+        parts += [f"(proof-{name})=\n## {proof.title}", f"`derivations/{name}.py`"]
+        if proof.assumptions:
+            parts.append("Assumed: " + "; ".join(proof.assumptions) + ".")
+        for number, line in enumerate(proof.lines, 1):
+            how = ": ".join(part for part in (line.standing, line.why) if part)
+            parts.append(
+                f"**{number}.** {_prose(line.text)}" + (f" *({_prose(how)})*" if how else "")
+            )
+            shown = line.value if line.form is None else line.form
+            if isinstance(shown, sp.Basic | sp.MatrixBase):
+                parts.append(f"$$\n{sp.latex(shown)}\n$$")
     return "\n\n".join(parts)
+
+
+def carried(_):
+    """Return which entries each premise of the model carries."""
+    table = premises()
+    rows = [
+        (f"`{name}`", *("x" if premise in refuted else "" for premise in PREMISES))
+        for name, refuted in table.items()
+    ]
+    return _table(["refuted if", *PREMISES], rows, "searchable")
 
 
 def _prose(text):
@@ -263,6 +278,7 @@ PARTS = {
     "rooms": rooms,
     "ledger": ledger,
     "proofs": proofs,
+    "carried": carried,
 }
 
 
