@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import datetime
 import hashlib
 import itertools
 import os
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from fractions import Fraction
 from functools import cached_property
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -23,20 +22,10 @@ from exactcreep.model.numbers import (
     Number,
     exact_number,
     nearest_float,
+    number_from_zero,
     positive_number,
 )
-from exactcreep.model.reading import content_of
-from exactcreep.model.record_rows import (
-    ABSOLUTE_ZERO,
-    DATES,
-    MOST_BYTES,
-    RecordRow,
-    RowReader,
-    gaps_in,
-    moment_of,
-    rows_of_arrays,
-    rows_of_file,
-)
+from exactcreep.model.readings import ABSOLUTE_ZERO, DATES, gaps_in, is_date, read, rows_of
 
 LIKE_KELVIN = (180, 400)
 """Weather and roofs lie between these in kelvin, and below the first in degrees Celsius."""
@@ -48,6 +37,8 @@ CHOICES = {
     "duplicates": ("refuse", "first", "last", "mean"),
     "gaps": ("refuse", "interpolate"),
 }
+_COLUMNS = ("time_column", "temperature_column", "minimum_column", "maximum_column")
+_TEXTS = {*_COLUMNS, "delimiter", *CHOICES}
 
 
 class RecordWarning(UserWarning):
@@ -77,6 +68,13 @@ class TemperatureRecord(Listed):
         Temperature at which the chain is prepared (theta = 0), in `unit`.
     time_column, temperature_column : str
         Names of the columns. Times increase from row to row: numbers, or dates, all of one kind.
+    minimum_column, maximum_column : str
+        Instead of `temperature_column`: the columns of a day's minimum and maximum, the commonest
+        kind of an old record. They are taken as they stand, at `minimum_hour` and `maximum_hour`.
+    minimum_hour, maximum_hour : number
+        When, in hours after the date of the row.
+    scale : number
+        What the numbers are multiplied by: 0.1 for tenths of a degree.
     unit : {"C", "K"}
         Of the temperatures.
     delimiter : str
@@ -93,9 +91,10 @@ class TemperatureRecord(Listed):
     duplicates : {"refuse", "first", "last", "mean"}
         What of several rows of the same time counts.
     gaps : {"refuse", "interpolate"}
-        What becomes of a step longer than 1.5 times the usual one (the median, from ten rows on):
-        "interpolate" takes the temperature to be monotone there, the least that it can have done;
-        `parts` makes records of what lies between the gaps.
+        What becomes of a step longer than 1.5 usual ones (what at least one in ten is as long as,
+        from ten readings on; uneven hours make no gap): "interpolate" takes the temperature to be
+        monotone there, the least that it can have done; `parts` makes records of what lies between
+        the gaps.
     theta, times, sha256, origin : optional
         Only together, as `parameters` returned them: the file, which may be gone, is not read.
         `origin` may be left out.
@@ -103,7 +102,7 @@ class TemperatureRecord(Listed):
     Attributes
     ----------
     theta : tuple of Fraction
-        One dilation per row, exact: decimal texts are kept as the rationals that they denote.
+        One dilation per reading, exact: decimal texts are kept as the rationals that they denote.
     times : tuple of float
         Of each row: in seconds since `origin` for dates, as written otherwise.
     origin : str
@@ -114,8 +113,8 @@ class TemperatureRecord(Listed):
     Raises
     ------
     InputError
-        If the file cannot be read, or rows cannot be what is said of them. The message names all
-        such rows (1 is the first after the header) and their lines, beyond 20 their number.
+        If the file cannot be read, or rows cannot be what is said of them. The message has every
+        kind of fault with its first lines, their number, and the option that would mend it.
 
     Warns
     -----
@@ -139,6 +138,11 @@ class TemperatureRecord(Listed):
     file: str
     time_column: str
     temperature_column: str
+    minimum_column: str
+    maximum_column: str
+    minimum_hour: Fraction
+    maximum_hour: Fraction
+    scale: Fraction
     unit: str
     kappa: Fraction
     T0: Fraction
@@ -163,6 +167,11 @@ class TemperatureRecord(Listed):
         *,
         time_column: str = "time",
         temperature_column: str = "temperature",
+        minimum_column: str = "",
+        maximum_column: str = "",
+        minimum_hour: Number = 5,
+        maximum_hour: Number = 15,
+        scale: Number = 1,
         unit: str = "C",
         delimiter: str = ",",
         decimal: str = ".",
@@ -175,39 +184,40 @@ class TemperatureRecord(Listed):
         sha256: str | None = None,
         origin: str | None = None,
     ) -> None:
+        own = {name: value for name, value in vars().items() if name in _TEXTS}
+        _check_options(own)
         if not isinstance(file, (str, os.PathLike)):
             raise InputError("file", file, "must be the path of a CSV file")
-        columns = {"time_column": time_column, "temperature_column": temperature_column}
-        options = {
-            "unit": unit,
-            "decimal": decimal,
-            "date_order": date_order,
-            "missing": missing,
-            "duplicates": duplicates,
-            "gaps": gaps,
-        }
-        _check_options(columns, options, delimiter)
-        expansion = positive_number(kappa, "kappa")
-        reference = exact_number(T0, "T0")
-        if reference < ABSOLUTE_ZERO[unit]:
+        vars(self).update(
+            own,
+            file=os.fspath(file),
+            kappa=positive_number(kappa, "kappa"),
+            T0=exact_number(T0, "T0"),
+            minimum_hour=number_from_zero(minimum_hour, "minimum_hour"),
+            maximum_hour=number_from_zero(maximum_hour, "maximum_hour"),
+            scale=positive_number(scale, "scale"),
+        )
+        if ABSOLUTE_ZERO[unit] > self.T0:
             raise InputError("T0", T0, "must not be below absolute zero")
-        vars(self).update(columns, file=os.fspath(file), kappa=expansion, T0=reference)
-        vars(self).update(options, delimiter=delimiter)
+        if not self.minimum_column and (self.minimum_hour, self.maximum_hour) != (5, 15):
+            raise InputError("maximum_hour", maximum_hour, "belongs to minimum_column")
+        if not 24 > self.maximum_hour != self.minimum_hour < 24:
+            allowed = "must be another hour of the day than minimum_hour, below 24"
+            raise InputError("maximum_hour", maximum_hour, allowed)
         if theta is None or times is None or sha256 is None:
             if not (theta is None and times is None and sha256 is None and origin is None):
                 raise InputError("theta", theta, "must come with times and sha256, or not at all")
-            content = content_of(Path(file), "file", MOST_BYTES)
-            self._take(rows_of_file(content, self), self.file, content)
+            rows, content = rows_of(self)
+            self._take(*read(rows, self, "line"), content)
             return
-        dilations = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
-        moments = tuple(
-            nearest_float(exact_number(value, f"times[{i}]")) for i, value in enumerate(times)
-        )
-        if not dilations or len(moments) != len(dilations):
-            raise InputError("times", len(moments), "must be as many as theta, at least one")
-        if origin and not isinstance(moment_of(origin, "iso"), datetime.datetime):
+        theta = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
+        seconds = [exact_number(value, f"times[{i}]") for i, value in enumerate(times)]
+        if not theta or len(seconds) != len(theta):
+            raise InputError("times", len(seconds), "must be as many as theta, at least one")
+        if origin and not is_date(origin):
             raise InputError("origin", origin, "must be a date such as 2024-01-31T13:00")
-        vars(self).update(theta=dilations, times=moments, sha256=sha256, origin=origin or "")
+        moments = tuple(map(nearest_float, seconds))
+        vars(self).update(theta=theta, times=moments, sha256=sha256, origin=origin or "")
 
     @classmethod
     def of(
@@ -217,20 +227,21 @@ class TemperatureRecord(Listed):
         T0: Number,
         *,
         times: ArrayLike | None = None,
-        **options: str,
+        **options: Any,
     ) -> TemperatureRecord:
         """Return the record of an array or pandas Series of temperatures.
 
         Parameters
         ----------
-        temperatures : array of numbers, shape (rows,)
-            None and nan are missing. Floats are taken for the binary numbers that they are.
+        temperatures : array of numbers, shape (rows,) or (rows, 2)
+            None and nan are missing. Floats are taken for the binary numbers that they are. Two
+            columns are minimum and maximum of a day.
         kappa, T0 : number
         times : array, shape (rows,), optional
             Numbers, `datetime.datetime`, `numpy.datetime64` or texts. Default: the index of a
-            Series.
+            Series or DataFrame.
         **options
-            ``unit``, ``date_order``, ``missing``, ``duplicates`` and ``gaps``.
+            All that does not say where a file has what.
 
         Raises
         ------
@@ -241,25 +252,48 @@ class TemperatureRecord(Listed):
         if index is None or callable(index):
             raise InputError("times", None, "must be given, unless temperatures have an index")
         for name in options:
-            if name not in CHOICES or name == "decimal":
+            if name in ("decimal", "delimiter") or name.endswith("_column"):
                 raise InputError(name, options[name], "is not an option of arrays")
-        given, moments = _listed(temperatures, "temperatures"), _listed(index, "times")
-        if len(moments) != len(given):
-            raise InputError(
-                "times", len(moments), f"must be as many as temperatures, {len(given)}"
-            )
+        values, moments = np.asarray(temperatures), np.asarray(index)
+        if values.ndim == 2 and values.shape[1] == 2:
+            options |= {"minimum_column": "minimum", "maximum_column": "maximum"}
+        elif values.ndim != 1:
+            raise InputError("temperatures", values.shape, "must have one dimension, or (rows, 2)")
+        if moments.shape != values.shape[:1]:
+            allowed = f"must be as many as temperatures, {len(values)}"
+            raise InputError("times", len(moments), allowed)
+        if moments.dtype.kind == "M":
+            moments = moments.astype("datetime64[us]")
         blank = cls("", kappa, T0, theta=[0], times=[0], sha256="", **options)
-        text = "\n".join(f"{moment},{value}" for moment, value in zip(moments, given, strict=True))
-        blank._take(rows_of_arrays(moments, given), "(arrays)", text.encode())
+        columns = [moments.tolist(), *values.reshape(len(values), -1).T.tolist()]
+        rows = [*zip(range(1, len(values) + 1), *columns, strict=True)]
+        text = "\n".join(",".join(map(str, row[1:])) for row in rows)
+        blank._take(*read(rows, blank, "row"), text.encode())
         return blank
 
-    def _take(self, rows: Iterable[RecordRow | InputError], shown: str, content: bytes) -> None:
-        """Keep what rows say, or raise one `InputError` with all that is wrong with them."""
-        times, temperatures, origin = RowReader(self).read(rows, shown)
-        _doubt(temperatures, self.unit, shown)
-        dilations = tuple(self.kappa * (value - self.T0) for value in temperatures)
-        digest = hashlib.sha256(content).hexdigest()
-        vars(self).update(theta=dilations, times=times, sha256=digest, origin=origin)
+    @property
+    def columns(self) -> dict[str, str]:
+        """Names of the columns that are read, by option: of times, and of temperatures."""
+        names = _COLUMNS[2:] if self.minimum_column else _COLUMNS[1:2]
+        return {name: getattr(self, name).strip() for name in ("time_column", *names)}
+
+    @property
+    def hours(self) -> tuple[Fraction, ...]:
+        """When a row's temperatures are those of, in hours after its date."""
+        return (self.minimum_hour, self.maximum_hour) if self.minimum_column else (Fraction(0),)
+
+    def _take(
+        self, times: list[float], temperatures: list[Fraction], origin: str, content: bytes
+    ) -> None:
+        """Keep what `read` returned, and the digest of what it was read from."""
+        _doubt(temperatures, self.unit, self.file or "(arrays)")
+        dilation = {value: self.kappa * (value - self.T0) for value in set(temperatures)}
+        vars(self).update(
+            theta=tuple(dilation[value] for value in temperatures),
+            times=tuple(times),
+            sha256=hashlib.sha256(content).hexdigest(),
+            origin=origin,
+        )
 
     @cached_property
     def dates(self) -> NDArray[np.datetime64] | None:
@@ -269,9 +303,9 @@ class TemperatureRecord(Listed):
         """
         if not self.origin:
             return None
-        origin = datetime.datetime.fromisoformat(self.origin)
+        origin = datetime.fromisoformat(self.origin)
         if origin.tzinfo is not None:
-            origin = origin.astimezone(datetime.UTC).replace(tzinfo=None)
+            origin = origin.astimezone(UTC).replace(tzinfo=None)
         since = np.round(np.array(self.times) * 1e6).astype("timedelta64[us]")
         return (np.datetime64(origin, "us") + since).astype("datetime64[ns]")
 
@@ -310,29 +344,26 @@ class TemperatureRecord(Listed):
         return kept
 
 
-def _listed(values: Any, name: str) -> list[Any]:
-    """Return the entries of an array, dates as `datetime.datetime`."""
-    array = np.asarray(values)
-    if array.ndim != 1:
-        raise InputError(name, array.shape, "must have one dimension")
-    if array.dtype.kind == "M":
-        array = array.astype("datetime64[us]")
-    listed: list[Any] = array.tolist()
-    return listed
-
-
-def _check_options(columns: dict[str, str], options: dict[str, str], delimiter: str) -> None:
-    """Raise `InputError` unless a record can be read as these options say."""
-    for name, text in columns.items():
-        if not isinstance(text, str) or not text.strip():
-            raise InputError(name, text, "must be the name of a column")
-    if len({text.strip() for text in columns.values()}) == 1:
-        text = columns["temperature_column"]
-        raise InputError("temperature_column", text, "must not be time_column")
+def _check_options(options: Mapping[str, Any]) -> None:
+    """Raise `InputError` unless a record can be read as these texts say."""
     for name, text in options.items():
-        if not isinstance(text, str) or text not in CHOICES[name]:
+        either = name.startswith("m") and name.endswith("_column")
+        if name.endswith("_column") and not (isinstance(text, str) and (text.strip() or either)):
+            raise InputError(name, text, "must be the name of a column")
+        if name in CHOICES and (not isinstance(text, str) or text not in CHOICES[name]):
             *most, last = (f'"{choice}"' for choice in CHOICES[name])
             raise InputError(name, text, f"must be {', '.join(most)} or {last}")
+    low, high, single = (options[f"{n}_column"] for n in ("minimum", "maximum", "temperature"))
+    if bool(low.strip()) != bool(high.strip()):
+        raise InputError("maximum_column", high, "must be given with minimum_column")
+    if low and single != "temperature":
+        raise InputError("temperature_column", single, "must be left out beside minimum_column")
+    for name in ("minimum_column", "maximum_column") if low else ("temperature_column",):
+        if options[name].strip() == options["time_column"].strip():
+            raise InputError(name, options[name], "must not be time_column")
+    if low and low.strip() == high.strip():
+        raise InputError("maximum_column", high, "must not be minimum_column")
+    delimiter = options["delimiter"]
     if not isinstance(delimiter, str) or len(delimiter) != 1 or delimiter in '"\r\n':
         raise InputError("delimiter", delimiter, 'must be one character, e.g. "," or ";"')
     if options["decimal"] == delimiter:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import datetime
 import gzip
-import re
 from fractions import Fraction
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from exactcreep.model import record_rows as record_module
+from exactcreep.model import readings
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Path
 from exactcreep.model.numbers import InputError
-from exactcreep.model.record_rows import MOST_BYTES
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import RecordWarning, TemperatureRecord
 from exactcreep.quasistatic.creep import creep
@@ -73,27 +71,27 @@ def test_dates_become_seconds_and_columns_are_found_by_name(write):
 @pytest.mark.parametrize(
     ("rows", "column", "says"),
     [
-        ("0,1\n1,\n", "temperature", "missing in row 2 (line 3)"),
-        ("0,1\n1,NaN\n", "temperature", "missing in row 2 (line 3)"),
-        ("0,1\n,2\n", "time", "missing in row 2 (line 3)"),
-        ("0,1\n\n1,warm\n", "temperature", "with a decimal point in row 2 (line 4)"),
-        ("0,1\n1,3/5\n", "temperature", "must be a number with a decimal point in row 2 (line 3)"),
-        ("0,1\n1,1_0\n", "temperature", "must be a number with a decimal point in row 2 (line 3)"),
-        ("0,1\n1,inf\n", "temperature", "must be a number with a decimal point in row 2 (line 3)"),
-        ("0,1\n1,2\n1,3\n", "time", "must be later than in the row before in row 3 (line 4)"),
-        ("0,1\n1,2\n0.5,3\n", "time", "must be later than in the row before in row 3 (line 4)"),
-        ("0,1\nnoon,2\n", "time", "2024-01-31T13:00 in row 2 (line 3)"),
-        ("0,1\n2024-01-01,2\n", "time", "of the same kind as the rows before in row 2 (line 3)"),
+        ("0,1\n1,\n", "temperature", "missing in line 3"),
+        ("0,1\n1,NaN\n", "temperature", "missing in line 3"),
+        ("0,1\n,2\n", "time", "missing in line 3"),
+        ("0,1\n\n1,warm\n", "temperature", "with a decimal point in line 4"),
+        ("0,1\n1,3/5\n", "temperature", "must be a number with a decimal point in line 3"),
+        ("0,1\n1,1_0\n", "temperature", "must be a number with a decimal point in line 3"),
+        ("0,1\n1,inf\n", "temperature", "must be a number with a decimal point in line 3"),
+        ("0,1\n1,2\n1,3\n", "time", "must be later than before in line 4"),
+        ("0,1\n1,2\n0.5,3\n", "time", "must be later than before in line 4"),
+        ("0,1\nnoon,2\n", "time", "2024-01-31T13:00 in line 3"),
+        ("0,1\n2024-01-01,2\n", "time", "of the same kind as before in line 3"),
         (
             "2024-01-01T00:00,1\n2024-01-01T01:00+00:00,2\n",
             "time",
-            "of the same kind as the rows before in row 2 (line 3)",
+            "of the same kind as before in line 3",
         ),
-        ("0,-273.16\n", "temperature", "must not be below absolute zero in row 1 (line 2)"),
-        ("0,1\n1,2,3\n", "file", "row 2 (line 3) must have 2 columns, not 3"),
-        ("0,1\n1\n", "file", "row 2 (line 3) must have 2 columns, not 1"),
+        ("0,-273.16\n", "temperature", "must not be below absolute zero in line 2"),
+        ("0,1\n1,2,3\n", "file", "Expected 2 fields in line 3, saw 3"),
+        ("0,1\n1\n", "temperature", "is missing in line 3"),
         ("", "file", "must hold at least one row of data"),
-        ('0,"1\n', "file", "must be a CSV file; line 2"),
+        ('0,"1\n', "file", "must be a CSV file"),
     ],
 )
 def test_a_bad_row_is_refused_with_its_number(write, rows, column, says):
@@ -140,10 +138,10 @@ def test_directories_bytes_and_sizes_are_refused_in_one_sentence(write, tmp_path
         with pytest.raises(InputError, match=says):
             TemperatureRecord(path, KAPPA, 0)
     path = write("time,temperature\n0,1\n1,2\n2,3\n")
-    monkeypatch.setattr(record_module, "MOST_ROWS", 2)
+    monkeypatch.setattr(readings, "MOST_ROWS", 2)
     with pytest.raises(InputError, match="at most 2 rows"):
         TemperatureRecord(path, KAPPA, 0)
-    large = b"time,temperature\n" + b"\n" * MOST_BYTES
+    large = b"time,temperature\n" + b"\n" * readings.MOST_BYTES
     with pytest.raises(InputError, match=r"at most 64 MiB$"):
         TemperatureRecord(write(large), KAPPA, 0)
     with pytest.raises(InputError, match=r"at most 64 MiB when it is unpacked$"):
@@ -204,7 +202,7 @@ def test_arrays_that_are_no_record_are_refused(write):
     with pytest.raises(InputError, match="must be as many as temperatures, 2"):
         TemperatureRecord.of([1, 2], KAPPA, 0, times=[0])
     with pytest.raises(InputError, match="must have one dimension"):
-        TemperatureRecord.of([[1, 2]], KAPPA, 0, times=[0, 1])
+        TemperatureRecord.of([[1, 2, 3]], KAPPA, 0, times=[0])
     with pytest.raises(InputError, match="date of the years 1700 to 2200 in row 2"):
         TemperatureRecord.of([1, 2], KAPPA, 0, times=["2024-01-01", "2424-01-01"])
     known = {"theta": [0, 1], "sha256": ""}
@@ -291,22 +289,102 @@ def test_decimal_commas_and_the_order_of_day_and_month_are_what_is_said(write, o
     with pytest.raises(InputError, match='decimal = "," reads decimal commas'):
         TemperatureRecord(path, KAPPA, 0, **options | {"decimal": "."})
     american = write("time,temperature\n1/31/2024,1\n", "american.csv")
-    with pytest.raises(InputError, match=r"such as 31\.01\.2024 13:00 in row 1"):
+    with pytest.raises(InputError, match=r"such as 31\.01\.2024 13:00 in line 2"):
         TemperatureRecord(american, KAPPA, 0, date_order="day first")
 
 
-FAULTY = "time,temperature\n0,1\n1,\n1,2\n2,warm\n3\n4,-300\n,5\n6,7\n5,8\n7,9\n"
-
-
-def test_all_faults_of_a_file_are_told_at_once(write):
-    path = write(FAULTY)
+def test_all_faults_of_a_file_are_refused_at_once_by_examples_and_with_what_mends_them(write):
+    path = write("time,temperature\n0,1\n1,\n1,2\n2,warm\n3\n4,-300\n,5\n6,7\n5,8\n7,9\n")
     with pytest.raises(InputError) as caught:
         TemperatureRecord(path, KAPPA, 0)
-    rows = [int(row) for row in re.findall(r"row (\d+)", str(caught.value))]
-    assert rows == [2, 3, 4, 5, 6, 7, 9]
+    assert str(caught.value).replace(str(path), "FILE") == (
+        "temperature = '': is missing in line 3, 6"
+        ' (missing = "drop" leaves such readings out, "interpolate" is linear in time);'
+        " temperature = 'warm': must be a number with a decimal point in line 5;"
+        " temperature = '-300': must not be below absolute zero in line 7;"
+        " time = '': is missing in line 8 (missing = \"drop\" leaves such rows out);"
+        " time = '5': must be later than before in line 10; of FILE"
+    )
     many = write("time,temperature\n" + "".join(f"{k},\n" for k in range(50)))
-    with pytest.raises(InputError, match=r"row 20 .*; and 30 more$"):
+    with pytest.raises(InputError, match="in line 2, 3, 4 and 47 more"):
         TemperatureRecord(many, KAPPA, 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "mend"),
+    [
+        ("time;temperature\n0;1\n", {"delimiter": ";"}),
+        ("time,temperature\n28.02.1901,1\n", {"date_order": "day first"}),
+        ("time,temperature\n02/28/1901,1\n", {"date_order": "month first"}),
+        ("time;temperature\n0;1,5\n", {"decimal": ",", "delimiter": ";"}),
+        ("time,temperature\n0,1\n1,\n2,3\n", {"missing": "interpolate"}),
+        ("time,temperature\n0,1\n0,2\n1,3\n", {"duplicates": "mean"}),
+        ("time,temperature\n" + "".join(f"{k},1\n" for k in (*range(20), 25)),
+         {"gaps": "interpolate"}),
+    ],
+)  # fmt: skip
+def test_a_refusal_names_the_option_with_which_the_file_is_read(write, text, mend):
+    path = write(text)
+    name, value = next(iter(mend.items()))
+    others = {key: mend[key] for key in mend if key != name}
+    with pytest.raises(InputError, match=rf"{name} = .*{value}"):
+        TemperatureRecord(path, KAPPA, 0, **others)
+    assert TemperatureRecord(path, KAPPA, 0, **mend).half_cycles
+
+
+DAYS = {"minimum_column": "low", "maximum_column": "high", "time_column": "day", "scale": "0.1"}
+
+
+def test_a_minimum_and_a_maximum_a_day_are_readings_at_their_hours(write):
+    path = write("day,high,low\n1878-01-01,66,14\n1878-01-02,-5,-74\n1878-01-03,2,9\n")
+    drive = TemperatureRecord(path, KAPPA, 0, **DAYS)
+    assert [theta / drive.kappa for theta in drive.theta] == [
+        Fraction(tenths, 10) for tenths in (14, 66, -74, -5, 9, 2)
+    ]
+    hours = np.array(drive.times) / 3600
+    assert hours.tolist() == [0, 10, 24, 34, 48, 58]
+    late = TemperatureRecord(path, KAPPA, 0, **DAYS, minimum_hour="23.5", maximum_hour=14)
+    assert kelvins(late)[:2] == pytest.approx([6.6, 1.4])
+    assert late.dates[1] == np.datetime64("1878-01-01T23:30")
+    table = pd.DataFrame({"low": [14, -74, 9], "high": [66, -5, 2]}, index=pd.to_datetime(
+        ["1878-01-01", "1878-01-02", "1878-01-03"]))  # fmt: skip
+    assert TemperatureRecord.of(table, KAPPA, 0, scale="0.1").theta == drive.theta
+    half = write("day,high,low\n1878-01-01,66,\n1878-01-02,-5,-74\n1878-01-03,2,9\n", "half.csv")
+    with pytest.raises(InputError, match="low = '': is missing in line 2"):
+        TemperatureRecord(half, KAPPA, 0, **DAYS)
+    assert len(TemperatureRecord(half, KAPPA, 0, **DAYS, missing="drop").theta) == 5
+    again = dict(drive.parameters())
+    assert TemperatureRecord(**{name: again[name] for name in again if name != "kind"}) == drive
+
+
+@pytest.mark.parametrize(
+    ("options", "field"),
+    [
+        ({"maximum_column": ""}, "maximum_column"),
+        ({"temperature_column": "air"}, "temperature_column"),
+        ({"maximum_column": "low"}, "maximum_column"),
+        ({"minimum_column": "day"}, "minimum_column"),
+        ({"maximum_hour": 5}, "maximum_hour"),
+        ({"maximum_hour": 24}, "maximum_hour"),
+        ({"minimum_hour": -1}, "minimum_hour"),
+        ({"scale": 0}, "scale"),
+        ({"minimum_column": "", "maximum_column": "", "maximum_hour": 3,
+          "temperature_column": "low"}, "maximum_hour"),
+    ],
+)  # fmt: skip
+def test_columns_and_hours_that_contradict_each_other_are_refused(write, options, field):
+    path = write("day,high,low\n1878-01-01,66,14\n")
+    with pytest.raises(InputError) as caught:
+        TemperatureRecord(path, KAPPA, 0, **DAYS | options)
+    assert caught.value.field == field
+
+
+def test_readings_at_uneven_hours_have_no_gap_every_night(write):
+    hours = [24 * day + hour for day in range(30) for hour in (7, 14, 21)]
+    rows = "".join(f"{hour},{hour % 5}\n" for hour in hours)
+    assert TemperatureRecord(write("time,temperature\n" + rows), KAPPA, 0).half_cycles == 90
+    with pytest.raises(InputError, match="must be a date, where a row has the minimum"):
+        TemperatureRecord.of(np.zeros((3, 2)), KAPPA, 0, times=[0, 1, 2])
 
 
 def kelvins(drive):
@@ -326,7 +404,7 @@ def test_missing_temperatures_are_left_out_or_linear_in_time(write, missing, tem
 
 def test_at_the_ends_of_a_record_nothing_is_interpolated(write):
     path = write("time,temperature\n0,\n1,1\n2,\n")
-    with pytest.raises(InputError, match=r"row 1 .*at the ends; .*row 3 .*at the ends$"):
+    with pytest.raises(InputError, match="interpolate between at an end in line 2, 4"):
         TemperatureRecord(path, KAPPA, 0, missing="interpolate")
 
 
@@ -335,17 +413,15 @@ def test_of_several_rows_of_one_time_the_one_that_is_asked_for_counts(write, whi
     path = write("time,temperature\n0,1\n1,3\n1,4\n1,8\n2,9\n")
     assert kelvins(TemperatureRecord(path, KAPPA, 0, duplicates=which)) == [1, second, 9]
     backwards = write("time,temperature\n1,1\n0,3\n")
-    with pytest.raises(InputError, match="later than in the row before"):
+    with pytest.raises(InputError, match="later than before"):
         TemperatureRecord(backwards, KAPPA, 0, duplicates=which)
 
 
 def test_gaps_are_refused_bridged_or_part_the_record(write):
     hours = [*range(6), *range(8, 14), *range(100, 103)]
     path = write("time,temperature\n" + "".join(f"{hour},{hour}\n" for hour in hours))
-    with pytest.raises(InputError) as caught:
+    with pytest.raises(InputError, match=r"time = '8': comes more than 1\.5 .*in line 8, 14 "):
         TemperatureRecord(path, KAPPA, 0)
-    assert "is 3 after the row before in row 7 (line 8)" in str(caught.value)
-    assert "is 87 after the row before in row 13 (line 14)" in str(caught.value)
     bridged = TemperatureRecord(path, KAPPA, 0, gaps="interpolate")
     assert kelvins(bridged) == hours
     parts = bridged.parts()
