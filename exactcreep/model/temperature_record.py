@@ -199,7 +199,7 @@ class TemperatureRecord(Listed):
         )
         if ABSOLUTE_ZERO[unit] > self.T0:
             raise InputError("T0", T0, "must not be below absolute zero")
-        if not self.minimum_column and (self.minimum_hour, self.maximum_hour) != (5, 15):
+        if not self.minimum_column and not self.minimum_hour == 5 == self.maximum_hour - 10:
             raise InputError("maximum_hour", maximum_hour, "belongs to minimum_column")
         if not 24 > self.maximum_hour != self.minimum_hour < 24:
             allowed = "must be another hour of the day than minimum_hour, below 24"
