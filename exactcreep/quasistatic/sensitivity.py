@@ -16,11 +16,11 @@ from exactcreep.limits import Limits, Stop
 from exactcreep.model.drive import Drive
 from exactcreep.model.enclosure import floats
 from exactcreep.model.outcome import Evidence
-from exactcreep.motion.rounding_error import PROMISE
+from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.solvers.solver import Simulation
 
 TRUSTED = 1e-9
-"""What `PROMISE` is for a rearrangement, for `Creep.trusted_half_cycles`."""
+"""What `TENSION_TOLERANCE` is for a rearrangement, for `Creep.trusted_half_cycles`."""
 MOST_EVENTS = 2**14
 """A twin that was not asked for goes along for so many events."""
 
@@ -72,7 +72,7 @@ class RoundingSensitivity:
         if self.followed and not self.parted:
             self._compare(simulation, drive, done)
         self.checked = done
-        doubtful = simulation.evidence is Evidence.UNDECIDED or self._apart > PROMISE
+        doubtful = simulation.evidence is Evidence.UNDECIDED or self._apart > TENSION_TOLERANCE
         if doubtful and not self.doubted_from:
             self.doubted_from = since
 

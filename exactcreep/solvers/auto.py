@@ -35,7 +35,7 @@ from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.motion.rounding_error import PROMISE
+from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.solvers.exact.solver import Exact
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.pilot import (
@@ -258,7 +258,7 @@ def runner(name: str, accuracy: float, digits: int = 0) -> Solver:
     Certified carries ten digits more than the accuracy has, or `digits`.
     """
     if name in ("law", "sliding"):
-        return Sliding(exact=accuracy < PROMISE)
+        return Sliding(exact=accuracy < TENSION_TOLERANCE)
     if name == "certified":
         return Certified(digits=digits or max(20, math.ceil(-math.log10(accuracy)) + 10))
     return Exact()
@@ -357,7 +357,7 @@ def _with_inertia(subject: Subject, pilot: Pilot | None, limit: Rung) -> tuple[R
     else:  # what a theorem knows exactly has no statistical error
         statistical = 0.0 if limit.known_by == "exact" else math.nan
     # rounding takes a chain that does not settle to another of its courses: that is no bias
-    bias = PROMISE if statistical < PROMISE and not (pilot and pilot.settled == "rest") else 0.0
+    bias = TENSION_TOLERANCE if statistical < TENSION_TOLERANCE and not (pilot and pilot.settled == "rest") else 0.0
     said = "the chain itself, in float64: no bias"
     return (
         Rung("exact", bias, "promised", said, statistical),
@@ -377,8 +377,8 @@ def _course(subject: Subject, accuracy: float) -> Choice:
         return Choice("sliding", runner("sliding", accuracy), rungs, limit.reason, accuracy)
     limit = _inapplicable("sliding", "its course is not that of the chain")
     trusted, off, per_target = trusted_course(subject, accuracy)
-    whole = trusted == total and accuracy >= PROMISE
-    error = max(PROMISE, ROUNDINGS * off) if whole else math.nan
+    whole = trusted == total and accuracy >= TENSION_TOLERANCE
+    error = max(TENSION_TOLERANCE, ROUNDINGS * off) if whole else math.nan
     said = f"a twin that starts some roundings off is within {off:.1e} up to half-cycle {trusted}"
     exact = Rung("exact", error, "estimated" if whole else "unknown", said)
     proved = Rung("certified", 0.0, "promised", "balls: every digit is proved")

@@ -31,7 +31,7 @@ from exactcreep.model.enclosure import enclosure, floats
 from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.motion.rounding_error import PROMISE
+from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.motion.runaway import LARGEST_DEVIATE
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.creep import PhysicsWarning
@@ -388,12 +388,12 @@ def _judged_singly(
     for rest, proved in singles:
         found = _rearranged(chain, rest, contestant)
         errors.append(agree(Walk.of(found, tensions=True), proved).error_before / force)
-        unsaid |= not errors[-1] <= PROMISE and found.evidence is not Evidence.UNDECIDED
+        unsaid |= not errors[-1] <= TENSION_TOLERANCE and found.evidence is not Evidence.UNDECIDED
     right = [error for error in errors if not math.isnan(error)]
     worst, verdict = max(right, default=math.nan), trial.verdict
     if verdict in (WITHIN, FLAGGED, NO_TRUTH) and unsaid:
         verdict = BROKEN
-    elif verdict == WITHIN and worst > PROMISE:
+    elif verdict == WITHIN and worst > TENSION_TOLERANCE:
         verdict = FLAGGED
     compared, astray = len(singles), len(singles) - len(right)
     return replace(trial, worst=worst, compared=compared, astray=astray, verdict=verdict)

@@ -15,7 +15,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import Number, Shown, nearest_float, plain_data
 from exactcreep.model.state import State
-from exactcreep.motion.rounding_error import PROMISE
+from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.course import course_of
 from exactcreep.quasistatic.creep import PhysicsWarning
@@ -307,7 +307,7 @@ def _needs(
     experiment: Experiment, choice: Choice, accuracy: float, record: tuple[str, ...]
 ) -> tuple[Need, ...]:
     chain, random = experiment.chain, experiment.drive.random
-    inertia, digits = choice.name in ("exact", "certified"), accuracy < PROMISE
+    inertia, digits = choice.name in ("exact", "certified"), accuracy < TENSION_TOLERANCE
     disorder = moving = "within the accuracy it does not change the velocity"
     if chain.sigma_mu == 0:
         disorder = "sigma_mu = 0: no coefficient is drawn"

@@ -17,7 +17,7 @@ from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.motion.rounding_error import PROMISE
+from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.quasistatic.creep import AccuracyWarning, creep
 from exactcreep.solvers.auto import KNOWN_BY, choose
 from exactcreep.solvers.exact.solver import Exact
@@ -294,7 +294,7 @@ def test_a_path_without_disorder_has_no_error_but_that_of_rounding(n, size, roun
     exact = rung(choose(chain, path, accuracy="0.001", record=("x_G",)), "exact")
     near = State.prepared(chain, [1e-15 * (-1) ** i for i in range(n - 1)])
     one, other = (creep(chain, path, start=start, record=()).velocity for start in (None, near))
-    assert PROMISE <= exact.error < rounding
+    assert TENSION_TOLERANCE <= exact.error < rounding
     assert abs(one - other) <= exact.error * one
 
 

@@ -58,6 +58,8 @@ LONGEST_AVALANCHE = 10**6
 Only on slopes from mu_d on: below, every avalanche ends. On the slope mu_d itself friction takes
 exactly what gravity gives, and an avalanche may go round for ever without all sliders ever moving.
 """
+TENSION_TOLERANCE = 1e-12
+"""What float64 promises for one rearrangement: the largest error of a tension, in units ``m g``."""
 PROMISED_EVENTS = 200
 """Up to so many events the tensions after a rearrangement are promised to 1e-12.
 

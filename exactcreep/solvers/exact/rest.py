@@ -147,7 +147,7 @@ def placed(
     now["total"] = origin.numbers[PLACE].sum()
     now["logging"] = logging
     now["seed"] = seed if seed < 2**63 else seed - 2**64
-    _place(work.cell, work.tally, work.deviate, work.now, origin.numbers, origin.state.draws)
+    place(work.cell, work.tally, work.deviate, work.now, origin.numbers, origin.state.draws)
     return work
 
 
@@ -214,7 +214,7 @@ def _increased(sums, value, low):
 
 
 @compiled
-def _place(cell, count, deviate, scalars, numbers, draws):
+def place(cell, count, deviate, scalars, numbers, draws):
     """Fill in forces, displacements and contacts, and prepare the draws."""
     now = scalars[0]
     n = now.n

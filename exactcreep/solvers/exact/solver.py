@@ -21,11 +21,11 @@ from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.motion.rounding_error import RoundingError, rounding_error
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers import tables
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.layout import PAD
+from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error
 from exactcreep.solvers.exact.rest import Origin, Workspace, dilation, placed, rational, roomier
 from exactcreep.solvers.exact.two_floats import split, two_product
 from exactcreep.solvers.field.certified import Certified
@@ -354,11 +354,14 @@ class Estimated(Rearrangement):
         ``l0 theta_c``, as two floats.
     log : ndarray of layout.LOGGED_EVENT
         A row for each slider of each event.
+    direction : int
+        Of the ramp; 0: as the chain stood.
     """
 
     begun: Origin
     load: tuple[float, float]
     log: NDArray[Any]
+    direction: int
 
     @cached_property  # type: ignore[misc] # a field that is made when asked for
     def events(self) -> tuple[Event, ...]:
@@ -381,7 +384,7 @@ class Estimated(Rearrangement):
     @cached_property
     def condition(self) -> RoundingError:
         """What rounding does to the rearrangement, as far as it can be estimated."""
-        return rounding_error(self.chain, self.initial, self.events, seed=self.seed)
+        return rounding_error(self.chain, self.begun, self.seed, self.direction, self.log)
 
     @property
     def evidence(self) -> Evidence:
@@ -464,6 +467,7 @@ class Exact(Solver):
             begun=simulation.origin,
             load=simulation.load(),
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
+            direction=direction,
             outcome=outcome,
             decided=Evidence.of(undecided, Evidence.COMPUTED),
             state=simulation.state(),

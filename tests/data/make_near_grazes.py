@@ -1,0 +1,89 @@
+"""Make `near_grazes.json`: starts near those at which an itinerary changes, and what they come to.
+
+A spring of a random chain is stretched more and more until the events change: there a slider
+grazes its threshold, all but stops, or two events meet. Each case lies a power of ten from there,
+to either side. The certified solver gives the truth. Run it as a script.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import random
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+from exactcreep import Chain, Evidence, Outcome, State, rearrange
+from exactcreep.model.contacts import Itinerary
+
+SEED = 20110603
+CASES = 500
+PER_EDGE = 6
+FILE = Path(__file__).with_name("near_grazes.json")
+
+
+def stretched(seed: int, extra: Fraction) -> tuple[Chain, State]:
+    """Return a random chain one of whose springs is stretched by more."""
+    rng = random.Random(seed)
+    n = rng.randint(2, 7)
+    mu_d = Fraction(rng.choice([5, 50, 100, 300]), 1000)
+    mu_s = mu_d + Fraction(rng.choice([20, 100, 300]), 1000)
+    sigma = rng.choice(["0", "0.01"])
+    chain = Chain(n, 1, mu_d, mu_s, sigma, tan_alpha=mu_d * Fraction(rng.randint(-9, 9), 10))
+    unit = Fraction(chain.times_cosine(mu_s))
+    tensions = [unit * Fraction(rng.randint(-150, 150), 100) for _ in range(n - 1)]
+    tensions[rng.randrange(n - 1)] += extra
+    return chain, State.prepared(chain, tensions, seed=SEED)
+
+
+def digest(itinerary: Itinerary) -> str:
+    """Return a name of an itinerary."""
+    return hashlib.sha256(repr(itinerary).encode()).hexdigest()[:16]
+
+
+def edge(seed: int) -> Fraction | None:
+    """Return the stretch at which the itinerary changes, to 2**-54; None if there is none."""
+
+    def follow(extra: Fraction) -> Any:
+        return rearrange(*stretched(seed, extra), direction=0, seed=SEED, max_events=200)
+
+    low, high = Fraction(0), Fraction(1, 100)
+    first, last = follow(low), follow(high)
+    at_rest = {first.outcome, last.outcome} == {Outcome.AT_REST}
+    if not at_rest or first.itinerary == last.itinerary:
+        return None
+    for _ in range(48):
+        middle = (low + high) / 2
+        if follow(middle).itinerary == first.itinerary:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def cases() -> list[dict[str, Any]]:
+    """Return all of them, with the truth."""
+    rng, found, seed = random.Random(SEED), [], 0
+    while len(found) < CASES:
+        seed += 1
+        place = edge(seed)
+        if place is None:
+            continue
+        for _ in range(PER_EDGE):
+            away = rng.choice([-1, 1]) * Fraction(1, 10 ** rng.randint(4, 17))
+            chain, state = stretched(seed, place + away)
+            truth = rearrange(
+                chain, state, direction=0, seed=SEED, solver="certified", digits=25, max_events=400
+            )
+            if truth.evidence is not Evidence.PROVED or truth.outcome is not Outcome.AT_REST:
+                continue
+            places = [x.str(25, radius=False) for x in truth.state.displacements.tolist()]
+            extra, events = str(place + away), digest(truth.itinerary)
+            found.append({"seed": seed, "extra": extra, "events": events, "places": places})
+    return found[:CASES]
+
+
+if __name__ == "__main__":
+    lines = ",\n".join(json.dumps(case) for case in cases())
+    FILE.write_text(f"[\n{lines}\n]\n", encoding="utf-8")
