@@ -31,12 +31,12 @@ from exactcreep.model.enclosure import enclosure, floats
 from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.motion.runaway import LARGEST_DEVIATE
 from exactcreep.progress import Progress, reporter
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
+from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.contest import Contestant, Rest, Walk, agree, apart, rests_along, settled

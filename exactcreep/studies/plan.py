@@ -15,7 +15,6 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import Number, Shown, nearest_float, plain_data
 from exactcreep.model.state import State
-from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.course import course_of
 from exactcreep.quasistatic.creep import PhysicsWarning
@@ -23,6 +22,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.sensitivity import MOST_EVENTS
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import LADDER, Choice, Rung, choose, runner, valid_accuracy
+from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.solvers.warm_up import warm_up
 from exactcreep.studies.contest import Contestant, timed
 

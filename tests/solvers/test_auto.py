@@ -17,9 +17,9 @@ from exactcreep.model.drive import Cycles, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
-from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.quasistatic.creep import AccuracyWarning, creep
 from exactcreep.solvers.auto import KNOWN_BY, choose
+from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.solvers.exact.solver import Exact
 from exactcreep.solvers.sliding import Sliding
 from exactcreep.studies.audits.audit import audit

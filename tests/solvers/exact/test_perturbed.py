@@ -8,18 +8,17 @@ import random
 from collections import Counter
 from fractions import Fraction
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from tests.data.make_near_grazes import FILE, SEED, digest, stretched
 
 from exactcreep import Chain, Evidence, InputError, Outcome, State, rearrange
 from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.solvers.exact.perturbed import rounding_error
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Rearrangement
+from tests.data.make_near_grazes import FILE, SEED, digest, stretched
 
 HARD_CASES = json.loads(FILE.with_name("hard_cases.json").read_text(encoding="utf-8"))
 NEAR_GRAZES = json.loads(FILE.read_text(encoding="utf-8"))
