@@ -357,7 +357,8 @@ def _with_inertia(subject: Subject, pilot: Pilot | None, limit: Rung) -> tuple[R
     else:  # what a theorem knows exactly has no statistical error
         statistical = 0.0 if limit.known_by == "exact" else math.nan
     # rounding takes a chain that does not settle to another of its courses: that is no bias
-    bias = TENSION_TOLERANCE if statistical < TENSION_TOLERANCE and not (pilot and pilot.settled == "rest") else 0.0
+    rests = pilot is not None and pilot.settled == "rest"
+    bias = TENSION_TOLERANCE if statistical < TENSION_TOLERANCE and not rests else 0.0
     said = "the chain itself, in float64: no bias"
     return (
         Rung("exact", bias, "promised", said, statistical),

@@ -145,7 +145,6 @@ def run_copies(
     n = now.n
     distance, size = 0.0, 0.0
     load, load_low = 0.0, 0.0
-    events = rows[rows.size - 1].number + 1
     word = np.uint64(0x9E3779B97F4A7C15)
     for copy in range(COPIES + 1):
         scalars[0] = begun[0]
