@@ -5,40 +5,68 @@ from __future__ import annotations
 import os
 import sys
 import warnings
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import Any
 
 import typer
 
 from exactcreep import __version__, interrupts
-from exactcreep.commands.animate import animate
+from exactcreep.commands import files, questions
 from exactcreep.commands.answer import complain
-from exactcreep.commands.audit import audit
 from exactcreep.commands.compare import compare
 from exactcreep.commands.envelope import envelope
-from exactcreep.commands.explore import explore
-from exactcreep.commands.export import export
-from exactcreep.commands.fate import fate
+from exactcreep.commands.options import expanded, help_of, public
 from exactcreep.commands.plan import plan
 from exactcreep.commands.reproduce import reproduce
 from exactcreep.commands.run import resume, run
-from exactcreep.commands.scenes import scenes
-from exactcreep.commands.show import show
-from exactcreep.commands.survival import survival
-from exactcreep.commands.sweep import sweep
-from exactcreep.commands.threshold import threshold
 from exactcreep.commands.tradeoff import tradeoff
 
-app = typer.Typer(
-    add_completion=False,
-    no_args_is_help=True,
-    rich_markup_mode="rich",
-    pretty_exceptions_enable=False,
-    context_settings={"help_option_names": ["-h", "--help"]},
-)
-for _command in (scenes, run, resume, reproduce, sweep, show, export, animate, explore, plan,
-                 tradeoff, threshold, fate, survival, compare, audit, envelope):  # fmt: skip
-    app.command()(_command)
+PICTURED = (run, resume, reproduce, files.sweep, files.show, files.animate, tradeoff, compare)
+"""Commands that draw, and take the size of pictures."""
+COMMANDS: dict[str, Callable[..., None] | tuple[str, ...]] = {
+    "scenes": files.scenes,
+    "run": run,
+    "resume": resume,
+    "reproduce": reproduce,
+    "sweep": files.sweep,
+    "show": files.show,
+    "export": files.export,
+    "animate": files.animate,
+    "explore": files.explore,
+    "plan": plan,
+    "tradeoff": tradeoff,
+    **questions.QUESTIONS,
+    "compare": compare,
+    "audit": questions.audit,
+    "envelope": envelope,
+}
+"""The commands by name: a function, or what `question` needs to ask one of the package."""
+
+
+def program(wanted: Collection[str]) -> typer.Typer:
+    """Return the program with the options of the commands that are wanted; of others the help."""
+    app = typer.Typer(
+        add_completion=False,
+        no_args_is_help=True,
+        rich_markup_mode="rich",
+        pretty_exceptions_enable=False,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(_exactcreep)
+    for name, made in COMMANDS.items():
+        if callable(made):
+            called = expanded(made, pictures=made in PICTURED) if name in wanted else made
+            words = help_of(made)
+        else:
+            told = public(name.replace("-", "_"))
+            called = questions.question(name, *made) if name in wanted else told
+            words = help_of(called)
+        app.command(name, help=words)(called if name in wanted else _nothing)
+    return app
+
+
+def _nothing() -> None:
+    """Stand for a command that is not called."""
 
 
 def _show_version(wanted: bool) -> None:
@@ -47,7 +75,6 @@ def _show_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-@app.callback()
 def _exactcreep(
     version: bool = typer.Option(
         False, "--version", callback=_show_version, is_eager=True, help="Print the version."
@@ -74,7 +101,7 @@ def status(words: Sequence[str]) -> int:
     given = [word for word in given[:end] if word != "--debug"] + given[end:]
     usage_error: Any = typer.BadParameter.__mro__[1]
     try:
-        returned = app(given, prog_name="exactcreep", standalone_mode=False)
+        returned = program(given)(given, prog_name="exactcreep", standalone_mode=False)
     except (KeyboardInterrupt, typer.Abort):
         complain("interrupted")
         return 130

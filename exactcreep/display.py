@@ -44,6 +44,7 @@ class Display(AbstractContextManager["Display"]):
         self.begin = time.monotonic() + after
         self.bar: Any = None
         self.pause, self.next = 0.0, math.nan  # seconds, and when something is shown again
+        self.last: Progress | None = None
 
     def __enter__(self) -> Display:
         _telling.append(self)
@@ -57,6 +58,13 @@ class Display(AbstractContextManager["Display"]):
         """Take the bar away."""
         if self.bar is not None:
             self.bar.stop()
+
+    @property
+    def reached(self) -> str:
+        """How far the computation had come when it was last heard of; "" if it was not."""
+        if self.last is None or self.last.phase == "compiling":
+            return ""
+        return f": {self._what(self.last)}, {_far(self.last).partition(', about')[0]}"
 
     def heard(self, progress: Hearer) -> Callable[[Progress], None] | None:
         """Return whom a computation shall tell that is asked for this `progress`.
@@ -72,6 +80,7 @@ class Display(AbstractContextManager["Display"]):
 
     def show(self, progress: Progress) -> None:
         """Show how far the computation has come; raise a Ctrl-C that was lost on its way."""
+        self.last = progress
         interrupts.check()
         if time.monotonic() < self.begin:
             return

@@ -18,6 +18,8 @@ _heard: list[int] = []
 """The signals that the command line has received."""
 _deferring: list[Callable[[int, Any], None]] = []
 """What the blocks that are running do with a signal, the innermost last."""
+_waiting: list[int] = []
+"""The signals that wait for the end of such a block."""
 
 
 def _hear(number: int, frame: Any) -> None:
@@ -42,6 +44,11 @@ def check() -> None:
         raise KeyboardInterrupt
 
 
+def waiting() -> bool:
+    """Return whether a signal waits for the end of a block: what is known shall come back soon."""
+    return bool(_waiting)
+
+
 def status() -> int | None:
     """Return the exit status of the last signal that the command line has heard; None if none."""
     return STATUS + _heard[-1] if _heard else None
@@ -53,13 +60,13 @@ def deferred() -> Iterator[Callable[[], bool]]:
 
     Yields a function that returns whether there was one; the second interrupts at once.
     """
-    pressed = False
+    pressed: list[int] = []
 
     def press(number: int, frame: Any) -> None:
-        nonlocal pressed
         if pressed:
             raise KeyboardInterrupt
-        pressed = True
+        pressed.append(number)
+        _waiting.append(number)
 
     if threading.current_thread() is not threading.main_thread():
         yield lambda: False
@@ -69,8 +76,10 @@ def deferred() -> Iterator[Callable[[], bool]]:
     if alone:
         signal.signal(signal.SIGINT, press)
     try:
-        yield lambda: pressed
+        yield lambda: bool(pressed)
     finally:
         _deferring.remove(press)
+        if not _deferring:
+            _waiting.clear()
         if alone:
             signal.signal(signal.SIGINT, signal.default_int_handler)

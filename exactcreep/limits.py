@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
+from exactcreep.interrupts import waiting
 from exactcreep.model.numbers import nearest_float, number_from_zero, whole_number
 
 MEMORY = 2**30
@@ -95,7 +96,8 @@ class Limits:
             seconds = nearest_float(number_from_zero(max_seconds, "max_seconds"))
         kept = whole_number(memory, "memory", least=0)
         events, size = whole(max_events, "max_events"), whole(max_bytes, "max_bytes")
-        return cls(events, size, time.perf_counter() + seconds, seconds, memory=kept)
+        at = time.perf_counter() + seconds
+        return cls(events, size, at, seconds, interrupted=waiting, memory=kept)
 
     def begun(self) -> Limits:
         """Return these limits with the time beginning now."""

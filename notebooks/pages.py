@@ -19,7 +19,7 @@ from typer.main import get_command
 import exactcreep
 from derivations.ledger import CHAPTERS, chapter_of, entries, premises, proof_of
 from derivations.model import PREMISES
-from exactcreep.cli import app
+from exactcreep.cli import COMMANDS, program
 from exactcreep.quasistatic.experiment import DRIVES
 from exactcreep.scene import builtin_scenes, load_scene
 from exactcreep.solvers.registry import SOLVERS
@@ -151,7 +151,7 @@ def scenes(_):
 
 def commands(_):
     """Return every command with its arguments and options, as ``--help`` has them."""
-    command = get_command(app)
+    command = get_command(program(COMMANDS))
     text = get_docs_for_click(
         obj=command, ctx=command.make_context("exactcreep", [], resilient_parsing=True),
         name="exactcreep",

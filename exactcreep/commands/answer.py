@@ -1,4 +1,4 @@
-"""What a command says: one JSON object, or sentences and tables for the eye; and how it leaves."""
+"""What commands print: one JSON object, or a summary and tables for the eye; and how they leave."""
 
 from __future__ import annotations
 
@@ -6,21 +6,34 @@ import json
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from pkgutil import resolve_name
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 
-from exactcreep.commands.options import DataFile, Force, Json, Plot
+from exactcreep import interrupts
+from exactcreep.commands.options import GROUPS
 from exactcreep.display import Display
 
 FAILED, LIMIT, STALE, INTERRUPTED = 1, 3, 4, 130
 """Exit statuses: a promise is broken, a limit was reached, the checkpoint is stale, Ctrl-C."""
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
+_MOST_LINES, _MOST_WORDS = 12, 6  # of a list that are printed
+_FOR_EVER = "1e9"  # seconds: a study that looks at the clock looks for Ctrl-C, too
+_LABELS = {
+    "law_seuil": "paper, Eq. (seuil)",
+    "law_corrected": "corrected, (N m + D)/(2 l0)",
+    "law_two_sliders": "two sliders, (mu_s c - s)/l0",
+    "lower": "does not creep at",
+    "upper": "creeps at",
+    "compare": "to be compared with",
+    "velocity": "velocity per half-cycle",
+}
+"""What the keys of summaries are called where their own words do not tell."""
 
 Rows = list[tuple[str, Any]]
 """What is said line by line: a name and its value."""
@@ -53,14 +66,17 @@ def _bracketed(items: list[str], brackets: str, indent: str) -> str:
 def of_members(
     scene: str, settings: Sequence[Mapping[str, Any]], summaries: Sequence[Mapping[str, Any]]
 ) -> dict[str, Any]:
-    """Return what ``--json`` prints of a scene: what it came to, or every member, and what it sets.
+    """Return what ``--json`` prints of a scene: its summary, or every member and what it sets.
 
     The last members may have no summary.
     """
     if len(settings) == 1 and not settings[0] and summaries:
         return {"scene": scene, **summaries[0]}
-    told = zip(settings, summaries, strict=False)
-    return {"scene": scene, "members": [{"set": dict(each), **known} for each, known in told]}
+    pairs = zip(settings, summaries, strict=False)
+    return {"scene": scene, "members": [{"set": dict(each), **known} for each, known in pairs]}
+
+
+# --- words ----------------------------------------------------------------------------------------
 
 
 def complain(sentence: str) -> None:
@@ -69,11 +85,11 @@ def complain(sentence: str) -> None:
         typer.echo(f"exactcreep: {' '.join(sentence.split())}", err=True)
 
 
-def say(words: Any, *, width: int | None = None, soft_wrap: bool = True, **style: Any) -> None:
+def say(words: Any, *, soft_wrap: bool = True, **style: Any) -> None:
     """Print words with rich's markup, or a table; a terminal wraps their lines by default."""
     from rich.console import Console
 
-    Console(highlight=False, width=width).print(words, soft_wrap=soft_wrap, **style)
+    Console(highlight=False).print(words, soft_wrap=soft_wrap, **style)
 
 
 def say_heading(scene: str, title: str) -> None:
@@ -83,14 +99,44 @@ def say_heading(scene: str, title: str) -> None:
     say(f"[bold]{escape(scene)}[/bold]" + (f": {escape(title)}" if title else ""))
 
 
-def say_rows(rows: Rows, *, soft_wrap: bool = True) -> None:
+def say_rows(rows: Rows) -> None:
     """Print names and what they stand for, in two columns."""
     from rich.table import Table
+    from rich.text import Text
 
     table = Table.grid(padding=(0, 2))
-    for name, said in rows:
-        table.add_row(name, str(said))
-    say(table, soft_wrap=soft_wrap)
+    for name, value in rows:
+        table.add_row(name, Text(str(value)))
+    say(table, soft_wrap=False)
+
+
+def say_summary(summary: Mapping[str, Any]) -> None:
+    """Print the summary of a result: a line for each key that has something to tell."""
+    rows = [(key, _worded(value)) for key, value in summary.items()]
+    say_rows([(_LABELS.get(key, key.replace("_", " ")), text) for key, text in rows if text])
+
+
+def _worded(value: Any) -> str:
+    """Return one value of a summary for the eye; "" if there is none."""
+    if value is None or (isinstance(value, float) and math.isnan(value)):
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    if isinstance(value, Mapping):
+        several = any(isinstance(part, Mapping) for part in value.values())
+        between, colon = ("\n", ":") if several else (", ", "")
+        parts = [(f"{key}{colon}".replace("_", " "), _worded(part)) for key, part in value.items()]
+        return between.join(f"{name} {text}" for name, text in parts if text)
+    if isinstance(value, (list, tuple)):
+        several = any(isinstance(part, (Mapping, list)) for part in value)
+        most, between = (_MOST_LINES, "\n") if several else (_MOST_WORDS, ", ")
+        said = [_worded(part) for part in value[:most]]
+        if len(value) > most:
+            said.append(f"and {len(value) - most} more")
+        return between.join(said)
+    return str(value)
 
 
 def say_table(
@@ -99,7 +145,6 @@ def say_table(
     *,
     right: Collection[str] = (),
     folded: Collection[str] = (),
-    width: int | None = None,
     **style: Any,
 ) -> None:
     """Print rows under the names of their columns, which stand to the right, or may be folded."""
@@ -111,7 +156,7 @@ def say_table(
         table.add_column(name, justify=side, no_wrap=name not in folded, overflow="fold")
     for row in rows:
         table.add_row(*row)
-    say(table, width=width, soft_wrap=False)
+    say(table, soft_wrap=False)
 
 
 def settings_text(settings: Mapping[str, Any]) -> str:
@@ -124,76 +169,133 @@ def counted(words: Iterable[str] | Mapping[str, int]) -> str:
     return ", ".join(f"{count} {word}" for word, count in Counter(words).most_common())
 
 
-def duration(seconds: float) -> str:
-    """Return a time for the eye: ``35 us``, ``1.2 s``, ``3.5 h``; ``-`` if it is not known."""
-    if math.isnan(seconds):
-        return "-"
-    for unit, size in (("us", 1e-6), ("ms", 1e-3), ("s", 1.0)):
-        if seconds < 1000 * size and (unit != "s" or seconds < 100):
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds / 60:.3g} min" if seconds < 6000 else f"{seconds / 3600:.3g} h"
+# --- what a study answers -------------------------------------------------------------------------
 
 
-def drawing(name: str, **about: Any) -> Callable[[Any, Path], None]:
-    """Return a function of `exactcreep.figures`, which is imported when it is called."""
-    return lambda found, plot: resolve_name(f"exactcreep.figures.{name}")(found, plot, **about)
+@contextmanager
+def shown(name: str = "", *, quiet: bool = False, hint: str = "") -> Iterator[Display]:
+    """Show how far a command has come; on Ctrl-C say it, with a hint, and leave with status 130."""
+    with Display(name, quiet=quiet) as display:
+        try:
+            yield display
+        except KeyboardInterrupt:
+            display.stop()
+            complain(f"interrupted{display.reached}{hint}")
+            raise typer.Exit(INTERRUPTED) from None
 
 
-@dataclass(frozen=True)
-class Output:
-    """Where the answer of a study goes."""
+@dataclass(frozen=True, kw_only=True)
+class Drawing:
+    """Where the answer of a study goes.
 
-    out: DataFile = None
-    json: Json = False
-    plot: Plot = None
-    force: Force = False
+    Parameters
+    ----------
+    plot : path
+        Draw what is found to this PNG, PDF or SVG file.
+    json : bool
+        Print one JSON object.
+    force : bool
+        Overwrite files that exist.
+    """
+
+    plot: Path | None = None
+    json: bool = False
+    force: bool = False
+    @property
+    def data(self) -> Path | None:
+        """Where the dataset goes, of a study that has one."""
+        return None
 
     def answer(
         self,
         study: Callable[..., Any],
-        rows: Callable[[Any], Rows],
-        draw: Callable[[Any, Path], None],
+        draw: str,
+        rows: Callable[[Any], object] | None = None,
         about: Mapping[str, Any] | None = None,
+        **pictured: Any,
     ) -> Any:
-        """Carry out a study, save its dataset, draw it, and print one JSON object, or the rows.
+        """Carry out a study, save its dataset, draw it, and print one JSON object, or a summary.
 
-        The files are checked before: nothing is computed that could not be kept. The object begins
-        with what it is `about`; what prints tables by itself returns no rows.
+        The files are checked before: nothing is computed that could not be kept. After Ctrl-C a
+        study that takes `max_seconds` comes back with what is known, as at the end of its time.
+
+        Parameters
+        ----------
+        study : callable
+            Called with `progress`, and with `max_seconds` if it is a keyword of it.
+        draw : str
+            A function of `exactcreep.figures`, as ``module:name``.
+        rows : callable, optional
+            Prints the answer by itself.
+        about : mapping, optional
+            What the JSON object begins with.
+        **pictured
+            Further arguments of `draw`.
         """
         from exactcreep.quasistatic.files import check_output, check_plot, write_file
         from exactcreep.quasistatic.netcdf import netcdf
 
         if self.plot is not None:
             check_plot(self.plot, force=self.force)
-        if self.out is not None:
-            check_output(self.out, "out", force=self.force)
-        with Display(quiet=self.json) as display:
-            found = study(progress=display.show)
-        if self.out is not None:
-            write_file(self.out, netcdf({None: found.dataset()}), "out")
+        if self.data is not None:
+            check_output(self.data, "out", force=self.force)
+        given = getattr(study, "keywords", {})
+        timed = "max_seconds" in given
+        words = {"max_seconds": _FOR_EVER} if timed and given["max_seconds"] is None else {}
+        interrupted = False
+        with shown(quiet=self.json) as display:
+            if timed:
+                with interrupts.deferred():
+                    found = study(progress=display.show, **words)
+                    interrupted = interrupts.waiting()
+            else:
+                found = study(progress=display.show)
+        if self.data is not None:
+            write_file(self.data, netcdf({None: found.dataset()}), "out")
         if self.plot is not None:
-            draw(found, self.plot)
+            resolve_name(f"exactcreep.figures.{draw}")(found, self.plot, **pictured)
         if self.json:
             typer.echo(as_json({**(about or {})} | found.summary()))
-            return found
-        if said := rows(found):
-            say_rows(said)
-        for path in (self.out, self.plot):
-            if path is not None:
-                typer.echo(f"written: {path}")
+        else:
+            say_summary(found.summary()) if rows is None else rows(found)
+            for path in (self.data, self.plot):
+                if path is not None:
+                    typer.echo(f"written: {path}")
+        if interrupted:
+            complain("interrupted: this is what is known")
+            raise typer.Exit(INTERRUPTED)
         return found
 
 
-def without_data(json: Json = False, plot: Plot = None, force: Force = False) -> Output:
-    """Return the output of a study that has no dataset."""
-    return Output(None, json, plot, force)
+@dataclass(frozen=True, kw_only=True)
+class Output(Drawing):
+    """Where the answer of a study that has a dataset goes.
+
+    Parameters
+    ----------
+    plot : path
+        Draw what is found to this PNG, PDF or SVG file.
+    json : bool
+        Print one JSON object.
+    force : bool
+        Overwrite files that exist.
+    out : path
+        Write the data to this NetCDF file.
+    """
+
+    out: Path | None = None
+
+    @property
+    def data(self) -> Path | None:
+        """Where the dataset goes."""
+        return self.out
 
 
-OfOutput = Annotated[Output, without_data]
+GROUPS |= {"Drawing": Drawing, "Output": Output}
 
 
 def grouped(
-    settings: Sequence[Mapping[str, Any]], told: Sequence[Any]
+    settings: Sequence[Mapping[str, Any]], said: Sequence[Any]
 ) -> list[tuple[list[str], list[int]]]:
     """Return groups of members with equal results whose settings are neighbours.
 
@@ -201,7 +303,7 @@ def grouped(
     ----------
     settings : sequence of mapping
         Keys and values of each member.
-    told : sequence
+    said : sequence
         What is printed of each member; it is compared by ``==``.
 
     Returns
@@ -210,12 +312,12 @@ def grouped(
         Of each group the values of every key, a range as ``first … last``, and its members.
     """
     rows: list[tuple[list[list[Any]], list[int]]] = []
-    for number, (setting, _) in enumerate(zip(settings, told, strict=False)):
+    for number, (setting, _) in enumerate(zip(settings, said, strict=False)):
         rows.append(([[value] for value in setting.values()], [number]))
     for column in reversed(range(len(settings[0]) if settings else 0)):
         kept: list[tuple[list[list[Any]], list[int]]] = []
         for values, members in rows:
-            if kept and told[kept[-1][1][0]] == told[members[0]]:
+            if kept and said[kept[-1][1][0]] == said[members[0]]:
                 before = kept[-1][0]
                 same = [one == other for one, other in zip(before, values, strict=True)]
                 if all(same[:column]) and all(same[column + 1 :]):

@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import exactcreep
-from exactcreep.commands.answer import OfOutput, Rows, say, say_heading, say_table
-from exactcreep.commands.options import OfScene, Seeds, command, flag, option, parsed_seeds
+from exactcreep.commands.answer import Drawing, say, say_heading, say_table
+from exactcreep.commands.options import parsed_seeds
 from exactcreep.commands.summary import measured
 
 if TYPE_CHECKING:
-    from exactcreep import Comparison, Partings
+    from exactcreep import Comparison, Partings, Scene
     from exactcreep.studies.compare import Standing
 
 
-@command(draws=True)
 def compare(
-    scene: OfScene,
+    scene: Scene,
     *,
-    dt: Annotated[str, option("DT", "Time step of verlet, unit tau_dyn.")] = "0.01",
-    locate: Annotated[bool, flag("--locate", "Let verlet find events inside a step.")] = False,
-    digits: Annotated[str, option("K", "Decimal digits of the certified solver.")] = "30",
-    events: Annotated[str, option("K", "Certified events to compare.")] = "1000",
-    seeds: Seeds = None,
-    dts: Annotated[
-        str | None, option("LIST", "Compare several time steps, e.g. 0.1,0.03,0.01.")
-    ] = None,
-    output: OfOutput,
+    dt: str = "0.01",
+    locate: bool = False,
+    digits: str = "30",
+    events: str = "1000",
+    seeds: str | None = None,
+    dts: str | None = None,
+    output: Drawing,
 ) -> None:
     """Show where exact and Verlet part from the certified solver, with the same disorder.
 
@@ -44,6 +40,21 @@ def compare(
         exactcreep compare thirty-sliders-cycles --events 300 --json
 
         exactcreep compare six-sliders-cycles --seeds 16 --dts 0.1,0.03,0.01 --plot partings.png
+
+    Parameters
+    ----------
+    dt : DT
+        Time step of verlet, unit tau_dyn.
+    locate : bool
+        Let verlet find events inside a step.
+    digits : int
+        Decimal digits of the certified solver.
+    events : int
+        Certified events to compare.
+    seeds : SEEDS
+        Compare over K seeds, or over those listed: 1,2,3.
+    dts : LIST
+        Compare several time steps, e.g. 0.1,0.03,0.01.
     """
     from exactcreep.model.numbers import whole_number
 
@@ -59,24 +70,16 @@ def compare(
         dts=None if dts is None else [part.strip() for part in dts.split(",")],
     )
 
-    def rows(found: Comparison | Partings) -> Rows:
+    def rows(found: Comparison | Partings) -> None:
         say_heading(scene.name, scene.title)
         if isinstance(found, exactcreep.Partings):
             _print_partings(found)
         else:
             _print_comparison(found)
-        return []
 
-    def draw(found: Comparison | Partings, plot: Path) -> None:
-        from exactcreep.figures.comparison import draw_comparison, draw_partings
-
-        title = scene.title or scene.name
-        if isinstance(found, exactcreep.Partings):
-            draw_partings([found], plot, title=title)
-        else:
-            draw_comparison(found, plot, title=title)
-
-    output.answer(study, rows, draw, {"scene": scene.name, "set": first})
+    title = scene.title or scene.name
+    about = {"scene": scene.name, "set": first}
+    output.answer(study, "comparison:draw_compared", rows, about, title=title)
 
 
 def _print_partings(found: Partings) -> None:

@@ -3,26 +3,16 @@
 from __future__ import annotations
 
 import math
-import sys
 from pathlib import Path
-from typing import Annotated
 
 import typer
 
 import exactcreep
-from exactcreep.commands.answer import FAILED, as_json, counted, say, say_table
-from exactcreep.commands.options import Force, Json, command, flag, option
-from exactcreep.display import Display
-
-_WIDTH = 150  # of the table where it goes to a file or a pipe
+from exactcreep.commands.answer import FAILED, as_json, counted, say, say_table, shown
 
 
-@command()
 def envelope(
-    quick: Annotated[bool, flag("--quick", "About a minute; the whole takes about seven.")] = False,
-    out: Annotated[Path | None, option("DIR", "Write envelope.csv to this directory.")] = None,
-    json: Json = False,
-    force: Force = False,
+    *, quick: bool = False, out: Path | None = None, json: bool = False, force: bool = False
 ) -> None:
     """Take the model to its extremes, one at a time, and hold every solver against the truth.
 
@@ -31,6 +21,17 @@ def envelope(
         exactcreep envelope --quick --out study
 
     Exit status: 0 every promise was kept or flagged, 1 one was not, 2 bad input.
+
+    Parameters
+    ----------
+    quick : bool
+        About a minute; the whole takes about seven.
+    out : DIR
+        Write envelope.csv to this directory.
+    json : bool
+        Print one JSON object.
+    force : bool
+        Overwrite files that exist.
     """
     from exactcreep.quasistatic.files import check_output, output_directory, write_file
     from exactcreep.studies.envelope import defects, to_csv
@@ -39,7 +40,7 @@ def envelope(
     target = None if out is None else output_directory(out, "out") / "envelope.csv"
     if target is not None:
         check_output(target, "out", force=force)
-    with Display("envelope", quiet=json) as display:
+    with shown("envelope", quiet=json) as display:
         cells = measured(quick=quick, progress=display.show)
     failure = None
     if target is not None:
@@ -63,8 +64,7 @@ def envelope(
             )
             for cell in cells
         ]  # fmt: skip
-        width = None if sys.stdout.isatty() else _WIDTH
-        say_table(names, rows, folded=["extreme"], width=width)
+        say_table(names, rows, folded=["extreme"])
         say(
             "error: of displacements at the end of the run; of one: the largest error of a single"
             " rearrangement from the same rest, over the largest force; astray: rearrangements with"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
@@ -12,38 +12,29 @@ from exactcreep.commands.answer import (
     LIMIT,
     as_json,
     complain,
-    duration,
     grouped,
     of_members,
     say,
     say_heading,
     say_table,
     settings_text,
+    shown,
 )
-from exactcreep.commands.options import Json, MaxSeconds, OfScene, command, option
-from exactcreep.display import Display
+from exactcreep.commands.tradeoff import duration
 
 if TYPE_CHECKING:
-    from exactcreep import Plan
+    from exactcreep import Plan, Scene
 
 _MOST_IN_FULL = 8  # members; of more one line each is printed
 
 
-@command()
 def plan(
+    scene: Scene,
     *,
-    accuracy: Annotated[
-        str | None, option("X", "Largest relative error, at 95 %; default 0.01.")
-    ] = None,
-    question: Annotated[
-        str | None,
-        option(
-            "Q", "Of what: velocity (its long-time mean; default) or course (x_G at every target)."
-        ),
-    ] = None,
-    scene: OfScene,
-    max_seconds: MaxSeconds = None,
-    json: Json = False,
+    accuracy: str | None = None,
+    question: str | None = None,
+    max_seconds: str | None = None,
+    json: bool = False,
 ) -> None:
     """Say what a scene needs, what each solver would cost, and which is the cheapest that will do.
 
@@ -59,10 +50,21 @@ def plan(
         exactcreep plan two-sliders-cycles --question course --accuracy 1e-6
 
     Exit status: 0 planned, 2 bad input, 3 the time was over before every member was planned.
+
+    Parameters
+    ----------
+    accuracy : number
+        Largest relative error, at 95 %; default 0.01.
+    question : NAME
+        Of what: velocity (its long-time mean; default) or course (x_G at every target).
+    max_seconds : SECONDS
+        Come back after so much time.
+    json : bool
+        Print one JSON object.
     """
     from exactcreep.studies.plan import plan_scene
 
-    with Display(quiet=json) as display:
+    with shown(quiet=json) as display:
         plans = plan_scene(
             scene,
             accuracy=accuracy,

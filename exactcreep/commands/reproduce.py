@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import itertools
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import typer
 
 import exactcreep
-from exactcreep.commands.answer import say, say_table
-from exactcreep.commands.options import Force, Workers, argument, command, flag, option
-from exactcreep.display import Display
+from exactcreep.commands.answer import say, say_table, shown
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,20 +22,17 @@ if TYPE_CHECKING:
     from exactcreep.figures.tables import Table
 
 ALL = "all"
-_WIDTH = 160  # of a table where it goes to a file or a pipe
 
 
-@command(draws=True)
 def reproduce(
-    name: Annotated[str, argument("all|NAME", "A picture; without a name they are listed.")] = "",
-    quick: Annotated[
-        bool, flag("--quick", "Fewer points and shorter runs: minutes in all.")
-    ] = False,
-    out: Annotated[Path, option("DIR", "Directory of the files.")] = Path("figures"),
-    force: Force = False,
-    workers: Workers = None,
+    name: str = "",
+    *,
+    quick: bool = False,
+    out: Path = Path("figures"),
+    force: bool = False,
+    workers: str | None = None,
 ) -> None:
-    """Compute and draw the paper's figures, and pictures beyond the paper.
+    """Compute and draw the paper's figures.
 
     Writes NAME.png, NAME.pdf, NAME.nc (the data) and NAME.csv (the table: measured, the paper's
     law, the exact one, deviations in standard errors), and prints the table.
@@ -48,6 +42,19 @@ def reproduce(
         exactcreep reproduce all --quick
 
         exactcreep reproduce chain-plateaus --out pictures
+
+    Parameters
+    ----------
+    name : all|NAME
+        A picture; without a name they are listed.
+    quick : bool
+        Fewer points and shorter runs: minutes in all.
+    out : DIR
+        Directory of the files.
+    force : bool
+        Overwrite files that exist.
+    workers : int
+        Threads; default one per processor.
     """
     from exactcreep.figures.catalogue import PICTURES, picture_named
     from exactcreep.model.numbers import whole_number
@@ -64,8 +71,9 @@ def reproduce(
     for picture, ending in itertools.product(chosen, ("png", "pdf", "nc", "csv")):
         check_output(out / f"{picture.name}.{ending}", "out", force=force)
     begin = time.perf_counter()
-    for picture in chosen:
-        with Display(picture.name) as display:
+    for number, picture in enumerate(chosen):
+        hint = f"; {number} of {len(chosen)} pictures are in {out}" * bool(number)
+        with shown(picture.name, hint=hint) as display:
             data = data_of(picture, quick=quick, workers=count, progress=display.show)
         tables = picture.tables(data)
         write(picture, data, tables, out)
@@ -126,7 +134,6 @@ def write(picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table],
 
 def print_table(table: Table) -> None:
     """Print a table: measured, laws, deviations in standard errors, and footnotes to them."""
-    width = None if sys.stdout.isatty() else _WIDTH
     say(f"[bold]{table.name}[/bold]: {table.title}; deviations in standard errors")
     exact = f"exact: {table.exact}" if table.exact else ""
     for line in (f"paper: {table.printed}", exact, table.note):
@@ -148,7 +155,7 @@ def print_table(table: Table) -> None:
     ]
     names = ("measured", "std. error", "paper", "dev.", "exact", "dev.", "")
     names = (*(table.rows[0].varied if table.rows else ()), *names)
-    say_table(names, rows, folded=names, width=width)
+    say_table(names, rows, folded=names)
     for text, number in notes.items():
         say(f"  ({number}) {text}", markup=False)
 

@@ -5,60 +5,61 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 import exactcreep
-from exactcreep.commands.answer import INTERRUPTED, LIMIT, STALE, as_json, complain
-from exactcreep.commands.options import (
-    DataFile,
-    Force,
-    Json,
-    MaxSeconds,
-    OfScene,
-    Seed,
-    SolverName,
-    argument,
-    command,
-    flag,
-    option,
-    run_settings,
-)
+from exactcreep.commands.answer import INTERRUPTED, LIMIT, STALE, as_json, complain, shown
+from exactcreep.commands.options import GROUPS, run_settings
 from exactcreep.commands.summary import Summary
-from exactcreep.display import Display
 
 if TYPE_CHECKING:
-    from exactcreep import Creep, Descent, InputError
+    from exactcreep import Creep, Descent, InputError, Scene
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Member
 
 
 @dataclass(frozen=True, kw_only=True)
 class Session:
-    """Where a run goes, how far, and how often it is saved."""
+    """Where a run goes, and how far.
 
-    out: DataFile = None
-    plot: Annotated[Path | None, option("FILE", "Draw x_G and theta to this PNG or PDF file.")] = (
-        None
-    )
-    json: Json = False
-    force: Force = False
-    checkpoint: Annotated[
-        Path | None, option("FILE", "Keep a file from which `exactcreep resume` goes on.")
-    ] = None
-    every: Annotated[str, option("SECONDS", "How often to write the checkpoint.")] = "60"
-    max_events: Annotated[str | None, option("K", "Give up a member after K events.")] = None
-    max_seconds: MaxSeconds = None
-    max_bytes: Annotated[str | None, option("BYTES", "Give up a member that records more.")] = None
+    Parameters
+    ----------
+    out : path
+        Write the data to this NetCDF file.
+    plot : path
+        Draw x_G and theta to this PNG, PDF or SVG file.
+    json : bool
+        Print one JSON object.
+    force : bool
+        Overwrite files that exist.
+    every : SECONDS
+        How often to write the checkpoint.
+    max_events : int
+        Give up a member after K events.
+    max_seconds : SECONDS
+        Give up after so much time.
+    max_bytes : BYTES
+        Give up a member that records more.
+    """
 
-    def check(self, members: Sequence[Member]) -> None:
+    out: Path | None = None
+    plot: Path | None = None
+    json: bool = False
+    force: bool = False
+    every: str = "60"
+    max_events: str | None = None
+    max_seconds: str | None = None
+    max_bytes: str | None = None
+
+    def check(self, members: Sequence[Member], checkpoint: Path | None) -> None:
         """Raise `InputError` unless every file can be written, and no two are the same."""
         from exactcreep.quasistatic.files import check_output, check_picture
 
-        named = {} if self.checkpoint is None else {self.checkpoint.resolve(): "checkpoint"}
+        named = {} if checkpoint is None else {checkpoint.resolve(): "checkpoint"}
         for path, name in ((self.out, "out"), (self.plot, "plot")):
             if path is not None:
                 check_output(path, name, force=self.force)
@@ -73,25 +74,20 @@ class Session:
                 raise exactcreep.InputError("plot", str(self.plot), allowed)
 
     def run(
-        self,
-        members: Sequence[Member],
-        note: Mapping[str, Any],
-        kept: Checkpoint | None = None,
+        self, members: Sequence[Member], note: Mapping[str, Any], kept: Checkpoint | None
     ) -> None:
         """Run members, then save, draw and print them; leave with the exit status they make.
 
         The checkpoint holds the `note`: the scene's name and title, and the settings of members.
         """
         from exactcreep.limits import Limits
-        from exactcreep.quasistatic.checkpoint import Checkpoint, CheckpointWarning
+        from exactcreep.quasistatic.checkpoint import CheckpointWarning
         from exactcreep.quasistatic.creep import run_members
 
         limits = Limits.of(self.max_events, self.max_seconds, self.max_bytes)
-        if kept is None and self.checkpoint is not None:
-            kept = Checkpoint(self.checkpoint, self.every, force=self.force, note=note)
-        self.check(members)
+        self.check(members, None if kept is None else Path(kept.path))
         status = 0
-        with Display(quiet=self.json) as display, warnings.catch_warnings():
+        with shown(quiet=self.json) as display, warnings.catch_warnings():
             # the summary and the JSON say what these say, the last line of checkpoints
             for kind in (exactcreep.PhysicsWarning, exactcreep.AccuracyWarning, CheckpointWarning):
                 warnings.simplefilter("ignore", kind)
@@ -104,7 +100,7 @@ class Session:
                 )
             except exactcreep.Interrupted as interrupted:
                 results, status = interrupted.results, INTERRUPTED
-        limited = any(one.outcome is exactcreep.Outcome.LIMIT for one in results)
+        limited = any(each.outcome is exactcreep.Outcome.LIMIT for each in results)
         if not status and (limited or len(results) < len(members)):
             status = LIMIT
         settings = [member.settings for member in members]
@@ -123,8 +119,9 @@ class Session:
         if kept is not None and kept.stale:
             complain(f"{kept.stale}; it does not hold the last part")
             status = max(status, STALE)
-        elif kept is not None and status == INTERRUPTED:
-            complain(f"interrupted; exactcreep resume {kept.path} goes on")
+        elif status == INTERRUPTED:
+            on = "" if kept is None else f"; exactcreep resume {kept.path} goes on"
+            complain(f"interrupted{on}")
         if status:
             raise typer.Exit(status)
 
@@ -146,14 +143,17 @@ class Session:
                 except Occupied:  # another program has taken the name during the run
                     other = free_name(self.out)
                     save_members(summary.results, other)
-                    told = f"was made by another program meanwhile; this result is in {other}"
-                    failure = Occupied("out", str(self.out), told)
+                    allowed = f"was made by another program meanwhile; this result is in {other}"
+                    failure = Occupied("out", str(self.out), allowed)
             if self.plot is not None:
                 summary.draw(self.plot)
                 written.append(self.plot)
         except exactcreep.InputError as error:
             failure = error
         return written, failure
+
+
+GROUPS["Session"] = Session
 
 
 def _descent(results: Sequence[Creep], members: Sequence[Member]) -> Descent | None:
@@ -164,34 +164,18 @@ def _descent(results: Sequence[Creep], members: Sequence[Member]) -> Descent | N
     return exactcreep.Descent.of(solid, results[0], seconds)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Resumed(Session):
-    """A session that goes on from the checkpoint that it keeps."""
-
-    checkpoint: Annotated[Path, argument("FILE", "What `exactcreep run --checkpoint` kept.")] = (
-        field()
-    )
-
-
-@command(draws=True)
 def run(
-    scene: OfScene,
+    scene: Scene,
     *,
-    solver: SolverName = None,
-    dt: Annotated[str | None, option("DT", "Time step of verlet, unit tau_dyn.")] = None,
-    locate: Annotated[
-        bool | None, flag("--locate/--no-locate", "Let verlet find events inside a step.")
-    ] = None,
-    digits: Annotated[str | None, option("K", "Decimal digits of mpmath and certified.")] = None,
-    seed: Seed = None,
-    record: Annotated[
-        list[str] | None,
-        option("NAMES", "x_G, x, tension, slips, events; repeatable or with commas; or none."),
-    ] = None,
+    solver: str | None = None,
+    dt: str | None = None,
+    locate: bool | None = None,
+    digits: str | None = None,
+    seed: str | None = None,
+    record: list[str] | None = None,
+    checkpoint: Path | None = None,
     session: Session,
-    twin: Annotated[
-        bool, flag("--twin", "Follow a twin a few roundings off until it parts, however late.")
-    ] = False,
+    twin: bool = False,
 ) -> None:
     """Drive the chain of a scene, or of every member of it.
 
@@ -207,7 +191,29 @@ def run(
 
     Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is
     older than the result, 130 Ctrl-C, 143 SIGTERM.
+
+    Parameters
+    ----------
+    solver : NAME
+        exact, reference, mpmath, certified, verlet, sliding, or auto: the cheapest that suffices.
+        Default: what the scene names, else exact.
+    dt : DT
+        Time step of verlet, unit tau_dyn.
+    locate : bool
+        Let verlet find events inside a step.
+    digits : int
+        Decimal digits of mpmath and certified.
+    seed : SEED
+        Of the disorder and random dilations.
+    record : NAMES
+        x_G, x, tension, slips, events; repeatable or with commas; or none.
+    checkpoint : path
+        Keep a file from which `exactcreep resume` goes on.
+    twin : bool
+        Follow a twin a few roundings off until it parts, however late.
     """
+    from exactcreep.quasistatic.checkpoint import Checkpoint
+
     given = run_settings(solver=solver, dt=dt, locate=locate, digits=digits, seed=seed)
     if record is not None:
         names = [name for entry in record for name in entry.split(",") if name]
@@ -216,12 +222,14 @@ def run(
     members = wanted.members()
     varied = as_json([member.settings for member in members])
     note = {"scene": wanted.name, "title": wanted.title, "settings": varied}
-    followed = [replace(one, experiment=replace(one.experiment, twin=twin)) for one in members]
-    session.run(followed, note)
+    followed = [replace(each, experiment=replace(each.experiment, twin=twin)) for each in members]
+    kept = None
+    if checkpoint is not None:
+        kept = Checkpoint(checkpoint, session.every, force=session.force, note=note)
+    session.run(followed, note, kept)
 
 
-@command(draws=True)
-def resume(session: Resumed) -> None:
+def resume(checkpoint: Path, *, session: Session) -> None:
     """Go on from a checkpoint, bit for bit as if the run had never stopped.
 
     The file is kept up to date. Limits count anew, except that of the events.
@@ -229,13 +237,18 @@ def resume(session: Resumed) -> None:
     Example:
 
         exactcreep resume jumps.ckpt --out jumps.nc
+
+    Parameters
+    ----------
+    checkpoint : FILE
+        What `exactcreep run --checkpoint` kept.
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Literal, Member
 
-    kept = Checkpoint.read(session.checkpoint, session.every)
+    kept = Checkpoint.read(checkpoint, session.every)
     settings: list[dict[str, Any]] = [{} for _ in kept.experiments]
     if "settings" in kept.note:  # the command line wrote the file
         settings = json.loads(kept.note["settings"], parse_float=Literal)
     members = [Member(*each) for each in zip(settings, kept.experiments, strict=True)]
-    session.run(members, {"scene": session.checkpoint.stem} | dict(kept.note), kept)
+    session.run(members, {"scene": checkpoint.stem} | dict(kept.note), kept)

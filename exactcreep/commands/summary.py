@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Summary:
-    """What the members of a scene came to, as it is printed and drawn.
+    """The results of the members of a scene, as they are printed and drawn.
 
     Attributes
     ----------
@@ -140,7 +140,7 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
         rows.append(("accuracy", _accuracy(result.long_rearrangements)))
     rows += [("outside the model", f"{name}: {count}") for name, count in result.warnings.items()]
     rows.append(("time", f"{result.seconds:.3g} s"))
-    say_rows(rows, soft_wrap=False)
+    say_rows(rows)
 
 
 def _accuracy(count: int) -> str:

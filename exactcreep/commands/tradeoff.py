@@ -4,31 +4,18 @@ from __future__ import annotations
 
 import math
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
-from exactcreep.commands.answer import (
-    OfOutput,
-    Rows,
-    drawing,
-    duration,
-    say,
-    say_heading,
-    say_table,
-    settings_text,
-)
-from exactcreep.commands.options import OfScene, Seeds, command, option, parsed_seeds
+from exactcreep.commands.answer import Drawing, say, say_heading, say_table, settings_text
+from exactcreep.commands.options import parsed_seeds
 
 if TYPE_CHECKING:
+    from exactcreep import Scene
     from exactcreep.studies.tradeoff import Score, Tradeoff
 
 
-@command(draws=True)
 def tradeoff(
-    *,
-    budget: Annotated[str, option("SECONDS", "About how long to measure.")] = "60",
-    scene: OfScene,
-    seeds: Seeds = None,
-    output: OfOutput,
+    scene: Scene, *, budget: str = "60", seeds: str | None = None, output: Drawing
 ) -> None:
     """Measure what time buys which accuracy, for a scene on this machine.
 
@@ -39,23 +26,29 @@ def tradeoff(
         exactcreep tradeoff six-sliders-cycles --plot tradeoff.png
 
         exactcreep tradeoff thirty-sliders-cycles --budget 300 --seeds 16 --json
+
+    Parameters
+    ----------
+    budget : SECONDS
+        About how long to measure.
+    seeds : SEEDS
+        Compare over K seeds, or over those listed: 1,2,3.
     """
     from exactcreep.studies import tradeoff as study
 
     first = scene.settings()[0]
 
-    def rows(measured: Tradeoff) -> Rows:
+    def rows(measured: Tradeoff) -> None:
         say_heading(scene.name, scene.title)
         if first:
             say(f"first member: {settings_text(first)}")
         _print(measured)
-        return []
 
     measured = partial(
         study.tradeoff, scene.experiment(first), budget=budget, seeds=parsed_seeds(seeds)
     )
-    draw = drawing("comparison:draw_tradeoff", title=scene.title or scene.name)
-    output.answer(measured, rows, draw, {"scene": scene.name, "set": first})
+    draw, title = "comparison:draw_tradeoff", scene.title or scene.name
+    output.answer(measured, draw, rows, {"scene": scene.name, "set": first}, title=title)
 
 
 def _print(measured: Tradeoff) -> None:
@@ -100,3 +93,13 @@ def _row(score: Score, measured: Tradeoff) -> tuple[str, ...]:
         bias,
         f"{score.memory / 1000:.0f}",
     )
+
+
+def duration(seconds: float) -> str:
+    """Return a time for the eye: ``35 us``, ``1.2 s``, ``3.5 h``; ``-`` if it is not known."""
+    if math.isnan(seconds):
+        return "-"
+    for unit, size in (("us", 1e-6), ("ms", 1e-3), ("s", 1.0)):
+        if seconds < 1000 * size and (unit != "s" or seconds < 100):
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds / 60:.3g} min" if seconds < 6000 else f"{seconds / 3600:.3g} h"

@@ -211,3 +211,11 @@ def _option_text(score: Score) -> str:
 def _write(axes: Axes, words: str, where: Any, offset: Any, ink: str, side: str) -> None:
     axes.annotate(words, where, xytext=offset, textcoords="offset points", fontsize=6, color=ink,
                   ha=side)  # fmt: skip
+
+
+def draw_compared(found: Comparison | Partings, path: Path | str, *, title: str = "") -> None:
+    """Draw one comparison, or that of many seeds."""
+    if isinstance(found, Partings):
+        draw_partings([found], path, title=title)
+    else:
+        draw_comparison(found, path, title=title)

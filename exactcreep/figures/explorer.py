@@ -12,9 +12,11 @@ import math
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib import resources
 from threading import Lock
 from typing import Any, NamedTuple
+from urllib.parse import parse_qsl, urlsplit
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -278,3 +280,63 @@ def _law(experiment: Experiment) -> dict[str, Any] | None:
         for name, rows in values.items()
     }
     return {"amplitude": here, "amplitudes": amplitudes.tolist(), "curves": curves}
+
+
+# --- the server -----------------------------------------------------------------------------------
+
+HOST = "127.0.0.1"
+_KINDS = {"<": "text/html", "{": "application/json"}  # by how a text begins
+
+
+def page_server(port: int = 0) -> ThreadingHTTPServer:
+    """Return a server of the page, which a `with` block closes.
+
+    Raises
+    ------
+    InputError
+        If the port is taken, or not allowed.
+    """
+    try:
+        server = ThreadingHTTPServer((HOST, port), _Visit)
+    except OSError as error:
+        raise InputError("port", port, f"cannot be used: {error.strerror}") from None
+    server.daemon_threads = True  # an answer that is being computed keeps nothing alive
+    return server
+
+
+class _Visit(BaseHTTPRequestHandler):
+    """One question of the page."""
+
+    def reply(self) -> None:
+        """Answer it."""
+        if (self.headers["Host"] or "").rpartition(":")[0] not in (HOST, "localhost"):
+            # a page of somebody else, whose name was made to lead here
+            self._answer(403, "this page is for this machine alone")
+            return
+        asked = urlsplit(self.path)
+        given = dict(parse_qsl(asked.query, keep_blank_values=True))
+        try:
+            text = answer(asked.path.removeprefix("/"), given)
+            self._answer(404 if text is None else 200, text or "there is no such page")
+        except InputError as error:
+            told = {"field": error.field, "sentence": str(error)}
+            self._answer(400, as_text(told))
+        except (BrokenPipeError, ConnectionResetError):
+            pass  # the reader has gone
+        except Exception as error:
+            told = {"sentence": f"{type(error).__name__}: {error} (a defect)"}
+            self._answer(500, as_text(told))
+
+    do_GET = reply  # the name by which the library calls it
+
+    def _answer(self, status: int, text: str) -> None:
+        body, kind = text.encode(), _KINDS.get(text[:1], "text/plain")
+        self.send_response(status)
+        self.send_header("Content-Type", f"{kind}; charset=utf-8")
+        self.send_header("Content-Length", str(len(body)))
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: object) -> None:
+        """Say nothing of every request."""

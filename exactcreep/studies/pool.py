@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from exactcreep import interrupts
 from exactcreep.model.numbers import InputError, Number, whole_number
 
 _GLANCE = 0.25  # seconds between two reports of progress
@@ -80,6 +81,8 @@ class Pool:
                     show()
                 if not waiting:
                     return
+                if self.signals is not None and interrupts.waiting():
+                    self.signals.stop = True
                 for future in wait(waiting, _GLANCE, return_when=FIRST_COMPLETED).done:
                     take(waiting.pop(future), future)
         except BaseException:

@@ -14,8 +14,7 @@ from typing import Any
 
 import pytest
 
-from exactcreep.commands.explore import page_server
-from exactcreep.figures.explorer import CONTROLS
+from exactcreep.figures.explorer import CONTROLS, page_server
 from tests.conftest import Command
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)

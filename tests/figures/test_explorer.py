@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from exactcreep.commands.explore import page_server
 from exactcreep.figures import explorer
 from exactcreep.figures.animation import find_avalanche
+from exactcreep.figures.explorer import page_server
 from exactcreep.laws import prediction
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
