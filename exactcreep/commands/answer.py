@@ -28,8 +28,8 @@ _LABELS = {
     "law_seuil": "paper, Eq. (seuil)",
     "law_corrected": "corrected, (N m + D)/(2 l0)",
     "law_two_sliders": "two sliders, (mu_s c - s)/l0",
-    "lower": "does not creep at",
-    "upper": "creeps at",
+    "lower": "below the edge",
+    "upper": "above the edge",
     "compare": "to be compared with",
     "velocity": "velocity per half-cycle",
 }

@@ -231,7 +231,7 @@ def test_the_command_prints_what_the_function_returns(command: Command, tmp_path
     assert plot.stat().st_size > 10_000
     shown = command(*words, "--force").out
     assert "creeping" in shown
-    assert "15 cycles" in shown
+    assert "period 15" in " ".join(shown.split())
     refused = command(*words)
     assert refused.code == 2
     assert "plot" in refused.sentence
@@ -242,7 +242,7 @@ def test_the_command_leaves_with_3_if_nothing_has_settled(command: Command, tmp_
     told = command("fate", "--n", "6", "--amplitude", "0.0012", "--cycles", "40", "--solver",
                    "exact", "--plot", str(plot))  # fmt: skip
     assert told.code == 3
-    assert "40 cycles" in told.out
+    assert "cycles 40" in " ".join(told.out.split())
     assert plot.exists()
 
 

@@ -261,5 +261,5 @@ def test_the_command_prints_draws_and_writes_what_the_function_returns(
     with xr.open_dataset(out) as written:
         assert np.array_equal(written["last_advance"], found.dataset()["last_advance"])
     shown = command(*words).out
-    assert f"8, {found.lifetimes.size} of them dead" in shown
+    assert f"deaths {found.lifetimes.size} " in " ".join(shown.split())
     assert command(*words, "--max-seconds", "0").code == 3
