@@ -436,7 +436,7 @@ def test_an_intercept_out_of_time_keeps_its_velocities_and_a_line_through_eight(
         ("--n 2 --cycles 20 --solver exact --digits 9", "criterion horizon"),
         ("--n 2 --solver exact --digits 9", "criterion lasting"),
         ("--n 2 --criterion survival --cycles 20 --starts 12", "criterion survival"),
-        ("--n 6 --sigma-mu 0.01 --criterion intercept --cycles 100 --fit 1.3 2", "criterion intercept"),
+        ("--n 6 --sigma-mu 0.01 --cycles 100 --fit 1.3 2", "criterion intercept"),
     ],
 )
 def test_the_command_prints_draws_and_writes_what_the_function_returns(
