@@ -20,8 +20,10 @@ from exactcreep.model.numbers import (
     Shown,
     exact_number,
     nearest_float,
+    number_from_zero,
     plain_data,
     positive_number,
+    shown,
     whole_number,
 )
 from exactcreep.model.temperature_record import TemperatureRecord
@@ -33,8 +35,10 @@ DAYS_PER_YEAR = Fraction(1461, 4)
 MILLIMETRES_PER_METRE = 1000
 FRICTION = (Fraction(9, 10), Fraction(1), Fraction(11, 10))
 """Factors on all friction for which the rate of a descent is computed."""
-MANY_CONTACTS = 100
-"""With so many contacts, or more, a chain creeps like a continuous solid."""
+CONVERGED = Fraction(1, 50)
+"""What the next pivot may be worth, as a share of the descent, on as many contacts as it takes."""
+_BLOCK = 10  # days: longer than weather lasts
+_FEWEST_YEARS = 5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +61,8 @@ class Solid:
         The dimensionless chain, with ``l0 = N Y/(g rho L)``.
     gravity : Fraction
         g (m/s^2).
+    measured : Fraction
+        A descent that was measured, to be shown beside a computed one, mm/year; 0 if there is none.
 
     Notes
     -----
@@ -80,6 +86,7 @@ class Solid:
     kappa: Fraction
     chain: Chain
     gravity: Fraction
+    measured: Fraction = Fraction(0)
 
     @property
     def mass(self) -> Fraction:
@@ -170,7 +177,7 @@ class Solid:
 
     def creep(
         self, temperatures: Drive, *, time_unit: Number | None = None, solver: str = "sliding",
-        **options: Any,
+        seeds: int = 0, **options: Any,
     ) -> Descent:
         """Return how far the solid creeps under these temperatures, and what that depends on.
 
@@ -182,18 +189,41 @@ class Solid:
             Seconds of one unit of the record's times, from one target of another drive to the next
             (43200 for day and night); not for dates.
         solver : str
-            By default the sliding limit, which leaves static friction and inertia out.
+            By default the sliding limit, which leaves static friction and inertia out: `mu_s`,
+            `sigma_mu` and the seed have no effect there.
+        seeds : int
+            How many further seeds show what disorder does, each a run of its own.
         **options
             As for `exactcreep.creep`.
 
         Raises
         ------
         InputError
-            If it is no drive or a record of another kappa, or the time unit is missing.
+            If it is no drive or a record of another kappa, the time unit is missing, or seeds are
+            given that have no effect.
         """  # fmt: skip
         self.time_unit_of(temperatures, time_unit)  # before the run
+        for name, given in (("seeds", seeds), ("seed", options.get("seed", 0))):
+            if solver == "sliding" and given and not temperatures.random:
+                allowed = "has no effect in the sliding limit, which has no static friction"
+                raise InputError(name, given, allowed)
         result = creep(self.chain, temperatures, solver=solver, **options)
-        return Descent.of(self, result, time_unit)
+        return Descent.of(self, result, time_unit, seeds=seeds)
+
+    @property
+    def converged_contacts(self) -> int:
+        """On how many contacts the descent no longer depends on their number, to about a hundredth.
+
+        Notes
+        -----
+        The pivot is a whole contact: the descent goes as ``N + 3 - 2 i`` (Eq. (vitesse2)), in steps
+        of 2, and the continuous solid's ``N tan_alpha/mu_d`` lies between two of them. The next
+        pivot is worth `CONVERGED` of it here.
+        """
+        slope = abs(self.chain.tan_alpha)
+        if not 0 < slope < self.chain.mu_d:
+            return 100
+        return min(max(math.ceil(2 / CONVERGED * self.chain.mu_d / slope), 100), 2000)
 
     def time_unit_of(self, temperatures: Drive, time_unit: Number | None = None) -> float:
         """Return how many seconds one unit of a drive's clock lasts; refuse what `creep` does."""
@@ -254,8 +284,10 @@ class Descent(Shown):
         Seconds of one unit of the clock of its temperatures.
     rates : mapping of (int, Fraction) to float
         Millimetres per year in the sliding limit, of the whole drive from the relaxed chain on, by
-        the number of contacts (the solid's own, and `MANY_CONTACTS` or four times as many) and by
-        the factor on all friction (`FRICTION`); inf where friction does not hold the solid.
+        the number of contacts (the solid's own, and its `converged_contacts` or twice its own) and
+        by the factor on all friction (`FRICTION`); inf where friction does not hold the solid.
+    of_seeds : tuple of float
+        Millimetres per year of runs like `result` with further seeds.
 
     Examples
     --------
@@ -271,22 +303,31 @@ class Descent(Shown):
     result: Creep
     time_unit: float
     rates: Mapping[tuple[int, Fraction], float]
+    of_seeds: tuple[float, ...] = ()
 
     @classmethod
-    def of(cls, solid: Solid, result: Creep, time_unit: Number | None = None) -> Descent:
+    def of(
+        cls, solid: Solid, result: Creep, time_unit: Number | None = None, *, seeds: int = 0
+    ) -> Descent:
         """Return the descent of a run of this solid's chain; raise `InputError` for another."""
         seconds = solid.time_unit_of(result.drive, time_unit)
         if result.chain != solid.chain:
             raise InputError("result", result.chain, "must be a run of the solid's chain")
-        n = solid.chain.n
-        rates = {}
-        for contacts in (n, MANY_CONTACTS if n < MANY_CONTACTS else 4 * n):
+        n, many = solid.chain.n, solid.converged_contacts
+        rates, own = {}, result.experiment
+        for contacts in (n, many if n < many else 2 * n):
             for factor in FRICTION:
                 other = solid.altered(contacts=contacts, friction=factor)
                 chain, drive, seed = other.chain, result.drive, result.seed
                 run = creep(chain, drive, seed=seed, solver="sliding", record=())
                 rates[contacts, factor] = other.per_year(run.velocity, seconds)
-        return cls(solid, result, seconds, rates)
+        others = [
+            creep(own.chain, own.drive, seed=(own.seed + k) % 2**64, solver=own.solver, record=(),
+                  start=own.start, **own.options)
+            for k in range(1, 1 + whole_number(seeds, "seeds", least=0))
+        ]  # fmt: skip
+        of_seeds = tuple(solid.per_year(other.velocity, seconds) for other in others)
+        return cls(solid, result, seconds, rates, of_seeds)
 
     @property
     def temperatures(self) -> NDArray[np.float64]:
@@ -333,9 +374,36 @@ class Descent(Shown):
         return self.solid.per_year(self.result.velocity, self.time_unit)
 
     @property
-    def error(self) -> float:
-        """Its standard error, mm per year; nan if it is not known."""
-        return self.solid.per_year(self.result.velocity_error, self.time_unit)
+    def weather(self) -> float:
+        """By how much one year's descent differs from another's, as a standard deviation, mm.
+
+        Of a record of at least five years, between its years; of a shorter one, from blocks of ten
+        days, each against the next, so that the seasons do not count. nan if there are too few.
+        """
+        years, blocks = self.stretches(DAYS_PER_YEAR), self.stretches(_BLOCK)
+        if years.size >= _FEWEST_YEARS:
+            return float(years.std(ddof=1))
+        if blocks.size < _FEWEST_YEARS:
+            return math.nan
+        spread = float(np.square(np.diff(blocks)).mean()) / 2
+        return math.sqrt(float(DAYS_PER_YEAR) / _BLOCK * spread)
+
+    def stretches(self, days: Number) -> NDArray[np.float64]:
+        """Return the descents in stretches of so many days, one after the other, mm.
+
+        What is left at the end is left out; none without a recorded x_G.
+        """
+        ends = np.arange(int(self.days / float(days)) + 1) * float(days)
+        if "x_G" not in self.result.recorded:
+            return ends[:0]
+        moved = np.diff(np.interp(ends, self.elapsed, self.millimetres))
+        return moved.astype(np.float64, copy=False)
+
+    @property
+    def disorder(self) -> float:
+        """The standard deviation between seeds, mm per year; nan if there is but one."""
+        rates = (self.millimetres_per_year, *self.of_seeds)
+        return float(np.std(rates, ddof=1)) if self.of_seeds else math.nan
 
     @property
     def contacts(self) -> tuple[int, int]:
@@ -375,7 +443,9 @@ class Descent(Shown):
                 "millimetres": self.total,
                 "days": self.days,
                 "millimetres_per_year": self.millimetres_per_year,
-                "millimetres_per_year_error": self.error,
+                "measured_millimetres_per_year": float(self.solid.measured) or math.nan,
+                "weather": self.weather,
+                "disorder": self.disorder,
                 "rates": rates,
                 "pivot_step": self.pivot_step,
                 "artefact_of_contacts": self.artefact,
@@ -385,26 +455,34 @@ class Descent(Shown):
     def lines(self) -> list[tuple[str, str]]:
         """Return the descent and what it depends on, as pairs of a name and a sentence."""
         few, many = self.contacts
+        chain, sliding = self.solid.chain, self.result.solver == "sliding"
         yearly = f"{self.millimetres_per_year:.4g} mm/year"
-        if math.isfinite(self.error):
-            yearly += f" (standard error {self.error:.2g})"
+        if self.solid.measured:
+            yearly += f"; measured: {float(self.solid.measured):.4g} mm/year"
         if self.days < 360:
             yearly += ", the rate of these days and no year's"
-        said = {}
-        for n in self.contacts:
-            less, same, more = (self.rates[n, factor] for factor in FRICTION)
-            said[n] = f"{_percent(more / same)} where friction is 10 % more,"
-            said[n] += f" {_percent(less / same)} where it is 10 % less"
-        return [
+        less, same, more = (self.rates[many, factor] for factor in FRICTION)
+        lines = [
             ("descent", f"{self.total:.4g} mm in {self.days:.4g} days: {yearly}"),
-            ("friction", f"{said[many]} (sliding limit, N = {many})"),
-            (
-                "whole pivots",
-                f"{said[few]} with N = {few}, and {_percent(1 + self.artefact)} from N = {many} at"
-                f" the same friction: what is not as with N = {many} is an artefact of few contacts"
-                f" (the next pivot is worth {100 * self.pivot_step:.2g} %)",
-            ),
-        ]
+            ("friction", f"{_percent(more / same)} where friction is 10 % more,"
+             f" {_percent(less / same)} where it is 10 % less (sliding limit, N = {many})"),
+            ("contacts", f"{_percent(1 / (1 + self.artefact))} with N = {many} instead of {few}: an"
+             f" artefact of whole pivots (the next is worth {100 * self.pivot_step:.2g} %);"
+             f" N = {self.solid.converged_contacts} is enough"),
+        ]  # fmt: skip
+        if math.isfinite(self.weather):
+            of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
+            lines.append(("weather", f"one year differs from another by {self.weather:.2g} mm"
+                                     f" (standard deviation, from the {of})"))  # fmt: skip
+        if math.isfinite(self.disorder):
+            said = f"{self.disorder:.2g} mm/year between {1 + len(self.of_seeds)} seeds"
+            lines.append(("disorder", f"{said} (standard deviation)"))
+        elif sliding and not chain.slides:
+            given = f"mu_s = {shown(chain.mu_s)}, sigma_mu = {shown(chain.sigma_mu)} and the seed"
+            lines.append(("left out", f"{given} have no effect in the sliding limit"))
+        elif not sliding and chain.sigma_mu:
+            lines.append(("disorder", "one seed alone; Solid.creep(seeds=4) runs four more"))
+        return lines
 
     def _facts(self) -> dict[str, Any]:
         return dict(self.lines())
@@ -420,12 +498,13 @@ def physical(
     density: Number,
     section: Number,
     kappa: Number,
-    contacts: int,
     mu_d: Number,
     mu_s: Number,
     tan_alpha: Number,
+    contacts: int = 0,
     sigma_mu: Number = 0,
     gravity: Number = "9.80665",
+    measured: Number = 0,
 ) -> Solid:
     """Return a solid on a slope with its dimensionless chain (``physical(...).chain``).
 
@@ -441,14 +520,17 @@ def physical(
         Cross section S, m^2. It sets masses and forces; the chain does not depend on it.
     kappa : number
         Thermal expansion coefficient, 1/K.
-    contacts : int
-        Number N of contacts, at least 1.
     mu_d, mu_s, sigma_mu : number
         Friction coefficients, as in `Chain`.
     tan_alpha : number
-        Slope.
+        Slope, the tangent of the angle: 0.268 for 15 degrees.
+    contacts : int
+        Number N of contacts; 0 for `Solid.converged_contacts`, so many that their number no longer
+        matters. Fewer are worth it where the solid does rest on few, and for solvers with inertia.
     gravity : number
         g, m/s^2.
+    measured : number
+        A descent to be shown beside the computed one, mm/year.
 
     Raises
     ------
@@ -479,9 +561,12 @@ def physical(
     }
     exact = {name: positive_number(value, name) for name, value in known.items()}
     weight = exact["gravity"] * exact["density"] * exact["length"]
-    n = whole_number(contacts, "contacts", least=1)
-    l0 = n * exact["youngs_modulus"] / weight
-    return Solid(**exact, chain=Chain(n, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha))
+    n = whole_number(contacts, "contacts", least=0)
+    beside = number_from_zero(measured, "measured")
+    l0 = (n or 1) * exact["youngs_modulus"] / weight
+    chain = Chain(n or 1, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
+    solid = Solid(**exact, chain=chain, measured=beside)
+    return solid if n else solid.altered(contacts=solid.converged_contacts)
 
 
 def _percent(ratio: float) -> str:

@@ -122,7 +122,7 @@ def test_many_contacts_creep_like_the_continuous_solid():
         ({"section": 0}, "section"),
         ({"kappa": 0}, "kappa"),
         ({"gravity": "inf"}, "gravity"),
-        ({"contacts": 0}, "contacts"),
+        ({"contacts": -1}, "contacts"),
         ({"mu_s": "0.4"}, "mu_s"),
     ],
 )
@@ -182,20 +182,23 @@ def test_what_few_contacts_do_is_told_from_what_friction_does():
     solid = physical(**LEAD | {"contacts": 14, "mu_d": "0.45", "tan_alpha": "0.3"})
     descent = solid.creep(month(solid))
     rates = descent.rates
-    assert descent.contacts == (14, 100)
+    assert descent.contacts == (14, 150)  # the next pivot is worth 2/100 of N tan_alpha/mu_d = 100
     # 14 * 0.3/0.45 = 9.3: the pivot stays up to mu_d = 0.525, and moves on below 0.42
     assert rates[14, Fraction(11, 10)] == pytest.approx(rates[14, 1], rel=0.03)
     jump = rates[14, Fraction(9, 10)] / rates[14, 1] - 1
     assert jump == pytest.approx(descent.pivot_step, abs=0.03)
-    for n, allowed in ((14, 0.15), (100, 0.03)):
+    for n, allowed in ((14, 0.15), (150, 0.02)):
         for factor in (Fraction(9, 10), Fraction(11, 10)):
             gap = rates[n, factor] / rates[n, 1] * float(factor) - 1
             assert abs(gap) < allowed
-    assert descent.artefact == pytest.approx(rates[14, 1] / rates[100, 1] - 1, rel=1e-12)
-    many = physical(**LEAD | {"contacts": 100, "mu_d": "0.45", "tan_alpha": "0.3"})
-    assert many.creep(month(many)).millimetres_per_year == pytest.approx(rates[100, 1], rel=1e-12)
-    finer = physical(**LEAD | {"contacts": 120})
-    assert finer.creep(month(finer)).contacts == (120, 480)
+    assert descent.artefact == pytest.approx(rates[14, 1] / rates[150, 1] - 1, rel=1e-12)
+    many = physical(**LEAD | {"contacts": 0, "mu_d": "0.45", "tan_alpha": "0.3"})
+    assert many.chain.n == 150
+    found = many.creep(month(many))
+    assert found.millimetres_per_year == pytest.approx(rates[150, 1], rel=1e-12)
+    assert found.contacts == (150, 300)
+    assert abs(found.artefact) < 0.01
+    assert "N = 150 is enough" in repr(descent)
 
 
 def test_an_altered_solid_is_the_one_that_is_made_so():
@@ -221,6 +224,45 @@ def test_the_exact_solver_answers_in_millimetres_too():
     exact = solid.creep(record, solver="exact", seed=3)
     assert exact.result.solver == "exact"
     assert exact.total == pytest.approx(solid.creep(record).total, rel=0.05)
+    assert "one seed alone" in repr(exact)
+    several = solid.creep(record, solver="exact", seed=3, seeds=2)
+    rates = [solid.creep(record, solver="exact", seed=k).millimetres_per_year for k in (3, 4, 5)]
+    assert several.disorder == pytest.approx(np.std(rates, ddof=1), rel=1e-12)
+    assert "between 3 seeds" in repr(several)
+
+
+def test_what_has_no_effect_in_the_sliding_limit_is_refused_or_said():
+    solid = physical(**LEAD | {"sigma_mu": "0.02"})
+    for name in ("seed", "seeds"):
+        with pytest.raises(InputError, match=f"{name} = 3: has no effect in the sliding limit"):
+            solid.creep(month(solid), **{name: 3})
+    assert "mu_s = '0.6', sigma_mu = '0.02' and the seed have no effect" in repr(
+        solid.creep(month(solid))
+    )
+    assert "no effect" not in repr(
+        (smooth := physical(**LEAD | {"mu_s": "0.5"})).creep(month(smooth))
+    )
+
+
+def test_how_much_years_differ_is_that_of_the_years_or_of_blocks_of_days():
+    solid = physical(**LEAD)
+    rng = np.random.default_rng(3)
+    days = np.arange(8 * 366)
+    swing = rng.normal(10, 3, days.size)
+    times = np.array("2001-01-01", dtype="datetime64[h]") + np.repeat(24 * days, 2)
+    times[1::2] += np.timedelta64(12, "h")
+    values = 10 + np.repeat(swing, 2) * np.tile([-1, 1], days.size)
+    descent = solid.creep(TemperatureRecord.of(values, solid.kappa, 10, times=times))
+    yearly = descent.stretches("365.25")
+    assert yearly.size == 8
+    assert descent.weather == pytest.approx(yearly.std(ddof=1), rel=1e-12)
+    # independent days that differ by 3 K: years differ by the root of their days
+    expected = 3 * descent.total / swing.sum() * math.sqrt(365.25)
+    assert descent.weather == pytest.approx(expected, rel=0.6)  # of 8 years
+    part = solid.creep(TemperatureRecord.of(values[:1400], solid.kappa, 10, times=times[:1400]))
+    assert part.weather == pytest.approx(expected, rel=0.25)  # of 70 blocks
+    assert "from the 10-day blocks" in repr(part)
+    assert math.isnan(solid.creep(month(solid)).weather)
 
 
 def test_a_record_of_another_material_is_refused():
@@ -240,18 +282,27 @@ def test_a_record_of_another_material_is_refused():
 # --- scenes in SI units ---------------------------------------------------------------------------
 
 
-def test_the_lead_roof_is_one_command_and_three_lines_of_python(tmp_path, capsys):
+def test_the_roof_of_bristol_is_one_command_and_three_lines_of_python(tmp_path, capsys):
     picture = tmp_path / "roof.png"
-    assert status(["run", "lead-roof", "--plot", str(picture), "--json"]) == 0
+    assert status(["run", "bristol-roof", "--plot", str(picture), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert picture.read_bytes().startswith(b"\x89PNG")
-    (member,) = load_scene("lead-roof").members()
+    (member,) = load_scene("bristol-roof").members()
     assert member.solid.chain == member.experiment.chain
-    descent = member.solid.creep(member.experiment.drive)
+    record = member.experiment.drive
+    descent = member.solid.creep(record)
     assert told["descent"] == descent.summary()
-    assert 500 < told["descent"]["millimetres_per_year"] < 600
-    assert status(["run", "lead-roof"]) == 0
-    assert "mm/year" in capsys.readouterr().out
+    assert told["descent"]["millimetres_per_year"] == pytest.approx(220.1, abs=0.05)
+    assert told["descent"]["measured_millimetres_per_year"] == 228.6
+    assert 10 < descent.weather < 16
+    said = repr(descent)
+    assert "220.1 mm/year; measured: 228.6 mm/year" in said
+    assert "13 mm (standard deviation, from the years of this record)" in said
+    # 52,503 days, the first and the last, and the one whose minimum is above its maximum
+    assert (record.half_cycles, record.origin) == (2 * 52_503, "1878-01-01T05:00:00")
+    assert record.temperatures[[0, 1, -2, -1]].tolist() == [1.4, 6.6, 6.0, 16.0]
+    (strange,) = np.flatnonzero(record.temperatures[::2] > record.temperatures[1::2])
+    assert str(record.dates[2 * strange])[:10] == "1884-12-23"
 
 
 IN_KELVIN = """
@@ -322,16 +373,17 @@ def test_temperatures_of_a_scene_are_refused_by_key(change, told):
 )
 def test_a_scene_in_si_units_is_refused_by_key(settings, told):
     with pytest.raises(InputError) as caught:
-        load_scene("lead-roof").with_settings(settings).members()
+        load_scene("bristol-roof").with_settings(settings).members()
     assert told in str(caught.value)
 
 
 def test_a_scene_in_si_units_varies_its_contacts(tmp_path):
-    scene = load_scene("lead-roof").with_settings({"vary.physical.contacts": [4, 14]})
+    (tmp_path / "sheet.toml").write_text(IN_KELVIN)
+    scene = load_scene(tmp_path / "sheet.toml").with_settings({"vary.physical.contacts": [4, 14]})
     chains = [member.solid.chain for member in scene.members()]
     assert [chain.n for chain in chains] == [4, 14]
     assert chains[0].l0 / 4 == chains[1].l0 / 14
     grid, picture = str(tmp_path / "grid"), tmp_path / "grid.png"
     words = ["--set", "vary.physical.contacts=[4,14]", "--out", grid, "--plot", str(picture)]
-    assert status(["sweep", "lead-roof", *words]) == 0
+    assert status(["sweep", str(tmp_path / "sheet.toml"), *words]) == 0
     assert picture.read_bytes().startswith(b"\x89PNG")

@@ -187,7 +187,7 @@ def run(
 
         exactcreep run chain-jumps --out jumps.nc --checkpoint jumps.ckpt
 
-        exactcreep run lead-roof --plot roof.png
+        exactcreep run bristol-roof --plot roof.png
 
     Exit status: 0 any physical outcome, 2 bad input, 3 a limit was reached, 4 the checkpoint is
     older than the result, 130 Ctrl-C, 143 SIGTERM.

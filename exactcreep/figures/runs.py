@@ -144,10 +144,10 @@ def _name_ends(axes: Axes, ends: list[tuple[float, str, str]]) -> None:
 
 
 def draw_descent(descent: Descent, path: Path | str, *, title: str = "") -> None:
-    """Draw temperatures in time, and how far the solid comes down, in millimetres.
+    """Draw temperatures in time, and how far the solid comes down: of some years, in each of them.
 
-    Beside it stands what the sliding limit comes to at the end on the solid's contacts and on many,
-    each with a bar from a tenth more to a tenth less friction.
+    Beside it stands what the sliding limit comes to on the solid's contacts and on many, each with
+    a bar from a tenth more to a tenth less friction, and what was measured.
 
     Raises
     ------
@@ -155,11 +155,13 @@ def draw_descent(descent: Descent, path: Path | str, *, title: str = "") -> None
         If x_G was not recorded, or the file's name does not end like a picture's.
     """
     drive, moved = descent.result.drive, descent.millimetres
-    dates = drive.dates
+    dates, yearly = drive.dates, descent.stretches(DAYS_PER_YEAR)
     time: NDArray[Any] = descent.elapsed if dates is None else dates[: moved.size]
     called = "above\n" + r"that of $\theta=0$ (K)"
     if isinstance(drive, TemperatureRecord):
         called = "(\N{DEGREE SIGN}C)" if drive.unit == "C" else "(K)"
+    several = yearly.size > 4
+    years = 1.0 if several else descent.days / float(DAYS_PER_YEAR)
     with page(path, 7.2, 5.2, title) as figure:
         grid = figure.add_gridspec(2, 2, height_ratios=(1, 1.7), width_ratios=(5.5, 1))
         bottom = figure.add_subplot(grid[1, 0])
@@ -168,20 +170,33 @@ def draw_descent(descent: Descent, path: Path | str, *, title: str = "") -> None
         top.plot(*_thinned(time, descent.temperatures), color="0.25", linewidth=0.4)
         top.set_ylabel(f"temperature {called}")
         top.tick_params(labelbottom=False)
-        bottom.plot(*_thinned(time, moved), color=INKS[6], linewidth=1.6)
-        bottom.set_ylabel("descent of the centre of mass (mm)")
+        if several:
+            places = np.linspace(0, time.size - 1, yearly.size + 1)[:-1].astype(int)
+            bottom.plot(time[places], yearly, color=INKS[6], linewidth=0.8, marker=".")
+            bottom.set_ylim(0, 1.25 * yearly.max())
+            bottom.set_ylabel("descent in each year (mm)")
+        else:
+            bottom.plot(*_thinned(time, moved), color=INKS[6], linewidth=1.6)
+            bottom.set_ylabel("descent of the centre of mass (mm)")
         bottom.set_xlabel("days" if dates is None else "date")
-        bottom.set_title(f"N = {descent.contacts[0]}, solver {descent.result.solver}", fontsize=8)
+        said = f"N = {descent.contacts[0]}, solver {descent.result.solver}"
+        if descent.solid.measured:
+            said += f"; dashed: {float(descent.solid.measured):.4g} mm a year, measured"
+        bottom.set_title(said, fontsize=8)
         bottom.margins(x=0.01)
-        years = descent.days / float(DAYS_PER_YEAR)
         for place, n in enumerate(descent.contacts):
             less, same, more = (descent.rates[n, factor] * years for factor in FRICTION)
             if np.isfinite([less, same, more]).all():
                 side.plot([place] * 2, [more, less], color=INKS[place], linewidth=3, alpha=0.5)
             side.plot(place, same, marker="o", color=INKS[place])
-        side.set_xticks((0, 1), [f"N={n}" for n in descent.contacts], fontsize=8)
+        if descent.solid.measured:
+            level = float(descent.solid.measured) * years
+            for axes in (bottom, side):
+                axes.axhline(level, color=INKS[1], linestyle="--", linewidth=1)
+        side.set_xticks((0, 1), [f"N=\n{n}" for n in descent.contacts], fontsize=8)
         side.set_xlim(-0.6, 1.6)
-        side.set_title("at the end,\nfriction \N{PLUS-MINUS SIGN}10 %", fontsize=8)
+        when = "mean" if several else "at the end"
+        side.set_title(f"{when},\nfriction \N{PLUS-MINUS SIGN}10 %", fontsize=8)
         side.tick_params(labelleft=False)
         if dates is not None:
             locator: Any = AutoDateLocator()  # type: ignore[no-untyped-call]
