@@ -395,9 +395,8 @@ class Descent(Shown):
         """
         ends = np.arange(int(self.days / float(days)) + 1) * float(days)
         if "x_G" not in self.result.recorded:
-            return ends[:0]
-        moved = np.diff(np.interp(ends, self.elapsed, self.millimetres))
-        return moved.astype(np.float64, copy=False)
+            return np.empty(0)
+        return np.asarray(np.diff(np.interp(ends, self.elapsed, self.millimetres)))
 
     @property
     def disorder(self) -> float:
