@@ -155,11 +155,15 @@ class Lines:
         self.used: list[Line] = []
 
     def __getattr__(self, name: str) -> Any:
-        line = self.proof.named.get(name)
-        if line is None:
+        value = self.alone(name)
+        self.used.append(self.proof.named[name])
+        return value
+
+    def alone(self, name: str) -> Any:
+        """Return a value of which an entry needs a property only: it does not rest on the line."""
+        if name not in self.proof.named:
             raise Refuted(f"{self.proof.title}: the line {name} was not reached")
-        self.used.append(line)
-        return line.value
+        return self.proof.named[name].value
 
 
 def stands(*_: Expression) -> bool:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from derivations.notation import Expression, N, c, l0, mu_d, mu_s, s, symbol, theta
+from derivations.notation import Expression, N, amplitude, c, l0, mu_d, mu_s, s, symbol, theta
 
 k, m, g, tau_dyn = (symbol(name) for name in ["k", "m", "g", "tau_dyn"])
 stretch, place, way = symbol("stretch"), symbol("place"), symbol("S")
@@ -43,6 +43,8 @@ class Model:
         What pulls at slider 1 and at slider N from beyond the chain.
     redraw : Expression
         The number of the static coefficient that a slider has after its `draw`-th stop.
+    cycle : tuple of two Expressions
+        The values between which theta runs, slowly, in half-cycles of the duration tau_th.
     """
 
     elastic: Expression = k * stretch**2 / 2
@@ -52,6 +54,12 @@ class Model:
     natural: tuple[Expression, Expression] = (l0 * (1 + theta), l0 * (1 + theta))
     ends: tuple[Expression, Expression] = (sp.Integer(0), sp.Integer(0))
     redraw: Expression = FRESH
+    cycle: tuple[Expression, Expression] = (-amplitude, amplitude)
+
+    @property
+    def swing(self) -> Expression:
+        """Change of theta in a dilation of a cycle."""
+        return self.cycle[1] - self.cycle[0]
 
     def pull(self, to: int, near: Expression, far: Expression) -> Expression:
         """Return the force of a spring on one of its sliders: minus the derivative of its energy.

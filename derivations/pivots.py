@@ -23,6 +23,7 @@ tan = symbol("t")
 star = sp.Function("alpha_N_star")
 
 
+# fmt: off
 @chapter(
     "Pivots and critical angles",
     "large amplitude: all sliders but the pivot move",
@@ -37,61 +38,64 @@ def derive(p: Proof, model: Model) -> None:
     above = p.show(
         "sliders 1..i-1 slide uphill: F_n = -mu_d c for each, T_0 = 0, so T_{i-1} =",
         model.tension(i - 1, 0, uphill), -(i - 1) * (mu_d * c + s), "above",
-    )  # fmt: skip
+    )
     below = p.show(
         "sliders i+1..N slide downhill: F_n = mu_d c for each, T_N = 0, so T_i =",
         model.tension(i, 1, downhill), -(N - i) * (mu_d * c - s), "below",
-    )  # fmt: skip
+    )
     force = p.show(
         "slider i rests, and feels F_i = T_i - T_{i-1} + s =",
         model.force(i).subs({T(i - 1): above, T(i): below}), N * s - mu_d * c * (N + 1 - 2 * i),
-    )  # fmt: skip
+    )
 
-    def slope(force: Expression, sign: int) -> Expression:
-        """Return the slope at which a force reaches the static threshold, downhill (+1) or up."""
-        return solved(sp.expand((force - sign * model.threshold()).subs(s, tan * c) / c), tan)
+    def slope(force: Expression, held: Expression) -> Expression:
+        """Return the slope at which a force reaches what friction holds."""
+        return solved(sp.expand((force - held).subs(s, tan * c) / c), tan)
 
     centre = mu_d * (1 - 2 * ((i - 1) / N))
     critical = p.show(
         "it starts downhill, F_i > mu_s c, where tan(alpha) exceeds tan(alpha*_{N,i}) =",
-        slope(force, 1), centre + (mu_s - mu_d) / N, "critical",
-    )  # fmt: skip
+        slope(force, model.threshold()), centre + (mu_s - mu_d) / N, "critical",
+    )
     lower = p.show(
         "slider i-1 in its place starts uphill, F_{i-1} < -mu_s c, where tan(alpha) is below",
-        slope(force.subs(i, i - 1), -1), centre - (mu_s - mu_d) / N, "lower",
-    )  # fmt: skip
+        slope(force.subs(i, i - 1), -model.threshold()), centre - (mu_s - mu_d) / N, "lower",
+    )
     p.show(
         "between the two either can rest: a window of the width",
         critical - lower, 2 * (mu_s - mu_d) / N,
-    )  # fmt: skip
+    )
     p.show("... with its middle at", (critical + lower) / 2, centre)
+    p.show("where both edges lie if static friction holds no more than sliding friction",
+           slope(force, -model.friction(1)), centre, "sliding_edge")
     p.show(
         "slider i-1 lets go downhill at a slope that is steeper by",
-        critical.subs(i, i - 1) - critical, 2 * mu_d / N, "distance",
-    )  # fmt: skip
+        critical.subs(i, i - 1) - critical, 2 * mu_d / N,
+    )
     p.show("i = 1: tan(alpha*_{N,1}) =", critical.subs(i, 1), mu_d + (mu_s - mu_d) / N, "first")
 
     above = p.show(
         "contraction: sliders 1..j-1 slide downhill, so T_{j-1} =",
         model.tension(j - 1, 0, -uphill), (j - 1) * (mu_d * c - s), "above_contraction",
-    )  # fmt: skip
+    )
     below = p.show(
         "sliders j+1..N slide uphill, so T_j =",
         model.tension(j, 1, -downhill), (N - j) * (mu_d * c + s), "below_contraction",
-    )  # fmt: skip
+    )
     mirrored = p.show(
         "slider j rests, and feels F_j = T_j - T_{j-1} + s =",
         model.force(j).subs({T(j - 1): above, T(j): below}), N * s + mu_d * c * (N + 1 - 2 * j),
-    )  # fmt: skip
+    )
     p.show(
         "that is the force on slider i in a dilation for j =",
         solved(sp.expand(mirrored - force), j), N + 1 - i, "partner",
-    )  # fmt: skip
+    )
     p.checked(
         "a chain in the sliding limit takes slider i-1 in dilations, N+2-i in contractions",
         _pivots_of_chains,
         "132 rational chains of 2 to 12 sliders; the ties among them all lie at edges",
     )
+# fmt: on
 
 
 def _pivots_of_chains() -> bool:
@@ -136,14 +140,14 @@ def _angles(critical: Expression) -> dict[object, object]:
 
 
 def _range(r: Lines) -> Judge:
-    """Judge the range of slopes in which slider i - 1 rests and slider i would not."""
-    critical, distance = r.critical, r.distance
+    """Judge the range of slopes in which slider i - 1 rests and slider i does not."""
+    critical = r.alone("critical")
 
     def judge(formula: Formula) -> bool:
         if formula.relations != ("<", "<") or formula.sides[1] != alpha:
             return False
         low, high = (critical.subs(i, side.args[0]) for side in formula.sides[::2])
-        return vanishes(low - critical) and vanishes(high - low - 2 * mu_d / N) and distance != 0
+        return vanishes(low - critical) and bool(sp.cancel(high - low).is_positive)
 
     return judge
 

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import sympy as sp
 
+from derivations import pivots, thresholds
+from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of
+from derivations.model import Model, after, here, solved
 from derivations.notation import (
     Expression,
     Formula,
@@ -12,169 +15,97 @@ from derivations.notation import (
     i,
     j,
     l0,
+    mu_d,
     n,
     slope_margin,
     symbol,
+    theta,
 )
-from derivations.proof import (
-    Derivation,
-    Entry,
-    Results,
-    Step,
-    Verification,
-    follows,
-    leading,
-    vanishes,
+from derivations.proof import Judge, follows, leading, vanishes
+
+rise, fall, tau_th = (symbol(x) for x in ["Delta_theta_plus", "Delta_theta_minus", "tau_th"])
+
+
+# fmt: off
+@chapter(
+    "Plateau velocities",
+    "large amplitude: all sliders but the pivot move during the whole half-cycle",
+    "slider i - 1 is the pivot of a dilation",
 )
-
-rise, fall = symbol("Delta_theta_plus"), symbol("Delta_theta_minus")
-tau_th = symbol("tau_th")
-
-
-def displacement(resting: Expression, change: Expression) -> Expression:
-    """Return the displacement of slider n while theta changes and one slider rests.
-
-    Sliding sliders have constant tensions, so ``dx_{n+1} - dx_n = l0 dtheta`` for every spring.
-    """
-    y = sp.Function("y")
-    k = sp.Symbol("k", integer=True)
-    solution = sp.rsolve(y(k + 1) - y(k) - l0 * change, y(k))
-    constant = next(free for free in solution.free_symbols if str(free).startswith("C"))
-    value = sp.solve(solution.subs(k, resting), constant)[0]
-    return sp.factor(solution.subs(constant, value).subs(k, n))
-
-
-def derive() -> Derivation:
-    """Return displacements per dilation, contraction and cycle, and the plateau velocity."""
-    up, down = displacement(i - 1, rise), displacement(j + 1, fall)
-    total = sp.factor(
-        sp.expand((up + down).subs({rise: 2 * amplitude, fall: -2 * amplitude, j: N + 1 - i}))
+def derive(p: Proof, model: Model) -> None:
+    """Show the displacements per dilation, contraction and cycle, and the plateau velocity."""
+    pulls = model.scaled(model.pull(1, here, after)), model.scaled(model.pull(-1, after, here))
+    gaps = [-sp.diff(pull, theta) / sp.diff(pull, after) for pull in pulls]
+    gap = p.show(
+        "a sliding slider's tensions are constant, so dx_{n+1} - dx_n = l0 dtheta for every "
+        "spring, as its upper slider feels it: l0 times", gaps[0] / l0, 1, "upper",
     )
-    velocity = sp.factor(total / (2 * tau_th))
-    results = {
-        "dilation": up,
-        "contraction": down,
-        "cycle": total,
-        "velocity": velocity,
-        "last": sp.solve(velocity, i)[0],
-        "finite": (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2),
-    }
-    steps = (
-        Step(
-            "sliding sliders carry constant tensions: dx_{n+1} - dx_n = l0 dtheta; slider i - 1 "
-            "rests",
-            up,
-        ),
-        Step("contraction: slider j + 1 rests", down),
-        Step("a cycle +2A, -2A with j = N + 1 - i, the same for all n", total),
-        Step("divided by 2 tau_th", velocity),
-        Step("positive for i below", results["last"]),
+    p.show("... and as its lower one does", gaps[1] / l0, 1, "lower")
+
+    def moved(resting: Expression, change: Expression) -> Expression:
+        spring = sp.Symbol("spring", integer=True)
+        return sp.factor(sp.summation(gap * l0 * change, (spring, resting, n - 1)))
+
+    up = p.show("dilation, slider i-1 rests: slider n moves by", moved(i - 1, rise),
+                (n - (i - 1)) * l0 * rise, "dilation")
+    down = p.show("contraction, slider j+1 rests: by", moved(j + 1, fall),
+                  (n - (j + 1)) * l0 * fall, "contraction")
+    cycle = (up + down).subs({rise: model.swing, fall: -model.swing})
+    cycle = p.show(
+        "a cycle, with the pivots' j = N + 1 - i: by, whatever n,",
+        sp.factor(sp.expand(cycle.subs(j, pivots.derive(model).partner))),
+        2 * (N + 3 - 2 * i) * l0 * amplitude, "cycle",
     )
-    return Derivation(
-        "Plateau velocities",
-        steps,
-        results,
-        ("large amplitude: all sliders but the pivot move during the whole half-cycle",),
+    velocity = p.show("in the time 2 tau_th: v =", sp.factor(cycle / (2 * tau_th)),
+                      (N + 3 - 2 * i) * l0 * amplitude / tau_th, "velocity")
+    p.show("zero at i =", solved(velocity, i), (N + 3) / 2, "last")
+    edge = pivots.derive(model).sliding_edge
+    steps = cycle / (2 * l0 * amplitude)
+    p.show("N + 3 - 2i exceeds N tan(alpha)/mu_d at the pivot's lower edge by",
+           sp.expand(steps - N * edge / mu_d), 1, "at_lower_edge")
+    p.show("... and at its upper edge by", sp.expand(steps - N * edge.subs(i, i - 1) / mu_d),
+           -1, "at_upper_edge")
+    sliding = thresholds.derive(model).sliding
+    p.show(
+        "of a half-cycle's 2A only what exceeds 2A* moves the whole chain: v tau_th =",
+        velocity.subs(amplitude, amplitude - sliding) * tau_th,
+        (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2), "finite",
     )
+# fmt: on
 
 
-def check(v: Verification, r: Results) -> None:
-    """Prove the displacements and the plateau velocity for symbolic N, i and n."""
-    v.identity("dilation: [n - (i - 1)] l0 dtheta", r["dilation"] - (n - (i - 1)) * l0 * rise)
-    v.identity("the pivot rests", r["dilation"].subs(n, i - 1))
-    v.identity("springs follow theta", r["dilation"].subs(n, n + 1) - r["dilation"] - l0 * rise)
-    v.identity("contraction: [n - (j + 1)] l0 dtheta", r["contraction"] - (n - (j + 1)) * l0 * fall)
-    v.identity("the cycle's displacement does not depend on n", sp.diff(r["cycle"], n))
-    v.identity("Eq. (vitesse)", r["velocity"] * tau_th - (N + 3 - 2 * i) * l0 * amplitude)
-    v.identity("creep downhill for i < (N + 3)/2", r["last"] - (N + 3) / 2)
-    v.identity(
-        "N + 3 - 2i is within 1 of N tan(alpha)/mu_d",
-        sp.Abs(sp.cancel(r["cycle"] / (2 * l0 * amplitude)) - (N - 2 * i + 2) - 1)
-        + sp.Abs((N - 2 * i + 4) - sp.cancel(r["cycle"] / (2 * l0 * amplitude)) - 1),
-        "the pivot's window in the sliding limit is N - 2i + 2 < N tan(alpha)/mu_d < N - 2i + 4",
-    )
+def _moves(expression: Expression) -> Judge:
+    elsewhere = sp.Symbol("elsewhere")
+    return follows({"Delta_x": lambda index: expression if index == n else elsewhere})
 
 
-def _sign_range(formula: Formula) -> bool:
+def _positive(r: Lines) -> Judge:
     """Judge `1 < i < (N+3)/2`: slider i - 1 exists, and the velocity is positive."""
-    return (
+    last = r.last
+    return lambda formula: (
         formula.relations == ("<", "<")
-        and formula.sides[1] == i
-        and formula.sides[0] == 1
-        and vanishes(formula.sides[2] - derive().results["last"])
+        and formula.sides[:2] == (1, i)
+        and vanishes(formula.sides[2] - last)
     )
 
 
-_R = derive().results
+def _velocity(r: Lines) -> Backing:
+    law, plateau = r.finite / tau_th, r.velocity
+    finite = {"v_N_star": lambda index: law.subs(i, index)}
+
+    def printed(formula: Formula) -> bool:
+        plain = follows({"v_N_star": lambda index: plateau.subs(i, index)})
+        return plain(formula) and leading(finite, amplitude)(formula)
+
+    return Backing(printed, follows(finite))
 
 
-def _moving(expression: Expression) -> dict[object, object]:
-    return {"Delta_x": lambda index: expression if index == n else sp.Symbol("elsewhere")}
-
-
-ENTRIES: tuple[Entry, ...] = (
-    Entry(
-        "dilation_displacement",
-        "Sec. III B 2",
-        r"$\Delta\tilde{x}_\mathrm{n} = [ n - ( i - 1 ) ]\,\tilde{l}_0  \Delta\theta^+$",
-        "exact",
-        "plateaus: constant tensions of sliding sliders",
-        assumptions=("all sliders but the pivot move all the time",),
-        holds=follows(_moving(_R["dilation"])),
-    ),
-    Entry(
-        "contraction_displacement",
-        "Sec. III B 2",
-        r"$\Delta\tilde{x}_\mathrm{n} = [ n - ( j + 1 ) ]\,\tilde{l}_0  \Delta\theta^-$",
-        "exact",
-        "plateaus: constant tensions of sliding sliders",
-        assumptions=("all sliders but the pivot move all the time",),
-        holds=follows(_moving(_R["contraction"])),
-    ),
-    Entry(
-        "cycle_jumps",
-        "Sec. III B 2",
-        r"$\Delta \theta^+ = - \Delta \theta^- = 2 A_\theta$",
-        "exact",
-        "a cycle runs from -A to +A and back",
-        holds=follows({rise: amplitude - (-amplitude), fall: -amplitude - amplitude}),
-    ),
-    Entry(
-        "cycle_displacement",
-        "Sec. III B 2",
-        r"$\Delta\tilde{x}_\mathrm{n} = 2 (N + 3 - 2 i) \tilde{l}_0 A_\theta$",
-        "exact",
-        "plateaus: sum of a dilation and a contraction with j = N + 1 - i",
-        assumptions=("large amplitude",),
-        holds=follows(_moving(_R["cycle"])),
-    ),
-    Entry(
-        "vitesse",
-        "Sec. III B 2",
-        r"\tau_\mathrm{th} v_\mathrm{N,i}^* =  ( N + 3 - 2 i )\,\tilde{l}_0  A_\theta.",
-        "approximation",
-        "plateaus; its limit of large amplitude is that of the exact law of the sliding limit",
-        label="vitesse",
-        assumptions=("l0 A >> N m/2", "slider i - 1 is the pivot"),
-        corrected=r"\tau_\mathrm{th} v_\mathrm{N,i}^* = ( N + 3 - 2 i )\,\tilde{l}_0 \Bigl[ "
-        r"A_\theta - "
-        r"\frac{N}{2\tilde{l}_0} (\mu_\mathrm{d} \cos \alpha - \sin \alpha) \Bigr], not below 0",
-        corrected_formula=r"\tau_\mathrm{th} v_\mathrm{N,i}^* = ( N + 3 - 2 i )\,\tilde{l}_0 "
-        r"\Bigl[ A_\theta - "
-        r"\frac{N}{2\tilde{l}_0} (\mu_\mathrm{d} \cos \alpha - \sin \alpha) \Bigr]",
-        error="relative -N m/(2 l0 A)",
-        formula=r"\tau_\mathrm{th} v_\mathrm{N,i}^* =  ( N + 3 - 2 i )\,\tilde{l}_0  A_\theta",
-        holds=leading(
-            {"v_N_star": lambda index: (_R["finite"] / tau_th).subs(i, index)}, amplitude
-        ),
-        holds_exactly=follows({"v_N_star": lambda index: (_R["finite"] / tau_th).subs(i, index)}),
-    ),
-    Entry(
-        "plateau_range",
-        "Sec. III B 2",
-        r"$1 < i < (N+3)/2$",
-        "exact",
-        "plateaus: the pivot i - 1 of the dilation is a slider, and the velocity is positive",
-        holds=_sign_range,
-    ),
-)
+LINES: dict[str, Backed | None] = {
+    "dilation_displacement": lambda r: Backing(_moves(r.dilation), evidence=r.lower == 1),
+    "contraction_displacement": lambda r: Backing(_moves(r.contraction), evidence=r.lower == 1),
+    "cycle_jumps": lambda r: follows({rise: r.model.swing, fall: -r.model.swing}),
+    "cycle_displacement": lambda r: Backing(_moves(r.cycle), evidence=r.lower == 1),
+    "vitesse": _velocity,
+    "plateau_range": _positive,
+}
+ENTRIES = entries_of("plateaus", derive, LINES)

@@ -1,153 +1,71 @@
-"""That the next rearrangement starts between two targets, where a slider first yields."""
+"""That the next rearrangement starts between two targets, where an end of the chain yields."""
 
 from __future__ import annotations
 
-from fractions import Fraction
-from functools import cache
-from random import Random
-
 import sympy as sp
 
-from derivations import slip_old as slip
-from derivations.notation import Formula, excess, symbol
-from derivations.play import TwoSliders
-from derivations.proof import Derivation, Entry, Results, Step, Verification
+from derivations import slip
+from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of
+from derivations.model import Model, T, solved
+from derivations.notation import c, l0, mu_d, mu_s, static_margin, symbol
+from derivations.proof import Judge, inequality, vanishes
 
 q, k = symbol("q"), symbol("k")
 beyond = sp.Symbol("J", positive=True)
 """What a jump of l0 theta exceeds the threshold of slider N by."""
 
 
-def derive() -> Derivation:
-    """Return the critical dilation of an end slider and the force that makes it monotone."""
-    theta, l0, tension, s = sp.symbols("theta l_0 r s", real=True)
-    coefficient, cosine = sp.symbols("mu_s c", positive=True)
-    force_last = -(tension - l0 * theta) + s
-    up = sp.solve(force_last - coefficient * cosine, theta)[0]
-    steps: tuple[Step, ...] = (
-        Step("force on the last slider as theta moves (r = x_N - x_{N-1} - l0)", force_last),
-        Step("it grows with theta; slider N starts downhill at", up),
-        Step("theta runs from theta_q to theta_{q+1}, so every theta_c lies between the two"),
+# fmt: off
+@chapter("The quasi-static procedure", "theta moves monotonically, slowly, between targets")
+def derive(p: Proof, model: Model) -> None:
+    """Show where a ramp starts its first slip, and what a jump of theta does instead."""
+    p.show("while all rest a rise of l0 theta changes the force on slider 1 by",
+           model.push("first"), -1)
+    p.show("... on inner sliders by", model.push("inner"), 0)
+    p.show("... and on slider N by: rearrangements start at an end", model.push("last"), 1)
+    first, last = model.force(1).subs(T(0), model.end(0)), model.force(2).subs(T(2), model.end(1))
+    tension = solved(last - model.threshold(), T(1))
+    needed = solved(
+        first.subs(T(1), tension) - model.push("first") * beyond - model.threshold(), beyond
     )
-    # theta changes at once, by J more than what brings slider N to its threshold
-    at_once = slip.derive().results["displacement"].subs({slip.w: 1, slip.a0: excess + beyond})
-    on_ramp = 2 * excess * sp.ceiling(beyond / (2 * excess))
-    steps += (
-        Step("theta jumps: slider N slips once, by", sp.expand(at_once)),
-        Step("theta runs there: it slips by 2D each time, by", on_ramp),
+    p.show(
+        "two sliders, theta_q such that slider 2 is about to slip: slider 1 slips in the "
+        "contraction that follows once l0 theta has fallen by",
+        needed, 2 * static_margin, "needed",
     )
-    return Derivation(
-        "The quasi-static procedure",
-        steps,
-        {
-            "theta_c": up,
-            "force": force_last,
-            "jump": sp.expand(at_once),
-            "ramp": on_ramp,
-        },
-        ("theta moves monotonically between targets",),
+    length, excess = slip.derive(model).length, slip.derive(model).excess
+    at_once = p.show(
+        "theta jumps, by J more than what brings slider N to its threshold: it slips once, by",
+        length.subs({slip.w: 1, slip.a0: excess + beyond}),
+        2 * (mu_s - mu_d) * c + 2 * beyond, "jump",
     )
+    one = length.subs({slip.w: 1, slip.a0: excess})
+    p.show("theta runs there: by 2D for every 2D of the ramp, 2D ceil(J/(2D)) < J + 2D; less by",
+           at_once - (beyond + one), beyond, "short")
+# fmt: on
 
 
-@cache
-def first_starts(number: int = 200) -> tuple[tuple[Fraction, Fraction, Fraction], ...]:
-    """Return (theta_q, theta_c, theta_{q+1}) of first starts on random ramps of two sliders."""
-    random = Random(17)
-    found: list[tuple[Fraction, Fraction, Fraction]] = []
-    pair = TwoSliders(Fraction(1, 4), Fraction(1, 2), Fraction(3, 5))
-    at = Fraction(0)
-    while len(found) < number:
-        target = Fraction(random.randint(-400, 400), 97)
-        up = 1 if target > at else -1
-        f1, f2 = pair.forces()
-        room = min(pair.mu_s + up * f1, pair.mu_s - up * f2)
-        if room < abs(target - at) and at != 0 and target != 0:
-            found.append((at, at + up * room, target))
-        pair.ramp(target)
-        at = target
-    return tuple(found)
+def _between(r: Lines) -> Judge:
+    """Judge that theta_c lies between theta_q and theta_{q+1}: a part 1/(1 + u) of the way."""
+    part, way = sp.Symbol("u", positive=True), sp.Symbol("way", real=True, nonzero=True)
+    start = symbol("theta_q")
+    ramp = {
+        symbol("theta_c") ** (k + 1): start + way / (1 + part),
+        symbol("theta_q+1"): start + way,
+    }
+    return inequality(ramp, way**2)
 
 
-def _always(formula: Formula) -> bool:
-    """Return whether a statement about theta_q, theta_c, theta_{q+1} holds on all ramps."""
-    names = symbol("theta_q"), symbol("theta_c") ** (k + 1), symbol("theta_q+1")
-    for case in first_starts():
-        values = dict(
-            zip(names, (sp.Rational(v.numerator, v.denominator) for v in case), strict=True)
-        )
-        left, right = (sp.sympify(side).subs(values) for side in formula.sides)
-        if not (left.is_number and right.is_number):
-            return False
-        if not (left < right if formula.relations == ("<",) else left > right):
-            return False
-    return True
+def _closer(r: Lines) -> Backing:
+    """From beyond needed/l0 a contraction to 0 starts its first slip at |theta_c| > 0."""
+    further = sp.Symbol("further", positive=True)
+    start = (r.alone("needed") + further - r.alone("needed")) / l0
+    return Backing(exactly=_between(r), evidence=bool(start.is_positive))
 
 
-def check(v: Verification, r: Results) -> None:
-    """Prove that an end slider's force is monotone in theta; verify theta_c on random ramps."""
-    theta, l0 = sp.symbols("theta l_0", real=True)
-    v.identity(
-        "the force on slider N grows by l0 per unit of theta", sp.diff(r["force"], theta) - l0
-    )
-    v.identity(
-        "a jump of theta moves slider N by 2 (D + J), J beyond its threshold",
-        r["jump"] - 2 * (excess + beyond),
-        "one slip whose first acceleration is D + J, slider 1 at rest",
-    )
-    short = r["jump"] - (beyond + 2 * excess)
-    v.proved(
-        "a ramp to the same theta moves it by less: by J + 2D at most",
-        sp.expand(short).is_positive,
-        "2D ceil(J/(2D)) < J + 2D < 2 (D + J)",
-    )
-    cases = first_starts()
-    v.verified(
-        "theta_c lies strictly between theta_q and theta_{q+1} or at theta_q",
-        all(min(a, b) <= start <= max(a, b) for a, start, b in cases),
-        "200 rational ramps of two sliders",
-    )
-    broken = sum(abs(start) >= abs(b) for _, start, b in cases)
-    v.verified(
-        "|theta_c| < |theta_{q+1}| fails", broken > 0, f"counterexamples: {broken} of the 200 ramps"
-    )
-
-
-ENTRIES: tuple[Entry, ...] = (
-    Entry(
-        "critical_dilation",
-        "Sec. II C",
-        r"(in general, $|\theta_c^{k+1}|<|\theta_{q+1}|$)",
-        "misprint",
-        "procedure: theta_c lies between theta_q and theta_{q+1}; the absolute values may be in "
-        "any order",
-        corrected=r"(\theta_c^{k+1} - \theta_q) (\theta_{q+1} - \theta_c^{k+1}) > 0",
-        corrected_formula=r"(\theta_c^{k+1} - \theta_q) (\theta_{q+1} - \theta_c^{k+1}) > 0",
-        error="a ramp from a large to a small |theta| starts its first slip at a larger |theta_c| "
-        "than its target's",
-        holds_exactly=_always,
-        evidence=lambda: any(abs(start) >= abs(b) for _, start, b in first_starts()),
-    ),
-    Entry(
-        "dilation_jumps",
-        "Sec. II B",
-        r"We then assume that $\theta = \theta_q$ for $t \in [t_q,t_{q+1}[$.",
-        "inconsistent",
-        "procedure: the method of Sec. II C takes theta through every theta_c between two targets; "
-        "theta that jumps gives other displacements",
-        corrected="theta runs from theta_q to theta_{q+1}, slowly against tau_dyn",
-        error="after a jump slider N slips once, by 2 (D + J), J what the jump exceeds its "
-        "threshold by; on the ramp by 2D ceil(J/(2D)), at most J + 2D",
-        assumptions=("slider 1 stays at rest",),
-        evidence=lambda: bool(
-            sp.expand(derive().results["jump"] - beyond - 2 * excess).is_positive
-        ),
-    ),
-    Entry(
-        "end_of_targets",
-        "Sec. II C",
-        r"are then the positions of the sliders at $t = t_{q+2}$",
-        "convention",
-        "theta_{q+1} acts from t_{q+1} to t_{q+2}, so its last state is that at t_{q+2}",
-        proved=False,
-    ),
-)
+LINES: dict[str, Backed | None] = {
+    "critical_dilation": _closer,
+    "dilation_jumps": lambda r: Backing(evidence=vanishes(r.short - beyond)),
+    "end_of_targets": None,
+}
+ENTRIES = entries_of("procedure", derive, LINES)

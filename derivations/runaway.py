@@ -2,158 +2,118 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-from random import Random
-
 import sympy as sp
 
-from derivations.notation import Formula, alpha, c, mu_d, s, slope_margin, symbol
-from derivations.proof import Derivation, Entry, Judge, Results, Step, Verification, follows
+from derivations.engine import Backed, Lines, Proof, chapter, entries_of
+from derivations.model import Model, T, k, solved, stretch
+from derivations.notation import Expression, Formula, N, alpha, c, mu_d, n, s, slope_margin, symbol
+from derivations.proof import Judge, vanishes
 
-p = symbol("p")
+v = sp.Function("v")
 speed = sp.Symbol("speed", nonnegative=True)
-first, rate = sp.symbols("start rate", positive=True)
+first, rate, energy, step = sp.symbols("a B E delta", positive=True)
+time = sp.Symbol("time", positive=True)
 
 
-def derive() -> Derivation:
-    """Return the mean acceleration of a chain that moves as a whole, and the critical slope."""
-    direction = sp.Symbol("S")
-    mean = s - mu_d * c * direction  # springs cancel in the sum over the chain
-    critical = sp.solve((mean.subs(direction, 1) / c).subs(s, c * symbol("t")), symbol("t"))[0]
-    time = sp.Symbol("time", positive=True)
-    own, other = sp.Integer(1) - 1 / p, -1 / p  # of a unit vector less its mean
-    results = {
-        "mean_acceleration": mean.subs(direction, 1),
-        "critical_slope": critical,
-        "own": own,
-        "other": other,
-        "certificate": sp.sqrt((1 - 1 / p) * 2 * sp.Symbol("J", positive=True)),
-        "power": sp.expand(direction * speed * s - mu_d * c * speed),
-        "shortest": sp.integrate(first * time - rate * time**2 / 2, (time, 0, 2 * first / rate)),
-    }
-    steps = (
-        Step("sum of the equations of motion over a chain that moves as a whole, per slider", mean),
-        Step("downhill", results["mean_acceleration"]),
-        Step("it vanishes at tan(alpha)", critical),
-        Step("no slider stops while the mean velocity exceeds", results["certificate"]),
-        Step("power of weight and friction on a slider that moves as S says", results["power"]),
-        Step("least path of a slip by its first acceleration and B", results["shortest"]),
+# fmt: off
+@chapter("Runaway", "theta is frozen", "mu_d is constant")
+def derive(p: Proof, model: Model) -> None:
+    """Show the mean acceleration of a sliding chain, and the energy that an avalanche loses."""
+    weight = model.force(n).subs({T(n): 0, T(n - 1): 0})
+    springs = model.force(n) - weight
+    p.show("springs enter a force by a difference, and cancel in the sum over the chain", springs,
+           T(n) - T(n - 1))
+    mean = p.show(
+        "sum of all forces and frictions per slider, all moving downhill: mean acceleration",
+        weight + (model.end(1) - model.end(0)) / N + model.friction(1), s - mu_d * c, "mean",
     )
-    return Derivation(
-        "Runaway", steps, results, ("all sliders move downhill", "constant mu_d", "theta frozen")
-    )
-
-
-def check(v: Verification, r: Results) -> None:
-    """Prove the critical slope, the dissipation bound and the certificate of a runaway."""
-    v.identity(
-        "the chain's mean acceleration downhill is -m", r["mean_acceleration"] + slope_margin
-    )
-    v.identity("it vanishes at tan(alpha) = mu_d", r["critical_slope"] - mu_d)
-    own, other, J = r["own"], r["other"], sp.Symbol("J", positive=True)
-    v.identity(
-        "the projection of a unit vector on the internal motions has the square 1 - 1/p",
-        own**2 + (p - 1) * other**2 - (1 - 1 / p),
-        "own component once, the others p - 1 times; Cauchy-Schwarz then gives "
-        "|w_n| <= sqrt((1 - 1/p) 2J)",
-    )
-    v.identity(
-        "the certificate's mean velocity is the largest that an internal motion can take from v_n",
-        r["certificate"] ** 2 - (own**2 + (p - 1) * other**2) * 2 * J,
-        "v_n = mean + w_n, w orthogonal to (1, ..., 1), |w|**2 <= 2 J",
-    )
+    p.show("it vanishes at tan(alpha) =", solved(sp.expand(mean.subs(s, c * symbol("t"))),
+           symbol("t")), mu_d, "critical")
     beyond = sp.Symbol("beyond", nonnegative=True)
-    v.proved(
-        "the mean velocity never falls for tan(alpha) >= mu_d",
-        sp.expand(r["mean_acceleration"].subs(s, mu_d * c + beyond)).is_nonnegative,
-        "its rate is s - mu_d c",
+    p.proved(
+        "above, the mean velocity never falls",
+        lambda: sp.expand(mean.subs(s, mu_d * c + beyond)).is_nonnegative,
+        "it grows by the excess of s over mu_d c",
     )
-    v.argued(
-        "a mean velocity above sqrt((1 - 1/N) 2J) at tan(alpha) >= mu_d: no slider ever stops",
-        "every v_n >= mean - sqrt((1 - 1/N) 2J) > 0 by the three claims above; J is conserved "
-        "while all move (modes)",
+    own, others = 1 - 1 / N, -1 / N
+    p.show(
+        "a unit vector less its mean has the square (one component 1 - 1/N, N - 1 of -1/N)",
+        own**2 + (N - 1) * others**2, 1 - 1 / N,
     )
-    v.verified(
-        "|w_n|**2 <= (1 - 1/p)|w|**2 for motions without a mean", _spread(), "300 rational vectors"
+    p.argued(
+        "at tan(alpha) >= mu_d a mean velocity above sqrt((1 - 1/N) 2J) proves that no slider "
+        "ever stops",
+        "v_n = mean + w_n with w orthogonal to (1, ..., 1), |w|**2 <= 2J conserved (modes): "
+        "|w_n| <= sqrt((1 - 1/N) 2J) by Cauchy-Schwarz and the square above",
     )
-    for direction, way in ((1, "down"), (-1, "up")):
-        power = r["power"].subs(sp.Symbol("S"), direction)
-        v.identity(
-            f"power of weight and friction on a slider moving {way}hill "
-            "is at most -(mu_d c - s)|v| for s >= 0",
-            power + slope_margin * speed - (direction - 1) * s * speed,
-            "the difference (direction - 1) s |v| is never positive",
+    stored = sp.diff(model.elastic, stretch) / (k * stretch)
+    p.show(
+        "energy: kinetic and elastic power of the springs telescope over the chain",
+        v(n) * springs + stored * T(n) * (v(n + 1) - v(n)), T(n) * v(n + 1) - T(n - 1) * v(n),
+    )
+    for way, word in ((1, "down"), (-1, "up")):
+        p.show(
+            f"weight and friction have on a slider that moves {word}hill the power "
+            "-(mu_d c - s) |v| or less (s >= 0)",
+            way * speed * (weight + model.friction(way)),
+            -slope_margin * speed + (way - 1) * s * speed,
         )
-    v.argued(
-        "for 0 <= tan(alpha) < mu_d the path lengths of an avalanche sum up to at most E_elastic/m",
-        "the power above, integrated over an avalanche that begins at rest: the energy is not "
-        "below zero and loses at least m per unit of path",
+    p.argued(
+        "for 0 <= tan(alpha) < mu_d the paths of all sliders in an avalanche sum up to E/m at most",
+        "the three lines above, integrated from rest: the energy E >= 0 loses m per unit of path",
     )
-    v.identity(
-        "a slip whose first acceleration is a is longer than (2/3) a**3/B**2, B a bound of |a'|",
-        r["shortest"] - sp.Rational(2, 3) * first**3 / rate**2,
-        "v >= a t - B t**2/2 up to its zero",
+    p.show(
+        "a slip with the first acceleration a is longer than the integral of a t - B t**2/2 up to "
+        "its zero, B a bound of |a'|:",
+        sp.integrate(first * time - rate * time**2 / 2, (time, 0, 2 * first / rate)),
+        sp.Rational(2, 3) * first**3 / rate**2, "shortest",
     )
-    v.argued(
-        "an avalanche ends if every mu_s exceeds mu_d by a minimum and 0 <= tan(alpha) < mu_d",
-        "finite path, and a least path of every slip, by the claims above",
+    lean = sp.Matrix([springs.coeff(T(n - 1)), -springs.coeff(T(n - 1)) + springs.coeff(T(n)),
+                      -springs.coeff(T(n))])
+    bound = p.show(
+        "|a'| = |v_{n-1} - 2 v_n + v_{n+1}| <= sqrt(6) |v|, |v|**2 <= 2E: B =",
+        sp.sqrt(lean.dot(lean)) * sp.sqrt(2 * energy), sp.sqrt(12 * energy),
     )
-
-
-def _spread() -> bool:
-    """Return whether no component of random vectors without a mean exceeds its bound."""
-    random = Random(11)
-    for _ in range(300):
-        size = random.randint(2, 9)
-        raw = [Fraction(random.randint(-99, 99), random.randint(1, 9)) for _ in range(size)]
-        mean = sum(raw) / size
-        vector = [value - mean for value in raw]
-        square = sum(value * value for value in vector)
-        if max(value * value for value in vector) > (1 - Fraction(1, size)) * square:
-            return False
-    return True
-
-
-def _critical(formula: Formula) -> bool:
-    """Judge a statement of the critical slope, as a tangent or as an angle."""
-    if len(formula.sides) == 1:
-        return bool(sp.simplify(sp.tan(formula.left) - derive().results["critical_slope"]) == 0)
-    return follows({symbol("alpha_c"): sp.atan(derive().results["critical_slope"])})(
-        Formula(tuple(side.subs(symbol("mu_d"), mu_d) for side in formula.sides), formula.relations)
+    shortest = p.show("so it is longer than", p.shortest.subs(rate, bound),
+                      first**3 / (18 * energy), "slip")
+    p.show(
+        "with mu_s - mu_d >= delta everywhere the number of slips is below (E/m) over that",
+        energy / slope_margin / shortest.subs(first, step * c),
+        18 * energy**2 / (slope_margin * (step * c) ** 3), "slips",
     )
+    p.argued("hence every avalanche ends if mu_s - mu_d >= delta > 0 and 0 <= tan(alpha) < mu_d",
+             "a finite path, and a least path of every slip")
+# fmt: on
 
 
-def _accelerates() -> Judge:
-    """Return a judge for `alpha > alpha_c = arctan(mu_d)`."""
+def _slope(r: Lines) -> Judge:
+    critical = r.critical
 
     def judge(formula: Formula) -> bool:
-        if formula.relations != (">", "="):
-            return False
-        if formula.sides[:2] != (alpha, symbol("alpha_c")):
-            return False
-        return bool(sp.simplify(sp.tan(formula.right) - derive().results["critical_slope"]) == 0)
+        """Judge a statement of the critical slope, as a tangent or as an angle."""
+        left, right = formula.sides
+        return formula.relations == ("=",) and (
+            (left == sp.tan(symbol("alpha_c")) and vanishes(right - critical))
+            or (left == symbol("alpha_c") and vanishes(sp.tan(right) - critical))
+        )
 
     return judge
 
 
-ENTRIES: tuple[Entry, ...] = (
-    Entry(
-        "alpha_c",
-        "Sec. III A 1",
-        r"$\tan(\alpha_\mathrm{c}) \equiv \mu_\mathrm{d}$",
-        "exact",
-        "runaway: the mean acceleration of a chain sliding downhill is s - mu_d c",
-        assumptions=("the chain moves as a whole; at rest it holds on up to the mean of mu_s",),
-        holds=_critical,
-    ),
-    Entry(
-        "accelerates_above",
-        "Sec. III A 2",
-        r"$\alpha>\alpha_\mathrm{c}=\arctan(\mu_d)$",
-        "exact",
-        "runaway: s - mu_d c > 0 exactly for tan(alpha) > mu_d; at equality the mean velocity is "
-        "constant",
-        assumptions=("the system slides as a whole",),
-        holds=_accelerates(),
-    ),
-)
+def _accelerates(r: Lines) -> Judge:
+    critical = r.critical
+
+    def judge(formula: Formula) -> bool:
+        """Judge `alpha > alpha_c = arctan(mu_d)`."""
+        sides: tuple[Expression, ...] = formula.sides
+        return (
+            formula.relations == (">", "=")
+            and sides[:2] == (alpha, symbol("alpha_c"))
+            and vanishes(sp.tan(sides[2]) - critical)
+        )
+
+    return judge
+
+
+LINES: dict[str, Backed | None] = {"alpha_c": _slope, "accelerates_above": _accelerates}
+ENTRIES = entries_of("runaway", derive, LINES)

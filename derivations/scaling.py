@@ -32,6 +32,7 @@ M, L, Y, rho, c_s, kappa, T, T_0 = (
 )
 
 
+# fmt: off
 @chapter(
     "Equations of motion and scaling",
     "springs obey Hooke's law",
@@ -44,7 +45,7 @@ def derive(p: Proof, model: Model) -> None:
     p.show(
         "force on slider 1: minus the derivative of the energy, in m g, lengths in g m/k",
         first, after - here - l0 * (1 + theta) + s, "first",
-    )  # fmt: skip
+    )
     p.show("on an inner slider", inner, before - 2 * here + after + s, "inner")
     p.show("on slider N", last, before - here + l0 * (1 + theta) + s, "last")
     p.show("friction in motion, S = 1 downhill", model.friction(way), -mu_d * c * way, "friction")
@@ -53,7 +54,7 @@ def derive(p: Proof, model: Model) -> None:
     p.show("... an inner slider with", model.push("inner"), 0, "push_inner")
     p.show("... and slider N with", model.push("last"), 1, "push_last")
     p.show("after stop number `draw` a slider holds with the coefficient number", model.redraw,
-           FRESH, "redraw")  # fmt: skip
+           FRESH, "redraw")
     shift = sp.Symbol("shift")
     moved = {position: position + shift for position in (before, here, after)}
     mirror = {before: -after, after: -before, here: -here, s: -s}
@@ -61,26 +62,27 @@ def derive(p: Proof, model: Model) -> None:
         p.show(
             f"a translation changes the force on {name} by",
             force.subs(moved, simultaneous=True) - force, 0,
-        )  # fmt: skip
+        )
     p.show(
         "mirror image (x and the slope reversed): the force on an inner slider changes sign",
         inner.subs(mirror, simultaneous=True), -inner,
-    )  # fmt: skip
+    )
     p.show(
         "... and that on slider 1 becomes minus that on slider N",
         first.subs(mirror, simultaneous=True), -last, "mirror",
-    )  # fmt: skip
+    )
     near, far = sp.symbols("near far", real=True)
     p.show(
         "action and reaction: the two ends of a spring are pulled by forces of the sum",
         model.pull(1, near, far) + model.pull(-1, far, near), 0,
-    )  # fmt: skip
+    )
     p.checked(
         "a drawn mu_s below mu_d is rarer than 1e-23 for the captions' numbers",
         lambda: 7e-24 < mpmath.ncdf(-10) < 8e-24,
         "Phi((.5 - .6)/.01) = 7.6e-24",
         "rare",
     )
+# fmt: on
 
 
 def _elsewhere(index: Expression) -> Expression:

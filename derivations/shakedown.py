@@ -15,7 +15,7 @@ from random import Random
 
 import sympy as sp
 
-from derivations import runaway
+from derivations import runaway_old as runaway
 from derivations import slip_old as slip
 from derivations.notation import Expression, N, c, excess, mu_d, mu_s, n, s, slope_margin
 from derivations.proof import Derivation, Entry, Results, Step, Verification

@@ -23,6 +23,7 @@ def _moved(acceleration: Expression) -> Expression:
     return sp.dsolve(path(t).diff(t, 2) - acceleration.subs(X, path(t)), path(t), ics=start).rhs
 
 
+# fmt: off
 @chapter(
     "One slider's slip",
     "the neighbours stay at rest",
@@ -36,12 +37,12 @@ def derive(p: Proof, model: Model) -> None:
     excess = p.show(
         "from its threshold it starts with the acceleration D, static less sliding friction",
         model.threshold() + model.friction(1), (mu_s - mu_d) * c, "excess",
-    )  # fmt: skip
+    )
 
     path = p.show(
         "x'' = a_0 - omega**2 x from rest, omega**2 the number of springs: x =",
         _moved(a0 - w**2 * X), a0 / w**2 * (1 - sp.cos(w * t)), "path",
-    )  # fmt: skip
+    )
     p.show("its velocity is", sp.diff(path, t), a0 / w * sp.sin(w * t), "velocity")
     u, once = sp.Symbol("u", real=True), sp.Interval.Lopen(0, sp.pi)
     p.proved(
@@ -60,7 +61,7 @@ def derive(p: Proof, model: Model) -> None:
     p.show(
         "... in the time",
         (sp.pi / w).subs(w, sp.sqrt(springs["inner"])), sp.pi / sp.sqrt(2),
-    )  # fmt: skip
+    )
     left = {name: model.threshold() - count * move[name] for name, count in springs.items()}
     p.show("the force that is left on an end slider", left["last"], (2 * mu_d - mu_s) * c, "left")
     p.show("... and on an inner one", left["inner"], (2 * mu_d - mu_s) * c)
@@ -68,25 +69,25 @@ def derive(p: Proof, model: Model) -> None:
         "it holds with the old coefficient, mu_s**2 - (2 mu_d - mu_s)**2 >= 0, and with a new "
         "one that is not below |2 mu_d - mu_s|",
         (model.threshold() ** 2 - left["last"] ** 2) / c**2, 4 * mu_d * (mu_s - mu_d),
-    )  # fmt: skip
+    )
     energy = sp.integrate(2 * (a0 - w**2 * X), (X, 0, X)) + v0**2
     reach = next(root for root in sp.solve(energy, X) if root.subs({v0: 0, a0: 1, w: 1}) > 0)
     p.show(
         "from the velocity v_0 it goes as far as",
         reach, (a0 + sp.sqrt(a0**2 + w**2 * v0**2)) / w**2,
-    )  # fmt: skip
+    )
 
     force = excess + model.push("last") * V * t - springs["last"] * X
     driven = p.show(
         "while theta rises, l0 theta' = V, a slipping end slider has the velocity",
         sp.expand(sp.diff(_moved(force), t)),
         V * (1 - sp.cos(t)) + (mu_s - mu_d) * c * sp.sin(t),
-    )  # fmt: skip
+    )
     p.show(
         "which is 2 sin(t/2) (V sin(t/2) + D cos(t/2)), zero where tan(t/2) = -D/V",
         sp.expand_trig(driven.subs(t, 2 * u)) - 2 * sp.sin(u)
         * (V * sp.sin(u) + (mu_s - mu_d) * c * sp.cos(u)), 0, "driven",
-    )  # fmt: skip
+    )
     stop = 2 * (sp.pi - sp.atan(D / V))
     p.proved(
         "so it stops after 2 (pi - atan(D/V)) < 2 pi, at every rate V",
@@ -100,13 +101,14 @@ def derive(p: Proof, model: Model) -> None:
     p.show(
         "... and is left the force -D, as after a slow slip: it waits 2 D/V for the next",
         sp.diff(driven, t).subs(half).subs(at_stop), -D, "driven_end",
-    )  # fmt: skip
+    )
     p.checked(
         "ties occur at ordinary numbers: tan(alpha) = 1/5, mu_d = 1/2, mu_s = 3/5, N = 3",
         _tie,
         "after two lone slips of slider 3 slider 2 stands at its threshold, and 1 and 3 reach "
         "theirs together",
     )
+# fmt: on
 
 
 def _tie() -> bool:

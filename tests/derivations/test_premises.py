@@ -16,30 +16,6 @@ from derivations.ledger import CHAPTERS, ported
 from tests.derivations import premises
 
 CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
-    "scaling": (
-        (
-            "upper, lower = k * (here - before - length) ** 2 / 2, k * (after - here - length) ** 2 / 2",
-            "upper, lower = k * (here - before - length) ** 2 / 2, k * (after + here - length) ** 2 / 2",
-        ),
-        (
-            "elif sp.expand(a - b) == -1:  # the upper one",
-            "elif sp.expand(a + b) == -1:  # the upper one",
-        ),
-        (
-            "upper, lower = k * (here - before - length) ** 2 / 2, k * (after - here - length) ** 2 / 2",
-            "upper, lower = k * (here + before - length) ** 2 / 2, k * (after - here - length) ** 2 / 2",
-        ),
-    ),
-    "procedure": (
-        (
-            'at_once = slip.derive().results["displacement"].subs({slip.w: 1, slip.a0: excess + beyond})',
-            'at_once = slip.derive().results["displacement"].subs({slip.w: 1, slip.a0: excess - beyond})',
-        ),
-        (
-            "force_last = -(tension - l0 * theta) + s",
-            "force_last = -(tension - l0 + theta) + s",
-        ),
-    ),
     "modes": (
         (
             "return (r * (r - 1) + s * (s - 1)) / (2 * p) - s + (p + 1) * (2 * p + 1) / (6 * p)",
@@ -174,40 +150,6 @@ CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
             "p * (1 / sp.sqrt(p)) ** 3 - 1",
         ),
     ),
-    "slip": (
-        (
-            "path(t).diff(t, 2) - a0 + w**2 * path(t),",
-            "path(t).diff(t, 2) + a0 + w**2 * path(t),",
-        ),
-        (
-            'energy = v0**2 + 2 * a0 * symbol("X") - w**2 * symbol("X") ** 2',
-            'energy = v0**2 + 2 + a0 * symbol("X") - w**2 * symbol("X") ** 2',
-        ),
-        (
-            '"inner_duration": duration.subs(w, sp.sqrt(2)),',
-            '"inner_duration": duration.subs(w, sp.sqrt(3)),',
-        ),
-        (
-            '"driven_stop": 2 * (sp.pi - sp.atan(excess / V)),',
-            '"driven_stop": 2 * (sp.pi + sp.atan(excess / V)),',
-        ),
-        (
-            "half[sp.cos(t)] = (1 - tangent**2) / (1 + tangent**2)",
-            "half[sp.cos(t)] = (1 - tangent**2) / (1 - tangent**2)",
-        ),
-        (
-            "    duration = sp.pi / w\n",
-            "    duration = 2 * sp.pi / w\n",
-        ),
-        (
-            "path(t),\n        ics={path(0): 0, path(t).diff(t).subs(t, 0): 0},\n    ).rhs\n    duration",
-            "path(t),\n        ics={path(0): 0, path(t).diff(t).subs(t, 0): v0},\n    ).rhs\n    duration",
-        ),
-        (
-            "path(t).diff(t, 2) - excess - V * t + path(t),",
-            "path(t).diff(t, 2) - excess - 2 * V * t + path(t),",
-        ),
-    ),
     "two_sliders": (
         (
             "start_2 = sp.solve(force_2 - mu_s * c, tension)[0]",
@@ -224,36 +166,6 @@ CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
         (
             '"advance": slip.derive().results["end_displacement"] / 2,',
             '"advance": slip.derive().results["end_displacement"] / 3,',
-        ),
-    ),
-    "pivots": (
-        (
-            "return sp.expand(sp.summation(direction * mu_d * c - s, (k, 1, slider - 1)))",
-            "return sp.expand(sp.summation(direction * mu_d * c - s, (k, 1, slider - 2)))",
-        ),
-    ),
-    "plateaus": (
-        (
-            "solution = sp.rsolve(y(k + 1) - y(k) - l0 * change, y(k))",
-            "solution = sp.rsolve(y(k - 1) - y(k) - l0 * change, y(k))",
-        ),
-        (
-            "up, down = displacement(i - 1, rise), displacement(j + 1, fall)",
-            "up, down = displacement(i - 2, rise), displacement(j + 1, fall)",
-        ),
-        (
-            "sp.expand((up + down).subs({rise: 2 * amplitude, fall: -2 * amplitude, j: N + 1 - i}))",
-            "sp.expand((up + down).subs({rise: 3 * amplitude, fall: -2 * amplitude, j: N + 1 - i}))",
-        ),
-    ),
-    "thresholds": (
-        (
-            "end_of_dilation = tension_below(i - 1, 1)  # T_{i-1}: sliders i..N have moved downhill",
-            "end_of_dilation = tension_below(i - 1, 2)  # T_{i-1}: sliders i..N have moved downhill",
-        ),
-        (
-            "pulled = tension_above(i - 1, 1)  # T_{i-2}: sliders 1..i-2 move downhill by now",
-            "pulled = tension_above(i + 1, 1)  # T_{i-2}: sliders 1..i-2 move downhill by now",
         ),
     ),
     "gaussian": (
@@ -287,46 +199,6 @@ CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
         (
             "split = moved.subs({rise: (total + change) / 2, fall: (total - change) / 2, j: N + 1 - i})",
             "split = moved.subs({rise: (total + change) / 2, fall: (total - change) / 2, j: N + 2 - i})",
-        ),
-    ),
-    "continuum": (
-        (
-            "velocity = sp.simplify((law * unit).subs(l0, spring))",
-            "velocity = sp.simplify((law * unit).subs((2 * l0), spring))",
-        ),
-        (
-            "stiff = next(root for root in bead if root.is_positive).subs(P, rho * g * D)",
-            "stiff = next(root for root in bead if root.is_positive).subs(P, rho + g * D)",
-        ),
-        (
-            "unit_exact = sp.simplify(g * mass / ((N - 1) * Y * section / L))",
-            "unit_exact = sp.simplify(g * mass / ((N + 1) * Y * section / L))",
-        ),
-        (
-            '"steps": sp.cancel(plateaus().results["cycle"] / (2 * l0 * amplitude)),',
-            '"steps": sp.cancel(plateaus().results["cycle"] / (2 * (2 * l0) * amplitude)),',
-        ),
-        (
-            "mass = rho * section * L / N",
-            "mass = 2 * rho * section * L / N",
-        ),
-    ),
-    "runaway": (
-        (
-            "mean = s - mu_d * c * direction  # springs cancel in the sum over the chain",
-            "mean = s - mu_d + c * direction  # springs cancel in the sum over the chain",
-        ),
-        (
-            '"power": sp.expand(direction * speed * s - mu_d * c * speed),',
-            '"power": sp.expand(direction * speed * s + mu_d * c * speed),',
-        ),
-        (
-            "own, other = sp.Integer(1) - 1 / p, -1 / p  # of a unit vector less its mean",
-            "own, other = sp.Integer(1) + 1 / p, -1 / p  # of a unit vector less its mean",
-        ),
-        (
-            '"shortest": sp.integrate(first * time - rate * time**2 / 2, (time, 0, 2 * first / rate)),',
-            '"shortest": sp.integrate(first * time - rate * time**2 / 2, (time, 1, 2 * first / rate)),',
         ),
     ),
     "shakedown": (
