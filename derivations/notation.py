@@ -150,7 +150,7 @@ _FUNCTIONS: dict[str, Callable[[Expression], Expression]] = {
     "\\arctan": sp.atan,
 }
 _ACCENTS = {"\\tilde": "", "\\overline": "mean_", "\\dot": "dot_", "\\ddot": "ddot_"}
-_GREEK = ["alpha", "mu", "sigma", "theta", "kappa", "tau", "rho", "delta", "psi", "lambda", "omega"]
+_GREEK = ["alpha", "mu", "sigma", "theta", "kappa", "tau", "rho", "delta", "phi", "psi"]
 _IGNORED = r"\\(?:nonumber|left|right|Bigl|Bigr|bigl|bigr|quad)(?![A-Za-z])|\\\\|\\[,;:! ]|[&~$\s]"
 _TOKEN = re.compile(r"\\[A-Za-z]+|\d+(?:\.\d+)?|[A-Za-z]|[-+*/^_{}()\[\]|=<>,.]")
 _CALLED = ("S", "p", "l", "psi")

@@ -144,10 +144,10 @@ def _range(r: Lines) -> Judge:
     critical = r.alone("critical")
 
     def judge(formula: Formula) -> bool:
-        if formula.relations != ("<", "<") or formula.sides[1] != alpha:
-            return False
-        low, high = (critical.subs(i, side.args[0]) for side in formula.sides[::2])
-        return vanishes(low - critical) and bool(sp.cancel(high - low).is_positive)
+        steeper = sp.cancel(critical.subs(i, i - 1) - critical).is_positive
+        return formula.relations == ("<", "<") and bool(
+            formula.sides == (star(i), alpha, star(i - 1)) and steeper
+        )
 
     return judge
 

@@ -7,7 +7,6 @@ and forces have the same unit here (a spring's constant is 1).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil
@@ -15,274 +14,138 @@ from random import Random
 
 import sympy as sp
 
-from derivations import runaway_old as runaway
-from derivations import slip_old as slip
+from derivations import runaway, slip
+from derivations.engine import Backed, Proof, chapter, entries_of
+from derivations.model import Model, T, after, before, solved
 from derivations.notation import Expression, N, c, excess, mu_d, mu_s, n, s, slope_margin
-from derivations.proof import Derivation, Entry, Results, Step, Verification
 
-tension, velocity, offset = sp.Function("T"), sp.Function("v"), sp.Function("tau")
-y = sp.Symbol("y", real=True)
-"""Rise of l0 theta."""
-L = sp.Symbol("L", positive=True)
+L, E_0 = sp.symbols("L E_0", positive=True)
 inner, first, last = sp.symbols("W w_1 w_N", positive=True)
 """Thresholds: the sum over the inner sliders, slider 1's, slider N's."""
-j = sp.Symbol("j", integer=True, positive=True)
-k = sp.Symbol("k", integer=True, nonnegative=True)
+eps, gap, speed, a, b, d, k = sp.symbols("eps gap speed a b d k", nonnegative=True)
+tau, v, rest_state = sp.Function("tau"), sp.Function("v"), sp.Function("T_0")
 
 
-def _force(slider: Expression) -> Expression:
-    return tension(slider) - tension(slider - 1) + s
+# fmt: off
+@chapter(
+    "Shakedown",
+    "cycles of amplitude A > 0, L = l0 A",
+    "0 <= tan(alpha)",
+    "effective mu_s >= mu_d",
+    "N >= 2 (cycles of the ends: N >= 3)",
+)
+def derive(p: Proof, model: Model) -> None:
+    """Show the bounds of rest, of creep and of locked cycles of the ends."""
+    p.show("a rise of l0 theta changes the force on slider 1 by", model.push("first"), -1)
+    p.show("... on inner ones by", model.push("inner"), 0)
+    p.show("... on slider N by", model.push("last"), 1)
+    part = T(n) - model.end(0) + n * s  # the sum of the forces on sliders 1..n
+    p.show("the forces on sliders 1..n sum up to T_n + n s, all to N s: F_n =",
+           part - (part.subs(n, n - 1)), model.force(n))
+    total = (model.end(1) - model.end(0)
+             + N * model.force(n).subs({T(n): 0, T(n - 1): 0}))
+    _rest(p, total)
+    _melan(p, model)
+    _ends(p, model, total)
 
 
-def _ramped(slider: int, size: int) -> Expression:
-    """Return what a rise y of l0 theta does to the force on a slider of a chain of `size`."""
-    moved = {tension(spring): tension(spring) - y for spring in range(1, size)}
-    return sp.expand(_force(slider).subs(moved, simultaneous=True) - _force(slider))
+def _rest(p: Proof, total: Expression) -> None:
+    """Show when a state at rest over all cycles exists: an end holds iff |F| <= w - L."""
+    held = (first - L - a) + (inner - b) + (last - L - d)
+    bound = (first + inner + last - N * s) / 2
+    needed = p.show(
+        "a state at rest over a cycle has slacks a, b, d >= 0 to the thresholds less L at the ends:"
+        " L =", solved(held - total, L), bound - (a + b + d) / 2)
+    share = solved(k * (first - L + inner + last - L) - total, k)
+    below = {inner: 2 * L + N * s + gap - first - last, s: sp.Symbol("weight", positive=True)}
+    p.proved(
+        "so it exists iff L <= min(w_1, w_N, (w_1 + ... + w_N - N s)/2)",
+        lambda: sp.expand(bound - needed).is_nonnegative
+        and sp.cancel(share.subs(below)).is_nonnegative
+        and sp.cancel(1 - share.subs(below)).is_nonnegative,
+        "necessary: the slacks; sufficient: forces that are one share N s/(w_1 + ... + w_N - 2L) "
+        "of what friction leaves room for, which lies in [0, 1] and makes them sum to N s")
+    equal = dict.fromkeys((first, last), mu_s * c) | {inner: (N - 2) * mu_s * c}
+    p.show("with one mu_s: L <=", solved(held.subs({a: 0, b: 0, d: 0}) - total, L).subs(equal),
+           N * (mu_s * c - s) / 2, "at_rest")
 
 
-def derive() -> Derivation:
-    """Return the three amplitudes, the forces that attain them, and the rate of the energy."""
-    part = tension(n) + n * s  # sliders 1..n, T_0 = 0
-    thresholds = first + inner + last
-    sum_bound = (thresholds - N * s) / 2
-    share = N * s / (thresholds - 2 * L)
-    work = velocity(n) * (_force(n) - mu_d * c * sp.sign(velocity(n)))
-    kinetic = velocity(n) * (offset(n) - offset(n - 1))
-    stretching = offset(n) * (velocity(n + 1) - velocity(n))
-    w = mu_s * c
-    # a locked cycle of the ends: forces at the end of a contraction, between these two bounds
-    lowest = {
-        "slider 1": 2 * L - 2 * k * excess - w,
-        "slider 2": 2 * k * excess - w,
-        "others": -w,
-        "slider N - 1": -w,
-        "slider N": -w,
-    }
-    highest = {
-        "slider 1": w,
-        "slider 2": w,
-        "others": w,
-        "slider N - 1": w - 2 * k * excess,
-        "slider N": w - 2 * L + 2 * k * excess,
-    }
-    counted = {"others": N - 4}
-    low, high = (
-        sp.expand(sum(counted.get(name, 1) * value for name, value in side.items()))
-        for side in (lowest, highest)
-    )
-    results = {
-        "on_first": _ramped(1, 5),
-        "on_inner": _ramped(3, 5),
-        "on_last": _ramped(5, 5),
-        "part": part,
-        "at_rest": sum_bound,
-        "at_rest_equal": sum_bound.subs({first: w, last: w, inner: (N - 2) * w}),
-        "share": share,
-        "power": sp.expand(work),
-        "telescope": offset(n - 1) * velocity(n),
-        "energy_terms": kinetic + stretching,
-        "melan": (sum_bound.subs({first: mu_d * c, last: mu_d * c, inner: (N - 2) * mu_d * c})),
-        "stretch": 2 * L - (thresholds - N * s),
-        "low": low,
-        "high": high,
-        "swing": 2 * k * excess,
-        "end_reach": w + k * excess,
-    }
-    steps = (
-        Step("a rise y of l0 theta adds to F_1", results["on_first"]),
-        Step("... to every inner force", results["on_inner"]),
-        Step("... and to F_N", results["on_last"]),
-        Step("F_1 + ... + F_n, T_0 = 0", part),
-        Step("so all forces sum to N s; a state at rest over a cycle needs L up to w_1, w_N and"),
-        Step("", sum_bound),
-        Step("attained by forces that are one share of what friction leaves room for", share),
-        Step("E = |v|**2/2 + |tau|**2/2, tau = T - T_reference: dE/dt = sum of", results["power"]),
-        Step("with F_reference within mu_d c - eps: dE/dt <= -eps sum |v_n|, for L below mu_d c, "),
-        Step("", results["melan"]),
-        Step("in a half-cycle every spring changes its length by at least", results["stretch"]),
-        Step(
-            "k slips of 2D per end and half-cycle: an inner neighbour swings by", results["swing"]
-        ),
-        Step("and an end turns within its threshold up to L =", results["end_reach"]),
-    )
-    return Derivation(
-        "Shakedown",
-        steps,
-        results,
-        (
-            "cycles of amplitude A > 0",
-            "L = l0 A",
-            "0 <= tan(alpha)",
-            "effective mu_s >= mu_d",
-            "N >= 2 (ends' cycles: N >= 3)",
-        ),
-    )
+def _melan(p: Proof, model: Model) -> None:
+    """Show that below Melan's bound with mu_d no state creeps for ever."""
+    p.show("E = |v|**2/2 + |tau|**2/2, tau = T - T_rest of a state at rest with mu_d: springs "
+           "exchange their power, which telescopes over the chain",
+           v(n) * (tau(n) - tau(n - 1)) + tau(n) * (v(n + 1) - v(n)),
+           tau(n) * v(n + 1) - tau(n - 1) * v(n))
+    state = {T(q): rest_state(q) + tau(q) for q in (n, n - 1)}
+    springs = model.force(n).subs(state, simultaneous=True) - model.force(n).subs(
+        {T(q): rest_state(q) for q in (n, n - 1)})
+    p.show("the forces of tau are", springs, tau(n) - tau(n - 1))
+    for way, word in ((1, "down"), (-1, "up")):
+        held = way * (mu_d * c - eps - gap)  # the force of the state at rest, within mu_d c - eps
+        p.show(f"a slider that moves {word}hill takes from E at least eps |v|: dE/dt =",
+               way * speed * (held + model.friction(way)), -(eps + gap) * speed)
+    more, path = sp.symbols("more path", nonnegative=True)
+    end = sp.Symbol("E_end", nonnegative=True)
+    whole = p.show("over any time all paths together are", solved(
+        sp.Eq(end, E_0 - eps * path - more), path), (E_0 - end - more) / eps)
+    p.proved("... at most E_0/eps",
+             lambda: ((E_0 / eps - whole) * eps).expand().is_nonnegative,
+             "E is never negative, and ramps do not change tau")
+    low = (N * (mu_d * c - eps) - N * s) / 2
+    p.show("that state at rest exists for L up to (thresholds mu_d c - eps, eps -> 0)",
+           low.subs(eps, 0), N * slope_margin / 2, "melan")
+    p.show("so the paths are at most E_0/eps with eps =", solved(low - L, eps),
+           slope_margin - 2 * L / N, "eps")
+    p.show("a slip from delta above mu_d is longer than (runaway)",
+           runaway.derive(model).slip.subs(runaway.energy, E_0),
+           runaway.first**3 / (18 * E_0))
+    p.show("... so there are at most",
+           E_0 / eps / runaway.derive(model).slip.subs(
+               {runaway.energy: E_0, runaway.first: runaway.step * c}),
+           18 * E_0**2 / (eps * (runaway.step * c) ** 3))
+    p.argued("for l0 A < min(mu_d c, N (mu_d c - s)/2) no state creeps for ever, with any static "
+             "coefficients >= mu_d, drawn or not; with mu_s - mu_d >= delta it comes to rest",
+             "the lines above; eps = min(mu_d c - L, mu_d c - s - 2L/N)")
 
 
-def check(v: Verification, r: Results) -> None:
-    """Prove the lemmas of the three bounds, and verify the bounds along rational cycles."""
-    _rest(v, r)
-    _no_lasting_creep(v, r)
-    _ends(v, r)
-
-
-def _rest(v: Verification, r: Mapping[str, Expression]) -> None:
-    v.identity("a ramp moves F_1 by -y", r["on_first"] + y, "tensions 1..N-1 fall by y")
-    v.identity("a ramp moves F_N by +y", r["on_last"] - y, "the same")
-    v.identity("no inner force feels a ramp", r["on_inner"], "the same")
-    v.identity(
-        "F_1 + ... + F_n = T_n + n s: the forces of the chain sum to N s",
-        r["part"] - r["part"].subs(n, n - 1) - _force(n),
-        "the sum grows by F_n; T_0 = T_N = 0",
-    )
-    a, b, d = sp.symbols("slack_1 slack_inner slack_N", nonnegative=True)
-    total = (first - L - a) + (inner - b) + (last - L - d)
-    v.identity(
-        "at rest over a cycle: L is (w_1 + ... + w_N - N s)/2 less half of what friction has left",
-        sp.solve(sp.Eq(total, N * s), L)[0] - (r["at_rest"] - (a + b + d) / 2),
-        "an end holds F over the cycle iff |F| <= w - L; every slack is >= 0",
-    )
-    left = sp.Symbol("left", nonnegative=True)
-    weight = sp.Symbol("weight", positive=True)
-    share = r["share"].subs(inner, 2 * L + N * s + left - first - last).subs(s, weight)
-    v.proved(
-        "below it a share 0 <= N s/(w_1 + ... + w_N - 2L) <= 1 of each room is a state at rest",
-        sp.cancel(share).is_nonnegative and sp.cancel(1 - share).is_nonnegative,
-        "L = bound - left/2, left >= 0; the rooms w_1 - L, w_n, w_N - L are not negative for "
-        "L <= min(w_1, w_N)",
-    )
-    v.identity(
-        "these forces sum to N s",
-        r["share"] * ((first - L) + inner + (last - L)) - N * s,
-        "so tensions exist that exert them",
-    )
-    v.identity("equal coefficients: N (mu_s c - s)/2", r["at_rest_equal"] - N * (mu_s * c - s) / 2)
-    v.argued(
-        "a state at rest over all cycles exists iff L <= min(w_1, w_N, (w_1 + ... + w_N - N s)/2); "
-        "with one mu_s: l0 A <= min(mu_s c, N (mu_s c - s)/2), for every N",
-        "the claims above: necessary by the slacks, sufficient by the share",
-    )
-
-
-def _no_lasting_creep(v: Verification, r: Mapping[str, Expression]) -> None:
-    v.identity(
-        "kinetic and elastic exchange telescope",
-        r["energy_terms"] - (r["telescope"].subs(n, n + 1) - r["telescope"]),
-        "v_n (tau_n - tau_(n-1)) + tau_n (v_(n+1) - v_n) = tau_n v_(n+1) - tau_(n-1) v_n; "
-        "tau_0 = tau_N = 0, so the sum over the chain is zero",
-    )
-    reference = sp.Function("T_0")
-    forced = reference(n) - reference(n - 1) + s
-    shifted = r["power"].subs(
-        {tension(q): reference(q) + offset(q) for q in (n, n - 1)}, simultaneous=True
-    )
-    v.identity(
-        "what remains of dE/dt is sum v_n (F_n,reference - mu_d c sign(v_n))",
-        shifted
-        - velocity(n) * (offset(n) - offset(n - 1))
-        - velocity(n) * (forced - mu_d * c * sp.sign(velocity(n))),
-        "equation of motion v_n' = F_n - mu_d c sign(v_n), T = T_reference + tau",
-    )
-    eps, gap, speed = sp.symbols("eps gap speed", nonnegative=True)
-    for sign, way in ((1, "down"), (-1, "up")):
-        # sign * F_reference = mu_d c - eps - gap
-        held = sign * (mu_d * c - eps - gap)
-        rate = shifted.subs({velocity(n): sign * speed, offset(n): 0, offset(n - 1): 0})
-        rate = rate.doit().subs(reference(n), held + reference(n - 1) - s)
-        rate = sp.expand(rate).subs(sp.sign(speed), 1)
-        v.proved(
-            f"a slider that moves {way}hill takes at least eps |v| from E",
-            sp.expand(-rate - eps * speed).is_nonnegative,
-            "its reference force lies within mu_d c - eps",
-        )
-    v.identity(
-        "the reference state exists for L < N (mu_d c - s)/2, L < mu_d c",
-        r["melan"] - N * slope_margin / 2,
-        "the state at rest of the theorem above, with mu_d c - eps for every threshold",
-    )
-    v.argued(
-        "for l0 A < min(mu_d c, N (mu_d c - s)/2) the paths of all sliders together are at most "
-        "E/eps, eps = min(mu_d c - l0 A, mu_d c - s - 2 l0 A/N): no state creeps for ever, with "
-        "any static coefficients >= mu_d, drawn or not",
-        "the claims above: tau is constant on ramps, velocities are continuous and zero at rest, "
-        "so E >= 0 never grows and loses eps per unit of path",
-    )
-    accel, energy = sp.symbols("accel E", positive=True)
-    rate_of_force = sp.sqrt(sp.Matrix([1, -2, 1]).dot(sp.Matrix([1, -2, 1])))
-    bound = rate_of_force * sp.sqrt(2 * energy)
-    path = runaway.derive().results["shortest"].subs({runaway.first: accel, runaway.rate: bound})
-    v.identity(
-        "a slip that starts with the acceleration a is longer than a**3/(18 E)",
-        path - accel**3 / (18 * energy),
-        "|a'| = |v_(n-1) - 2 v_n + v_(n+1)| <= sqrt(6) |v| and |v|**2 <= 2E",
-    )
-    v.argued(
-        "with mu_s - mu_d >= delta everywhere there are at most 18 E**2/(eps (delta c)**3) slips: "
-        "the chain comes to rest",
-        "every slip starts with an acceleration of at least delta c; path E/eps in all",
-    )
-
-
-def _ends(v: Verification, r: Mapping[str, Expression]) -> None:
-    v.identity(
-        "in a half-cycle every spring changes its length by at least 2L - (w_1 + ... + w_N - N s)",
-        # T_j at its end is T_j - 2L + u; sliders 1..j pull at most their thresholds before it,
-        # the others after it
-        sp.solve(
-            (first + inner / 2 - 2 * L + sp.Symbol("u")) + (inner / 2 + last) - N * s,
-            sp.Symbol("u"),
-        )[0]
-        - r["stretch"],
-        "dilation: the sum over 1..j after it is the sum before it - 2L + u, u the spring's "
-        "growth; contraction: the same with the ends of the half-cycle exchanged",
-    )
-    v.argued(
-        "above l0 A = N (mu_s c - s)/2 no two neighbours rest together through a half-cycle, in "
-        "any state, locked or creeping",
-        "the claim above with u = 0",
-    )
-    moved = slip.derive().results["end_displacement"]
-    v.identity(
-        "k slips of an end change its neighbour's force by 2 k D",
-        k * moved - r["swing"],
-        "a lone slip from the threshold is 2D (slip)",
-    )
-    f, g = mu_s * c, -mu_s * c
-    v.identity(
-        "an end with k slips per half-cycle turns within its threshold up to L = mu_s c + k D",
-        (f - g + k * moved) / 2 - r["end_reach"],
-        "F_1 after the dilation is F_1 - 2L + 2kD, between -mu_s c and mu_s c",
-    )
-    v.identity(
-        "the highest forces at the end of a contraction sum to N mu_s c - 2L",
-        r["high"] - (N * mu_s * c - 2 * L),
-        "sliders 1, 2, 3..N-2, N-1, N; the number of slips cancels",
-    )
-    v.identity("the lowest sum to minus that", r["low"] + r["high"])
-    v.identity(
-        "they can sum to N s up to L = N (mu_s c - s)/2",
-        sp.solve(r["high"] - N * s, L)[0] - N * (mu_s * c - s) / 2,
-    )
-    counts = {size: _locked(size) for size in (3, 4, 5, 6, 9)}
-    v.verified(
-        "just at that amplitude the cycle exists and returns, a little above it no cycle of the "
-        "ends does",
-        all(count > 0 for count in counts.values()),
-        f"{sum(counts.values())} rational chains, N = 3, 4, 5, 6, 9: every slip followed",
-    )
-    v.argued(
-        "N >= 4: the largest amplitude of a locked cycle in which only sliders 1 and N slip is "
-        "l0 A = min(N (mu_s c - s)/2, mu_s c + D floor(mu_s/(mu_s - mu_d))), and there is none if "
-        "N (mu_s c - s)/2 <= mu_s c",
-        "the claims above: an inner neighbour swings by 2kD within 2 mu_s c, so k <= mu_s c/D; two "
-        "neighbours (2 and 3) rest; an end has one phase in (mu_s c - 2D, mu_s c], so every such "
-        "cycle has the period 1",
-    )
-    v.argued(
-        "N = 3: such cycles exist at every amplitude above mu_s c if 3 s <= mu_s c, none otherwise",
-        "sliders 1 and 3 slip in turns; slider 2 feels at most 3 s + q, q in [0, 2D) the lag "
-        "between them, and q = 0 is possible",
-    )
+def _ends(p: Proof, model: Model, total: Expression) -> None:
+    """Show the largest amplitude of a locked cycle in which only sliders 1 and N slip."""
+    grown = sp.Symbol("u")
+    p.show(
+        "in a half-cycle every spring changes its length by at least",
+        # before it sliders on one side hold what they can, after it those on the other side
+        solved((first + inner / 2 - 2 * L + grown) + (inner / 2 + last) - total, grown),
+        2 * L - (first + inner + last - N * s))
+    p.argued("above l0 A = N (mu_s c - s)/2 no two neighbours rest together through a half-cycle",
+             "the line above, with the lengths unchanged")
+    w, move = model.threshold(), slip.derive(model).end_move
+    passed = sp.diff(model.at("inner"), before)
+    p.show("k slips of an end by 2D change the force on its neighbour by", k * passed * move,
+           2 * k * excess, "swing")
+    back = sp.diff(model.at("inner"), after)
+    p.show("... at the other end by", k * back * move, 2 * k * excess)
+    drop = -model.push("first") * 2 * L - k * move
+    p.show("while the force on the end itself changes by", drop, 2 * L - 2 * k * excess)
+    p.show("so an end turns within its threshold up to L =", solved(drop - 2 * w, L),
+           mu_s * c + k * excess, "reach")
+    high = w + w + (N - 4) * w + (w - k * back * move) + (w - drop)
+    low = (drop - w) + (k * passed * move - w) - (N - 4) * w - w - w
+    p.show("highest forces at the end of a contraction, on 1, 2, 3..N-2, N-1, N: their sum",
+           high, N * mu_s * c - 2 * L)
+    p.show("the lowest sum up to minus that", low, 2 * L - N * mu_s * c)
+    p.show("they can sum to N s up to L =", solved(high - total, L), N * (mu_s * c - s) / 2, "edge")
+    p.checked("just at that amplitude the cycle exists and returns, a little above none does",
+              lambda: all(_locked(size) for size in (3, 4, 6, 9)),
+              "40 rational chains, N = 3, 4, 6, 9: every slip followed")
+    p.argued("N >= 4: the largest amplitude of a locked cycle of the ends is l0 A = "
+             "min(N (mu_s c - s)/2, mu_s c + D floor(mu_s/(mu_s - mu_d))), and there is none if "
+             "N (mu_s c - s)/2 <= mu_s c",
+             "a neighbour swings by 2kD within 2 mu_s c, so k <= mu_s c/D; sliders 2 and 3 rest; "
+             "an end has one phase in (mu_s c - 2D, mu_s c], so the period is 1")
+    p.argued("N = 3: such cycles exist at every amplitude above mu_s c if 3 s <= mu_s c, else none",
+             "sliders 1 and 3 slip in turns; slider 2 feels at most 3 s + q, q in [0, 2D) the lag "
+             "between them, and q = 0 is possible")
+# fmt: on
 
 
 @dataclass(frozen=True)
@@ -393,4 +256,5 @@ def _locked(size: int, number: int = 40) -> int:
     return number
 
 
-ENTRIES: tuple[Entry, ...] = ()
+LINES: dict[str, Backed | None] = {}
+ENTRIES = entries_of("shakedown", derive, LINES)
