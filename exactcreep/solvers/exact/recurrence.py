@@ -66,6 +66,9 @@ SEARCH = np.dtype(
         ("total", np.float64),  # of all displacements at the end of the last whole cycle
         ("total_low", np.float64),
         ("apart", np.float64),  # how nearly the forces have returned
+        ("mark", np.uint64),  # hash of the events and slips of the last cycle
+        ("alike", np.int64),  # cycles in a row with the same mark
+        ("alike_advanced", np.int64),  # the last cycle that had advanced before these
         ("deepest", np.float64),  # largest sum of displacements down the incline
     ]
 )
@@ -164,6 +167,11 @@ def _nearly_returned(count, now, search, memory):
         made = count[at.SLIPS, at.PAD + i]
         mark = _mixed(mark, np.uint64(made - slips[i]))
         slips[i] = made
+    if mark != search.mark:
+        search.mark = mark
+        search.alike = 0
+        search.alike_advanced = memory.advanced[(cycle - 1) % rows]
+    search.alike += 1
     earlier = _chained(memory.same_slips, rows, mark, cycle)
     search.apart = 0.0
     if search.near > 0:
@@ -338,6 +346,20 @@ class Recurrence:
         way.
         """
         return int(self._search["advanced"])
+
+    @property
+    def alike(self) -> tuple[int, int]:
+        """How many cycles in a row have had equal slips, and the last advance before these."""
+        return int(self._search["alike"]), int(self._search["alike_advanced"])
+
+    def steps(self, count: int) -> NDArray[np.float64]:
+        """Return the largest change of a force in each of the last cycles, at most `count`.
+
+        The last one last, shape (at most count,), unit m g.
+        """
+        ring, last = self._memory.ring, self.cycles
+        kept = np.arange(max(last - min(count, ring.shape[0] - 1), 1), last + 1)
+        return np.abs(np.diff(ring[kept % ring.shape[0], 0], axis=0)).max(axis=1)
 
     @property
     def furthest(self) -> int:
