@@ -86,21 +86,22 @@ def draw_survival(found: Survival, path: Path | str) -> None:
     with page(path, 6.0, 4.2, title) as figure:
         axes = figure.subplots()
         steps = np.append(0.0, curve.cycles)
-        low, high, alive = (
-            np.append(1.0, np.where(np.isnan(values), curve.alive, values))
-            for values in (curve.low, curve.high, curve.alive)
+        low, high, moving = (
+            np.append(1.0, np.where(np.isnan(values), curve.moving, values))
+            for values in (curve.low, curve.high, curve.moving)
         )
         axes.fill_between(steps, low, high, step="post", color=INKS[4], alpha=0.3, linewidth=0,
                           label="Kaplan-Meier, 95 %")  # fmt: skip
-        axes.step(steps, alive, where="post", color=INKS[0])
+        axes.step(steps, moving, where="post", color=INKS[0])
         cut = found.censored
         if cut.size:
-            height = alive[np.searchsorted(steps, cut, side="right") - 1]
+            height = moving[np.searchsorted(steps, cut, side="right") - 1]
             axes.plot(cut, height, "|", color=INKS[6], markersize=8, label=f"{cut.size} censored")
-        if found.lifetimes.size:
-            times = np.linspace(0.0, end, 200)
-            label = f"constant rate: one in {1 / rate.rate:.4g} cycles" if rate.rate else ""
-            constant = np.exp(-rate.rate * times)
+        if rate.low > 0:
+            times = np.linspace(rate.cut, end, 200)
+            label = f"constant rate: one in {1 / rate.rate:.4g} cycles"
+            begin = moving[np.searchsorted(steps, rate.cut, side="right") - 1]
+            constant = begin * np.exp(-rate.rate * (times - rate.cut))
             axes.plot(times, constant, color=INKS[1], linestyle=DASHED, label=label)
         axes.set(xlim=(0.0, end), xlabel="cycle", ylim=(0.0, 1.05))
         axes.set_ylabel("starts not locked or at rest yet")

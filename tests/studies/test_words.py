@@ -87,12 +87,12 @@ def test_creep_and_fate_agree_where_a_run_is_longer_than_the_transient() -> None
 def test_creep_from_a_start_of_survival_does_what_that_start_came_to() -> None:
     chain, amplitude = captions(5), "0.00078"
     found = survival(chain, amplitude, starts=8, cycles=300, workers=1)
-    for number, life in enumerate(found.lives, 1):
+    for number, record in enumerate(found.records, 1):
         start, _ = start_of(chain, "1e-3", 0, number)
         result = creep(chain, Cycles(amplitude, 300), start=start)
-        if life.settled_after >= 0:
-            assert result.outcome.value == life.outcome
-            assert result.since <= life.settled_after
+        if record.settled_after >= 0:
+            assert result.outcome.value == record.outcome
+            assert result.since <= record.settled_after
         else:
             assert result.outcome is Outcome.CREEPING
 
@@ -219,10 +219,10 @@ def held_against(chain: Chain, amplitude: Fraction, seed: int) -> Outcome:
         assert np.allclose(moment.state.tensions, later.state.tensions, atol=1e-11)
 
     lives = survival(chain, amplitude, starts=2, cycles=400, seed=seed, workers=1)
-    for number, life in enumerate(lives.lives, 1):
+    for number, record in enumerate(lives.records, 1):
         start, _ = start_of(chain, "1e-3", seed, number)
         own = fate(chain, amplitude, start=start, cycles=400, solver="exact")
-        assert (life.outcome, life.last_advance) == (own.outcome.value, own.last_advance)
+        assert (record.outcome, record.last_advance) == (own.outcome.value, own.last_advance)
 
     # the scan of a threshold passes through this amplitude, and calls it what fate does
     points = [amplitude * k / 4 for k in range(2, 7)]

@@ -311,7 +311,7 @@ def _lifetimes(
     for n in sizes:
         edge = law_values(EDGES["locked_ends"].form, chain_of(n).parameters())[0]
         every = [survival(chain_of(n), x * edge, starts=starts, cycles=cycles) for x in ratios]
-        rows.append([(one.cycles_lived, one.lifetimes.size, *one.rate) for one in every])
+        rows.append([(one.durations.sum(), one.lifetimes.size, *one.rate[:3]) for one in every])
         say(len(rows), len(sizes), "sizes")
     names = ("lived", "deaths", "rate", "rate_low", "rate_high")
     columns = zip(names, np.moveaxis(np.array(rows), -1, 0), strict=True)

@@ -50,6 +50,10 @@ class Fate(Shown):
     last_advance : int
         The last cycle, up to `settled_after` if that is known, in which x_G advanced down the
         incline (on the level, either way); 0: none.
+    marginal : bool
+        Locked in the limit: the tensions approach a locked cycle algebraically, like 1/k after k
+        cycles, and `reason` says how far they are. `settled_after` counts the cycles after which
+        the slips of every cycle are the same.
     itinerary : tuple or None
         The rearrangements of one period: each with its half-cycle, from 1, and its itinerary.
     advance_enclosure : Enclosure or None
@@ -79,6 +83,7 @@ class Fate(Shown):
     period: int | None = None
     advance: float | None = None
     last_advance: int = 0
+    marginal: bool = False
     itinerary: Period | None = None
     advance_enclosure: Enclosure | None = None
     reason: str = ""
@@ -97,6 +102,7 @@ class Fate(Shown):
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""
         names = ("cycles", "settled_after", "period", "advance", "velocity", "last_advance")
+        names += ("marginal",)
         out: dict[str, Any] = {
             "n": self.chain.n,
             "amplitude": nearest_float(self.amplitude),

@@ -1,13 +1,16 @@
-"""How long creep lives: many starts, and what became of each.
+"""How long creep lasts: many starts of one chain, and when each of them is arrested.
 
-Chaotic creep cannot be proved to last; how long it lives can be measured. Starts whose tensions
-differ by little live differently long, and where all of them die at last, they do so at a constant
-rate, as in transient chaos: lifetimes are exponentially distributed. A start that still creeps when
-the horizon is reached is censored: its lifetime is known to exceed the horizon, and no more.
+Chaotic creep cannot be proved to last; how long it does can be measured. Nearly identical starts
+creep for very different times. Where all of them are arrested at last, locked or at rest, some are
+so within a few cycles, and the others at a constant rate, as in transient chaos (Lai and Tel): what
+is left of their lifetimes is exponentially distributed. The lifetime of a start is the last cycle
+in which x_G advanced. A start that has not been arrested when the horizon is reached is censored:
+its lifetime is known to exceed the horizon, and no more.
 """
 
 from __future__ import annotations
 
+import math
 import time
 import warnings
 from concurrent.futures import Executor, Future
@@ -18,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from exactcreep.display import shows_progress
@@ -46,7 +49,9 @@ MOST_SEED = 2**32 - 1
 SIZE = "1e-3"
 """Of the tensions of starts, unit m g."""
 _STARTS_OF_A_TASK = 4
-_FEWEST_DEATHS = 5  # of which a distribution is tested
+_FEWEST_ARRESTS = 5  # of which a distribution is tested
+_MOST_CUTS = 2
+_DOUBTED = 0.05  # less probable lifetimes are not exponential
 
 
 class Share(NamedTuple):
@@ -59,27 +64,38 @@ class Share(NamedTuple):
 
 
 class Rate(NamedTuple):
-    """Deaths per cycle lived, and its exact interval if lifetimes are exponential."""
+    """The escape rate: arrests per cycle of the starts that outlive the transient.
+
+    `low` and `high` are its exact interval. They are nan, and `reason` says why, where lifetimes
+    are not exponential even after the `cut`.
+    """
 
     rate: float
     low: float
     high: float
+    cut: int = 0
+    """Cycles: the transient. Lifetimes up to it are not used."""
+    before: int = 0
+    """Starts that were arrested up to then."""
+    exponential: float = math.nan
+    """Probability of lifetimes at least as far from exponential; nan if too few were arrested."""
+    reason: str = ""
 
 
 class Curve(NamedTuple):
-    """The Kaplan-Meier estimate: which part of the starts lives longer than each number of cycles.
+    """The Kaplan-Meier estimate: which part of the starts outlives each number of cycles.
 
     `low` and `high` are nan where the estimate has no variance: at 1 and at 0.
     """
 
     cycles: NDArray[np.float64]
-    alive: NDArray[np.float64]
+    moving: NDArray[np.float64]
     low: NDArray[np.float64]
     high: NDArray[np.float64]
 
 
-class Life(NamedTuple):
-    """What became of one start; `_COLUMNS` says what most of it means."""
+class StartRecord(NamedTuple):
+    """What one start came to; `_COLUMNS` says what most of it means."""
 
     outcome: str
     evidence: str
@@ -89,6 +105,7 @@ class Life(NamedTuple):
     settled_after: int
     period: int
     dormant_after: int
+    marginal: bool
     dormant: bool  # with disorder, at the end
     over: bool  # a limit of the user ended it
 
@@ -101,13 +118,83 @@ _COLUMNS = {
     "furthest": "last cycle that took x_G further down than ever",
     "settled_after": "cycles after which it is periodic, -1: not settled",
     "period": "cycles, 0: not settled",
+    "marginal": "whether it is locked in the limit: tensions approach a cycle like 1/k",
     "dormant_after": "cycles after which no inner slider slipped for long, -1: never",
 }
 
 
+def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
+    """Return at which rate starts are arrested once a transient is over.
+
+    Parameters
+    ----------
+    lifetimes : array_like, shape (arrested,)
+        Cycles.
+    censored : array_like, shape (others,)
+        Cycles that the others have been seen to move.
+
+    Returns
+    -------
+    Rate
+
+    Notes
+    -----
+    The transient ends when half of the arrests have happened. If the later ones are not exponential
+    (Kolmogorov and Smirnov: at a constant rate they are spread evenly over the total time on test;
+    probability below 0.05) it lasts until half of these have, too; if the rest is not exponential
+    either, no interval is given. A cut at an arrest leaves the distribution of later
+    exponential lifetimes as it is, whatever came before, so that the interval (chi-squared, of all
+    cycles lived after the cut) covers the rate as often as it says.
+
+    Examples
+    --------
+    >>> late = [-1000 * math.log(1 - k / 70) for k in range(70)]
+    >>> found = escape_rate([1] * 30 + late)
+    >>> found.cut, found.before, found.low < 1 / 1000 < found.high
+    (316, 50, True)
+    """
+    ends = np.sort(np.asarray(lifetimes, dtype=np.float64))
+    every = np.concatenate([ends, np.asarray(censored, dtype=np.float64)])
+    cut, probability = 0.0, math.nan
+    late, seen = ends, every
+    for _ in range(_MOST_CUTS):
+        if not late.size:
+            break
+        cut += late[(late.size - 1) // 2]
+        late, seen = ends[ends > cut] - cut, every[every > cut] - cut
+        probability = _exponential(late, seen)
+        if not probability < _DOUBTED:
+            break
+    before, lived = ends.size - late.size, seen.sum()
+    about = (int(cut), before, probability)
+    if lived == 0:
+        reason = f"no rate: every start was arrested up to cycle {cut:.0f}"
+        return Rate(math.nan, math.nan, math.nan, *about, reason)
+    rate, tail = late.size / lived, (1 - CONFIDENCE) / 2
+    if probability < _DOUBTED:
+        reason = (
+            f"no rate: after cycle {cut:.0f}, too, arrests do not come at a constant rate"
+            f" (probability {probability:.1g})"
+        )
+        return Rate(rate, math.nan, math.nan, *about, reason)
+    low = stats.chi2.ppf(tail, 2 * late.size) if late.size else 0.0
+    high = stats.chi2.ppf(1 - tail, 2 * late.size + 2)
+    return Rate(rate, float(low / 2 / lived), float(high / 2 / lived), *about)
+
+
+def _exponential(lifetimes: NDArray[np.float64], every: NDArray[np.float64]) -> float:
+    """Return the probability of lifetimes at least as far from exponential; see `escape_rate`."""
+    tested = np.array([np.minimum(every, end).sum() for end in lifetimes])
+    if lifetimes.size == every.size:  # the last arrest ends the test
+        tested = tested[:-1]
+    if tested.size < _FEWEST_ARRESTS:
+        return math.nan
+    return float(stats.kstest(tested / every.sum(), "uniform").pvalue)
+
+
 @dataclass(frozen=True, eq=False)
 class Survival:
-    """How long creep lived from many starts.
+    """How long creep lasted from many starts.
 
     Attributes
     ----------
@@ -117,8 +204,8 @@ class Survival:
         Largest tension of a start, unit m g.
     starts, cycles, seed, dormant : int
         As asked for.
-    lives : tuple of Life
-        What became of every start, in their order.
+    records : tuple of StartRecord
+        What every start came to, in their order.
     reason : str
         Which limit ended the computation; "" if it was completed. Starts that it cut short are
         censored where it did.
@@ -127,8 +214,8 @@ class Survival:
     --------
     >>> from exactcreep import Chain, survival
     >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> lived = survival(chain, "0.0004", starts=8, cycles=50)
-    >>> lived.lifetimes, lived.evidence.value
+    >>> lasted = survival(chain, "0.0004", starts=8, cycles=50)
+    >>> lasted.lifetimes, lasted.evidence.value
     (array([2, 2, 2, 2, 2, 2, 2, 2]), 'computed')
     """
 
@@ -139,77 +226,55 @@ class Survival:
     cycles: int
     seed: int
     dormant: int
-    lives: tuple[Life, ...] = ()
+    records: tuple[StartRecord, ...] = ()
     reason: str = ""
 
     def _column(self, name: str) -> NDArray[Any]:
-        return np.array([getattr(life, name) for life in self.lives])
+        return np.array([getattr(record, name) for record in self.records])
 
     def _came_to(self, *outcomes: Outcome) -> NDArray[np.bool_]:
         return np.isin(self._column("outcome"), [outcome.value for outcome in outcomes])
 
     @cached_property
-    def dead(self) -> NDArray[np.bool_]:
-        """Which starts have come to an end for good: locked or at rest; shape (starts,)."""
+    def arrested(self) -> NDArray[np.bool_]:
+        """Which starts advance no more: at rest, or locked if in the limit; shape (starts,)."""
         return self._came_to(Outcome.AT_REST, Outcome.CYCLING)
+
+    @cached_property
+    def durations(self) -> NDArray[np.int64]:
+        """Cycles up to the last advance of an arrested start, and those seen of another.
+
+        Shape (starts,). Periodic creep goes on for ever, and counts as seen up to the horizon.
+        """
+        seen = np.where(self._came_to(Outcome.CREEPING), self.cycles, self._column("cycles"))
+        lasted = np.where(self.arrested, self._column("last_advance"), seen)
+        return np.asarray(lasted, dtype=np.int64)
 
     @property
     def lifetimes(self) -> NDArray[np.int64]:
-        """The last cycle with an advance of each start that is dead, shape (deaths,)."""
-        return self._column("last_advance")[self.dead].astype(np.int64)
+        """The last cycle with an advance of each start that is arrested, shape (arrested,)."""
+        return self.durations[self.arrested]
 
     @property
     def censored(self) -> NDArray[np.int64]:
-        """How many cycles each of the others has been known to live.
+        """How many cycles each of the others has been seen, shape (others,)."""
+        return self.durations[~self.arrested]
 
-        Periodic creep goes on for ever, and counts as seen up to the horizon.
-        """
-        lived = np.where(self._came_to(Outcome.CREEPING), self.cycles, self._column("cycles"))
-        return lived[~self.dead].astype(np.int64)
-
-    @property
-    def cycles_lived(self) -> int:
-        """Of all starts together."""
-        return int(self.lifetimes.sum() + self.censored.sum())
-
-    @property
+    @cached_property
     def rate(self) -> Rate:
-        """Deaths per cycle lived, with the exact interval of a constant rate."""
-        deaths, lived = self.lifetimes.size, self.cycles_lived
-        if lived == 0:
-            return Rate(np.inf if deaths else np.nan, 0.0, np.inf)
-        tail = (1 - CONFIDENCE) / 2
-        low = stats.chi2.ppf(tail, 2 * deaths) if deaths else 0.0
-        high = stats.chi2.ppf(1 - tail, 2 * deaths + 2)
-        return Rate(deaths / lived, float(low / 2 / lived), float(high / 2 / lived))
+        """Arrests per cycle of the starts that outlive a transient; see `escape_rate`."""
+        return escape_rate(self.lifetimes, self.censored)
 
     @cached_property
     def curve(self) -> Curve:
         """The Kaplan-Meier estimate, a step after each lifetime and each censoring."""
         times = stats.CensoredData(uncensored=self.lifetimes, right=self.censored)
-        alive = stats.ecdf(times).sf
+        moving = stats.ecdf(times).sf
         with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
-            warnings.simplefilter("ignore", RuntimeWarning)  # no interval where all live, or none
-            between = alive.confidence_interval(CONFIDENCE, method="log-log")
+            warnings.simplefilter("ignore", RuntimeWarning)  # no interval where all move, or none
+            between = moving.confidence_interval(CONFIDENCE, method="log-log")
         low, high = between.low.probabilities, between.high.probabilities
-        return Curve(alive.quantiles.astype(float), alive.probabilities, low, high)
-
-    @property
-    def exponential(self) -> float:
-        """Probability of lifetimes at least as far from exponential as these; nan if too few died.
-
-        If the rate is constant, deaths are spread evenly over the cycles that all have lived up to
-        each (the total time on test): this is tested by Kolmogorov and Smirnov's statistic.
-        """
-        ends = np.sort(self.lifetimes)
-        every = np.concatenate([self.lifetimes, self.censored])
-        tested = np.array([np.minimum(every, end).sum() for end in ends])
-        total = self.cycles_lived
-        if not self.censored.size:  # the last death ends the test
-            tested = tested[:-1]
-        if tested.size < _FEWEST_DEATHS or total == 0:
-            return float("nan")
-        return float(stats.kstest(tested / total, "uniform").pvalue)
+        return Curve(moving.quantiles.astype(float), moving.probabilities, low, high)
 
     def _share(self, which: NDArray[np.bool_]) -> Share:
         count, of = int(which.sum()), self.starts
@@ -217,9 +282,9 @@ class Survival:
         return Share(count, count / of, float(between.low), float(between.high))
 
     @property
-    def alive(self) -> Share:
-        """The starts that are not dead at the horizon."""
-        return self._share(~self.dead)
+    def moving(self) -> Share:
+        """The starts that are not arrested at the horizon, whether they advance or not."""
+        return self._share(~self.arrested)
 
     @property
     def creeping(self) -> Share:
@@ -232,11 +297,11 @@ class Survival:
         cycles, unsettled = self._column("cycles"), self._came_to(Outcome.LIMIT)
         sleeping = unsettled & self._column("dormant")
         lately = cycles - np.minimum(self.dormant, cycles // 2)
-        moving = unsettled & ~sleeping & (self._column("furthest") > lately)
+        advancing = unsettled & ~sleeping & (self._column("furthest") > lately)
         kinds = {
             "locked": self._came_to(Outcome.CYCLING),
             "at_rest": self._came_to(Outcome.AT_REST),
-            "creeping": self._came_to(Outcome.CREEPING) | moving,
+            "creeping": self._came_to(Outcome.CREEPING) | advancing,
             "dormant": sleeping,
             "runaway": self._came_to(Outcome.RUNAWAY),
         }
@@ -246,8 +311,8 @@ class Survival:
     def fractions(self) -> dict[str, Share]:
         """Which part of the starts does what in the end, with intervals of Clopper and Pearson.
 
-        ``locked`` and ``at_rest`` are dead; ``creeping`` are those that creep periodically, or have
-        come further down than ever within the last `dormant` cycles (and the last half);
+        ``locked`` and ``at_rest`` are arrested; ``creeping`` are those that creep periodically, or
+        have come further down than ever within the last `dormant` cycles (and the last half);
         ``dormant`` those with disorder whose inner sliders have not slipped for so long;
         ``runaway`` those proved never to come to rest; ``undecided`` all others.
         """
@@ -255,7 +320,7 @@ class Survival:
 
     @property
     def _undecided(self) -> int:
-        return sum(life.evidence == Evidence.UNDECIDED.value for life in self.lives)
+        return sum(record.evidence == Evidence.UNDECIDED.value for record in self.records)
 
     @property
     def evidence(self) -> Evidence:
@@ -267,9 +332,10 @@ class Survival:
         return {
             **self._about(),
             "deaths": int(self.lifetimes.size),
-            "cycles_lived": self.cycles_lived,
+            "marginal": int(self._column("marginal").sum()),
+            "cycles_lived": int(self.durations.sum()),
             "rate": self.rate._asdict(),
-            "exponential": self.exponential,
+            "exponential": self.rate.exponential,
             "confidence": CONFIDENCE,
             "fractions": {name: share._asdict() for name, share in self.fractions.items()},
             "lifetimes": self.lifetimes.tolist(),
@@ -284,13 +350,13 @@ class Survival:
         return plain_data(self.chain.parameters() | {name: getattr(self, name) for name in names})
 
     def dataset(self) -> xr.Dataset:
-        """Return what became of every start along ``start``, and the curve along ``step``."""
+        """Return what every start came to along ``start``, and the curve along ``step``."""
         columns: dict[str, Any] = {
             name: ("start", self._column(name), {"long_name": text})
             for name, text in _COLUMNS.items()
         } | {f"curve_{name}": ("step", steps) for name, steps in self.curve._asdict().items()}
-        columns["dead"] = ("start", self.dead)
-        rate = dict(zip(("rate", "rate_low", "rate_high"), self.rate, strict=True))
+        columns["arrested"] = ("start", self.arrested)
+        rate = dict(zip(("rate", "rate_low", "rate_high"), self.rate, strict=False))
         about = self._about() | rate | {"confidence": CONFIDENCE, "reason": self.reason}
         return xr.Dataset(columns, {"start": np.arange(1, self.starts + 1)}, about)
 
@@ -325,7 +391,7 @@ def survival(
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> Survival:
-    """Follow many starts under temperature cycles and return how long creep lived in each.
+    """Follow many starts under temperature cycles and return how long creep lasted in each.
 
     Parameters
     ----------
@@ -354,8 +420,8 @@ def survival(
     Returns
     -------
     Survival
-        Lifetimes, the rate of deaths, the Kaplan-Meier curve and the fractions of starts that
-        lock, rest or creep, all with intervals of 95 %.
+        Lifetimes, the escape rate, the Kaplan-Meier curve and the fractions of starts that lock,
+        rest or creep, all with intervals of 95 %.
 
     Raises
     ------
@@ -364,18 +430,20 @@ def survival(
 
     Notes
     -----
-    Without disorder a start dies when its tensions return without an advance; its lifetime is the
-    last cycle with an advance. With disorder tensions never return, and only rest is death: a chain
-    whose ends alone slip is dormant, and may wake up.
+    Without disorder a start is arrested when its tensions return without an advance, or approach
+    such a cycle like 1/k (locked in the limit; see `Fate.marginal`); its lifetime is the last cycle
+    with an advance before it is periodic, or slips alike in every cycle. With disorder tensions
+    never return, and only rest counts: a chain whose ends alone slip is dormant, and may wake up.
 
-    Guarantee: lives do not depend on the executor, nor on the number of threads. They are those of
-    float64, evidence `COMPUTED`: not one by one those of the equations, but with their statistics.
+    Guarantee: results do not depend on the executor, nor on the number of threads. Trajectories are
+    those of float64, evidence `COMPUTED`: not one by one those of the equations, but with their
+    statistics.
 
     Examples
     --------
     >>> from exactcreep import Chain
     >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> survival(chain, "0.0005", starts=8, cycles=50).alive.share
+    >>> survival(chain, "0.0005", starts=8, cycles=50).moving.share
     1.0
     """
     drive = Cycles(amplitude, cycles)
@@ -391,49 +459,52 @@ def survival(
     if max_seconds is not None:
         until = time.time() + nearest_float(exact_number(max_seconds, "max_seconds"))
     asked = Survival(chain, drive.amplitude, spread, count, drive.cycles, key, wait_for)
-    numbers, found, say = range(1, count + 1), dict[int, list[Life]](), reporter(progress)
+    numbers, say = range(1, count + 1), reporter(progress)
+    parts = dict[int, list[StartRecord]]()
 
-    def take(first: int, future: Future[list[Life]]) -> None:
-        found[first] = future.result()
+    def take(first: int, future: Future[list[StartRecord]]) -> None:
+        parts[first] = future.result()
 
     with pool_of(executor, workers) as pool:
         pool.run(
-            lives_of,
+            records_of,
             {
                 first: _Task(asked, numbers[first - 1 :][:_STARTS_OF_A_TASK], until)
                 for first in numbers[::_STARTS_OF_A_TASK]
             },
             take,
-            lambda: say("starts", sum(map(len, found.values())), count, "starts"),
+            lambda: say("starts", sum(map(len, parts.values())), count, "starts"),
         )
-    lives = tuple(life for first in sorted(found) for life in found[first])
-    over = any(life.over for life in lives)
-    return replace(asked, lives=lives, reason=limits.reason(Stop.DEADLINE) if over else "")
+    records = tuple(record for first in sorted(parts) for record in parts[first])
+    over = any(record.over for record in records)
+    return replace(asked, records=records, reason=limits.reason(Stop.DEADLINE) if over else "")
 
 
-def lives_of(task: _Task, signals: Signals | None = None) -> list[Life]:
-    """Return the lives of the starts of a task, one after the other."""
+def records_of(task: _Task, signals: Signals | None = None) -> list[StartRecord]:
+    """Follow the starts of a task, one after the other."""
     left = None if task.until is None else max(task.until - time.time(), 0.0)
     limits = Limits.of(max_seconds=left)
     if signals is not None:
         limits = replace(limits, interrupted=lambda: signals.stop)
-    return [_life(task.asked, number, limits) for number in task.numbers]
+    return [_record(task.asked, number, limits) for number in task.numbers]
 
 
-def _life(asked: Survival, number: int, limits: Limits) -> Life:
+def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
     chain = asked.chain
     start, seed = start_of(chain, asked.size, asked.seed, number)
-    course = Recurrence(chain, Cycles(asked.amplitude, asked.cycles), start, seed, asked.dormant)
-    found, stop = numerical_fate(course, start, limits)
-    return Life(
-        found.outcome.value,
-        found.evidence.value,
-        found.cycles,
-        found.last_advance,
-        course.furthest,
-        -1 if found.settled_after is None else found.settled_after,
-        found.period or 0,
-        -1 if course.dormant_after is None else course.dormant_after,
-        dormant=chain.sigma_mu != 0 and course.dormant_now,
+    drive = Cycles(asked.amplitude, asked.cycles)
+    trajectory = Recurrence(chain, drive, start, seed, asked.dormant)
+    fate, stop = numerical_fate(trajectory, start, limits)
+    return StartRecord(
+        fate.outcome.value,
+        fate.evidence.value,
+        fate.cycles,
+        fate.last_advance,
+        trajectory.furthest,
+        -1 if fate.settled_after is None else fate.settled_after,
+        fate.period or 0,
+        -1 if trajectory.dormant_after is None else trajectory.dormant_after,
+        marginal=fate.marginal,
+        dormant=chain.sigma_mu != 0 and trajectory.dormant_now,
         over=bool(limits.reason(stop)),
     )

@@ -1,0 +1,87 @@
+"""Starts that approach a locked cycle for ever, without reaching it: their creep is over, too."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Evidence, Outcome, State
+from exactcreep.laws import LAWS
+from exactcreep.studies.fates.survival import start_of
+from tests.paper import captions
+from tests.questions import creep, fate, survival
+
+EIGHT = captions(8)
+AMPLITUDE = Fraction("1.225") * Fraction(LAWS["seuil"].printed(**EIGHT.parameters()))
+SIZE = Fraction("1e-3")
+
+
+def start(number: int) -> State:
+    return start_of(EIGHT, SIZE, 0, number)[0]
+
+
+def test_every_start_of_eight_sliders_is_locked_and_its_life_ends_at_its_last_advance() -> None:
+    found = survival(EIGHT, AMPLITUDE, starts=40, cycles=2000)
+    marginal = np.array([record.marginal for record in found.records])
+    assert marginal.sum() >= 18
+    assert found.fractions["locked"].starts == 40
+    assert 5 <= found.lifetimes.min() < 20
+    assert 1000 < found.lifetimes.max() < 1500
+    assert found.evidence is Evidence.UNDECIDED
+    later = survival(EIGHT, AMPLITUDE, starts=40, cycles=8000)
+    assert np.array_equal(later.lifetimes, found.lifetimes)
+    assert later.rate == found.rate  # it does not narrow with the horizon
+    assert found.summary()["marginal"] == marginal.sum()
+
+
+@pytest.mark.parametrize("number", [12, 19, 29])
+def test_the_forces_change_by_one_and_a_half_d_over_the_square_of_cycles(number: int) -> None:
+    """A slip that begins y before the end's neighbour stops leaves y - y^2/(6 D) for the next."""
+    found = fate(EIGHT, AMPLITUDE, start=start(number), cycles=4000, solver="exact")
+    assert found.marginal
+    run = creep(EIGHT, AMPLITUDE, 4000, start=start(number), record=("tension", "slips"))
+    tensions = run.recorded["tension"][1::2]
+    cycles = np.array([1000, 2000, 3900])
+    steps = np.abs(tensions[cycles, 0] - tensions[cycles - 1, 0])
+    growth = np.diff(steps**-0.5) / np.diff(cycles)  # whatever it began with
+    assert growth == pytest.approx((1.5 * EIGHT.excess) ** -0.5, rel=0.01)
+    slips = run.recorded["slips"][2 * found.settled_after :]
+    assert not slips[:, 2:6].any()
+    assert (slips[2:] == slips[:-2]).all()
+
+
+@pytest.mark.parametrize("number", [1, 20])
+def test_the_fate_of_a_marginal_start_is_locked_undecided_and_says_why(number: int) -> None:
+    found = fate(EIGHT, AMPLITUDE, start=start(number), cycles=1500, solver="exact")
+    assert (found.outcome, found.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
+    assert (found.marginal, found.period, found.advance) == (True, 1, 0.0)
+    assert found.last_advance <= found.settled_after
+    assert found.reason.startswith("locked in the limit: forces that change by ")
+    assert found.summary()["marginal"]
+
+
+def test_only_an_approach_is_marginal() -> None:
+    assert not fate(captions(5), "0.000759", solver="exact").marginal  # returns bit for bit
+    assert not fate(captions(4), "0.00095", solver="exact").marginal  # to within rounding
+    begin = start_of(captions(30), SIZE, 0, 1)[0]  # chaos without advance
+    bounded = fate(captions(30), "0.003383", start=begin, cycles=3000, solver="exact")
+    assert (bounded.outcome, bounded.marginal) == (Outcome.LIMIT, False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chain", [EIGHT, captions(7)], ids=["N=8", "N=7"])
+def test_no_marginal_start_advances_again_in_a_time_twenty_times_as_long(chain: Chain) -> None:
+    """Each is followed 20 times longer than it took to be called marginal."""
+    amplitude = AMPLITUDE if chain is EIGHT else AMPLITUDE / Fraction("1.225") * Fraction("1.28")
+    cycles, followed = 1000, 0
+    early = survival(chain, amplitude, starts=40, cycles=cycles)
+    late = survival(chain, amplitude, starts=40, cycles=20 * cycles)
+    for number, (before, after) in enumerate(zip(early.records, late.records, strict=True), 1):
+        if not before.marginal:
+            continue
+        followed += 1
+        assert (after.marginal, after.last_advance) == (True, before.last_advance)
+        begin = start_of(chain, SIZE, 0, number)[0]
+        x_g = creep(chain, amplitude, 20 * cycles, start=begin).recorded["x_G"][1::2]
+        assert np.abs(x_g[cycles:] - x_g[cycles - 1]).max() < 0.01 * chain.excess
+    assert followed >= 20
