@@ -359,7 +359,8 @@ class Recurrence:
         """
         ring, last = self._memory.ring, self.cycles
         kept = np.arange(max(last - min(count, ring.shape[0] - 1), 1), last + 1)
-        return np.abs(np.diff(ring[kept % ring.shape[0], 0], axis=0)).max(axis=1)
+        changes = np.abs(np.diff(ring[kept % ring.shape[0], 0], axis=0))
+        return np.asarray(changes.max(axis=1), dtype=np.float64)
 
     @property
     def furthest(self) -> int:

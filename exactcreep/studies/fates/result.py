@@ -101,8 +101,8 @@ class Fate(Shown):
 
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""
-        names = ("cycles", "settled_after", "period", "advance", "velocity", "last_advance")
-        names += ("marginal",)
+        names = ("cycles", "settled_after", "period", "advance", "velocity", "last_advance",
+                 "marginal")  # fmt: skip
         out: dict[str, Any] = {
             "n": self.chain.n,
             "amplitude": nearest_float(self.amplitude),
