@@ -89,7 +89,7 @@ class Limits:
         """
 
         def whole(value: Any, name: str) -> int | None:
-            return None if value is None else whole_number(value, name, least=0)
+            return None if value is None else min(whole_number(value, name, least=0), _ANY_NUMBER)
 
         seconds = math.inf
         if max_seconds is not None:

@@ -35,6 +35,7 @@ _LARGEST_FILE = 16 * 2**20  # bytes; long paths of dilations belong there, recor
 _DEEPEST = 8  # tables within tables
 _DEEPEST_KEY = 100
 _MOST_LISTED = 40  # keys in a sentence
+_ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 
@@ -317,6 +318,8 @@ def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> Non
         if key not in known:
             near = difflib.get_close_matches(str(key), known, 1, 0.3)
             hint = f"; did you mean {prefix}{near[0]}?" if near else ""
+            if str(key).rpartition(".")[2] in _ANGLES:
+                hint = "; tan_alpha is the slope, the tangent of the angle: 0.268 for 15 degrees"
             if not near and len(known) <= _MOST_LISTED:
                 hint = "; known are " + ", ".join(known)
             allowed = f"is not a key of a scene{hint}"

@@ -30,7 +30,8 @@ MOST_TARGETS = 10**12
 class Drive(Shown):
     """A sequence of targets theta_1, theta_2, ...; between them theta ramps monotonically.
 
-    Targets are numbered from 1; theta = 0 before the first (or the theta of the given start).
+    Targets are numbered from 1; theta = 0 before the first (or the theta of the given start). A
+    subclass of one's own needs `half_cycles` and `targets`; a run keeps it as a `Path`.
 
     >>> from exactcreep import Path
     >>> drive = Path(["0.001", "-0.002"])
@@ -56,7 +57,7 @@ class Drive(Shown):
 
     def exact_target(self, q: int, seed: int = 0) -> Fraction:
         """Return theta_q exactly."""
-        raise NotImplementedError
+        return Fraction(float(self.targets(q, 1, seed)[0]))
 
     def clock(self, targets: NDArray[np.int64]) -> NDArray[np.float64]:
         """Return when targets are reached, in units of `per`, same shape; target 0 is the start."""
@@ -209,3 +210,18 @@ class Path(Listed):
         if not values:
             raise InputError("theta", [], "must hold at least one number")
         vars(self).update(theta=values)
+
+    @classmethod
+    def of(cls, drive: Drive, seed: int = 0) -> Path:
+        """Return the targets of a drive of somebody's own class, which files cannot make again.
+
+        Raises
+        ------
+        InputError
+            If there are more than a million, or it has a clock of its own, which a path has not.
+        """
+        name = type(drive).__name__
+        if type(drive).clock is not Drive.clock or drive.dates is not None:
+            raise InputError("drive", name, "must count its time in targets, as a path does")
+        count = whole_number(drive.half_cycles, "drive.half_cycles", least=1, most=10**6)
+        return cls(drive.exact_target(q, seed) for q in range(1, count + 1))

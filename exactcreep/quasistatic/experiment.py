@@ -90,6 +90,8 @@ class Experiment:
             raise InputError("chain", chain, "must be a Chain")
         if not isinstance(drive, Drive):
             raise InputError("drive", drive, f"must be a drive: one of {', '.join(_CLASSES)}")
+        if type(drive) not in DRIVES.values():
+            drive = Path.of(drive, valid_seed(seed))
         if start is not None:
             if not isinstance(start, State):
                 raise InputError("start", start, "must be a State, or None for the relaxed chain")

@@ -5,8 +5,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from exactcreep.model.drive import Cycles, GaussianSteps, Path
+from exactcreep.model.chain import Chain
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
 from exactcreep.model.numbers import InputError
+from exactcreep.quasistatic.creep import creep
+from exactcreep.quasistatic.result import Creep
 
 
 def test_cycles_alternate_and_begin_with_a_dilation():
@@ -38,6 +41,40 @@ def test_random_steps_depend_on_the_seed_and_the_number_only():
     assert (whole != drive.targets(1, 1000, seed=4)).all()
     assert abs(whole.mean()) < 0.1 * 4 / np.sqrt(1000)
     assert drive.exact_target(5, seed=3) == Fraction(whole[4])
+
+
+class Growing(Drive):
+    """Cycles that grow, from a number of its own."""
+
+    def __init__(self, step: float, count: int) -> None:
+        vars(self).update(step=step, count=count)
+
+    @property
+    def half_cycles(self) -> int:
+        return self.count
+
+    def targets(self, first: int, count: int, seed: int = 0) -> np.ndarray:
+        q = np.arange(first, first + count)
+        return self.step * q * (-1.0) ** q
+
+
+def test_a_drive_of_ones_own_is_kept_as_the_path_of_its_targets(tmp_path):
+    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    runs = [creep(chain, Growing(step, 20)) for step in (1e-4, 2e-4)]
+    assert runs[0].drive == Path([1e-4 * q * (-1) ** q for q in range(1, 21)])
+    assert runs[0].drive != runs[1].drive
+    assert runs[0].x_G != runs[1].x_G
+    runs[0].save(tmp_path / "own.nc")
+    assert Creep.load(tmp_path / "own.nc").drive == runs[0].drive
+    with pytest.raises(InputError, match=r"drive\.half_cycles = 2000000: must be a whole number"):
+        creep(chain, Growing(1e-4, 2 * 10**6))
+
+    class Timed(Growing):
+        def clock(self, targets):
+            return 60.0 * targets
+
+    with pytest.raises(InputError, match="drive = 'Timed': must count its time in targets"):
+        creep(chain, Timed(1e-4, 20))
 
 
 @pytest.mark.parametrize("drive", [Cycles("0.01", 3), GaussianSteps("0.1", 7), Path(["0.1", 2])])
