@@ -124,7 +124,7 @@ def test_a_record_is_looked_for_beside_the_scene(tmp_path: Path) -> None:
         (("n = 3", "nn = 3"), "chain.nn = 3: is not a key of a scene; did you mean chain.n?"),
         (("amplitude", "amplitud"), "drive.amplitud = '1e-3': is not a key of a scene; did you"),
         (("cycles = 5", "cycles = 5\n[runs]"), "did you mean run?"),
-        (("n = 3", "angle = 15"), "chain.angle = 15: is not a key of a scene; tan_alpha is the slope"),
+        (("n = 3", "angle = 15"), "angle = 15: is not a key of a scene; tan_alpha is the slope"),
         (("n = 3", "n = 0"), "chain.n = 0: must be a whole number, at least 1"),
         (("n = 3", ""), "chain.n = None: is missing"),
         (("0.5", "nan"), "chain.mu_d = 'nan': must be a finite number"),
