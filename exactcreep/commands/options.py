@@ -12,6 +12,7 @@ import inspect
 import re
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -206,7 +207,8 @@ def scene_of(scene: str, *, settings: list[str] | None = None) -> Any:
         if not equals:
             raise exactcreep.InputError("set", entry, "must be KEY=VALUE, e.g. chain.n=6")
         given[key.strip()] = parsed_value(text.strip())
-    return exactcreep.load_scene(scene).with_settings(given)
+    loaded = exactcreep.load_scene(scene).with_settings(given)
+    return replace(loaded, title=f"with {', '.join(settings)}") if settings else loaded
 
 
 def printed(

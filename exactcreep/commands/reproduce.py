@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import itertools
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,14 +56,13 @@ def reproduce(
     workers : int
         Threads; default one per processor.
     """
-    from exactcreep.figures.catalogue import PICTURES, picture_named
+    from exactcreep.figures.paper import PICTURES, picture_named
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_output, output_directory
 
     if not name:
         for picture in PICTURES.values():
-            place = f"Fig. {picture.figure}" if picture.figure else "beyond the paper"
-            typer.echo(f"{picture.name:24}{place}")
+            typer.echo(f"{picture.name:24}Fig. {picture.figure}")
         return
     chosen = list(PICTURES.values()) if name == ALL else [picture_named(name)]
     count = None if workers is None else whole_number(workers, "workers", least=1)
@@ -93,14 +92,9 @@ def data_of(
 ) -> dict[str, xr.Dataset]:
     """Return the sweeps of a picture by the names of their scenes."""
     from exactcreep.figures.tables import with_control
-    from exactcreep.progress import reporter
 
     data = {}
     for name, settings in picture.quick.items():
-        if picture.compute is not None:
-            asked = {**picture.always, **(settings if quick else {})}
-            data[name] = picture.compute(**asked, say=partial(reporter(progress), name))
-            continue
         scene = exactcreep.load_scene(name).with_settings(picture.always)
         if quick:
             scene = scene.with_settings(settings)
@@ -109,7 +103,7 @@ def data_of(
         if random and "run.solver" not in scene.vary and "run.seed" in scene.vary:
             sliding = scene.with_settings({"run.solver": "sliding"})
             dataset = with_control(dataset, exactcreep.sweep(sliding, workers=workers))
-        data[name] = dataset if picture.reduce is None else picture.reduce(dataset)
+        data[name] = dataset
     return data
 
 
@@ -133,36 +127,34 @@ def write(picture: Picture, data: Mapping[str, xr.Dataset], tables: list[Table],
 
 
 def print_table(table: Table) -> None:
-    """Print a table: measured, laws, deviations in standard errors, and footnotes to them."""
+    """Print a table: measured, laws, deviations in standard errors."""
     say(f"[bold]{table.name}[/bold]: {table.title}; deviations in standard errors")
     exact = f"exact: {table.exact}" if table.exact else ""
     for line in (f"paper: {table.printed}", exact, table.note):
         if line:
             say(f"  {line}", markup=False)
-    notes: dict[str, int] = {}
     rows = [
         (
             *(f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.varied.values()),
             f"{row.measured:.6g}",
             f"{row.error:.2g}",
             _either(row.printed),
-            _deviation(row.deviation_printed),
+            _deviation(row.deviation_printed, row.printed),
             _either(row.exact),
-            _deviation(row.deviation_exact),
-            f"({notes.setdefault(row.remark, len(notes) + 1)})" if row.remark else "",
+            _deviation(row.deviation_exact, row.exact),
         )
         for row in table.rows
     ]
-    names = ("measured", "std. error", "paper", "dev.", "exact", "dev.", "")
+    names = ("measured", "std. error", "paper", "dev.", "exact", "dev.")
     names = (*(table.rows[0].varied if table.rows else ()), *names)
     say_table(names, rows, folded=names)
-    for text, number in notes.items():
-        say(f"  ({number}) {text}", markup=False)
 
 
 def _either(law: Sequence[float]) -> str:
     return " or ".join(dict.fromkeys(f"{value + 0.0:.6g}" for value in law))
 
 
-def _deviation(value: float) -> str:
-    return "" if value != value else f"{value:+.1f}"
+def _deviation(value: float, law: Sequence[float]) -> str:
+    if value == 0 and len(set(law)) > 1:
+        return "between"
+    return "" if math.isnan(value) else f"{value:+.1f}"

@@ -97,11 +97,14 @@ def measured(result: Creep, digits: int = 6) -> str:
 
 
 def _predicted(result: Creep) -> tuple[str, tuple[float, ...]]:
-    """Return the label of the paper's equation for a run and the velocities that it gives."""
+    """Return the label of the paper's equation for a run, and its velocities where it holds."""
     from exactcreep.laws import prediction
 
     found = prediction(result.chain, result.drive)
-    return ("", ()) if found is None else (found.label, found.printed)
+    if found is None:
+        return "", ()
+    holds = result.chain.tan_alpha <= 0 or any(value > 0 for value in found.printed)
+    return found.label, found.printed if holds else ()
 
 
 def _either(velocities: Sequence[float], digits: int) -> str:
@@ -120,10 +123,9 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
     elif math.isnan(result.velocity):
         rows.append(("  because", result.velocity_reason))
     label, law = _predicted(result)
-    if law:
-        below = result.chain.tan_alpha > 0 and not any(value > 0 for value in law)
-        remark = " (below its threshold: none)" * below
-        rows.append((f"  paper, Eq. ({label})", _either(law, 6) + remark))
+    if label:
+        words = _either(law, 6) if law else "none: below its threshold"
+        rows.append((f"  paper, Eq. ({label})", words))
     rows += [] if descent is None else descent.lines()
     ties = f", {result.undecided} comparisons by the model's rules" if result.undecided else ""
     course = f": {result.course}" if result.course else ""

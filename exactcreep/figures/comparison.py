@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.figures.style import INKS, Style, page
+from exactcreep.figures.style import INKS, Style, new_figure
 from exactcreep.studies.compare import Comparison
 from exactcreep.studies.partings import Interval, Partings
 from exactcreep.studies.tradeoff import Score, Tradeoff
@@ -39,7 +39,7 @@ def draw_comparison(comparison: Comparison, path: Path | str, *, title: str = ""
     InputError
         If the file cannot be written.
     """
-    with page(path, 6.0, 6.0, title) as figure:
+    with new_figure(path, 6.0, 6.0, title) as figure:
         above, below = figure.subplots(2, 1)
         for standing, ink in zip(comparison.contestants, INKS, strict=False):
             errors = np.maximum(standing.errors, _FLOOR)
@@ -71,7 +71,7 @@ def draw_partings(found: Sequence[Partings], path: Path | str, *, title: str = "
     InputError
         If the file cannot be written.
     """
-    with page(path, 10.0, 4.4, title) as figure:
+    with new_figure(path, 10.0, 4.4, title) as figure:
         turns, errors, biases = figure.subplots(1, 3)
         for axes in (turns, errors):
             axes.set_yscale("log")
@@ -137,7 +137,7 @@ def draw_tradeoff(measured: Tradeoff, path: Path | str, *, title: str = "") -> N
     InputError
         If the file cannot be written, or its ending is none of a picture.
     """
-    with page(path, 9.0, 4.6, title) as figure:
+    with new_figure(path, 9.0, 4.6, title) as figure:
         left, right = figure.subplots(1, 2)
         timed = [one for one in measured.scores if not math.isnan(one.seconds)]
         for solver, locate, label, ink, mark in _FAMILIES:

@@ -9,7 +9,6 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -61,13 +60,9 @@ class Picture:
     drawing : callable
         Called with an empty figure, the data and the tables; draws.
     figure : str
-        The label of the paper's figure; empty for a picture that the paper does not have.
+        The label of the paper's figure.
     always : mapping
         Dotted keys that are set in every scene, quick or not.
-    reduce : callable or None
-        Makes of each sweep what is kept of it.
-    compute : callable or None
-        Instead of a sweep: called with the settings, and a callable that is told the progress.
     """
 
     name: str
@@ -75,10 +70,8 @@ class Picture:
     tables: Callable[[Data], list[Table]]
     quick: Mapping[str, Mapping[str, Any]]
     drawing: Callable[[Figure, Data, list[Table]], None]
-    figure: str = ""
+    figure: str
     always: Mapping[str, Any] = field(default_factory=dict)
-    reduce: Callable[[xr.Dataset], xr.Dataset] | None = None
-    compute: Callable[..., xr.Dataset] | None = None
 
     @property
     def scenes(self) -> tuple[str, ...]:
@@ -89,6 +82,8 @@ class Picture:
         """Return the picture."""
         figure = picture(*self.size)
         self.drawing(figure, data, tables)
+        for axes in figure.axes:
+            mark_outside(axes)
         return figure
 
 
@@ -111,6 +106,20 @@ def draw_points(
     error = [0.0 if math.isnan(row.error) else row.error * scale(row) for row in kept]
     about: Style = {"markersize": 4, "linestyle": "none", "elinewidth": 0.7, "capsize": 0}
     axes.errorbar(places, y, yerr=error, zorder=3, **{**about, "markeredgewidth": 0.8, **style})
+
+
+def mark_outside(axes: Axes) -> None:
+    """Mark each computed point above or below the axes at their edge, with its value."""
+    low, high = axes.get_ylim()
+    for container in axes.containers:
+        for x, y in container[0].get_xydata():
+            if y > high or y < low:
+                edge, sign, side = (high, "^", "top") if y > high else (low, "v", "bottom")
+                style: Style = {"color": container[0].get_color(), "markerfacecolor": "white"}
+                axes.plot(x, edge, sign, markersize=5, clip_on=False, **style)
+                apart = -5 if y > high else 5
+                axes.annotate(f"{y:.4g}", (x, edge), xytext=(-4, apart), va=side, ha="right",
+                              textcoords="offset points", fontsize=7)  # fmt: skip
 
 
 def law_line(

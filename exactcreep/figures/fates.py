@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from exactcreep.figures.style import DASHED, INKS, page
+from exactcreep.figures.style import DASHED, INKS, new_figure
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
 from exactcreep.model.outcome import Outcome
@@ -42,7 +42,7 @@ def draw_fate(found: Fate, path: Path | str) -> None:
     x_g = floats(run.recorded["x_G"][1::2])
     tensions = floats(run.recorded["tension"][1::2].ravel()).reshape(x_g.size, found.chain.n - 1)
     cycles = np.arange(1, x_g.size + 1)
-    with page(path, 6.0, 5.0, _title(found)) as figure:
+    with new_figure(path, 6.0, 5.0, _title(found)) as figure:
         above, below = figure.subplots(2, 1, sharex=True)
         above.plot(cycles, x_g, color=INKS[0])
         above.set_ylabel(r"$\tilde{x}_G$  ($g\,\tau_\mathrm{dyn}^2$)")
@@ -83,7 +83,7 @@ def draw_survival(found: Survival, path: Path | str) -> None:
     curve, rate = found.curve, found.rate
     end = max(float(curve.cycles.max(initial=1.0)), 1.0)
     title = f"N = {found.chain.n}, A = {float(found.amplitude):.9g}, {found.starts} starts"
-    with page(path, 6.0, 4.2, title) as figure:
+    with new_figure(path, 6.0, 4.2, title) as figure:
         axes = figure.subplots()
         steps = np.append(0.0, curve.cycles)
         low, high, moving = (

@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import Any
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.axes import Axes
 
-from exactcreep.figures.pictures.avalanches import draw_distribution
 from exactcreep.figures.runs import draw_one
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.result import Creep
 from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
+
+_POINTS: dict[str, Any] = {"marker": "o", "markersize": 3, "linewidth": 0.8, "elinewidth": 0.7}
 
 
 class Plots:
@@ -68,7 +70,13 @@ class Plots:
             raise InputError("avalanches", 0, needed)
         found = distribution(counted, measure)
         axes = ax if ax is not None else _new_axes()
-        draw_distribution(axes, found, measure, **style)
+        kept = found.density > 0
+        y, error = found.density[kept], np.nan_to_num(found.error[kept])
+        axes.errorbar(found.middle[kept], y, error, **{**_POINTS, **style})
+        axes.set(xscale="log", yscale="log", xlabel=MEASURES[measure].label)
+        axes.set_ylabel(f"density of {measure}")
+        # errors as large as the density itself would reach down to zero
+        axes.set_ylim(bottom=min(float(y.min()) / 3, axes.get_ylim()[1]))
         return axes
 
 

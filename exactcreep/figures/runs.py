@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from numpy.typing import NDArray
 
-from exactcreep.figures.style import DASHES, INKS, Style, page, setting_text
+from exactcreep.figures.style import DASHES, INKS, Style, new_figure, setting_text
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent
@@ -40,7 +40,7 @@ def draw_run(
     InputError
         If the file cannot be written, or its name does not end like a picture's.
     """
-    with page(path, 6.4, 5.2, title) as figure:
+    with new_figure(path, 6.4, 5.2, title) as figure:
         band = all(one.drive.cyclic and one.half_cycles > _LONGEST_TRACE for one in results)
         ratios = (1, 5) if band else (1, 2.4)
         top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=ratios)
@@ -162,7 +162,7 @@ def draw_descent(descent: Descent, path: Path | str, *, title: str = "") -> None
         called = "(\N{DEGREE SIGN}C)" if drive.unit == "C" else "(K)"
     several = yearly.size > 4
     years = 1.0 if several else descent.days / float(DAYS_PER_YEAR)
-    with page(path, 7.2, 5.2, title) as figure:
+    with new_figure(path, 7.2, 5.2, title) as figure:
         grid = figure.add_gridspec(2, 2, height_ratios=(1, 1.7), width_ratios=(5.5, 1))
         bottom = figure.add_subplot(grid[1, 0])
         top = figure.add_subplot(grid[0, 0], sharex=bottom)

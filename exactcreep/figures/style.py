@@ -15,29 +15,17 @@ from matplotlib.figure import Figure
 
 from exactcreep.quasistatic.files import check_picture, write_file
 
-INKS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#56B4E9", "#E69F00", "#000000", "#999999")
-"""Okabe and Ito's colours, which everybody can tell apart."""
 DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
 Style = dict[str, Any]
 """Of lines and marks, by the names that matplotlib gives its arguments."""
 DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 2))
 GUIDE: Style = {"color": "0.55", "linewidth": 0.7, "linestyle": DOTTED}
 """How a place on an axis is marked."""
-STYLE: dict[Any, Any] = {
-    "font.family": "serif",
-    "font.size": 10,
-    "mathtext.fontset": "dejavuserif",
-    "axes.linewidth": 0.8,
-    "xtick.direction": "in",
-    "ytick.direction": "in",
-    "xtick.top": True,
-    "ytick.right": True,
-    "lines.linewidth": 1.2,
-    "legend.frameon": False,
-    "legend.fontsize": 8,
-    "figure.dpi": 150,
-    "savefig.dpi": 150,
-}
+STYLE = mpl.rc_params_from_file(
+    Path(__file__).with_name("exactcreep.mplstyle"), use_default_template=False
+)
+"""The house's style: the file ``exactcreep.mplstyle``, which matplotlib's own functions take."""
+INKS: tuple[str, ...] = tuple(f"#{ink}" for ink in STYLE["axes.prop_cycle"].by_key()["color"])
 _ASKED: ContextVar[tuple[tuple[float, float] | None, int | None]] = ContextVar(
     "_ASKED", default=(None, None)
 )
@@ -90,7 +78,7 @@ def save_picture(figure: Figure, path: Path | str) -> None:
 
 
 @contextmanager
-def page(path: Path | str, width: float, height: float, title: str = "") -> Iterator[Figure]:
+def new_figure(path: Path | str, width: float, height: float, title: str = "") -> Iterator[Figure]:
     """Yield an empty figure in the house's style, which is written to `path` at the end."""
     check_picture(Path(path))
     with mpl.rc_context(STYLE):

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from exactcreep.figures.drawing import EXACT, LIMIT, VELOCITY, draw_points, mean_law
-from exactcreep.figures.style import INKS, page, setting_text, symbol_of
+from exactcreep.figures.style import INKS, new_figure, setting_text, symbol_of
 from exactcreep.figures.tables import Point, points_of
 from exactcreep.laws import LAWS, law_values
 from exactcreep.model.numbers import InputError
@@ -53,11 +53,11 @@ def draw_sweep(dataset: xr.Dataset, path: Path | str, *, title: str = "") -> Non
         raise InputError("plot", "sweep", "needs something that varies besides the seed")
     numeric = {key: not any(isinstance(one, str) for one in each) for key, each in values.items()}
     if len(values) == 2 and all(numeric[key] and len(values[key]) >= MAPPED for key in values):
-        with page(path, 6.0, 4.4, title) as figure:
+        with new_figure(path, 6.0, 4.4, title) as figure:
             _draw_map(figure, points, *values)
     else:
         over = max(values, key=lambda key: (numeric[key], len(values[key])))
-        with page(path, 5.6, 4.0, title) as figure:
+        with new_figure(path, 5.6, 4.0, title) as figure:
             _draw_families(figure, points, over)
 
 

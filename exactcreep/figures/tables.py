@@ -1,4 +1,4 @@
-"""Measured velocities beside the laws: values, standard errors, and why they part."""
+"""Measured velocities beside the laws: values, standard errors, and deviations."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import io
 import itertools
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
@@ -24,8 +24,6 @@ Data = Mapping[str, xr.Dataset]
 SEED = "run.seed"
 CONTROL = "velocity_sliding"
 """Variable of a sweep: the velocity of the sliding limit under the same random dilations."""
-NOTABLE = 3.0
-"""Standard errors beyond which a deviation is explained."""
 _SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
 _FEWEST_SEEDS = 6  # whose scatter is trusted more than the block averages of each
 _ROUNDING = 1e-9  # relative; closer than this a value agrees with a law, or does not scatter
@@ -45,8 +43,6 @@ class Point:
     printed, exact : tuple of float
         What the paper's law gives as printed, and the corrected or exact law; two values where the
         plateau is not unique, none where there is no law.
-    remark : str
-        Why it departs, where it does.
     parameters : dict
         The chain and its drive, exactly, by the names that laws use; and what else was varied.
     """
@@ -56,7 +52,6 @@ class Point:
     error: float = math.nan
     printed: tuple[float, ...] = ()
     exact: tuple[float, ...] = ()
-    remark: str = ""
     parameters: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -69,17 +64,17 @@ class Point:
         """Measured minus corrected or exact law, in standard errors."""
         return deviation(self.measured, self.error, self.exact)
 
-    @property
-    def departs(self) -> bool:
-        """Whether the measured value needs an explanation."""
-        best = self.deviation_exact if self.exact else self.deviation_printed
-        return abs(best) > NOTABLE
-
     def beside(self, label: str) -> Point:
-        """Return the point with the law of the paper's equation `label`."""
+        """Return the point with the law of the paper's equation `label`.
+
+        Where a printed law is negative it is below its threshold, and does not hold.
+        """
         law = LAWS[label]
         better = law_values(law.exact or law.corrected, self.parameters)
-        return replace(self, printed=law_values(law.printed, self.parameters), exact=better)
+        printed = law_values(law.printed, self.parameters)
+        if printed and max(printed) < 0 <= self.parameters["tan_alpha"]:
+            printed = ()
+        return replace(self, printed=printed, exact=better)
 
 
 @dataclass(frozen=True)
@@ -101,9 +96,9 @@ class Table:
     name: str
     title: str
     rows: tuple[Point, ...]
-    printed: str = "-"
-    exact: str = ""
-    note: str = ""
+    printed: str
+    exact: str
+    note: str
     unit: str = "g tau_dyn^2 per half-cycle or target"
 
     @property
@@ -112,33 +107,20 @@ class Table:
         return self.rows[0].parameters
 
 
-def table_beside(name: str, title: str, label: str, rows: Iterable[Point], note: str = "") -> Table:
-    """Return points as a table headed by the law of the paper's equation `label`."""
-    law = LAWS[label]
-    better = law.exact or law.corrected
-    words = "" if better is None else better.text
-    return Table(name, title, tuple(rows), f"Eq. ({label}): {law.printed.text}", words, note)
-
-
 def series(
-    title: str, label: str, remark: Callable[[Point], str], note: str = "", scene: str = ""
+    title: str, label: str, note: str = "", scene: str = ""
 ) -> Callable[[Data], list[Table]]:
     """Return what makes a table of a sweep: its points beside the paper's equation `label`.
 
-    Parameters
-    ----------
-    title, label, note : str
-    remark : callable
-        Called for each point that departs from its law; says why in one line.
-    scene : str
-        Which of several sweeps; default the first.
+    The sweep is that of `scene`, default the first.
     """
 
     def tables(data: Data) -> list[Table]:
-        name = scene or next(iter(data))
-        rows = [point.beside(label) for point in points_of(data[name])]
-        said = [replace(row, remark=remark(row)) if row.departs else row for row in rows]
-        return [table_beside(name, title, label, said, note)]
+        name, law = scene or next(iter(data)), LAWS[label]
+        better = law.exact or law.corrected
+        rows = tuple(point.beside(label) for point in points_of(data[name]))
+        words = f"Eq. ({label}): {law.printed.text}", "" if better is None else better.text
+        return [Table(name, title, rows, *words, note)]
 
     return tables
 
@@ -156,7 +138,7 @@ def to_csv(tables: Sequence[Table]) -> str:
     writer.writerow(
         ["series", *varied, "measured", "standard_error", "printed_law_least",
          "printed_law_largest", "exact_law_least", "exact_law_largest", "deviation_printed",
-         "deviation_exact", "unit", "remark"]
+         "deviation_exact", "unit"]
     )  # fmt: skip
     for table in tables:
         for row in table.rows:
@@ -165,7 +147,7 @@ def to_csv(tables: Sequence[Table]) -> str:
             numbers = [row.measured, row.error, *laws, row.deviation_printed, row.deviation_exact]
             known = [repr(float(number)) for number in numbers]
             where = [row.varied.get(key, "") for key in varied]
-            writer.writerow([table.name, *where, *known, table.unit, row.remark])
+            writer.writerow([table.name, *where, *known, table.unit])
     return text.getvalue()
 
 
@@ -234,29 +216,10 @@ def _over_seeds(here: xr.Dataset, parameters: Mapping[str, Any]) -> tuple[float,
         control = np.atleast_1d(here[CONTROL].to_numpy())
         velocity = velocity - control + sum(known) / len(known)
     if controlled or velocity.size >= _FEWEST_SEEDS:
-        return over_members(velocity)
+        scatter = float(velocity.std(ddof=1)) if velocity.size > 1 else math.nan
+        return float(velocity.mean()), scatter / math.sqrt(velocity.size)
     error = np.atleast_1d(here["velocity_error"].to_numpy())
     return float(velocity.mean()), math.sqrt(float((error**2).sum())) / velocity.size
-
-
-def over_members(velocity: Any) -> tuple[float, float]:
-    """Return the mean of the velocities of several members and its standard error, nan for one."""
-    values = np.asarray(velocity, dtype=float)
-    scatter = float(values.std(ddof=1)) if values.size > 1 else math.nan
-    return float(values.mean()), scatter / math.sqrt(values.size)
-
-
-def over_starts(points: Iterable[Point]) -> list[Point]:
-    """Return points with those that differ in nothing but their start taken together."""
-    groups: dict[tuple[Any, ...], list[Point]] = {}
-    for point in points:
-        varied = {key: value for key, value in point.varied.items() if key != "start"}
-        groups.setdefault(tuple(varied.values()), []).append(replace(point, varied=varied))
-    together = []
-    for group in groups.values():
-        mean, error = over_members([point.measured for point in group])
-        together.append(replace(group[0], measured=mean, error=error))
-    return together
 
 
 def with_control(dataset: xr.Dataset, sliding: xr.Dataset) -> xr.Dataset:

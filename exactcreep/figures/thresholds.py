@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from exactcreep.figures.drawing import law_name
-from exactcreep.figures.style import DASHES, INKS, page
+from exactcreep.figures.style import DASHES, INKS, new_figure
 from exactcreep.laws import edges
 from exactcreep.model.numbers import nearest_float
 from exactcreep.studies.thresholds.half_life import HalfLife
@@ -33,7 +33,7 @@ def draw_threshold(found: Threshold | HalfLife | Intercept, path: Path | str) ->
     """
     chain = found.chain
     title = f"N = {chain.n}, sigma_mu = {nearest_float(chain.sigma_mu):g}, {found.criterion}"
-    with page(path, 6.0, 4.0, f"{title} ({found.evidence.value})") as figure:
+    with new_figure(path, 6.0, 4.0, f"{title} ({found.evidence.value})") as figure:
         axes = figure.subplots()
         if isinstance(found, Intercept):
             _velocities(axes, found)

@@ -1,16 +1,67 @@
-"""What the tests of pictures share."""
+"""What the tests of pictures share: a picture shows its data, or it fails."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import matplotlib as mpl
+import numpy as np
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from exactcreep.figures import style
 
+SPECK = 40
+"""Pixels: what fewer of them is no line, no mark and no bar."""
+
+
+def pixels(figure: Figure) -> np.ndarray:
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba()).astype(int)[..., :3]
+
+
+def ink(axes: Axes) -> int:
+    """Return how many pixels inside the axes change if what is drawn of data is taken away.
+
+    A page with labels, ticks, grid and legend alone has none.
+    """
+    figure = axes.figure
+    with mpl.rc_context():
+        full = pixels(figure)
+        figure.set_layout_engine("none")
+        data = [*axes.lines, *axes.collections, *axes.patches, *axes.images]
+        shown = [(each, each.get_visible()) for each in data]
+        for each in data:
+            each.set_visible(False)
+        gone = (full != pixels(figure)).any(axis=-1)
+        for each, visible in shown:
+            each.set_visible(visible)
+    left, bottom, right, top = (int(side) for side in axes.bbox.extents)
+    height = gone.shape[0]
+    return int(gone[height - top : height - bottom, left:right].sum())
+
+
+def assert_shows_data(figure: Figure) -> None:
+    """Fail where axes are blank, whatever their labels say."""
+    assert figure.axes
+    for axes in figure.axes:
+        assert ink(axes) > SPECK, axes.get_ylabel() or axes.get_title()
+
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """Return the list to which the figures go that would have been written to files."""
+    """Return the list of the figures that are written to files."""
     kept: list[Figure] = []
-    monkeypatch.setattr(style, "save_picture", lambda figure, path: kept.append(figure))
+    write: Callable[..., None] = style.save_picture
+
+    def save(figure: Figure, path: object) -> None:
+        if str(path) != "unused.png":
+            write(figure, path)
+        assert_shows_data(figure)
+        kept.append(figure)
+
+    monkeypatch.setattr(style, "save_picture", save)
     return kept
