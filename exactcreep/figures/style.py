@@ -25,7 +25,7 @@ STYLE = mpl.rc_params_from_file(
     Path(__file__).with_name("exactcreep.mplstyle"), use_default_template=False
 )
 """The house's style: the file ``exactcreep.mplstyle``, which matplotlib's own functions take."""
-INKS: tuple[str, ...] = tuple(f"#{ink}" for ink in STYLE["axes.prop_cycle"].by_key()["color"])
+INKS: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
 _ASKED: ContextVar[tuple[tuple[float, float] | None, int | None]] = ContextVar(
     "_ASKED", default=(None, None)
 )
