@@ -187,7 +187,8 @@ def fate_told(experiment: Experiment) -> str:
         told += f" after {found.cycles} cycles"
     else:
         told += f": settled after {found.settled_after} cycles, period {found.period}"
-        told += f", advance {found.advance:.6g} per period" if found.advance else ""
+        if found.advance:
+            told += f", advance {found.advance:.6g} per period, {found.direction}"
     return told + (f"; {found.reason}" if found.reason else "")
 
 

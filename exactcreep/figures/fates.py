@@ -9,7 +9,7 @@ import numpy as np
 from exactcreep.figures.style import DASHED, INKS, new_figure
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import floats
-from exactcreep.model.outcome import Outcome
+from exactcreep.model.outcome import Outcome, behaviour
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.fates.survival import Survival
@@ -67,8 +67,8 @@ def draw_fate(found: Fate, path: Path | str) -> None:
 def _title(found: Fate) -> str:
     how = "not settled" if found.settled_after is None else f"settled after {found.settled_after}"
     return (
-        f"N = {found.chain.n}, A = {float(found.amplitude):.9g}: {found.outcome.value},"
-        f" {how} cycles ({found.evidence.value})"
+        f"N = {found.chain.n}, A = {float(found.amplitude):.9g}:"
+        f" {behaviour(found.outcome, found.direction)}, {how} cycles ({found.evidence.value})"
     )
 
 

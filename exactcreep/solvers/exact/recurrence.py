@@ -35,6 +35,8 @@ MOST_PERIOD = 1000
 """Cycles: a longer period is not found."""
 RETURN = 2.0**-40
 """How close the forces come back, in units of the largest at rest, that have returned nearly."""
+NO_ADVANCE = 2.0**-40
+"""By how much x_G may move in a cycle that has not advanced it: less than any slip."""
 PATIENCE = 100
 """Cycles in a row."""
 _TRIES = 64  # earlier cycles with the same slips that are looked at
@@ -44,7 +46,6 @@ _MOST_BYTES = 2**28  # of the ring
 SEARCH = np.dtype(
     [
         ("most_cycles", np.int64),
-        ("downhill", np.int64),  # +1 or -1: which way counts as an advance; 0: both
         ("rounding", np.float64),  # the most it adds to a displacement in one slip, times n
         ("close", np.float64),  # how far apart forces may be that have nearly returned
         ("calm", np.int64),  # cycles without a slip of an inner slider: dormant
@@ -62,14 +63,16 @@ SEARCH = np.dtype(
         ("streak", np.int64),  # how many cycles in a row they have
         ("near_advanced", np.int64),  # the last cycle that had advanced before these
         ("exactly", np.int64),  # 1 if the state has returned bit for bit
-        ("furthest", np.int64),  # the last cycle that took x_G further down than ever
+        ("furthest", np.int64),  # the last cycle that took x_G further than ever, either way
+        ("heading", np.int64),  # which way that was: +1 or -1 along x; 0: none
         ("total", np.float64),  # of all displacements at the end of the last whole cycle
         ("total_low", np.float64),
         ("apart", np.float64),  # how nearly the forces have returned
         ("mark", np.uint64),  # hash of the events and slips of the last cycle
         ("alike", np.int64),  # cycles in a row with the same mark
         ("alike_advanced", np.int64),  # the last cycle that had advanced before these
-        ("deepest", np.float64),  # largest sum of displacements down the incline
+        ("lowest", np.float64),  # least and largest sum of displacements
+        ("highest", np.float64),
     ]
 )
 """How far a chain has come on its way through cycles, and what is asked of it."""
@@ -222,15 +225,18 @@ def _count(count, now, search):
     moved = (now.total - search.total) + (now.total_low - search.total_low)
     search.total = now.total
     search.total_low = now.total_low
-    moved = moved * search.downhill if search.downhill != 0 else abs(moved)
-    down = now.total * search.downhill if search.downhill != 0 else abs(now.total)
     rounded = search.rounding * (now.slips - search.slipped)
     search.slipped = now.slips
-    if moved > rounded:
+    if abs(moved) > max(rounded, now.n * NO_ADVANCE):
         search.advanced = search.cycle
-    if down > search.deepest + rounded:
-        search.deepest = down
+    if now.total > search.highest + rounded:
+        search.highest = now.total
         search.furthest = search.cycle
+        search.heading = 1
+    elif now.total < search.lowest - rounded:
+        search.lowest = now.total
+        search.furthest = search.cycle
+        search.heading = -1
     inner = 0
     for i in range(at.PAD + 1, at.PAD + now.n - 1):
         inner += count[at.SLIPS, i]
@@ -308,15 +314,13 @@ class Recurrence:
         self._searches = np.zeros(1, dtype=SEARCH)
         search = self._search = self._searches[0]
         total, low = self.simulation.work.now[["total", "total_low"]][0].item()
-        downhill = (chain.tan_alpha > 0) - (chain.tan_alpha < 0)
         search["most_cycles"] = drive.cycles
-        search["downhill"] = downhill
         search["rounding"] = chain.n * nearest_float(chain.rounding)
         search["close"] = RETURN * (chain.friction + chain.excess + abs(chain.sin_alpha))
         search["calm"] = dormant
         search["settled"] = search["dormant"] = -1
         search["total"], search["total_low"] = total, low
-        search["deepest"] = total * downhill if downhill else abs(total)
+        search["lowest"] = search["highest"] = total
 
     @property
     def cycles(self) -> int:
@@ -342,8 +346,7 @@ class Recurrence:
     def last_advance(self) -> int:
         """The last cycle, up to `settled_after` if that is known, in which x_G advanced; 0: none.
 
-        An advance is one down the incline, by more than rounding can make; on the level, either
-        way.
+        Down or up the incline, by more than rounding can make, and than `NO_ADVANCE`.
         """
         return int(self._search["advanced"])
 
@@ -364,8 +367,13 @@ class Recurrence:
 
     @property
     def furthest(self) -> int:
-        """The last cycle that took x_G further down (on the level: away) than ever; 0: none."""
+        """The last cycle that took x_G further than ever, down or up; 0: none."""
         return int(self._search["furthest"])
+
+    @property
+    def heading(self) -> int:
+        """Which way that was: +1 or -1 along x; 0: none."""
+        return int(self._search["heading"])
 
     @property
     def dormant_after(self) -> int | None:

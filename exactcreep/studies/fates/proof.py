@@ -25,7 +25,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
 from itertools import chain as joined
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -44,6 +43,7 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
+from exactcreep.solvers.exact.recurrence import NO_ADVANCE
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import TangentSimulation
 from exactcreep.solvers.solver import Start, advance
@@ -63,7 +63,6 @@ _BETTER = 2.0**-8  # how much more nearly it has to return than after a shorter 
 _CLOSER = 0.25  # how much more nearly before it is tried once more
 _LEAST = 2.0**-100  # half width of the joint set
 _ROOM = 4.0  # how much larger than needed the joint set is
-_NONE = Fraction(1, 2**40)  # no advance: less than any slip
 _SQUARINGS = 12  # of a matrix, for a bound of its norm
 
 
@@ -340,13 +339,10 @@ class _Proof:
         )
 
     def _last_advance(self, until: int) -> int:
-        """Return the last cycle up to `until` in which x_G advanced down the incline."""
-        tangent = self.chain.tan_alpha
+        """Return the last cycle up to `until` in which x_G advanced, down or up the incline."""
         for cycle in range(until, 0, -1):
             a, b = self.travel[cycle - 1], self.travel[cycle]
-            moved = b.middle - a.middle
-            downhill = tangent == 0 or moved * tangent > 0
-            if downhill and abs(moved) > max(a.radius + b.radius, _NONE):
+            if abs(b.middle - a.middle) > max(a.radius + b.radius, NO_ADVANCE):
                 return cycle
         return 0
 

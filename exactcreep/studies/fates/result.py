@@ -11,7 +11,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Itinerary
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.model.numbers import Shown, nearest_float
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
 
 Period = tuple[tuple[int, Itinerary], ...]
@@ -48,8 +48,9 @@ class Fate(Shown):
     advance : float or None
         Of x_G over a period, unit ``g tau_dyn**2``; 0 at rest or locked.
     last_advance : int
-        The last cycle, up to `settled_after` if that is known, in which x_G advanced down the
-        incline (on the level, either way); 0: none.
+        The last cycle, up to `settled_after` if that is known, in which x_G advanced, down or up
+        the incline, by more than 2**-40; 0: none. What creeps for ever goes on to advance in every
+        period.
     marginal : bool
         Locked in the limit: the tensions approach a locked cycle algebraically, like 1/k after k
         cycles, and `reason` says how far they are. `settled_after` counts the cycles after which
@@ -90,13 +91,24 @@ class Fate(Shown):
     report: dict[str, Any] = field(default_factory=dict)
 
     @property
+    def direction(self) -> str:
+        """Which way the chain creeps or runs away: ``downhill`` or ``uphill``.
+
+        On the level ``+x`` or ``-x``; ``none`` if it does neither, or has not settled.
+        """
+        tangent, advance = self.chain.tan_alpha, 0.0
+        if self.outcome is Outcome.CREEPING:
+            advance = self.advance or 0.0
+        return direction_of(tangent if self.outcome is Outcome.RUNAWAY else advance, tangent)
+
+    @property
     def velocity(self) -> float | None:
         """The advance per half-cycle once it has settled."""
         return None if self.advance is None or not self.period else self.advance / self.period / 2
 
     def _facts(self) -> dict[str, Any]:
         names = ("amplitude", "solver", "outcome", "evidence", "cycles", "settled_after", "period")
-        told = {name: getattr(self, name) for name in (*names, "advance", "reason")}
+        told = {name: getattr(self, name) for name in (*names, "advance", "direction", "reason")}
         return {"n": self.chain.n, **told}
 
     def summary(self) -> dict[str, Any]:
@@ -109,6 +121,7 @@ class Fate(Shown):
             "solver": self.solver,
             "outcome": self.outcome.value,
             "evidence": self.evidence.value,
+            "direction": self.direction,
         } | {name: getattr(self, name) for name in names}
         if self.advance_enclosure is not None:
             middle, radius = self.advance_enclosure

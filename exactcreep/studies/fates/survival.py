@@ -35,7 +35,7 @@ from exactcreep.model.numbers import (
     plain_data,
     whole_number,
 )
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
@@ -108,6 +108,7 @@ class StartRecord(NamedTuple):
     marginal: bool
     dormant: bool  # with disorder, at the end
     over: bool  # a limit of the user ended it
+    direction: str = "none"
 
 
 _COLUMNS = {
@@ -115,7 +116,8 @@ _COLUMNS = {
     "evidence": "how well that is known",
     "cycles": "cycles followed",
     "last_advance": "last cycle in which x_G advanced, 0: none",
-    "furthest": "last cycle that took x_G further down than ever",
+    "furthest": "last cycle that took x_G further than ever, down or up",
+    "direction": "which way it creeps; not settled: which way it went further than ever",
     "settled_after": "cycles after which it is periodic, -1: not settled",
     "period": "cycles, 0: not settled",
     "marginal": "whether it is locked in the limit: tensions approach a cycle like 1/k",
@@ -194,7 +196,7 @@ def _exponential(lifetimes: NDArray[np.float64], every: NDArray[np.float64]) -> 
 
 @dataclass(frozen=True, eq=False)
 class Survival:
-    """How long creep lasted from many starts.
+    """How long creep, down or up the incline, lasted from many starts.
 
     Attributes
     ----------
@@ -288,8 +290,22 @@ class Survival:
 
     @property
     def creeping(self) -> Share:
-        """The starts that still creep at the horizon, or run away; chaos without advance is not."""
-        return self._share(self._kinds["creeping"] | self._kinds["runaway"])
+        """The starts that still creep at the horizon, or run away; chaos without advance is not.
+
+        Either way: see `directions`.
+        """
+        return self._share(self._creeping)
+
+    @property
+    def directions(self) -> dict[str, Share]:
+        """Which part of the starts is among `creeping`, by the way that they go."""
+        ways = self._column("direction")
+        words = sorted({*ways[self._creeping].tolist()})
+        return {word: self._share(self._creeping & (ways == word)) for word in words}
+
+    @property
+    def _creeping(self) -> NDArray[np.bool_]:
+        return self._kinds["creeping"] | self._kinds["runaway"]
 
     @cached_property
     def _kinds(self) -> dict[str, NDArray[np.bool_]]:
@@ -312,7 +328,8 @@ class Survival:
         """Which part of the starts does what in the end, with intervals of Clopper and Pearson.
 
         ``locked`` and ``at_rest`` are arrested; ``creeping`` are those that creep periodically, or
-        have come further down than ever within the last `dormant` cycles (and the last half);
+        have come further than ever, either way, within the last `dormant` cycles (and the last
+        half);
         ``dormant`` those with disorder whose inner sliders have not slipped for so long;
         ``runaway`` those proved never to come to rest; ``undecided`` all others.
         """
@@ -338,6 +355,7 @@ class Survival:
             "exponential": self.rate.exponential,
             "confidence": CONFIDENCE,
             "fractions": {name: share._asdict() for name, share in self.fractions.items()},
+            "directions": {name: share._asdict() for name, share in self.directions.items()},
             "lifetimes": self.lifetimes.tolist(),
             "censored": self.censored.tolist(),
             "evidence": self.evidence.value,
@@ -495,6 +513,7 @@ def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
     drive = Cycles(asked.amplitude, asked.cycles)
     trajectory = Recurrence(chain, drive, start, seed, asked.dormant)
     fate, stop = numerical_fate(trajectory, start, limits)
+    heading = direction_of(trajectory.heading, chain.tan_alpha)
     return StartRecord(
         fate.outcome.value,
         fate.evidence.value,
@@ -507,4 +526,5 @@ def _record(asked: Survival, number: int, limits: Limits) -> StartRecord:
         marginal=fate.marginal,
         dormant=chain.sigma_mu != 0 and trajectory.dormant_now,
         over=bool(limits.reason(stop)),
+        direction=fate.direction if fate.period else heading,
     )

@@ -2,12 +2,13 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from exactcreep import Chain, Creep, Outcome, State, sweep
 from exactcreep.model.outcome import direction_of
 from tests.conftest import Command
-from tests.questions import creep
+from tests.questions import creep, fate, survival
 
 UPHILL = Chain(4, 1000, "0.5", "0.612", tan_alpha="0.0058"), "0.002701"
 DOWNHILL = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001"
@@ -84,3 +85,50 @@ chain.tan_alpha = [0.0058, 0.25]
     grid = sweep(tmp_path / "two.toml")
     assert grid["direction"].to_numpy().tolist() == ["uphill", "downhill"]
     assert "1 creeping uphill" in command("sweep", "two.toml").out
+
+
+@pytest.mark.parametrize("solver", ["certified", "exact"])
+def test_a_fate_says_which_way_it_creeps_for_ever(solver: str) -> None:
+    chain, amplitude = UPHILL
+    found = fate(chain, amplitude, solver=solver)
+    assert found.advance == pytest.approx(-0.8193322457795766, rel=1e-12)
+    assert (found.outcome, found.direction) == (Outcome.CREEPING, "uphill")
+    assert found.last_advance == found.settled_after  # it has advanced all along, and goes on
+    assert found.summary()["direction"] == "uphill"
+    assert "direction='uphill'" in repr(found)
+    assert fate(chain, "0.0001", solver=solver).direction == "none"
+    level = Chain(4, 1000, "0.5", "0.6", tan_alpha=0)
+    start = State.prepared(level, ["0.1", "-0.05", "0.02"])
+    found = fate(level, "0.0015", start=start, solver=solver)
+    assert found.advance == pytest.approx(-6.362498559751911e-05, rel=1e-9)
+    assert found.direction == "-x"
+
+
+def test_the_last_advance_of_what_locks_on_its_way_up_is_counted() -> None:
+    chain = Chain(4, 1000, "0.5", "0.612", tan_alpha="0.0058")
+    found = fate(chain, "0.0026", solver="exact")
+    run = creep(chain, "0.0026", found.cycles, record="x_G")
+    moves = np.abs(np.diff(run.recorded["x_G"][1::2], prepend=0.0))[: found.settled_after]
+    assert found.last_advance == np.flatnonzero(moves > 1e-12)[-1] + 1
+
+
+def test_a_survival_counts_creep_either_way(command: Command) -> None:
+    chain, amplitude = UPHILL
+    found = survival(chain, amplitude, starts=12, cycles=300)
+    ways = found.directions
+    assert sum(one.starts for one in ways.values()) == found.creeping.starts
+    assert ways["uphill"].starts > 0
+    told = found.summary()["directions"]
+    assert told["uphill"]["starts"] == ways["uphill"].starts
+    one = next(life for life in found.lives if life.direction == "uphill")
+    assert one.outcome == "creeping"
+    assert "uphill" in found.dataset()["direction"].values
+    words = "survival --n 4 --mu-s 0.612 --tan-alpha 0.0058 --starts 12 --cycles 300"
+    assert "uphill" in command(*words.split(), "--amplitude", amplitude).out
+
+
+def test_creep_uphill_that_has_not_settled_is_alive() -> None:
+    level = Chain(6, 1000, "0.5", "0.6", tan_alpha="-0.02")
+    found = survival(level, "0.002", starts=4, cycles=200)
+    assert set(found.directions) == {"downhill"}
+    assert found.creeping.starts == 4
