@@ -120,7 +120,7 @@ def test_a_survival_counts_creep_either_way(command: Command) -> None:
     assert ways["uphill"].starts > 0
     told = found.summary()["directions"]
     assert told["uphill"]["starts"] == ways["uphill"].starts
-    one = next(life for life in found.lives if life.direction == "uphill")
+    one = next(each for each in found.records if each.direction == "uphill")
     assert one.outcome == "creeping"
     assert "uphill" in found.dataset()["direction"].values
     words = "survival --n 4 --mu-s 0.612 --tan-alpha 0.0058 --starts 12 --cycles 300"
