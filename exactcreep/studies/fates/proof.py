@@ -25,6 +25,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
 from itertools import chain as joined
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -342,7 +343,7 @@ class _Proof:
         """Return the last cycle up to `until` in which x_G advanced, down or up the incline."""
         for cycle in range(until, 0, -1):
             a, b = self.travel[cycle - 1], self.travel[cycle]
-            if abs(b.middle - a.middle) > max(a.radius + b.radius, NO_ADVANCE):
+            if abs(b.middle - a.middle) > max(a.radius + b.radius, Fraction(NO_ADVANCE)):
                 return cycle
         return 0
 
