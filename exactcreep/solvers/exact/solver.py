@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event
-from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.drive import Cycles, Drive, Path
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
@@ -27,7 +27,7 @@ from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error
 from exactcreep.solvers.exact.rest import Origin, Workspace, dilation, placed, rational, roomier
-from exactcreep.solvers.exact.two_floats import split, two_product
+from exactcreep.solvers.exact.two_floats import split, split_ratio, two_product
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Start, Stretch, Tally
 from exactcreep.solvers.warm_up import compiled
@@ -110,6 +110,12 @@ class ExactSimulation(Simulation):
             high, low = split(self.chain.l0 * drive.amplitude)
             way = np.where(np.arange(first, first + count) % 2 == 1, 1.0, -1.0)
             return way * high, way * low
+        if isinstance(drive, Path):  # the bits of Cycles with the same targets
+            top, bottom = self.chain.l0.as_integer_ratio()
+            listed = drive.theta[first - 1 : first - 1 + count]
+            pairs = [split_ratio(top * one.numerator, bottom * one.denominator) for one in listed]
+            highs, lows = np.array(pairs).reshape(-1, 2).T.copy()
+            return highs, lows
         theta = drive.targets(first, count, seed)
         l0, l0_low = split(self.chain.l0)
         product, error = two_product(l0, theta)

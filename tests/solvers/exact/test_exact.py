@@ -493,3 +493,17 @@ def test_two_sliders_ask_for_the_code_of_clusters_once_both_move(
     assert (lone.tally.events > 2 * lone.tally.rearrangements) == together
     known = prepared.capture()
     assert all(np.array_equal(values, known[name]) for name, values in lone.capture().items())
+
+
+@pytest.mark.parametrize(
+    ("n", "l0", "amplitude"), [(2, "1000", "0.01"), (4, "1000.1", "0.0037"), (6, 333, "0.0123")]
+)
+def test_a_path_to_the_targets_of_cycles_gives_their_bits(n: int, l0: str, amplitude: str) -> None:
+    chain = Chain(n, l0, "0.5", "0.6", tan_alpha="0.25")
+    listed = Path([amplitude, -Fraction(amplitude)] * 50)
+    one, other = (
+        creep(chain, drive, record=("x_G", "tension")) for drive in (Cycles(amplitude, 50), listed)
+    )
+    assert np.array_equal(one.recorded["x_G"], other.recorded["x_G"])
+    assert np.array_equal(one.recorded["tension"], other.recorded["tension"])
+    assert one.state == other.state
