@@ -31,11 +31,11 @@ from .solid import Descent as Descent, Solid as Solid, physical as physical
 from .solvers.registry import iterate as iterate, rearrange as rearrange
 from .solvers.solver import Rearrangement as Rearrangement
 from .studies.audits.audit import Audit as Audit, audit as audit
-from .studies.compare import Comparison as Comparison, compare as compare
+from .studies.compare import compare as compare
 from .studies.fates.fate import fate as fate
 from .studies.fates.result import Fate as Fate
 from .studies.fates.survival import Survival as Survival, survival as survival
-from .studies.partings import Partings as Partings
+from .studies.trajectory import Method as Method
 from .studies.plan import Plan as Plan, plan as plan
 from .studies.sweep import sweep as sweep
 from .studies.thresholds.criteria import threshold as threshold

@@ -14,14 +14,12 @@ from exactcreep import __version__, interrupts
 from exactcreep.commands import files, questions
 from exactcreep.commands.answer import complain
 from exactcreep.commands.compare import compare
-from exactcreep.commands.envelope import envelope
 from exactcreep.commands.options import expanded, help_of, public
 from exactcreep.commands.plan import plan
 from exactcreep.commands.reproduce import reproduce
 from exactcreep.commands.run import resume, run
-from exactcreep.commands.tradeoff import tradeoff
 
-PICTURED = (run, resume, reproduce, files.sweep, files.show, files.animate, tradeoff, compare)
+PICTURED = (run, resume, reproduce, files.sweep, files.show, files.animate, compare)
 """Commands that draw, and take the size of pictures."""
 COMMANDS: dict[str, Callable[..., None] | tuple[str, ...]] = {
     "scenes": files.scenes,
@@ -34,13 +32,13 @@ COMMANDS: dict[str, Callable[..., None] | tuple[str, ...]] = {
     "animate": files.animate,
     "explore": files.explore,
     "plan": plan,
-    "tradeoff": tradeoff,
     **questions.QUESTIONS,
     "compare": compare,
     "audit": questions.audit,
-    "envelope": envelope,
 }
 """The commands by name: a function, or what `question` needs to ask one of the package."""
+REPLACED = {"tradeoff": "compare SCENE", "envelope": "compare SCENE"}
+"""Commands that are no more, and what answers their questions."""
 
 
 def program(wanted: Collection[str]) -> typer.Typer:
@@ -99,6 +97,9 @@ def status(words: Sequence[str]) -> int:
     end = given.index("--") if "--" in given else len(given)
     debug = "--debug" in given[:end]  # taken anywhere, so that it can be appended to a line
     given = [word for word in given[:end] if word != "--debug"] + given[end:]
+    if given and given[0] in REPLACED:
+        complain(f"{given[0]} is no more: exactcreep {REPLACED[given[0]]} answers its question")
+        return 2
     usage_error: Any = typer.BadParameter.__mro__[1]
     try:
         returned = program(given)(given, prog_name="exactcreep", standalone_mode=False)

@@ -43,9 +43,6 @@ IGNORED = {
     "resumed/*-sliding/early/*": "its events are counted between stretches, which follow the clock",
     "*.version": "the version of the build",
     "commands/--version/out": "the version of the build",
-    "commands/tradeoff */json/[!s]*": "of as many runs as the given seconds allow",
-    "commands/tradeoff */json/scores/*/*_*": "of as many runs as the given seconds allow",
-    "commands/tradeoff */json/scores/*/notes": "of as many runs as the given seconds allow",
 }
 """Fields that two runs of the same build need not share, and why; all others are compared."""
 ABSENT = "absent"

@@ -20,7 +20,6 @@ from exactcreep.quasistatic.creep import creep, run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import load_scene
 from exactcreep.studies.compare import compare
-from exactcreep.studies.envelope import envelope, extremes
 from exactcreep.studies.sweep import sweep
 from exactcreep.studies.thresholds.criteria import threshold
 
@@ -45,10 +44,9 @@ COMPUTATIONS: dict[str, tuple[str, Callable[[Callable[[Progress], None]], Any]]]
         "amplitudes",
         lambda hear: threshold(CHAIN, solver="exact", digits=6, progress=hear),
     ),
-    "compare": ("", lambda hear: compare(Experiment.of(CHAIN, DRIVE), events=20, progress=hear)),
-    "envelope": (
-        "extremes",
-        lambda hear: envelope(chosen=extremes(quick=True)[:1], most_compared=0, progress=hear),
+    "compare": (
+        "runs",
+        lambda hear: compare(Experiment.of(CHAIN, DRIVE), events=20, progress=hear),
     ),
 }
 

@@ -278,5 +278,5 @@ def parsed_seeds(text: str | None) -> int | list[int] | None:
     if text is None:
         return None
     if "," not in text:
-        return whole_number(text, "seeds", least=2)
+        return whole_number(text, "seeds", least=1)
     return [whole_number(part.strip(), "seeds", least=0) for part in text.split(",")]

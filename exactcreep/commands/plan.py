@@ -20,7 +20,7 @@ from exactcreep.commands.answer import (
     settings_text,
     shown,
 )
-from exactcreep.commands.tradeoff import duration
+from exactcreep.commands.compare import duration
 
 if TYPE_CHECKING:
     from exactcreep import Plan, Scene

@@ -1,348 +1,407 @@
-"""Exact, Verlet and certified side by side, with the same disorder: where do they part, and why?
+"""Solvers held against a better one, with the same disorder: one dataset over method and seed.
 
-All contestants follow the same drive, with breakpoints between the rearrangements that change
-nothing but let their positions be compared after each one. The certified solver is the truth. For
-each of the others: the first event that differs, how close the tie was there in the certified
-motion, how far positions were off until then and after, and what remains of the mean velocity.
+All methods follow the same drive, with targets between the rearrangements that change nothing but
+let positions be compared after each one. For each method and seed: the first event that differs,
+how far off the sliders rest until then, the mean velocity and its bias, and what it costs. Orders
+in the time step, intervals over seeds, a table and an advice are reductions, see `comparison`.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+import time
+import tracemalloc
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
+
+import numpy as np
+import xarray as xr
 
 from exactcreep.display import shows_progress
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Drive
+from exactcreep.model.disorder import valid_seed
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Path
 from exactcreep.model.enclosure import enclosure
-from exactcreep.model.numbers import InputError, Number, nearest_float, plain_data, whole_number
-from exactcreep.model.outcome import Evidence
-from exactcreep.model.state import State
-from exactcreep.motion.arithmetic import FLOAT64
-from exactcreep.motion.itinerary import Retracer, slider_motion
-from exactcreep.progress import Hearer, Progress, reporter
+from exactcreep.model.numbers import (
+    InputError,
+    exact_number,
+    nearest_float,
+    plain_data,
+    whole_number,
+)
+from exactcreep.model.outcome import Outcome
+from exactcreep.progress import Hearer, reporter
+from exactcreep.quasistatic.creep import Interrupted, PhysicsWarning, creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
-from exactcreep.studies.contest import (
+from exactcreep.solvers.tables import LENGTH, NUMBER
+from exactcreep.studies.trajectory import (
     MOST_EVENTS,
-    STATISTICS_EVENTS,
     Agreement,
-    Contestant,
-    Standard,
+    LoggedEvent,
+    Method,
+    Trajectory,
+    agree,
+    beyond,
+    drive_with_rests,
+    trajectory,
 )
-from exactcreep.studies.partings import DEFAULT_SEEDS, DEFAULT_STEPS, Partings, partings
 
+TIME_STEPS = ("0.1", "0.03", "0.01")
+"""Of Verlet, unless methods are named."""
+DIGITS = 30
+"""Of the certified solver, unless a truth is named."""
+VELOCITY_EVENTS = 100_000
+"""Of the run of `exact` for the mean velocity of each seed; others make as many half-cycles."""
+COMPILED = ("exact", "sliding", "verlet")
+"""Solvers so fast that their velocity is measured; of others only what an event costs."""
 
-class Tie(NamedTuple):
-    """How close to its alternative the first event that differs was, in the certified motion.
-
-    Attributes
-    ----------
-    condition : str
-        ``velocity`` (a stop), ``force`` (a start) or ``load`` (theta_c of a rearrangement).
-    slider : int
-        From 1.
-    margin : float
-        How far that event's condition is from holding in the certified motion at the time at
-        which it is claimed: a velocity (``g tau_dyn``), a distance of ``|F|`` from its threshold
-        (``m g``), or of ``l0 theta_c`` from that of the certified event.
-    time : float or None
-        Between the two events, unit tau_dyn; None if they belong to different rearrangements.
-    """
-
-    condition: str
-    slider: int
-    margin: float
-    time: float | None
-
-
-@dataclass(frozen=True, eq=False)
-class Standing(Agreement):
-    """How one solver stands beside the certified one.
-
-    Its events carry the half-cycles of the drive; its errors are those of displacements, unit
-    ``g tau_dyn**2``. Attributes as in `Agreement`, and:
-
-    Attributes
-    ----------
-    contestant : Contestant
-    tie : Tie or None
-        At the first event that differs.
-    creep : Creep
-        The run behind the statistics.
-    """
-
-    contestant: Contestant
-    tie: Tie | None
-    creep: Creep
-
-    def summary(self) -> dict[str, Any]:
-        """Return the standing by names, ready for JSON."""
-        run = self.creep
-        own = ("velocity", "velocity_error", "half_cycles", "undecided", "trusted_half_cycles",
-               "seconds")  # fmt: skip
-        difference = {
-            "own": self.own and self.own.summary(),
-            "certified": self.known and self.known.summary(),
-            "tie": self.tie and self.tie._asdict(),
-        }
-        return plain_data(
-            {
-                "solver": self.contestant.solver,
-                "options": self.contestant.options,
-                "events_agreed": self.agreed,
-                "first_difference": difference if self.differs else None,
-                "rests_compared": self.compared,
-                "position_error_before": self.error_before,
-                "position_error_after": self.error_after,
-                "slips_per_half_cycle": run.slip_count / max(run.half_cycles, 1),
-                "outcome": run.outcome.value,
-                "evidence": run.evidence.value,
-                "course": run.course or None,
-            }
-            | {name: getattr(run, name) for name in own}
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Comparison:
-    """What came of a comparison.
-
-    Attributes
-    ----------
-    experiment : Experiment
-    digits : int
-        Of the certified solver.
-    events, rearrangements : int
-        Of the certified run, as far as it was compared.
-    half_cycles : int
-        Reached by it.
-    evidence : Evidence
-        Of the certified run.
-    radius : float
-        Largest radius of its positions.
-    contestants : tuple of Standing
-        ``exact`` first.
-
-    Examples
-    --------
-    >>> from exactcreep import Chain, Cycles, compare
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> found = compare(chain, Cycles("0.001", 5), dt="0.1", events=20)
-    >>> found.evidence.value, found.events, [one.differs for one in found.contestants]
-    ('proved', 20, [False, False])
-    """
-
-    experiment: Experiment
-    digits: int
-    events: int
-    rearrangements: int
-    half_cycles: int
-    evidence: Evidence
-    radius: float
-    contestants: tuple[Standing, ...]
-
-    @property
-    def velocity_difference(self) -> float:
-        """Difference of the mean velocities, Verlet's minus the exact one's."""
-        exact, verlet = (contestant.creep.velocity for contestant in self.contestants)
-        return verlet - exact
-
-    @property
-    def standard_errors(self) -> float:
-        """The same in units of the combined standard error; nan if it is not known."""
-        errors = [contestant.creep.velocity_error for contestant in self.contestants]
-        combined = math.hypot(*errors)
-        return self.velocity_difference / combined if combined > 0 else math.nan
-
-    def summary(self) -> dict[str, Any]:
-        """Return everything by names, ready for JSON."""
-        return plain_data(
-            {
-                "certified": {
-                    "digits": self.digits,
-                    "events": self.events,
-                    "rearrangements": self.rearrangements,
-                    "half_cycles": self.half_cycles,
-                    "evidence": self.evidence.value,
-                    "largest_radius": self.radius,
-                },
-                "contestants": [contestant.summary() for contestant in self.contestants],
-                "velocity_difference": self.velocity_difference,
-                "standard_errors": self.standard_errors,
-            }
-        )
+_LONG = "largest distance of a slider's position from the true one"
+_VARIABLES: dict[str, tuple[Any, str, str]] = {
+    "agreed": (math.nan, NUMBER, "events before the first that differs, or all compared"),
+    "differs": (False, NUMBER, "whether an event differs"),
+    "own_event": ("", "", "the method's first event that differs"),
+    "true_event": ("", "", "the true event in its place"),
+    "rests": (0, NUMBER, "rests before the first event that differs"),
+    "error": (math.nan, LENGTH, f"{_LONG}, at these rests"),
+    "error_after": (math.nan, LENGTH, f"{_LONG}, at any rest"),
+    "velocity": (math.nan, LENGTH, "mean displacement of x_G, as of `creep`"),
+    "velocity_error": (math.nan, LENGTH, "standard error of the velocity"),
+    "bias": (math.nan, LENGTH, "velocity minus that of exact with the same disorder"),
+    "half_cycles": (0, NUMBER, "targets that the velocity was measured over"),
+    "outcome": ("", "", "of the run for the velocity"),
+    "evidence": ("", "", "of the events that were compared"),
+    "seconds": (math.nan, "s", "wall time per half-cycle, without compilation"),
+}
+"""What is known of each method and seed: the value if it is missing, the unit, the meaning."""
 
 
 @shows_progress
 def compare(
-    chain: Chain | Experiment,
-    drive: Drive | None = None,
+    experiment: Experiment,
+    methods: Sequence[Method] | None = None,
     *,
-    seed: int | None = None,
-    start: State | None = None,
-    dt: Number = "0.01",
-    locate: bool = False,
-    digits: int = 30,
-    events: int = 1000,
+    truth: Method | None = None,
     seeds: int | Sequence[int] | None = None,
-    dts: Sequence[Number] | None = None,
+    events: int | None = None,
     progress: Hearer = None,
-) -> Comparison | Partings:
-    """Return how exact and Verlet fare beside the certified solver, with the same disorder.
-
-    With `seeds` or `dts`, over many seeds and time steps, without and with located events.
+) -> xr.Dataset:
+    """Return how each method fares beside the truth, for every seed, with the same disorder.
 
     Parameters
     ----------
-    chain : Chain or Experiment
-        An experiment, e.g. of a scene, brings its drive, seed and start; its solver and what it
-        records do not matter.
-    drive : Cycles, GaussianSteps, Path or TemperatureRecord
-    seed : int, optional
-        Of the disorder: static coefficients and random dilations; default 0.
-    start : State, optional
-        Default: the relaxed chain. A start that is not at rest is first rearranged.
-    dt : number
-        Verlet's time step, unit tau_dyn.
-    locate : bool
-        Whether Verlet finds events inside a step.
-    digits : int
-        Of the certified solver.
-    events : int
-        About how many certified events to compare, of each seed; the drive may end before.
+    experiment : Experiment
+        Of a scene, or ``Experiment.of(chain, drive)``; its solver and what it records do not
+        matter.
+    methods : sequence of Method, optional
+        Default: `exact`, `certified`, Verlet at the steps 0.1, 0.03 and 0.01 without and with
+        located events, and the sliding limit. A chain without slips (mu_s = mu_d): `sliding`.
+    truth : Method, optional
+        Whose events count as the true ones; default `certified` with 30 digits.
     seeds : int or sequence of int, optional
-        How many, from the experiment's own on, or which. If only `dts` is given: 8.
-    dts : sequence of number, optional
-        Time steps. If only `seeds` is given: 0.1, 0.03, 0.01. Beside them neither `dt` nor
-        `locate` plays a part.
+        How many, from the experiment's own on, or which. Default: a number that depends on the
+        number of sliders alone, 1 if nothing is random.
+    events : int, optional
+        About how many true events to compare, of each seed; the drive may end before. Default: a
+        number that depends on the number of sliders alone.
     progress : bool or callable, optional
         A callable is called with a `Progress`; else as for `creep`.
 
     Returns
     -------
-    Comparison or Partings
-        `Partings` with `seeds` or `dts`: the first wrong event, the position error before it, its
-        order in dt, and the bias of the mean velocity, with intervals. Else a `Comparison` of two
-        `contestants`: how many events of each agree, the first that does not, how close
-        that tie was, and the position errors of all rest states.
+    Dataset
+        Over ``method`` and ``seed``: ``agreed`` events, whether one ``differs`` and which
+        (``own_event``, ``true_event``), ``rests`` before it with the largest ``error`` of a
+        position, ``velocity`` and its ``bias`` against `exact`, ``half_cycles``, ``seconds`` per
+        half-cycle; along ``rest`` too: ``errors``, one after each rearrangement. Over ``method``:
+        ``memory``. Over ``seed``: ``events`` compared, and how well the truth is known.
+        `exactcreep.studies.comparison` makes orders, intervals, a table and an advice of it.
 
     Raises
     ------
     InputError
         If an argument is out of range, nothing happens in the experiment, or the first thing that
-        happens is too long for the certified solver, or never ends.
+        happens is too long for the truth, or never ends.
+    Interrupted
+        After Ctrl-C; `partial` is the dataset of the seeds that were finished.
 
     Notes
     -----
-    Guarantee: events agree in kind, sliders, directions and order, and the certified ones are
-    those of the equations, as far as its evidence says ``PROVED``. Statistics come from runs of the
-    whole drive, or of its first 200 000 events.
+    Guarantee: events agree in kind, sliders, directions and order, and those of a certified truth
+    are those of the equations, as far as ``truth_evidence`` says ``proved``. Times are reported,
+    and decide nothing. Velocities are those of `creep`, with its burn-in, over the whole drive or
+    the half-cycles of the first 100 000 events of `exact`.
 
     Examples
     --------
-    >>> from exactcreep import Chain, Cycles
+    >>> from exactcreep import Chain, Cycles, Experiment, Method
     >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> exact, verlet = compare(chain, Cycles("0.001", 5), dt="0.1", events=20).contestants
-    >>> exact.differs, verlet.differs
-    (False, False)
+    >>> given = Experiment.of(chain, Cycles("0.001", 5))
+    >>> data = compare(given, [Method("exact"), Method("verlet", dt="0.1")], events=20)
+    >>> data.differs.values.tolist(), data.agreed.values.tolist()
+    ([[False], [False]], [[20.0], [20.0]])
     """
-    experiment = _experiment(chain, drive, seed, start)
-    most = whole_number(events, "events", least=1, most=MOST_EVENTS)
-    say = reporter(progress)
-    if seeds is not None or dts is not None:
-        chosen = DEFAULT_SEEDS if seeds is None else seeds
-        steps = DEFAULT_STEPS if dts is None else dts
-        return partings(experiment, seeds=chosen, dts=steps, digits=digits, events=most, say=say)
-    verlet = Contestant("verlet", {"dt": dt} | ({"locate": True} if locate else {}))
-    contestants = Contestant("exact"), verlet
-    for one in (*contestants, Contestant("certified", {"digits": digits})):
-        one.algorithm()
-    say("certified", 0.0)
-    truth = Standard(
-        experiment, digits, most, say=lambda done: say("certified", min(1.0, done / most))
-    )
-    certified = truth.walk
-    if certified.reached == 0:
-        raise InputError("scene", "a first rearrangement without end", "must come to rest once")
-    standings = []
+    if not isinstance(experiment, Experiment):
+        raise InputError("experiment", experiment, "must be an Experiment, e.g. Experiment.of(...)")
+    chain = experiment.chain
+    chosen = ladder(chain) if methods is None else _valid(methods)
+    best = _best(chain) if truth is None else _valid([truth])[0]
+    usual_seeds, usual_events = _usual_counts(experiment)
+    members = experiments_of(experiment, usual_seeds if seeds is None else seeds)
+    count = usual_events if events is None else events
+    most = whole_number(count, "events", least=1, most=MOST_EVENTS)
+    rows: list[_Row] = []
+    say, total = reporter(progress), len(members) * (len(chosen) + 2)
 
-    def running(name: str, progress: Progress) -> None:
-        say(f"{name}, statistics", progress.half_cycles / max(progress.total, 1))
+    done = itertools.count()
 
-    for contestant in contestants:
-        say(contestant.solver, 0.0)
-        found = truth.agreement(contestant)
-        told = partial(running, contestant.solver)
-        limits = Limits(STATISTICS_EVENTS)
-        run = contestant.run(experiment, limits, told, record=("x_G",), twin=True)
-        tie = _tie(truth, found) if found.differs else None
-        own, known = (
-            event and event._replace(half_cycle=truth.ends[event.half_cycle - 1])
-            for event in (found.own, found.known)
-        )
-        standings.append(
-            Standing(found.agreed, own, known, found.compared, found.errors, contestant, tie, run)
-        )
-    radii = [enclosure(value).radius for value in certified.x.ravel().tolist()]
-    return Comparison(
-        experiment=experiment,
-        digits=digits,
-        events=truth.events,
-        rearrangements=sum(one.half_cycle <= certified.reached for one in certified.log),
-        half_cycles=truth.ends[certified.reached - 1],
-        evidence=certified.evidence,
-        radius=nearest_float(max(radii)),
-        contestants=tuple(standings),
-    )
+    def step(text: str) -> None:
+        say("comparing", next(done), total, "runs", text=text)
+
+    def dataset() -> xr.Dataset:
+        data = _dataset(chosen, rows)
+        about = plain_data(chain.parameters()) | {"drive": experiment.drive.kind}
+        return data.assign_attrs(about, truth=best.label, events=most)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # a run of its own says it
+        try:
+            for member in members:
+                rows.append(_compared(member, chosen, best, most, step))
+        except KeyboardInterrupt:
+            if not rows:
+                raise
+            raise Interrupted([dataset()]) from None  # type: ignore[list-item]
+    memory = [_memory(members[0], method) for method in chosen]
+    about = {"units": "B", "long_name": "peak memory of a simulation over its first events"}
+    return dataset().assign(memory=("method", memory, about))
 
 
-def _experiment(chain: Any, drive: Any, seed: Any, start: Any) -> Experiment:
-    """Return the experiment that `compare` is asked about."""
-    if not isinstance(chain, Experiment):
-        return Experiment.of(chain, drive, seed=0 if seed is None else seed, start=start)
-    for name, given in (("drive", drive), ("seed", seed), ("start", start)):
-        if given is not None:
-            raise InputError(name, given, "must not be given beside an experiment, which has one")
-    return chain
+def ladder(
+    chain: Chain, time_steps: Sequence[Any] = TIME_STEPS, best: Method | None = None
+) -> list[Method]:
+    """Return the methods that can follow a chain: without slips, the sliding limit alone."""
+    if chain.slides:
+        return [Method("sliding")]
+    plain = [Method("verlet", dt=dt) for dt in time_steps]
+    located = [Method("verlet", dt=dt, locate=True) for dt in time_steps]
+    sliding = [] if chain.may_run_away else [Method("sliding")]
+    return [Method("exact"), best or _best(chain), *plain, *located, *sliding]
 
 
-def _tie(truth: Standard, found: Agreement) -> Tie:
-    """Return how close the certified motion comes to the other side's event."""
-    experiment, log = truth.experiment, truth.walk.log
-    chain, start, seed = experiment.chain, experiment.initial, experiment.seed
-    retracer = Retracer(chain, start, FLOAT64, seed=seed, refine=False)
-    differ = [event for event in (found.own, found.known) if event is not None]
-    claimed = min(differ, key=lambda event: event[:2])  # of two in one rearrangement its own
-    together = [one.event for one in differ if one[:2] == claimed[:2]]
-    plain = [
-        [replace(event, time=_instant(event.time)) for event in one.events]
-        for one in log[: claimed.rearrangement + 1]
-    ]
-    for events in plain[: claimed.rearrangement]:
-        retracer.rearrange(events)
-    slider, sign = claimed.event.sliders[0] - 1, claimed.event.signs[0]
-    if claimed.number == 0:
-        loads = [retracer.starting_load(one.sliders[0] - 1, one.signs[0]) for one in together]
-        loads.append(retracer.load_of(experiment.drive.exact_target(claimed.half_cycle, 0)))
-        return Tie("load", slider + 1, float(abs(loads[0] - loads[1])), None)
-    times = [_instant(one.time) for one in together]
-    apart = abs(times[0] - times[1]) if len(times) > 1 else None
-    shared = plain[claimed.rearrangement][: claimed.number]
-    flow = retracer.enter(shared)
-    runs, since = flow.runs(), max(times[0] - shared[-1].time, 0.0)
-    if any(slider in run.sliders for run in runs):
-        # it stops, or starts on one side only because it has stopped there
-        condition, (_, margin, _) = "velocity", slider_motion(runs, slider, since)
+def experiments_of(experiment: Experiment, seeds: Any) -> list[Experiment]:
+    """Return one experiment for each seed: of so many from the experiment's own, or of those named.
+
+    Raises
+    ------
+    InputError
+        If they are not distinct, or nothing in the experiment depends on them.
+    """
+    if isinstance(seeds, (int, np.integer)) and not isinstance(seeds, bool):
+        number = whole_number(seeds, "seeds", least=1, most=100_000)
+        named = [experiment.seed + k for k in range(number)]
+    elif isinstance(seeds, (list, tuple, range)):
+        named = list(seeds)
     else:
-        condition, (margin, _) = "force", retracer.margin(flow, runs, slider, sign, since)
-    return Tie(condition, slider + 1, abs(float(margin)), apart)
+        raise InputError("seeds", seeds, "must be a whole number or a list of seeds")
+    chosen = [valid_seed(seed) for seed in named]
+    if not chosen or len(set(chosen)) < len(chosen):
+        raise InputError("seeds", seeds, "must be one seed at least, and none twice")
+    if len(chosen) > 1 and experiment.chain.sigma_mu == 0 and not experiment.drive.random:
+        allowed = "must not be given: without disorder and random dilations all runs are the same"
+        raise InputError("seeds", seeds, allowed)
+    return [replace(experiment, seed=seed) for seed in chosen]
 
 
-def _instant(time: Any) -> float:
-    """Return a time, unit tau_dyn, in float64."""
-    return nearest_float(enclosure(time).middle)
+def _valid(methods: Any) -> list[Method]:
+    """Return methods whose options are in range, none twice."""
+    if not isinstance(methods, Sequence) or not methods:
+        raise InputError("methods", methods, 'must be a list of methods, e.g. [Method("exact")]')
+    for method in methods:
+        if not isinstance(method, Method):
+            raise InputError("methods", method, 'must be a Method, e.g. Method("verlet", dt=0.01)')
+        method.algorithm()
+    labels = [method.label for method in methods]
+    if len(set(labels)) < len(labels):
+        raise InputError("methods", labels, "must not name a method twice")
+    return list(methods)
+
+
+def _best(chain: Chain) -> Method:
+    """Return the most trustworthy method for a chain."""
+    return Method("sliding") if chain.slides else Method("certified", digits=DIGITS)
+
+
+def _usual_counts(experiment: Experiment) -> tuple[int, int]:
+    """Return how many seeds and events suffice for a first look: some seconds of `certified`."""
+    n, random = experiment.chain.n, experiment.chain.sigma_mu != 0 or experiment.drive.random
+    return (1 if not random or n > 30 else 4), (300 if n <= 30 else 100)
+
+
+# --- one seed ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Row:
+    """What is known of all methods for one seed."""
+
+    seed: int
+    values: list[dict[str, Any]]
+    errors: list[Any]
+    events: int
+    evidence: str
+    radius: float
+
+
+def _compared(
+    member: Experiment,
+    methods: Sequence[Method],
+    truth: Method,
+    events: int,
+    step: Callable[[str], None],
+) -> _Row:
+    """Return what is known of all methods for one seed."""
+    step(f"seed {member.seed}, {truth.label}: the truth")
+    slides = member.chain.slides
+    path, ends = (member.drive, []) if slides else drive_with_rests(member, events)
+    broken = replace(member, drive=path)
+    targets = min(path.half_cycles, events) if slides else path.half_cycles
+    enough = math.inf if slides else events
+    begin = time.perf_counter()
+    known = _followed(truth, broken, targets, Limits(beyond(MOST_EVENTS)), enough=enough)
+    truth_seconds = time.perf_counter() - begin
+    if known.reached == 0:
+        raise InputError("scene", "a first rearrangement without end", "must come to rest once")
+    step(f"seed {member.seed}, {'sliding' if slides else 'exact'}: mean velocity")
+    usual = Method("sliding" if slides else "exact")
+    best, shorter = _velocity_run(usual, member, VELOCITY_EVENTS), member
+    if best.half_cycles < member.drive.half_cycles and best.outcome is Outcome.LIMIT:
+        shorter = replace(member, drive=shortened(member.drive, best.half_cycles))
+        best = _velocity_run(usual, shorter, 2 * VELOCITY_EVENTS)
+    values, errors = [], []
+    for method in methods:
+        step(f"seed {member.seed}, {method.label}")
+        begin, own, seconds = time.perf_counter(), known, truth_seconds
+        if method != truth:
+            most = Limits(beyond(len(known.events)) if known.events else None)
+            own = _followed(method, broken, known.reached, most)
+            seconds = time.perf_counter() - begin
+        found = agree(own, known)
+        if not own.log:  # it has no events that could differ
+            size = min(own.reached, known.reached)
+            found = Agreement(0, None, None, size, found.errors[:size])
+        before = found.errors[: found.compared]
+        row: dict[str, Any] = {
+            "agreed": found.agreed if own.log else math.nan,
+            "differs": found.differs,
+            "rests": found.compared,
+            "error": before.max() if before.size else math.nan,
+            "error_after": found.errors.max() if found.errors.size else math.nan,
+            "evidence": own.evidence.value,
+        }
+        if found.differs:
+            row["own_event"], row["true_event"] = (_text(e, ends) for e in (found.own, found.known))
+        if method.solver in COMPILED:
+            row |= _of_velocity(method, shorter, best)
+        elif own.events:
+            row["seconds"] = seconds / len(own.events) * best.event_count
+            row["seconds"] /= max(best.half_cycles, 1)
+        values.append(row)
+        errors.append(found.errors)
+    radii = [enclosure(value).radius for value in known.x.ravel().tolist()]
+    compared = sum(event.half_cycle <= known.reached for event in known.events)
+    radius = nearest_float(max(radii))
+    return _Row(member.seed, values, errors, compared, known.evidence.value, radius)
+
+
+def _followed(
+    method: Method, experiment: Experiment, until: int, limits: Limits, **further: Any
+) -> Trajectory:
+    """Return the trajectory of a method, with its events if it has any."""
+    record = tuple(name for name in ("x", "events") if name in method.algorithm().records)
+    return trajectory(method, experiment, until, limits=limits, record=record, **further)
+
+
+def _velocity_run(method: Method, experiment: Experiment, most: int | None = None) -> Creep:
+    """Return a run along the drive of an experiment, or its first `most` events."""
+    return creep(
+        experiment.chain, experiment.drive, seed=experiment.seed, start=experiment.start,
+        burn_in=experiment.burn_in, solver=method.solver, record=(), max_events=most,
+        progress=False, **method.options,
+    )  # fmt: skip
+
+
+def _of_velocity(method: Method, experiment: Experiment, best: Creep) -> dict[str, Any]:
+    """Return what a run of a method tells of its velocity, and of its time."""
+    run = best if method.solver == best.solver else _velocity_run(method, experiment)
+    counts = {"half_cycles": run.half_cycles, "seconds": run.seconds / max(run.half_cycles, 1)}
+    known = {"velocity": run.velocity, "velocity_error": run.velocity_error}
+    if best.half_cycles == run.half_cycles:
+        known["bias"] = run.velocity - best.velocity
+    return counts | known | {"outcome": run.outcome.value}
+
+
+def shortened(drive: Drive, targets: int) -> Drive:
+    """Return a drive of the first targets, one at least (of cycles, one whole cycle)."""
+    targets = max(targets, 1)
+    if isinstance(drive, Cycles):
+        return Cycles(drive.amplitude, max(targets // 2, 1))
+    if isinstance(drive, GaussianSteps):
+        return GaussianSteps(drive.sigma_theta, targets)
+    return Path([drive.exact_target(q) for q in range(1, targets + 1)])
+
+
+def _text(event: LoggedEvent | None, ends: Sequence[int]) -> str:
+    """Return an event in words, with the half-cycle of the drive itself."""
+    if event is None:
+        return "no further event"
+    kind, sliders, _ = event.event.signature
+    who = ", ".join(map(str, sliders))
+    return f"{kind} {who} in half-cycle {ends[event.half_cycle - 1]}"
+
+
+def _memory(experiment: Experiment, method: Method) -> float:
+    """Return how many bytes a simulation takes, at its peak over the first events."""
+    tracemalloc.start()
+    try:
+        simulation = method.simulation(experiment)
+        simulation.follow(experiment.drive, 1, 1, Limits(100))
+        return float(tracemalloc.get_traced_memory()[1])
+    finally:
+        tracemalloc.stop()
+
+
+def _dataset(methods: Sequence[Method], rows: Sequence[_Row]) -> xr.Dataset:
+    """Return what is known of some seeds."""
+    dims = ("method", "seed")
+    variables: dict[str, Any] = {}
+    for name, (missing, unit, meaning) in _VARIABLES.items():
+        table = [[row.values[k].get(name, missing) for row in rows] for k in range(len(methods))]
+        about = {"long_name": meaning} | ({"units": unit} if unit else {})
+        variables[name] = (dims, np.array(table, dtype=type(missing)), about)
+    longest = max(own.size for row in rows for own in row.errors)
+    errors = np.full((len(methods), len(rows), longest), math.nan)
+    for s, row in enumerate(rows):
+        for m, own in enumerate(row.errors):
+            errors[m, s, : own.size] = own
+    about = {"units": LENGTH, "long_name": f"{_LONG}, after each rearrangement"}
+    variables["errors"] = ((*dims, "rest"), errors, about)
+    per_seed = {"events": "events", "truth_evidence": "evidence", "truth_radius": "radius"}
+    for name, of in per_seed.items():
+        variables[name] = ("seed", np.array([getattr(row, of) for row in rows]), {})
+    steps = [method.options.get("dt") for method in methods]
+    dt = [math.nan if s is None else nearest_float(exact_number(s, "dt")) for s in steps]
+    located = [bool(method.options.get("locate")) for method in methods]
+    coords = {
+        "method": [method.label for method in methods],
+        "solver": ("method", [method.solver for method in methods]),
+        "dt": ("method", dt, {"units": "tau_dyn", "long_name": "time step"}),
+        "locate": ("method", located),
+        "seed": [row.seed for row in rows],
+        "rest": np.arange(1, longest + 1),
+    }
+    return xr.Dataset(variables, coords)

@@ -6,7 +6,7 @@ import math
 import time
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from exactcreep.laws import prediction
@@ -17,14 +17,14 @@ from exactcreep.model.numbers import Number, Shown, nearest_float, plain_data
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.course import course_of
-from exactcreep.quasistatic.creep import PhysicsWarning
+from exactcreep.quasistatic.creep import PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.sensitivity import MOST_EVENTS
 from exactcreep.scene import Scene
 from exactcreep.solvers.auto import LADDER, Choice, Rung, choose, runner, valid_accuracy
 from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
+from exactcreep.solvers.solver import Simulation, advance
 from exactcreep.solvers.warm_up import warm_up
-from exactcreep.studies.contest import Contestant, timed
 
 DEFAULT_ACCURACY = "0.01"
 _TIMED_SECONDS = 0.2  # of a pilot run: long beside a call, short beside a reader's patience
@@ -288,7 +288,9 @@ def _planned(
             warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
             left = limits.seconds_left
             allowed = Limits(MOST_EVENTS, seconds=math.inf if left is None else left)
-            begun = [Contestant("exact").run(experiment, allowed, record=(), twin=True)]
+            own: dict[str, Any] = {"solver": "exact", "options": {}, "burn_in": None}
+            own |= {"record": (), "twin": True}
+            begun = run_members([replace(experiment, **own)], limits=allowed)
     limits.require()
     return Plan(
         experiment=experiment,
@@ -330,6 +332,19 @@ def _needs(
     )
 
 
+class _Lap(NamedTuple):
+    seconds: float
+    half_cycles: int
+    events: int
+
+
+def _timed(simulation: Simulation, drive: Drive, until: int, limits: Limits, done: int = 0) -> _Lap:
+    """Take a simulation from target `done` of a drive to `until`, or as far as it may."""
+    events, begin = simulation.tally.events, time.perf_counter()
+    completed = advance(simulation, drive, until, limits, done=done).completed
+    return _Lap(time.perf_counter() - begin, completed, simulation.tally.events - events)
+
+
 def _costs(
     experiment: Experiment, choice: Choice, accuracy: float, seconds: float
 ) -> dict[str, float]:
@@ -351,15 +366,16 @@ def _costs(
             warm_up(algorithm, algorithm.compiles(chain.n))
         simulation = algorithm.simulation(chain, experiment.initial, experiment.seed, ())
         until = min(3, drive.half_cycles) if proved else drive.half_cycles
-        lap = timed(simulation, drive, until, Limits(at=time.perf_counter() + seconds))
+        lap = _timed(simulation, drive, until, Limits(at=time.perf_counter() + seconds))
         if not proved:
-            costs[rung.name] = lap.pace * drive.half_cycles
+            share = drive.half_cycles / lap.half_cycles if lap.half_cycles else math.nan
+            costs[rung.name] = lap.seconds * share
             if rung.name == "exact" and lap.half_cycles:
                 events = lap.events / lap.half_cycles * drive.half_cycles
             continue
         took, happened = lap.seconds, lap.events
         if happened == 0:  # the first takes longer than that, if there is one
-            more = timed(simulation, drive, until, Limits(1), lap.half_cycles)
+            more = _timed(simulation, drive, until, Limits(1), lap.half_cycles)
             took, happened = took + more.seconds, more.events
         costs[rung.name] = took / happened * events if happened else 0.0
     return costs

@@ -301,7 +301,7 @@ def told(command: Command, tmp_path: Path) -> Callable[..., str]:
 
 
 ONE_FILE = {
-    "run": [], "plan": [], "tradeoff": [], "compare": [], "sweep": [], "threshold": [],
+    "run": [], "plan": [], "compare": [], "sweep": [], "threshold": [],
     "animate": ["--rearrangement", "0", "--out", "new.gif"], "show": [], "audit": [], "resume": [],
 }  # fmt: skip
 
@@ -460,8 +460,6 @@ def test_a_plan_of_a_trillion_cycles_does_not_keep_them_in_memory() -> None:
         ["run", "two-sliders-cycles", "--every", "x", "--checkpoint", "new.ckpt"],
         ["sweep", "chain-size", "--workers", "0"],
         ["sweep", "chain-size", "--workers", "-3"],
-        ["tradeoff", "two-sliders-cycles", "--budget", "-1"],
-        ["tradeoff", "two-sliders-cycles", "--budget", "nan"],
         ["compare", "two-sliders-cycles", "--dt", "-1"],
         ["compare", "two-sliders-cycles", "--digits", "zero"],
         ["reproduce", "nothing"],

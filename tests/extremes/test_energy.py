@@ -18,9 +18,8 @@ from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.solver import Stretch
-from exactcreep.studies.energy import energy_ledger
-from exactcreep.studies.envelope import remainder_error
-from exactcreep.studies.eventlog import rearrangements
+from exactcreep.studies.trajectory import rearrangements
+from tests.extremes.hard_experiments import energy_ledger, remainder_error
 
 PAIR = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
 HUNDREDS = Cycles(Fraction(PAIR.excess) / 10, 50)  # of slips in a half-cycle

@@ -28,7 +28,7 @@ from exactcreep.solvers.tables import (
     RearrangementRow,
     SlipRow,
 )
-from exactcreep.studies.eventlog import rearrangements
+from exactcreep.studies.trajectory import rearrangements
 from tests.paper import paper_chain
 
 BOTH = ("rearrangements", "slip_table")

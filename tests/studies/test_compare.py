@@ -1,177 +1,389 @@
-"""The comparison of solvers: where they part, and how close the tie was there."""
+"""Solvers held against the certified one: what is not the same is found, what is silent is not."""
 
 from __future__ import annotations
 
 import json
+import math
+from dataclasses import replace
 from fractions import Fraction
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import xarray as xr
 
+from exactcreep import (
+    Chain,
+    Cycles,
+    Evidence,
+    Experiment,
+    GaussianSteps,
+    InputError,
+    Method,
+    State,
+    cli,
+    compare,
+    creep,
+)  # fmt: skip
 from exactcreep import Path as ThetaPath
-from exactcreep import cli
-from exactcreep.figures.comparison import draw_comparison
-from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import InputError
-from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.model.state import State
-from exactcreep.quasistatic.creep import creep
-from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.studies.compare import Comparison, compare
+from exactcreep.limits import Limits
+from exactcreep.studies.compare import TIME_STEPS, ladder
+from exactcreep.studies.comparison import advice, interval_of_mean, order, rate_of, spread, table
+from exactcreep.studies.trajectory import (
+    LoggedRearrangement,
+    Trajectory,
+    agree,
+    apart,
+    drive_with_rests,
+    trajectory,
+)
+
+CHAIN = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+DRIVE = ThetaPath(["0.001", "-0.001", "0.001"])
+EXPERIMENT = Experiment.of(CHAIN, DRIVE, seed=5)
 
 
-def six(cycles: int = 4) -> Experiment:
-    chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    return Experiment.of(chain, Cycles("0.01", cycles), seed=0)
+@cache
+def own() -> Trajectory:
+    return trajectory(Method("exact"), EXPERIMENT, 3)
 
 
-@lru_cache
-def found(dt: str = "0.01") -> Comparison:
-    return compare(six(), dt=dt, events=300)
+@cache
+def known() -> Trajectory:
+    return trajectory(Method("certified"), EXPERIMENT, 3)
 
 
-class TestSixSliders:
-    def test_the_kernel_makes_the_certified_events(self) -> None:
-        exact = found().contestants[0]
-        assert not exact.differs
-        assert exact.agreed == found().events >= 300
-        assert found().evidence is Evidence.PROVED
-
-    def test_the_kernel_s_positions_agree_to_1e_12(self) -> None:
-        exact = found().contestants[0]
-        assert exact.errors.size == exact.compared >= 50
-        assert 0 < exact.errors.max() < 1e-12
-
-    def test_verlet_parts_from_it_at_an_event_that_is_named(self) -> None:
-        verlet = found().contestants[1]
-        assert verlet.differs
-        assert verlet.agreed < found().events
-        assert verlet.own is not None
-        assert verlet.known is not None
-        assert verlet.own.signature != verlet.known.signature
-
-    def test_the_tie_is_as_close_as_verlet_s_errors_are_large(self) -> None:
-        verlet = found().contestants[1]
-        assert verlet.tie is not None
-        assert verlet.tie.margin <= 10 * verlet.error_before
-
-    def test_positions_are_off_by_much_more_after_than_before(self) -> None:
-        verlet = found().contestants[1]
-        assert verlet.errors[: verlet.compared].max() == verlet.error_before
-        assert verlet.error_after > 3 * verlet.error_before
-
-    def test_a_smaller_step_agrees_for_longer(self) -> None:
-        coarse, fine = (found(dt).contestants[1] for dt in ("0.01", "0.0005"))
-        assert fine.agreed > coarse.agreed
-        shared = coarse.compared
-        assert np.median(fine.errors[:shared]) < np.median(coarse.errors[:shared]) / 5
+def middle() -> int:
+    """Return the first rearrangement on the way to the second target."""
+    return next(r for r, one in enumerate(own().log) if one.half_cycle == 2)
 
 
-def told(comparison: Comparison) -> dict[str, Any]:
-    """Return what a comparison says, but for the times it took."""
-    summary = comparison.summary()
-    for contestant in summary["contestants"]:
-        del contestant["seconds"]
-    return summary
+def with_events(changed: Any, place: int) -> Trajectory:
+    """Return the trajectory of `exact` with the events of one rearrangement changed."""
+    log = list(own().log)
+    log[place] = log[place]._replace(events=tuple(changed(list(log[place].events))))
+    return replace(own(), log=log)
 
 
-class TestArguments:
-    chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    drive = Cycles("0.002", 2)
-
-    def test_a_chain_and_a_drive_are_compared_like_their_experiment(self) -> None:
-        start = State.prepared(self.chain, [Fraction(1, 8), 0], seed=3)
-        given = Experiment.of(self.chain, self.drive, seed=3, start=start, solver="reference")
-        one = compare(given, events=60)
-        other = compare(self.chain, self.drive, seed=3, start=start, events=60)
-        assert told(one) == told(other)
-        for changed in ({"start": start}, {"seed": 3}):
-            assert told(compare(self.chain, self.drive, events=60, **changed)) != told(one)
-
-    @pytest.mark.parametrize("name", ["drive", "seed", "start"])
-    def test_an_experiment_takes_no_other_drive_seed_or_start(self, name: str) -> None:
-        given = {"drive": self.drive, "seed": 0, "start": State.relaxed(self.chain)}
-        with pytest.raises(InputError) as refused:
-            compare(Experiment.of(self.chain, self.drive), **{name: given[name]})
-        assert refused.value.field == name
-
-    @pytest.mark.parametrize("missing", ["chain", "drive"])
-    def test_a_chain_needs_a_drive(self, missing: str) -> None:
-        given = {"chain": self.chain, "drive": self.drive} | {missing: None}
-        with pytest.raises(InputError) as refused:
-            compare(given["chain"], given["drive"])
-        assert refused.value.field == missing
+def before(place: int) -> int:
+    return sum(len(one.events) for one in own().log[:place])
 
 
-def test_a_rearrangement_too_many_is_off_by_the_load_that_the_target_lacks() -> None:
-    chain, reach = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"), Fraction("0.001")
-    verlet = compare(chain, Cycles(reach, 3), dt="0.3", events=40).contestants[1]
-    assert verlet.own is not None
-    assert verlet.known is not None
-    assert verlet.tie is not None
-    assert (verlet.own.half_cycle, verlet.known.half_cycle, verlet.own.number) == (3, 4, 0)
-    assert (verlet.tie.condition, verlet.tie.time) == ("load", None)
-    lacking = Fraction(verlet.tie.margin) / chain.l0
-    short, enough = (
-        creep(chain, ThetaPath([reach, -reach, reach + lacking * (1 + beside)]), solver="certified")
-        for beside in (-Fraction(1, 10**6), Fraction(1, 10**6))
+def cut(whole: Trajectory, targets: int, events: int, *, ended: bool = False) -> Trajectory:
+    """Return a trajectory that has so many targets and events and no more."""
+    log: list[LoggedRearrangement] = []
+    for one in whole.log:
+        kept = one.events[: max(events, 0)]
+        events -= len(one.events)
+        if kept:
+            log.append(one._replace(events=kept))
+    return replace(whole, log=log, x=whole.x[:targets], ended=ended)
+
+
+class TestAgreement:
+    def test_good_trajectories_agree_in_all_events_and_to_rounding_at_every_rest(self) -> None:
+        found = agree(own(), known())
+        assert not found.differs
+        assert found.agreed == len(known().events) == before(len(own().log)) > 50
+        assert found.compared == found.errors.size == known().reached == 3
+        assert 0 < found.errors.max() < 1e-13
+        assert (known().evidence, own().evidence) == (Evidence.PROVED, Evidence.COMPUTED)
+
+    @pytest.mark.parametrize("slider", [0, 1, 2])
+    def test_a_wrong_position_is_found_at_its_rest(self, slider: int) -> None:
+        x = own().x.copy()
+        x[1, slider] += 1e-9
+        errors = agree(replace(own(), x=x), known()).errors
+        assert errors[1] == pytest.approx(1e-9, rel=1e-4, abs=0)
+        assert np.delete(errors, 1).max() < 1e-13
+
+    @pytest.mark.parametrize(
+        ("sabotage", "agreed"),
+        [
+            (lambda events: events[1:], 0),
+            (lambda events: [events[0], *events[2:]], 1),
+            (lambda events: events[::-1], 0),
+            (lambda events: [*events, events[0]], None),
+            (lambda events: [replace(events[0], signs=(-events[0].signs[0],)), *events[1:]], 0),
+            (lambda events: [replace(events[0], sliders=(2,)), *events[1:]], 0),
+        ],
+        ids=["first missing", "second missing", "reversed", "one too many", "turned", "other"],
     )
-    assert enough.rearrangements == short.rearrangements + 1 == verlet.own.rearrangement + 1
+    def test_an_event_that_differs_is_found_where_it_is(
+        self, sabotage: Any, agreed: int | None
+    ) -> None:
+        found = agree(with_events(sabotage, middle()), known())
+        shared = len(own().log[middle()].events) if agreed is None else agreed
+        assert found.agreed == before(middle()) + shared
+        assert found.known == known().events[found.agreed]
+        assert found.own is not None
+        assert found.own.signature != found.known.signature
+        assert (found.compared, found.errors.size) == (1, 3)
+
+    def test_the_time_of_an_event_is_no_difference(self) -> None:
+        late = with_events(lambda events: [replace(e, time=2 * e.time) for e in events], middle())
+        assert not agree(late, known()).differs
+
+    @pytest.mark.parametrize("turn", [False, True], ids=["own", "known"])
+    def test_the_last_event_missing_is_found(self, turn: bool) -> None:
+        short, whole = with_events(lambda events: events[:-1], len(own().log) - 1), known()
+        found = agree(whole, short) if turn else agree(short, whole)
+        assert found.agreed == len(known().events) - 1
+        silent, telling = (found.known, found.own) if turn else (found.own, found.known)
+        assert (silent, telling) == (None, known().events[-1])
+
+    @pytest.mark.parametrize("turn", [False, True], ids=["own", "known"])
+    def test_what_was_cut_short_has_not_come_to_is_no_difference(self, turn: bool) -> None:
+        events = before(middle()) + 1
+        short = cut(own(), 1, events)
+        found = agree(known(), short) if turn else agree(short, known())
+        assert not found.differs
+        assert (found.agreed, found.compared, found.errors.size) == (events, 1, 1)
+
+    def test_what_ended_by_itself_misses_the_events_up_to_a_target_that_the_other_reached(
+        self,
+    ) -> None:
+        events = before(middle()) + 1
+        gave_up = cut(own(), 1, events, ended=True)
+        found = agree(gave_up, known())
+        assert (found.agreed, found.own, found.known) == (events, None, known().events[events])
+        # the other one does not reach it, either: a runaway of which each has seen enough
+        assert not agree(gave_up, cut(known(), 1, events + 1, ended=True)).differs
+        assert not agree(gave_up, cut(known(), 1, events + 1)).differs
+
+    def test_limits_cut_a_trajectory_short_and_change_nothing_before(self) -> None:
+        for most in (1, 10, 33):
+            short = trajectory(Method("exact"), EXPERIMENT, 3, limits=Limits(most))
+            assert most <= len(short.events) < most + 3
+            assert short.events == own().events[: len(short.events)]
+            assert np.array_equal(short.x, own().x[: short.reached])
+
+    def test_distances_are_exact_and_rounded_once(self) -> None:
+        third = Fraction(1, 3)
+        assert apart([third, 1.0], [third + Fraction(1, 10**40), 1]) == 1e-40
+        with pytest.raises(ValueError, match="zip"):
+            apart([1.0], [1.0, 2.0])
+
+    def test_targets_between_rearrangements_change_no_event(self) -> None:
+        path, ends = drive_with_rests(EXPERIMENT, 1000)
+        broken = trajectory(Method("exact"), replace(EXPERIMENT, drive=path), path.half_cycles)
+        assert [one.itinerary for one in broken.log] == [one.itinerary for one in own().log]
+        assert broken.reached == len(ends) == len(own().log) > 15
+        assert [ends[one.half_cycle - 1] for one in broken.log] == [
+            one.half_cycle for one in own().log
+        ]
+
+
+SEEDS = (4, 5, 6, 7, 8, 9)
+GIVEN = Experiment.of(CHAIN, Cycles("0.01", 12))
+TRUTH = Method("certified", digits=20)
+
+
+@cache
+def data() -> xr.Dataset:
+    return compare(GIVEN, truth=TRUTH, seeds=SEEDS, events=120)
+
+
+def of(name: str) -> xr.Dataset:
+    return data().loc[{"method": name}]
+
+
+def test_every_method_and_seed_is_the_agreement_of_its_trajectory() -> None:
+    member = replace(GIVEN, seed=6)
+    path, _ = drive_with_rests(member, 120)
+    broken = replace(member, drive=path)
+    truth = trajectory(TRUTH, broken, path.half_cycles, enough=120)
+    for method in ladder(CHAIN)[2:-1]:
+        most = Limits(2 * len(truth.events) + 100)
+        found = agree(trajectory(method, broken, truth.reached, limits=most), truth)
+        there = of(method.label).loc[{"seed": 6}]
+        errors = there.errors.values[~np.isnan(there.errors.values)]
+        assert (there.agreed, there.differs, there.rests) == (
+            found.agreed, found.differs, found.compared,
+        )  # fmt: skip
+        assert errors.tolist() == found.errors.tolist()
+        assert there.error == found.errors[: found.compared].max()
+        assert (there.own_event == there.true_event) == (not found.differs)
+    assert data().truth_evidence.values.tolist() == ["proved"] * len(SEEDS)
+
+
+def test_velocities_are_those_of_creep_with_its_burn_in() -> None:
+    for method in ladder(CHAIN):
+        if method.solver == "certified":
+            continue
+        for seed in SEEDS[:2]:
+            there = of(method.label).loc[{"seed": seed}]
+            run, exact = (
+                creep(CHAIN, GIVEN.drive, seed=seed, solver=one.solver, record=(), **one.options)
+                for one in (method, Method("exact"))
+            )
+            assert (there.velocity, there.half_cycles) == (run.velocity, 24)
+            assert there.bias == run.velocity - exact.velocity
+
+
+def test_exact_never_parts_and_located_events_part_later() -> None:
+    rows = table(data())
+    assert (rows.parted["exact"], rows.agreed["exact"], rows.bias["exact"]) == (0, math.inf, 0)
+    assert rows.error["exact"] < 1e-12 < rows.error["verlet, dt = 0.01, located"]
+    verlet, locate = (data()[name].values for name in ("dt", "locate"))
+    plain, located = (rows.parted[(verlet > 0) & (locate == way)].sum() for way in (False, True))
+    assert plain > located
+    assert math.isnan(rows.agreed["sliding"])
+    assert rows.error["sliding"] > 0.01
+
+
+def test_the_fitted_order_is_two_with_located_events_and_less_without() -> None:
+    plain, located = (order(data(), locate=locate) for locate in (False, True))
+    assert located.lower < 2 < located.upper
+    assert located.upper - located.lower < 0.6
+    assert plain.upper < located.lower
+
+
+def made(steps: dict[str, list[list[float]]], **variables: Any) -> xr.Dataset:
+    """Return a dataset of located Verlet with these errors, by time step, seed and rest."""
+    longest = max(len(row) for rows in steps.values() for row in rows)
+    errors = [[row + [math.nan] * (longest - len(row)) for row in rows] for rows in steps.values()]
+    rests = [[len(row) for row in rows] for rows in steps.values()]
+    dims = "method", "seed"
+    return xr.Dataset(
+        {"errors": ((*dims, "rest"), errors), "rests": (dims, rests)}
+        | {name: (dims, values) for name, values in variables.items()},
+        {"method": [*steps], "dt": ("method", [float(dt) for dt in steps]),
+         "locate": ("method", [True] * len(steps)), "rest": np.arange(longest)},
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("slope", [1.0, 2.5])
+def test_errors_that_are_a_power_of_the_step_have_that_order(slope: float) -> None:
+    """Also where a coarse step parts so early that it has fewer rests, and one seed has none."""
+    rests = {"0.2": 2, "0.1": 5, "0.03": 9}
+    whole = made({
+        dt: [[(1 + seed) * (1 + k) * float(dt) ** slope for k in range(rests[dt])]
+             for seed in range(3)] + [[]]
+        for dt in rests
+    })  # fmt: skip
+    assert order(whole, locate=True) == pytest.approx((slope, slope, slope), rel=1e-12, abs=0)
+    assert math.isnan(order(whole, locate=False).value)
+
+
+def test_rates_quartiles_and_biases_of_known_numbers() -> None:
+    known = made(
+        {"0.1": [[1.0, 3.0], [2.0], [5.0], []]},
+        agreed=[[10.0, 20, 30, 40]], differs=[[True, True, False, True]],
+        error=[[3.0, 2, 5, math.nan]], velocity=[[1.0, 2, 3, 4]], bias=[[0.0, 1, 2, 3]],
+    )  # fmt: skip
+    found = {name: part.values[0].tolist() for name, part in spread(known).items()}
+    assert found["agreed"] == [20, 10, 40]  # the third, of 30 events, never parted
+    # a Poisson count of 3 lies between .6187 and 8.7673 (F. Garwood, Biometrika 28, 437 (1936))
+    assert np.multiply(100, found["rate"]) == pytest.approx((3, 0.6187, 8.7673), abs=1e-4)
+    assert found["error"][0] == 3
+    assert found["bias"][0] == pytest.approx(1.5, rel=1e-15)
+    assert interval_of_mean([1, 2, 3]) == pytest.approx((2, 2 - 2.48414, 2 + 2.48414), rel=1e-5)
+    assert all(math.isnan(part) for part in interval_of_mean([1]))
+    assert 30 * rate_of(0, 30).upper == pytest.approx(3.6889, abs=1e-4)
+
+
+def test_the_advice_names_a_step_and_the_quantity() -> None:
+    said = advice(data())
+    assert said.startswith("For trajectories take exact")
+    assert f"all {int(data().events.sum())} events" in said
+    assert "mean velocity" in said
+    assert any(f"dt = {dt}" in said for dt in TIME_STEPS)
+    wrong = data().copy(deep=True)
+    wrong.differs[:] = True
+    assert "trajectories" not in advice(wrong)
+
+
+def test_without_slips_the_sliding_limit_is_all_there_is() -> None:
+    slides = Experiment.of(Chain(3, 1000, "0.5", "0.5", tan_alpha="0.25"), Cycles("0.01", 4))
+    found = compare(slides, events=5)
+    assert found.method.values.tolist() == ["sliding"]
+    assert (found.error.item(), found.rests.item()) == (0.0, 5)
+    assert advice(found).startswith("Take sliding")
 
 
 def test_a_runaway_is_compared_until_the_last_rest_before_it() -> None:
     steep = Chain(3, 1000, "0.5", "0.6", "0.05", tan_alpha="0.53")
-    found = compare(steep, Cycles("0.0003", 30), seed=3)
-    assert (found.rearrangements, found.events) == (1, 2)
-    for standing in found.contestants:
-        assert not standing.differs
-        assert (standing.agreed, standing.compared) == (2, 1)
-        assert standing.creep.outcome is Outcome.RUNAWAY
+    found = compare(Experiment.of(steep, Cycles("0.0003", 30), seed=3), seeds=1)
+    assert not found.differs.any()
+    assert set(found.agreed.values[found.solver != "certified"].ravel()) == {2}
+    assert set(found.rests.values.ravel()) == {1}
+    assert found.outcome.values[0] == "runaway"
 
 
-def test_a_chain_that_never_slips_cannot_be_compared() -> None:
-    chain = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25")
-    with pytest.raises(InputError, match="slips"):
-        compare(Experiment.of(chain, Cycles("0.00001", 2)))
+def test_half_cycles_are_as_many_for_all_where_a_run_is_too_long() -> None:
+    long, methods = replace(GIVEN, drive=Cycles("0.01", 10**5)), ladder(CHAIN, ["0.1"])[::2]
+    found = compare(long, methods, seeds=1, events=20)
+    assert len(set(found.half_cycles.values.ravel())) == 1
+    assert 100 < found.half_cycles.values[0, 0] < 2 * 10**5
+    assert abs(float(found.bias[1, 0])) < 0.1 * abs(float(found.velocity[0, 0]))
 
 
-@pytest.mark.parametrize("option", ["dt", "digits", "events"])
-def test_an_option_out_of_range_is_refused(option: str) -> None:
-    with pytest.raises(InputError, match=option):
-        compare(six(), **{option: 0})
+@pytest.mark.parametrize(
+    ("changed", "field"),
+    [
+        ({"seeds": [3, 3]}, "seeds"),
+        ({"seeds": [3, -1]}, "seed"),
+        ({"seeds": "many"}, "seeds"),
+        ({"seeds": []}, "seeds"),
+        ({"events": 0}, "events"),
+        ({"methods": []}, "methods"),
+        ({"methods": ["exact"]}, "methods"),
+        ({"methods": [Method("exact")] * 2}, "methods"),
+        ({"methods": [Method("verlet", dt="0")]}, "dt"),
+        ({"truth": Method("certified", digits=0)}, "digits"),
+        ({"experiment": CHAIN}, "experiment"),
+        ({"experiment": Experiment.of(CHAIN, Cycles("0.00001", 2))}, "scene"),
+    ],
+)
+def test_an_argument_out_of_range_is_refused(changed: dict[str, Any], field: str) -> None:
+    with pytest.raises(InputError) as refused:
+        compare(**{"experiment": GIVEN} | changed)
+    assert refused.value.field == field
 
 
-def test_the_picture_is_drawn(tmp_path: Path) -> None:
-    draw_comparison(found(), tmp_path / "parting.png", title="Six sliders")
-    assert (tmp_path / "parting.png").stat().st_size > 20_000
+def test_seeds_that_change_nothing_are_refused_and_random_dilations_need_no_disorder() -> None:
+    ordered = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    with pytest.raises(InputError, match="all runs are the same"):
+        compare(Experiment.of(ordered, Cycles("0.01", 2)), seeds=3)
+    given = Experiment.of(ordered, GaussianSteps("0.01", 4))
+    random = compare(given, [Method("exact")], seeds=[7, 2], events=10)
+    assert random.seed.values.tolist() == [7, 2]
+    assert random.velocity.values[0, 0] != random.velocity.values[0, 1]
 
 
-def test_the_command_prints_one_object(capsys: pytest.CaptureFixture[str]) -> None:
-    words = (
-        "compare six-sliders-cycles --set drive.cycles=2 --events 100 --digits 20 --dt 0.05 --json"
+def test_a_start_of_its_own_is_compared() -> None:
+    start = State.prepared(CHAIN, [Fraction(1, 8), 0], seed=3)
+    relaxed, prepared = (
+        compare(Experiment.of(CHAIN, DRIVE, seed=3, start=given), [Method("exact")], seeds=1)
+        for given in (None, start)
     )
-    assert cli.status(words.split()) == 0
-    out = json.loads(capsys.readouterr().out)
-    assert out["certified"]["evidence"] == "proved"
-    exact, verlet = out["contestants"]
-    assert exact["first_difference"] is None
-    assert exact["events_agreed"] == out["certified"]["events"]
-    assert verlet["first_difference"]["tie"]["margin"] >= 0
-    assert verlet["options"] == {"dt": "0.05"}
+    assert not prepared.differs.any()
+    assert prepared.velocity != relaxed.velocity
 
 
-def test_the_audit_command_tells_a_good_run_from_a_bad_one(
+def test_the_command_answers_without_options_and_its_json_holds_the_dataset(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for solver, status in (("exact", 0), ("verlet", 1)):
-        path = str(tmp_path / f"{solver}.nc")
-        words = "run six-sliders-cycles --set drive.cycles=1 --set drive.amplitude=0.002"
-        run = [*words.split(), "--solver", solver, "--record", "events", "--out", path]
-        assert cli.status(run) == 0
-        capsys.readouterr()
-        assert cli.status(["audit", path, "--json"]) == status
-        assert json.loads(capsys.readouterr().out)["passed"] is (status == 0)
+    words = ["compare", "two-sliders-cycles", "--set", "drive.cycles=3", "--events", "20"]
+    picture, file = tmp_path / "compared.png", tmp_path / "compared.nc"
+    assert cli.status([*words, "--json", "--plot", str(picture), "--seeds", "3,1"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert [row["seed"] for row in told["rows"][:2]] == [3, 1]
+    assert told["rows"][0]["method"] == "exact"
+    assert {"advice", "orders", "intervals", "truth"} <= told.keys()
+    assert picture.stat().st_size > 20_000
+    assert cli.status([*words, "--out", str(file)]) == 0
+    printed = capsys.readouterr().out
+    assert "verlet 0.01 loc." in printed
+    assert "…" not in printed
+    with xr.open_dataset(file, engine="h5netcdf") as kept:
+        assert kept.errors.dims == ("method", "seed", "rest")
+
+
+@pytest.mark.parametrize("name", ["tradeoff", "envelope"])
+def test_the_old_names_name_the_new_one(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.status([name, "six-sliders-cycles", "--budget", "60", "--quick"]) == 2
+    assert "compare" in capsys.readouterr().err

@@ -31,7 +31,7 @@ from exactcreep.quasistatic.result import Creep, read_members
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.audits.claims import check_order, check_tables, compare_end, follow
 from exactcreep.studies.audits.motion import Auditor, EnoughFindings, Finding, exact
-from exactcreep.studies.eventlog import rearrangements
+from exactcreep.studies.trajectory import rearrangements
 
 _NOT_WHOLE = (ArithmeticError, LookupError, TypeError, ValueError)  # what damaged logs raise
 _EXTRA_BITS = 64  # of the replay beyond those of the log

@@ -36,7 +36,7 @@ from exactcreep.solvers.tables import (
     rows_of,
 )
 from exactcreep.studies.audits.motion import ACCURACY, ROUNDING, Auditor, exact
-from exactcreep.studies.eventlog import LoggedRearrangement
+from exactcreep.studies.trajectory import LoggedRearrangement
 
 Columns = Mapping[str, NDArray[Any]]
 

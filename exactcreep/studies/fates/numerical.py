@@ -25,8 +25,8 @@ from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.solvers.exact.recurrence import MOST_PERIOD, PATIENCE, Recurrence
-from exactcreep.studies.eventlog import rearrangements
 from exactcreep.studies.fates.result import Fate, Period
+from exactcreep.studies.trajectory import rearrangements
 
 _SAYING = 0.1  # seconds between two reports of progress
 _STEADY = 0.9  # how steadily the inverse root of the changes has to grow

@@ -48,8 +48,8 @@ from exactcreep.solvers.exact.recurrence import NO_ADVANCE
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import TangentSimulation
 from exactcreep.solvers.solver import Start, advance
-from exactcreep.studies.eventlog import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.trajectory import LoggedRearrangement, rearrangements
 
 HalfCycle = tuple[Itinerary, ...]
 """The itineraries of the rearrangements of one half-cycle."""

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from exactcreep import Cycles, Evidence, Outcome, creep, fate, threshold
-from exactcreep.studies.eventlog import rearrangements
 from exactcreep.studies.fates import proof as fate_proof
 from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.trajectory import rearrangements
 from tests.oracle.rearrangement import integrate
 from tests.paper import captions
 

@@ -1,0 +1,324 @@
+"""The trajectory of a chain, event by event, and how far two of them agree.
+
+A `Method` follows the drive of an experiment and leaves a `Trajectory`: its events, and where the
+sliders rest at every target. `agree` says how far two trajectories are the same. What one of them
+has not come to is no difference: a trajectory that was cut short is silent about what comes later.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cached_property
+from itertools import groupby, pairwise, zip_longest
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.limits import NO_LIMITS, Limits, Stop
+from exactcreep.model.contacts import Event, Itinerary
+from exactcreep.model.drive import Path
+from exactcreep.model.enclosure import enclosure
+from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.outcome import Evidence
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.registry import solver_named
+from exactcreep.solvers.solver import Simulation, Solver, advance
+from exactcreep.solvers.tables import joined, logged_events
+
+MOST_EVENTS = 100_000
+"""Certified events that may be compared: some minutes of the certified solver."""
+_WORDS = {"dt": "dt = {}", "locate": "located", "digits": "{} digits"}
+
+
+class LoggedRearrangement(NamedTuple):
+    """One rearrangement of a run: the target on whose ramp it happened, from 1, and theta_c.
+
+    The residuals of its events are not recorded, and zero.
+    """
+
+    half_cycle: int
+    theta: Any
+    events: tuple[Event, ...]
+
+    @property
+    def itinerary(self) -> Itinerary:
+        """What happened, without when."""
+        return tuple(event.signature for event in self.events)
+
+
+class LoggedEvent(NamedTuple):
+    """One event of a run, and its place: from 1, from 0, and from 0 within its rearrangement."""
+
+    half_cycle: int
+    rearrangement: int
+    number: int
+    event: Event
+
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Where and what, without when."""
+        return (*self[:3], *self.event.signature)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the event by names, ready for JSON."""
+        kind, sliders, signs = self.event.signature
+        time = float(self.event.time)
+        what = {"kind": kind, "sliders": list(sliders), "signs": list(signs), "time": time}
+        return dict(zip(self._fields[:3], self[:3], strict=True)) | what
+
+
+def rearrangements(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
+    """Return the rearrangements that the recorded ``event_...`` columns hold.
+
+    Raises
+    ------
+    InputError
+        If no events were recorded.
+    """
+    if "event_time" not in recorded:
+        raise InputError("record", list(recorded), "must include events")
+    out: list[LoggedRearrangement] = []
+    for _, group in groupby(logged_events(recorded), key=lambda pair: pair[0].rearrangement):
+        rows, events = zip(*group, strict=True)
+        out.append(LoggedRearrangement(rows[0].half_cycle, rows[0].theta, events))
+    return out
+
+
+def numbered(log: Sequence[LoggedRearrangement]) -> list[LoggedEvent]:
+    """Return all events of a run in order, with their places."""
+    return [
+        LoggedEvent(rearrangement.half_cycle, r, j, event)
+        for r, rearrangement in enumerate(log)
+        for j, event in enumerate(rearrangement.events)
+    ]
+
+
+def first_difference(
+    own: Sequence[LoggedEvent], other: Sequence[LoggedEvent]
+) -> tuple[int, LoggedEvent | None, LoggedEvent | None] | None:
+    """Return how many events two runs share, and the first that differ (None: no more events).
+
+    None if the runs have the same events.
+    """
+    for i, (a, b) in enumerate(zip_longest(own, other)):
+        if a is None or b is None or a.signature != b.signature:
+            return i, a, b
+    return None
+
+
+@dataclass(frozen=True, init=False)
+class Method:
+    """A solver with its options.
+
+    Parameters
+    ----------
+    solver : str
+        A name of `exactcreep.solvers.registry.SOLVERS`.
+    **options
+        The solver's own.
+
+    Examples
+    --------
+    >>> from exactcreep import Method
+    >>> Method("verlet", dt="0.01", locate=True).label
+    'verlet, dt = 0.01, located'
+    """
+
+    solver: str
+    options: Mapping[str, Any]
+
+    def __init__(self, solver: str, **options: Any) -> None:
+        vars(self).update(solver=solver, options=options)
+
+    @property
+    def label(self) -> str:
+        """How it is called in tables and pictures."""
+        given = {name: self.options.get(name) for name in _WORDS}
+        words = [_WORDS[name].format(value) for name, value in given.items() if value]
+        return ", ".join([self.solver, *words])
+
+    def algorithm(self) -> Solver:
+        """Return the solver; options out of range raise `InputError`."""
+        return solver_named(self.solver, dict(self.options))
+
+    def simulation(self, experiment: Experiment, record: tuple[str, ...] = ()) -> Simulation:
+        """Return the solver at the start of an experiment, whose own solver plays no part."""
+        chain, start = experiment.chain, experiment.initial
+        return self.algorithm().simulation(chain, start, experiment.seed, record)
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """What a solver did: its events, and where the sliders rested at the end of every target.
+
+    Attributes
+    ----------
+    log : list of LoggedRearrangement
+    x : ndarray, shape (targets, n)
+        Displacements at each target that was reached, unit ``g tau_dyn**2``.
+    ended : bool
+        Whether it proved a runaway or gave up by itself, so that it has nothing more to say; a
+        trajectory that was cut short might have gone on.
+    evidence : Evidence
+    """
+
+    log: list[LoggedRearrangement]
+    x: NDArray[Any]
+    ended: bool
+    evidence: Evidence
+
+    @property
+    def reached(self) -> int:
+        """How many targets were reached."""
+        return len(self.x)
+
+    @cached_property
+    def events(self) -> list[LoggedEvent]:
+        """All events in order, with their places."""
+        return numbered(self.log)
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """How far a trajectory agrees with the one that is known.
+
+    Attributes
+    ----------
+    agreed : int
+        Events before the first that differs, or all that both have.
+    own, known : LoggedEvent or None
+        The first events that differ; one of them None: it has no further event there; both: no
+        event differs.
+    compared : int
+        Rests before the first event that differs.
+    errors : ndarray, shape (rests,)
+        Largest difference of a displacement, at every rest that both reached.
+    """
+
+    agreed: int
+    own: LoggedEvent | None
+    known: LoggedEvent | None
+    compared: int
+    errors: NDArray[np.float64]
+
+    @property
+    def differs(self) -> bool:
+        """Whether an event differs."""
+        return self.own is not None or self.known is not None
+
+
+def agree(own: Trajectory, known: Trajectory) -> Agreement:
+    """Return which events of two trajectories are the same, and how far apart their rests are.
+
+    Events are the same if their places, kinds, sliders and directions are. An event is missing
+    from a trajectory that has reached the target on whose way it happened, or that ended by itself
+    while the other one reached that target; what a trajectory that was cut short has not come to,
+    is not.
+    """
+    shared = min(len(own.events), len(known.events))
+    agreed, mine, other = first_difference(own.events, known.events) or (shared, None, None)
+    for event, silent, telling in ((mine, known, own), (other, own, known)):
+        if event is not None and None in (mine, other):
+            last = max(telling.reached * silent.ended, silent.reached)
+            if event.half_cycle > last:
+                mine = other = None
+    size = min(own.reached, known.reached)
+    compared = min([size, *(event.half_cycle - 1 for event in (mine, other) if event is not None)])
+    pairs = zip(own.x[:size], known.x[:size], strict=True)
+    errors = np.array([apart(ours, theirs) for ours, theirs in pairs])
+    return Agreement(agreed, mine, other, compared, errors)
+
+
+def apart(own: Sequence[Any] | NDArray[Any], other: Sequence[Any] | NDArray[Any]) -> float:
+    """Return the largest difference of two lists of numbers, exactly and then rounded; nan of none.
+
+    Of numbers with a radius, it is that of their middles.
+    """
+    pairs = zip(own, other, strict=True)
+    gaps = [abs(enclosure(a).middle - enclosure(b).middle) for a, b in pairs]
+    return nearest_float(max(gaps)) if gaps else math.nan
+
+
+def trajectory(
+    method: Method,
+    experiment: Experiment,
+    until: int,
+    *,
+    enough: float = math.inf,
+    limits: Limits = NO_LIMITS,
+    record: tuple[str, ...] = ("x", "events"),
+    say: Callable[[int], None] | None = None,
+) -> Trajectory:
+    """Return what a solver makes of an experiment's drive up to target `until`, from 1.
+
+    Parameters
+    ----------
+    enough : int, optional
+        Events after which no further target is begun.
+    limits : Limits
+        The trajectory is cut short where they are used up, between two events.
+    record : tuple of str
+        ``x``, and ``events`` if the solver has any.
+    say : callable, optional
+        Called with the number of events, target by target.
+    """
+    simulation = method.simulation(experiment, record)
+    parts: list[Mapping[str, NDArray[Any]]] = []
+    reached, stop = 0, Stop.DONE
+    while reached < until and stop is Stop.DONE and simulation.tally.events < enough:
+        left = limits.after(simulation.tally.events)
+        stretch = advance(simulation, experiment.drive, reached + 1, left, done=reached)
+        parts.append(stretch.recorded)
+        reached, stop = reached + stretch.completed, stretch.stop
+        if say is not None:
+            say(simulation.tally.events)
+    columns = joined(parts)
+    log = rearrangements(columns) if parts and "events" in record else []
+    x = columns.get("x", np.empty((reached, 0)))
+    return Trajectory(log, x, stop.final, simulation.evidence)
+
+
+def beyond(events: int) -> int:
+    """Return after how many events a run that need not be longer than `events` is cut short."""
+    return 2 * events + 100
+
+
+def drive_with_rests(experiment: Experiment, events: int) -> tuple[Path, list[int]]:
+    """Return the drive with a target between any two rearrangements, as far as is needed.
+
+    These targets change nothing, but let positions be compared after each rearrangement. With them
+    the half-cycle that each one belongs to.
+
+    Raises
+    ------
+    InputError
+        If no slider ever slips.
+    """
+    drive, seed = experiment.drive, experiment.seed
+    simulation = Method("exact").simulation(experiment, ("events",))
+    theta: list[Fraction] = []
+    ends: list[int] = []
+    for q in range(1, drive.half_cycles + 1):
+        loads: list[float] = []  # theta_c of the rearrangements of this half-cycle
+        for most in (beyond(events), beyond(MOST_EVENTS)):  # the latter of the very first alone
+            left = Limits(most).after(simulation.tally.events)
+            stretch = advance(simulation, drive, q, left, done=q - 1)
+            loads += [float(each.theta) for each in rearrangements(stretch.recorded)]
+            if stretch.stop is not Stop.BUDGET or theta or len(set(loads)) > 1:
+                break
+        between = [(Fraction(a) + Fraction(b)) / 2 for a, b in pairwise(loads) if a != b]
+        theta += between
+        ends += [q] * len(between)
+        if stretch.stop is Stop.BUDGET and theta:
+            break  # a half-cycle may have more events than memory holds
+        theta.append(drive.exact_target(q, seed))
+        ends.append(q)
+        if stretch.stop is not Stop.DONE or simulation.tally.events >= events:
+            break
+    if simulation.tally.events == 0:
+        raise InputError("scene", "no events", "must drive the chain so far that a slider slips")
+    return Path(theta), ends

@@ -1,0 +1,137 @@
+"""At every extreme of the model a solver is right, or says by itself that it may not be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from fractions import Fraction
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from exactcreep import (
+    Chain,
+    Creep,
+    Cycles,
+    Experiment,
+    InputError,
+    Method,
+    Outcome,
+    Path,
+    State,
+    compare,
+    creep,
+)
+from exactcreep.model.numbers import nearest_float
+from exactcreep.solvers.exact.solver import Exact
+from tests.extremes.hard_experiments import SEED, chain_of, hard_experiments, remainder_error
+
+pytestmark = [
+    pytest.mark.xdist_group("extremes"),
+    pytest.mark.filterwarnings("ignore::exactcreep.quasistatic.creep.PhysicsWarning"),
+]
+HARD = hard_experiments()
+ENDLESS = {"mu_d = 0, tan_alpha = 0.05"} | {
+    f"tan_alpha = mu_d + 0.05, sigma_mu = {sigma}" for sigma in ("0", "0.01")
+}
+METHODS = [Method("exact"), Method("reference"), Method("mpmath", digits=30),
+           Method("verlet", dt="0.01")]  # fmt: skip
+EVENTS = 400
+ROUNDING = 32 * 2.0**-52
+"""What float64 may be off at a rest, over the largest force, for each event: errors add up."""
+@cache
+def held(name: str) -> xr.Dataset:
+    return compare(HARD[name], METHODS, seeds=1, events=EVENTS)
+
+
+def largest_force(chain: Chain) -> float:
+    force = nearest_float((chain.mu_s + abs(chain.tan_alpha)) * Fraction(chain.cos_alpha))
+    return force + 10 * nearest_float(chain.sigma_mu)
+
+
+@pytest.mark.parametrize("name", sorted(HARD.keys() - ENDLESS - {"N = 1000"}))
+def test_no_event_is_wrong_unless_the_solver_calls_itself_undecided(name: str) -> None:
+    data, chain = held(name), HARD[name].chain
+    assert data.truth_evidence.item() == "proved"
+    for place, method in enumerate(METHODS[:3]):
+        own = data.isel(method=place, seed=0)
+        if own.differs:  # 1e-15 is below the last place of a force of order one
+            assert (own.evidence, name) == ("undecided", "tan_alpha = 1e-15, sigma_mu = 0")
+            continue
+        assert own.rests == np.isfinite(own.errors).sum() > 0
+        each = 1e-28 if method.solver == "mpmath" else ROUNDING
+        assert own.error <= (1 + int(own.agreed)) * each * largest_force(chain), method.label
+
+
+@pytest.mark.parametrize("name", sorted(ENDLESS))
+def test_what_never_comes_to_rest_is_refused(name: str) -> None:
+    with pytest.raises(InputError, match="must come to rest once"):
+        compare(HARD[name], METHODS, seeds=1, events=EVENTS)
+
+
+def test_verlet_is_off_by_its_step_and_by_no_rounding() -> None:
+    errors = {n: held(f"N = {n}").isel(method=3, seed=0).error.item() for n in (2, 3)}
+    assert 1e-7 < errors[2] < 1e-4  # lone slips: of second order in dt = 0.01
+    assert 1e-5 < errors[3] < 1e-1  # several sliders: of first order
+
+
+def test_a_wrong_coefficient_of_friction_would_be_seen(monkeypatch: pytest.MonkeyPatch) -> None:
+    honest = Exact.simulation_from
+
+    def other(self: Exact, start: Any, record: Any) -> Any:
+        chain = replace(start.chain, mu_d=start.chain.mu_d * (1 + Fraction(1, 10**9)))
+        return honest(self, replace(start, chain=chain), record)
+
+    monkeypatch.setattr(Exact, "simulation_from", other)
+    own = compare(HARD["N = 3"], METHODS[:1], seeds=1, events=EVENTS).isel(method=0, seed=0)
+    assert own.differs or own.error > 1e-11
+
+
+def test_the_ends_of_a_long_chain_move_like_those_of_a_short_one() -> None:
+    for n in (1000, 100_000):
+        long, short = (chain_of(k, sigma_mu=0) for k in (n, 30))
+        drive = Cycles(Fraction(2) / long.l0, 2)
+        result = creep(long, drive, record=())
+        proved = creep(short, drive, record=(), solver="certified", digits=20).state.displacements
+        moved, half = result.state.displacements.tolist(), 15
+        assert not any(moved[half:-half])
+        assert np.allclose(moved[:half] + moved[-half:], [float(x) for x in proved.tolist()],
+                           rtol=0, atol=1e-12)  # fmt: skip
+
+
+def test_a_jump_of_a_hundred_thousand_slips_keeps_the_remainder() -> None:
+    chain = chain_of(2, "1e15", sigma_mu=0)
+    jump = Path([Fraction(10**5) * Fraction(chain.excess) * 2 / chain.l0])
+    start = State.prepared(chain, [Fraction(1, 32)], seed=SEED)
+    result = creep(chain, jump, start=start)
+    assert result.slip_count > 99_000
+    assert remainder_error(result) < 1e-12
+
+
+@pytest.mark.parametrize("amplitude", ["1e-15", "1e-300", "0"])
+def test_a_chain_that_is_not_driven_never_moves(amplitude: str) -> None:
+    result: Creep = creep(chain_of(5), Cycles(amplitude, 1000))
+    assert result.outcome is Outcome.AT_REST
+    assert (result.event_count, result.x_G, result.velocity) == (0, 0.0, 0.0)
+
+
+def test_repeated_targets_change_no_bit() -> None:
+    once = ["0.001", "0.002", "-0.001", "0.0005"]
+    often = [theta for theta in once for _ in range(7)]
+    one, other = (creep(chain_of(4), Path(theta), seed=4) for theta in (once, often))
+    assert np.array_equal(one.state.displacements, other.state.displacements)
+    assert one.event_count == other.event_count > 20
+
+
+@pytest.mark.slow
+def test_a_thousand_sliders_are_right_too() -> None:
+    own = compare(HARD["N = 1000"], METHODS[:1], seeds=1, events=EVENTS).isel(method=0, seed=0)
+    assert not own.differs
+    assert own.error < 1e-13
+
+
+def test_there_are_fifty_of_them() -> None:
+    assert len(HARD) >= 50
+    assert all(isinstance(experiment, Experiment) for experiment in HARD.values())
