@@ -12,10 +12,10 @@ from random import Random
 
 import sympy as sp
 
+from derivations.chain import NotUnique, RationalChain
 from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of
 from derivations.model import Model, T, g, m, solved
 from derivations.notation import Expression, Formula, N, alpha, c, i, j, mu_d, mu_s, s, symbol
-from derivations.play import NotUnique, SlidingChain
 from derivations.proof import Judge, follows, inequality, vanishes
 from derivations.scaling import net
 
@@ -105,13 +105,13 @@ def _pivots_of_chains() -> bool:
         for _ in range(12):
             low = Fraction(random.randint(1, 60), 30)
             slope = low * Fraction(random.randint(1, 119), 120)
-            chain, at_an_edge = SlidingChain(size, slope, low), (size * slope / low - size) % 2 == 0
+            chain = RationalChain(size, slope, low)
             try:
                 chain.ramp(4 * size * low)
                 index = chain.pivot + 1
                 chain.ramp(-4 * size * low)
             except NotUnique:
-                if not at_an_edge:
+                if (size * slope / low - size) % 2:
                     return False
                 continue
             edge = low * (1 - Fraction(2 * (index - 1), size))

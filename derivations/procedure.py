@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
 import sympy as sp
 
 from derivations import slip
+from derivations.chain import RationalChain
 from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of
 from derivations.model import Model, T, solved
 from derivations.notation import c, l0, mu_d, mu_s, static_margin, symbol
@@ -42,7 +45,17 @@ def derive(p: Proof, model: Model) -> None:
     one = length.subs({slip.w: 1, slip.a0: excess})
     p.show("theta runs there: by 2D for every 2D of the ramp, 2D ceil(J/(2D)) < J + 2D; less by",
            at_once - (beyond + one), beyond, "short")
+    p.checked("ties occur at ordinary numbers: tan(alpha) = 1/5, mu_d = 1/2, mu_s = 3/5, N = 3",
+              _tie, "after two lone slips of slider 3 slider 2 is at its threshold, and sliders "
+              "1 and 3 reach theirs together")
 # fmt: on
+
+
+def _tie() -> bool:
+    low, high = Fraction(1, 2), Fraction(3, 5)
+    chain = RationalChain(3, Fraction(1, 5), low, high)
+    chain.ramp(2 * (high - low) + high)
+    return chain.slips == 2 and chain.forces == [-high, high, high]
 
 
 def _between(r: Lines) -> Judge:

@@ -15,6 +15,7 @@ from random import Random
 import sympy as sp
 
 from derivations import runaway, slip
+from derivations.chain import Avalanche, RationalChain
 from derivations.engine import Backed, Proof, chapter, entries_of
 from derivations.model import Model, T, after, before, solved
 from derivations.notation import Expression, N, c, excess, mu_d, mu_s, n, s, slope_margin
@@ -197,29 +198,16 @@ def follow_ends(cycle: EndsCycle) -> int | None:
     """Return how often the ends slip in one cycle; None if another slider starts or it is not
     closed.
     """
-    forces, slips = list(cycle.forces), 0
+    forces = list(cycle.forces)
     if sum(forces) != len(forces) * cycle.slope or max(map(abs, forces)) > cycle.mu_s:
         return None
-    for up in (1, -1):
-        left = 2 * cycle.reach
-        while True:
-            rooms = (cycle.mu_s + up * forces[0], cycle.mu_s - up * forces[-1])
-            room = min(*rooms, left)
-            forces[0] -= up * room
-            forces[-1] += up * room
-            left -= room
-            if left == 0:
-                break
-            step = 2 * (cycle.mu_s - cycle.mu_d)
-            starting = [end for end, own in zip((0, -1), rooms, strict=True) if own == room]
-            for end in starting:
-                sign = up if end == 0 else -up
-                forces[end] += sign * step
-                forces[1 if end == 0 else -2] -= sign * step
-            slips += len(starting)
-            if max(map(abs, forces)) > cycle.mu_s:
-                return None
-    return slips if tuple(forces) == cycle.forces else None
+    chain = RationalChain(len(forces), cycle.slope, cycle.mu_d, cycle.mu_s, list(forces))
+    try:
+        for target in (2 * cycle.reach, Fraction(0)):
+            chain.to(target)
+    except Avalanche:
+        return None
+    return chain.slips if chain.forces == forces else None
 
 
 def chains(size: int, number: int) -> list[tuple[Fraction, Fraction, Fraction]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import sympy as sp
 
 from derivations.engine import Backed, Proof, chapter, entries_of, stands
@@ -102,23 +100,7 @@ def derive(p: Proof, model: Model) -> None:
         "... and is left the force -D, as after a slow slip: it waits 2 D/V for the next",
         sp.diff(driven, t).subs(half).subs(at_stop), -D, "driven_end",
     )
-    p.checked(
-        "ties occur at ordinary numbers: tan(alpha) = 1/5, mu_d = 1/2, mu_s = 3/5, N = 3",
-        _tie,
-        "after two lone slips of slider 3 slider 2 stands at its threshold, and 1 and 3 reach "
-        "theirs together",
-    )
 # fmt: on
-
-
-def _tie() -> bool:
-    """Return whether the three equalities of that chain hold, in units of cos(alpha)."""
-    slope, low, high = Fraction(1, 5), Fraction(1, 2), Fraction(3, 5)
-    first = second = Fraction(0)  # tensions of the two springs
-    for _ in range(2):
-        ramp = high - slope + second  # slider 3: -T_2 + slope = mu_s
-        first, second = first - ramp, second - ramp + 2 * (high - low)
-    return second - first + slope == high and high - slope + second == high + slope + first
 
 
 def _drop(move: Expression) -> Judge:

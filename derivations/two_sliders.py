@@ -9,14 +9,17 @@ from random import Random
 
 import sympy as sp
 
-from derivations import scaling_old as scaling
-from derivations import slip_old as slip
+from derivations import slip
+from derivations.chain import RationalChain, play_variation
+from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of, stands
+from derivations.model import Model, T, after, before, here, mu, place, solved
 from derivations.notation import (
     Expression,
     Formula,
     amplitude,
     c,
     excess,
+    f,
     l0,
     mu_d,
     mu_s,
@@ -25,114 +28,108 @@ from derivations.notation import (
     slope_margin,
     static_margin,
     symbol,
-    theta,
 )
-from derivations.play import TwoSliders, play_variation
-from derivations.proof import (
-    Derivation,
-    Entry,
-    Judge,
-    Results,
-    Step,
-    Verification,
-    follows,
-    inequality,
-    leading,
-    vanishes,
-)
+from derivations.proof import Judge, follows, inequality, leading
 
-m, g, tau_th = (symbol(name) for name in ["m", "g", "tau_th"])
-tension = symbol("tension")
-mu_1, mu_2 = sp.Function("mu_s")(1), sp.Function("mu_s")(2)
+tau_th, y, r, tan = (symbol(name) for name in ["tau_th", "y", "r", "t"])
 jump = sp.Symbol("jump", positive=True)
 room = l0 * amplitude
 
 
-def forces() -> tuple[Expression, Expression]:
-    """Return the non-frictional forces on the two sliders, by the equations of motion.
-
-    By the tension ``x_2 - x_1 - l0 (1 + theta)`` of the spring between them.
-    """
-    motion, natural = scaling.derive().results, l0 * (1 + theta)
-    first = motion["force_first"].subs(scaling.after, scaling.here + natural + tension)
-    last = motion["force_last"].subs(scaling.before, scaling.here - natural - tension)
-    return sp.expand(first), sp.expand(last)
+def forces(model: Model) -> tuple[Expression, Expression]:
+    """Return the non-frictional forces on the two sliders in the tension of their spring."""
+    return model.force(1).subs(T(0), model.end(0)), model.force(2).subs(T(2), model.end(1))
 
 
-def derive() -> Derivation:
-    """Return thresholds, the tension after a slip, the plateau's ends, and the mean velocity."""
-    force_1, force_2 = forces()
-    start_2 = sp.solve(force_2 - mu_s * c, tension)[0]
-    start_1_up = sp.solve(force_1 + mu_s * c, tension)[0]
-    start_1_down = sp.solve(force_1 - mu_s * c, tension)[0]
-    after = start_2 + 2 * excess
-    # different coefficients
-    first_2 = sp.solve(force_2 - mu_2 * c, tension)[0]
-    first_1 = sp.solve(force_1 + mu_1 * c, tension)[0]
-    left = first_2 + 2 * (mu_2 - mu_d) * c
-    lower = sp.solve((first_2 - first_1).subs(s, c * symbol("t")), symbol("t"))[0]
-    upper = sp.solve((mu_1 * c - (left + s)).subs(s, c * symbol("t")), symbol("t"))[0]
-    # mean displacement of a half-cycle: tension at its start and end uniform over one slip
-    at_start, at_end = start_2 + excess, start_1_down - excess
-    length = l0 * jump
-    mean = sp.expand(length - (at_end - at_start))
-    rho = sp.Symbol("rho", real=True)
-    reach = room - slope_margin  # |rho| below it: relay rho switches twice per cycle
-    velocity = sp.integrate(sp.Integer(1), (rho, -reach, reach)) / 2
-    width = sp.sqrt(2 * (sigma_mu / 2) ** 2)
-    results = {
-        "start_2": start_2,
-        "start_1_up": start_1_up,
-        "start_1_down": start_1_down,
-        "after": after,
-        "ordering": lower,
-        "stability": upper,
-        "alpha_c_minus": width,
-        "alpha_c_plus": upper.subs({mu_1: mu_s, mu_2: mu_s}) - width,
-        "half_cycle": mean,
-        "advance": slip.derive().results["end_displacement"] / 2,
-        "velocity": sp.expand(velocity),
-        "threshold": sp.solve(room - slope_margin - excess, amplitude)[0],
-    }
-    steps = (
-        Step("Dilation: slider 2 starts downhill when -T + s = mu_s c, at the tension", start_2),
-        Step("slider 1 would start uphill only when T + s = -mu_s c, at", start_1_up),
-        Step("slider 2 is first, by 2s", sp.expand(start_2 - start_1_up)),
-        Step("it moves by 2D (slip), which leaves the tension", after),
-        Step("slider 1 then stays: mu_s c - (T + s) = 2m", sp.expand(mu_s * c - after - s)),
-        Step("different coefficients: slider 2 is first if tan(alpha) exceeds", lower),
-        Step("... and slider 1 stays after the slip if tan(alpha) is below", upper),
-        Step("standard deviation of (mu_1 - mu_2)/2", width),
-        Step("r = x_2 - x_1 - l0 changes by +-2D only: r0 = r mod 2D is conserved"),
-        Step(
-            "y = l0 theta: r -> r + 2D at y = r + a and back at y = r + 2D - a, so the relay at "
-            "rho = r + D "
-            "switches at rho + m and at rho - m; every switching moves x_G by D"
-        ),
-        Step("a cycle of amplitude A switches the relays with |rho| < l0 A - m, twice"),
-        Step("relaxed chain: rho = +-D, +-3D, ...; it creeps if A exceeds", results["threshold"]),
-        Step(
-            "mean over r0: relays of density 1/(2D), each moving x_G by D per half-cycle",
-            results["velocity"],
-        ),
-        Step("mean displacement of the moving slider in a half-cycle that reverses the last", mean),
-    )
-    return Derivation(
-        "Two sliders",
-        steps,
-        results,
-        (
-            "0 < tan(alpha) < mu_d <= mu_s",
-            "sigma_mu = 0 where slips are counted",
-            "slips are those of slip.py",
-        ),
-    )
+# fmt: off
+@chapter(
+    "Two sliders",
+    "0 < tan(alpha) < mu_d <= mu_s",
+    "one mu_s where slips are counted",
+    "slips are those of chapter slip",
+)
+def derive(p: Proof, model: Model) -> None:
+    """Show the order of slips, the plateau's ends, the staircase and its mean."""
+    first, last = forces(model)
+    p.show("theta drives slider 1 with", model.push("first"), -1)
+    p.show("... and slider 2 with", model.push("last"), 1)
+    mirror = {before: -after, after: -before, here: -here}
+    p.show("the mirror image of a level chain: the force on slider 1 becomes minus that on 2",
+           model.at("first").subs(s, 0).subs(mirror, simultaneous=True),
+           -model.at("last").subs(s, 0), "mirror")
+    p.show("... and friction turns round with the velocity", model.friction(-1),
+           -model.friction(1), "odd")
+    p.argued("so the mean velocity of a level chain is its own negative",
+             "the mirror image of the chain is a chain with the same law of disorder", "level")
+
+    start = p.show("dilation: slider 2 starts downhill, F_2 = mu_s c, at the tension",
+                   solved(last - model.threshold(), T(1)), -static_margin, "start")
+    p.show("slider 1 would start uphill, F_1 = -mu_s c, only 2 s below", start - solved(
+        first + model.threshold(), T(1)), 2 * s)
+    move = slip.derive(model).end_move
+    left = start + move
+    p.show("the slip of slider 2 by 2D leaves slider 1 the margin mu_s c - F_1 =",
+           model.threshold() - first.subs(T(1), left), 2 * slope_margin, "stays")
+    p.show("... and mu_s c + F_1 =", model.threshold() + first.subs(T(1), left), 2 * s + 2 * excess)
+    here_2 = solved(last - model.threshold(mu(2)), T(1))
+    here_1 = solved(first + model.threshold(mu(1)), T(1))
+    ordering = p.show("different coefficients: slider 2 is first if tan(alpha) exceeds",
+                      solved((here_2 - here_1).subs(s, c * tan), tan), (mu(2) - mu(1)) / 2,
+                      "ordering")
+    margin = model.threshold(mu(1)) - first.subs(T(1), here_2 + move.subs(mu_s, mu(2)))
+    stability = p.show("... and slider 1 stays after the slip if tan(alpha) is below",
+                       solved(margin.subs(s, c * tan), tan), mu_d + (mu(1) - mu(2)) / 2,
+                       "stability")
+
+    def width(edge: Expression) -> Expression:
+        return sigma_mu * sp.sqrt(sp.diff(edge, mu(1)) ** 2 + sp.diff(edge, mu(2)) ** 2)
+
+    p.show("independent draws of width sigma_mu: standard deviation of the first",
+           width(ordering), sigma_mu / sp.sqrt(2), "alpha_c_minus")
+    p.show("one standard deviation below the second's mean",
+           stability.subs({mu(1): mu_s, mu(2): mu_s}) - width(stability),
+           mu_d - sigma_mu / sp.sqrt(2), "alpha_c_plus")
+
+    down_1 = solved(first - model.threshold(), T(1))
+    rho = r + move / 2
+    p.show("r = x_2 - x_1 - l0, y = l0 theta, T = r - y: slider 2 slips, r -> r + 2D, at y =",
+           r - start, rho + slope_margin, "up")
+    p.show("... and slider 1 slips back, r + 2D -> r, at y =", r + move - down_1,
+           rho - slope_margin, "down")
+    p.show("either slip moves the centre of mass downhill by D", move / 2, excess, "advance")
+    p.proved(
+        "staircase: r stays in r_0 + 2D Z, and x_G moves by D whenever y passes rho + m upwards or "
+        "rho - m downwards, in turns, for a rho = r + D of these",
+        lambda: not any(line.fault for line in (p.named[x] for x in ("up", "down", "advance",
+                                                                    "stays"))),
+        "induction over the slips: each leads from one r to the next by the lines above, and "
+        "between slips nothing moves", "staircase")
+    reach = p.show("cycles pass it twice iff -L < rho - m and rho + m < L = l0 A: |rho| below",
+                   room - (r - start - rho), room - slope_margin, "reach")
+    p.show("relaxed chain, r_0 = 0, rho = +-D, +-3D, ...: it creeps above A* =",
+           solved(reach - move / 2, amplitude), static_margin / l0, "threshold")
+    at = sp.Symbol("rho", real=True)
+    velocity = p.show("mean over r_0, one rho in 2D, each moves x_G by D a half-cycle: tau_th v =",
+                      sp.integrate(move / 2 / move, (at, -reach, reach)), room - slope_margin,
+                      "velocity")
+    p.show("towards alpha_c it tends to", sp.limit(velocity, s, mu_d * c), room, "steep")
+    p.show("so a half-cycle that reverses the last moves one slider, on average, by",
+           2 * velocity.subs(amplitude, jump / 2), l0 * jump - 2 * slope_margin)
+    p.show("the paper's least dilation 2a is that between tensions at which both start; the last "
+           "slip goes beyond by up to 2D, D on average, at either end: the mean is",
+           l0 * jump - ((down_1 - move / 2) - (start + move / 2)),
+           l0 * jump - 2 * slope_margin, "half")
+    p.checked("the velocity is that count, for any r_0, and the ceiling formula for r_0 = 0",
+              _staircases, "100 rational chains, every slip followed; r_0 is conserved in all")
+    p.checked("along any path x_G moves by half the truncated variation on average over r_0",
+              _paths, "20 random paths: every slip of one r_0, and the exact integral over rho")
+# fmt: on
 
 
 def staircase(
     slope: Fraction, low: Fraction, high: Fraction, reach: Fraction, r0: Fraction
 ) -> Fraction:
-    """Return the velocity by counting relays; lengths in units of cos(alpha)."""
+    """Return the velocity by counting the rho; lengths in units of cos(alpha)."""
     step = high - low
     inside = reach - (low - slope)
     if inside <= 0:
@@ -141,6 +138,11 @@ def staircase(
     first = floor((-inside - r0 - step) / (2 * step)) + 1
     last = ceil((inside - r0 - step) / (2 * step)) - 1
     return step * max(0, last - first + 1)
+
+
+def pair(slope: Fraction, low: Fraction, high: Fraction, r0: Fraction) -> RationalChain:
+    """Return two sliders whose distance is r0 longer than the relaxed spring."""
+    return RationalChain(2, slope, low, high, [slope + r0, slope - r0])
 
 
 def cases(number: int, seed: int) -> list[tuple[Fraction, Fraction, Fraction, Fraction, Fraction]]:
@@ -157,119 +159,30 @@ def cases(number: int, seed: int) -> list[tuple[Fraction, Fraction, Fraction, Fr
     return cases
 
 
-def check(v: Verification, r: Results) -> None:
-    """Prove the slips, the relay picture, the staircase, the phase average and the thresholds."""
-    v.identity("slider 2 starts at T = -a", r["start_2"] + static_margin)
-    v.identity("in a dilation slider 2 is first, by 2s", r["start_2"] - r["start_1_up"] - 2 * s)
-    v.identity(
-        "the slip of slider 2 leaves slider 1 a margin 2m",
-        mu_s * c - r["after"] - s - 2 * slope_margin,
-    )
-    v.identity("... and 2s + 2D to the other side", r["after"] + s + mu_s * c - 2 * s - 2 * excess)
-    position = symbol("r")
-    y_up = sp.solve(position - symbol("y") - r["start_2"], symbol("y"))[0]
-    y_down = sp.solve(position - symbol("y") - r["start_1_down"], symbol("y"))[0]
-    rho = position + excess
-    v.identity("r -> r + 2D switches at y = rho + m, rho = r + D", y_up - rho - slope_margin)
-    v.identity(
-        "r + 2D -> r switches at y = rho - m, the same rho",
-        y_down.subs(position, position + 2 * excess) - rho + slope_margin,
-        "so the chain is a row of relays at rho in r0 + D + 2D Z, for any path of theta",
-    )
-    v.identity(
-        "every switching moves the centre of mass downhill by D",
-        r["advance"] - excess,
-        "slider 2 down by 2D in a dilation, slider 1 down by 2D in a contraction (slip)",
-    )
-    r0 = sp.Symbol("r_0", nonnegative=True)
-    v.identity(
-        "the relay at r0 - D, 0 <= r0 <= D, switches back at y = -(a - r0)",
-        y_down.subs(position, r0) + (static_margin - r0),
-        "the other way it switches at r0 - D + m, closer to zero; r0 < 0 is the mirror image",
-    )
-    v.argued(
-        "theorem of the staircase: along any path of theta x_G moves by D whenever y passes rho + m"
-        " upwards or rho - m downwards for a rho in r0 + D + 2D Z, in turns; cycles move it by D "
-        "times the number of |rho| < l0 A - m, and creep is sustained iff l0 A > a - |r0|",
-        "the claims above: starts are those of the equations of motion (scaling), slips solve them "
-        "(slip), between them nothing moves; the relay closest to zero is at D - |r0|",
-    )
-    v.identity("the mean over r0 is l0 A - m", r["velocity"] - (room - slope_margin))
-    v.identity(
-        "towards alpha_c the velocity without disorder tends to l0 A, mean over r0",
-        sp.limit(r["velocity"], s, mu_d * c) - room,
-        "m vanishes; no divergence",
-    )
-    v.identity(
-        "mean displacement after a reversal: l0 |d theta| - 2m",
-        r["half_cycle"] - (l0 * jump - 2 * slope_margin),
-    )
-    v.identity(
-        "the paper's minimum dilation 2a is that of the least favourable phase; the mean is 2m",
-        (r["start_1_down"] - r["start_2"] - 2 * excess) - 2 * slope_margin,
-        "a dilation ends with T anywhere in [-a, -a + 2D), a contraction in (a - 2D, a]: D on "
-        "average at each end",
-    )
-    agree = conserved = ceiling = True
-    above = below = 0
-    for slope, low, high, reach, start in cases(500, 2011):
-        pair = TwoSliders(slope, low, high, r=start)
-        predicted = staircase(slope, low, high, reach, start)
-        step = high - low
-        for target in (reach, -reach):
-            pair.ramp(target)
-        before = sum(pair.x) / 2
-        for target in (reach, -reach) * 3:
-            pair.ramp(target)
-        measured = (sum(pair.x) / 2 - before) / 6
-        agree &= measured == predicted
-        conserved &= (pair.r - start) % (2 * step) == 0
-        creeps = measured > 0
-        ceiling &= creeps == (reach > (high - slope) - abs(start))
-        above, below = above + creeps, below + (not creeps)
-        relaxed = staircase(slope, low, high, reach, Fraction(0))
-        ceiling &= relaxed == 2 * step * max(0, ceil((reach - (high - slope)) / (2 * step)))
-    v.verified(
-        "staircase for any r0", agree, f"500 rational cases, {above} creep and {below} do not"
-    )
-    v.verified("r0 is conserved", conserved, "the same 500 cases")
-    v.verified(
-        "threshold a - |r0| and the ceiling formula of the relaxed chain",
-        ceiling,
-        "the same 500 cases",
-    )
-    v.verified(
-        "phase average max(0, l0 A - m)", _phases(), "60 rational cases, integrated exactly over r0"
-    )
-    v.verified(
-        "any path: x_G moves by half the truncated variation on average over r0",
-        _paths(),
-        "40 random paths",
+def velocity_agrees(
+    slope: Fraction, low: Fraction, high: Fraction, reach: Fraction, r0: Fraction
+) -> bool:
+    """Return whether two sliders that slip creep as the staircase says, and conserve r0."""
+    chain, step = pair(slope, low, high, r0), high - low
+    for target in (reach, -reach):
+        chain.to(target)
+    start = sum(chain.x)
+    for target in (reach, -reach) * 2:
+        chain.to(target)
+    relaxed = 2 * step * max(0, ceil((reach - (high - slope)) / (2 * step)))
+    return (
+        (sum(chain.x) - start) / 8 == staircase(slope, low, high, reach, r0)
+        and (chain.x[1] - chain.x[0]) % (2 * step) == 0
+        and staircase(slope, low, high, reach, Fraction(0)) == relaxed
     )
 
 
-def _phases() -> bool:
-    """Return whether the integral of the staircase over r0 is 2D max(0, l0 A - m), exactly.
-
-    The staircase is piecewise constant in r0 with at most two jumps, where a relay reaches the
-    edge.
-    """
-    for slope, low, high, reach, _ in cases(60, 7):
-        step, inside = high - low, reach - (low - slope)
-        breaks = {-step, step}
-        for edge in (inside, -inside):
-            breaks.add((edge - step + step) % (2 * step) - step)
-        ends = sorted(breaks)
-        total = Fraction(0)
-        for a, b in pairwise(ends):
-            total += (b - a) * staircase(slope, low, high, reach, (a + b) / 2)
-        if total != 2 * step * max(Fraction(0), inside):
-            return False
-    return True
+def _staircases() -> bool:
+    return all(velocity_agrees(*case) for case in cases(100, 2011))
 
 
 def _switchings(path: list[Fraction], rho: Fraction, half: Fraction, up: bool) -> int:
-    """Return how often a relay at rho with thresholds rho - half and rho + half switches."""
+    """Return how often a path passes rho + half upwards and rho - half downwards, in turns."""
     count = 0
     for target in path:
         if (not up and target > rho + half) or (up and target < rho - half):
@@ -278,337 +191,91 @@ def _switchings(path: list[Fraction], rho: Fraction, half: Fraction, up: bool) -
 
 
 def _paths() -> bool:
-    """Return whether slips along random paths are switchings of relays, and their mean the play's.
-
-    The number of switchings is constant between the values where a relay's threshold meets the
-    path, so its integral over rho, which is the mean over r0, is exact.
-    """
     random = Random(5)
-    for slope, low, high, _, _ in cases(40, 9):
+    for slope, low, high, _, r0 in cases(20, 9):
         path = [Fraction(random.randint(-300, 300), 40) for _ in range(12)]
         step, half = high - low, low - slope
-        start = step * Fraction(random.randint(-19, 19), 20)
-        pair = TwoSliders(slope, low, high, r=start)
+        r0 *= Fraction(19, 20)
+        chain, reach = pair(slope, low, high, r0), int(Fraction(10) / step) + 4
         for target in path:
-            pair.ramp(target)
-        reach = int(Fraction(10) / step) + 4
+            chain.to(target)
         moved = sum(
-            step * _switchings(path, start + step + 2 * step * index, half, index < 0)
+            step * _switchings(path, r0 + step + 2 * step * index, half, index < 0)
             for index in range(-reach, reach)
         )
-        if sum(pair.x) / 2 != moved:
-            return False
-        ends = sorted({Fraction(0), *(y + half for y in path), *(y - half for y in path)})
+        ends = sorted({Fraction(0), *(at + half for at in path), *(at - half for at in path)})
         integral = sum(
             (b - a) * _switchings(path, (a + b) / 2, half, (a + b) / 2 < 0)
             for a, b in pairwise(ends)
         )
         _, rise, fall = play_variation(path, 2 * half, Fraction(0))
-        if integral != rise + fall:
+        if sum(chain.x) / 2 != moved or integral != rise + fall:
             return False
     return True
 
 
-def _forces(exerting: Expression, on: Expression) -> Expression:
-    if (exerting, on) == (1, 2):
-        return -m * g * tension
-    if (exerting, on) == (2, 1):
-        return m * g * tension
-    return sp.Symbol("no_spring")
+def _starts(r: Lines, way: int, slider: int) -> Judge:
+    """Judge a start condition in the force of the spring, f(1, 2) = -f(2, 1)."""
+    pulls = {(1, 2): f(1, 2), (2, 1): -f(1, 2)}
+    weight = r.model.ends[slider - 1] - sp.diff(r.model.gravity, place)
+    force = way * (pulls[3 - slider, slider] + weight)
+    held = r.model.held.subs(mu_s, mu(slider))
+    margin = force - held if slider == 2 else held - force
+    return inequality({"f": lambda a, b: pulls.get((a, b), f(a, b + 9))}, margin)
 
 
-_R = derive().results
-_MARGIN_2 = -tension + s - mu_2 * c
-_HALF = sp.Rational(1, 2)
-_exact_velocity = {symbol("v_G"): _R["velocity"] / tau_th}
-
-
-def _dilation(sign: int) -> dict[object, Expression]:
-    moving = symbol("moving")
-    return {
-        symbol("Delta_x_G"): _HALF * moving,
-        "Delta_x": lambda index: moving if index == (2 if sign > 0 else 1) else sp.Integer(0),
-        symbol("Delta_theta"): sign * jump,
-    }
-
-
-def _moved(sign: int) -> Judge:
-    exact = _R["half_cycle"]
+def _steps(r: Lines, *ways: int) -> Judge:
+    """Judge the step of the centre of mass when slider 2 (dilation) or 1 (contraction) moves."""
+    exact, moving = r.half, symbol("moving")
 
     def judge(formula: Formula) -> bool:
-        bound = formula.bound(_dilation(sign))
-        inner = Formula(
-            tuple(side.subs(symbol("moving"), exact) for side in bound.sides), bound.relations
-        )
-        return leading({}, jump)(inner)
+        for way in ways:
+            bound = formula.bound({
+                symbol("Delta_x_G"): moving / 2,
+                "Delta_x": lambda index, way=way: moving if index == (3 + way) // 2 else 0,
+                symbol("Delta_theta"): way * jump,
+            })
+            sides = tuple(sp.sympify(side).subs(moving, exact) for side in bound.sides)
+            if not leading({}, jump)(Formula(sides, bound.relations)):
+                return False
+        return True
 
     return judge
 
 
-def _by_symmetry(formula: Formula) -> bool:
-    # the mirror image of a chain on a horizontal plane is the same chain: v = -v
-    v = symbol("v_G")
-    return follows({v: sp.solve(v - (-v), v)[0]})(formula)
+def _half(r: Lines) -> Judge:
+    return follows({symbol("Delta_x_G"): r.half / 2, symbol("Delta_theta"): jump})
 
 
-_CHAIN = ("0 < tan(alpha) < mu_d", "sigma_mu = 0", "mean over the phase r0")
+def _velocity(r: Lines) -> dict[object, object]:
+    return {symbol("v_G"): r.velocity / tau_th}
 
-ENTRIES: tuple[Entry, ...] = (
-    Entry(
-        "divergence",
-        "Fig. velocity2sliders, caption",
-        r"$<\tilde{v}_G>$ drastically increases when $\alpha$ is increased and diverges for "
-        r"$\alpha = \alpha_\mathrm{c}$",
-        "approximation",
-        "two_sliders: without disorder the velocity tends to l0 A (cycles), l0 sigma_theta/sqrt(pi)"
-        " (random dilations) as tan(alpha) tends to mu_d: see velocity",
-        proved=False,
-        assumptions=("sigma_mu > 0: both sliders must slide together",),
-        error="false for sigma_mu = 0, where no slip of one slider sets the other in motion; with "
-        "disorder nothing is proved but that an avalanche's path is at most E/m (runaway). "
-        "Simulated, A = .01, tan(alpha) = .49, .499, .4999: 10.06, 10.02, 10.02 without disorder, "
-        "10.3, 16.2, 28.0 with sigma_mu = .01",
-        evidence=lambda: vanishes(sp.limit(_R["velocity"], s, mu_d * c) - room),
+
+LINES: dict[str, Backed | None] = {
+    "divergence": lambda r: stands(r.steep),
+    "horizontal": lambda r: Backing(
+        follows({symbol("v_G"): 0}), evidence=stands(r.mirror, r.odd, r.level)
     ),
-    Entry(
-        "horizontal",
-        "Sec. III A 2",
-        r"for $\alpha=0$, by symmetry, we expect $<\tilde{v}_G> = 0$",
-        "exact",
-        "two_sliders: the mirror image of the chain is a chain with the same law of disorder",
-        assumptions=("mean over the disorder or over mirror-symmetric starts",),
-        formula=r"<\tilde{v}_G> = 0",
-        holds=_by_symmetry,
+    "dilation_step": lambda r: Backing(_steps(r, 1), _half(r)),
+    "contraction_step": lambda r: _steps(r, -1),
+    "step": lambda r: _steps(r, 1, -1),
+    "half_cycle_step": lambda r: leading(
+        {symbol("Delta_x_G"): r.half.subs(jump, r.model.swing) / 2}, amplitude
     ),
-    Entry(
-        "dilation_step",
-        "Sec. III A 2",
-        r"$\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_2 \simeq "
-        r"\frac{1}{2}\tilde{l}_0\Delta\theta$",
-        "approximation",
-        "two_sliders: half_cycle",
-        assumptions=_CHAIN,
-        corrected=r"\Delta\tilde{x}_G = \frac{1}{2}\Bigl[\tilde{l}_0 \Delta\theta - "
-        r"2(\mu_\mathrm{d} \cos\alpha - "
-        r"\sin\alpha)\Bigr] after a contraction",
-        corrected_formula=r"\Delta\tilde{x}_G = \frac{1}{2}\Bigl[\tilde{l}_0 \Delta\theta - "
-        r"2(\mu_\mathrm{d} "
-        r"\cos\alpha - \sin\alpha)\Bigr]",
-        error="-m after a reversal, 0 (to a slip) otherwise; small if l0 |d theta| >> 2m",
-        holds=_moved(1),
-        holds_exactly=follows(
-            {symbol("Delta_x_G"): _R["half_cycle"] / 2, symbol("Delta_theta"): jump}
-        ),
+    "velocity_th_2_cycle": lambda r: Backing(
+        leading(_velocity(r), amplitude), follows(_velocity(r))
     ),
-    Entry(
-        "contraction_step",
-        "Sec. III A 2",
-        r"$\Delta\tilde{x}_G = \frac{1}{2} \Delta\tilde{x}_1 \simeq "
-        r"-\frac{1}{2}\tilde{l}_0\Delta\theta$",
-        "approximation",
-        "two_sliders: half_cycle, mirrored",
-        assumptions=_CHAIN,
-        error="-m after a reversal; small if l0 |d theta| >> 2m",
-        holds=_moved(-1),
-    ),
-    Entry(
-        "step",
-        "Sec. III A 2",
-        r"$\Delta\tilde{x}_G \simeq \frac{1}{2}\tilde{l}_0 |\Delta\theta|$",
-        "approximation",
-        "two_sliders: half_cycle, both directions",
-        assumptions=_CHAIN,
-        error="-m after a reversal; small if l0 |d theta| >> 2m",
-        holds=lambda formula: _moved(1)(formula) and _moved(-1)(formula),
-    ),
-    Entry(
-        "half_cycle_step",
-        "Sec. III A 2",
-        r"$\Delta\tilde{x}_G \simeq \frac{1}{2} \tilde{l}_0 (2 A_\theta)$",
-        "approximation",
-        "two_sliders: half_cycle with |d theta| = 2A",
-        assumptions=_CHAIN,
-        error="-m; small if l0 A >> m",
-        holds=leading(
-            {symbol("Delta_x_G"): _R["half_cycle"].subs(jump, 2 * amplitude) / 2}, amplitude
-        ),
-    ),
-    Entry(
-        "velocity_th_2_cycle",
-        "Sec. III A 2",
-        r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta.",
-        "approximation",
-        "two_sliders: phase average of the staircase",
-        label="velocity_th_2_cycle",
-        assumptions=_CHAIN,
-        corrected=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} "
-        r"\cos{\alpha} - "
-        r"\sin{\alpha}), not below 0",
-        corrected_formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - "
-        r"(\mu_\mathrm{d} \cos{\alpha} - "
-        r"\sin{\alpha})",
-        error="-m/(l0 A), small if l0 A >> m; for sigma_mu = 0 and one r0 the steps of the "
-        "staircase, 2D, besides",
-        formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta",
-        holds=leading(_exact_velocity, amplitude),
-        holds_exactly=follows(_exact_velocity),
-    ),
-    Entry(
-        "lower_slider_starts",
-        "Sec. III A 2",
-        r"$f_{1\to2} + m g\,\sin\alpha > \mu_{\mathrm{s},2}\,m g\,\cos\alpha$ "
-        r"[Eq.~(\ref{static_eqN})]"
-        "\n"
-        r"and",
-        "exact",
-        "two_sliders: Eq. (static_eqN) downhill",
-        formula=r"f_{1\to2} + m g\,\sin\alpha > \mu_{\mathrm{s},2}\,m g\,\cos\alpha",
-        holds=inequality({"f": _forces}, _MARGIN_2),
-    ),
-    Entry(
-        "upper_slider_stays",
-        "Sec. III A 2",
-        r"$ f_{2\to1} + m g\,\sin\alpha > - \mu_{\mathrm{s},1}\,m g\,\cos\alpha$",
-        "exact",
-        "two_sliders: slider 1 does not start uphill",
-        formula=r"f_{2\to1} + m g\,\sin\alpha > - \mu_{\mathrm{s},1}\,m g\,\cos\alpha",
-        holds=inequality({"f": _forces}, tension + s + mu_1 * c),
-    ),
-    Entry(
-        "ordering",
-        "Sec. III A 2",
-        r"$\tan\alpha > \frac{1}{2} (\mu_{\mathrm{s},2}-\mu_{\mathrm{s},1})$",
-        "exact",
-        "two_sliders: the tension at which slider 2 starts lies above the one at which slider 1 "
-        "does",
-        holds=inequality({}, s / c - _R["ordering"]),
-    ),
-    Entry(
-        "alpha_c_minus",
-        "Sec. III A 2",
-        r"$\tan\alpha > \tan\alpha_\mathrm{c}^- \equiv \sigma_\mu/\sqrt{2}$",
-        "approximation",
-        "two_sliders: one standard deviation of (mu_s2 - mu_s1)/2",
-        assumptions=("independent Gaussian coefficients",),
-        error="at this angle the condition is fulfilled in 84 % of the draws, Phi(1); a "
-        "convention for the edge "
-        "of a smooth crossover",
-        formula=r"\tan\alpha_\mathrm{c}^- \equiv \sigma_\mu/\sqrt{2}",
-        holds=follows({sp.tan(symbol("alpha_c_minus")): _R["alpha_c_minus"]}),
-    ),
-    Entry(
-        "slip_starts",
-        "Sec. III A 2",
-        r"for $f_{1\to2} + m g\,\sin\alpha > \mu_{\mathrm{s},2}\,m g\,\cos\alpha$",
-        "exact",
-        "two_sliders: Eq. (static_eqN) downhill",
-        formula=r"f_{1\to2} + m g\,\sin\alpha > \mu_{\mathrm{s},2}\,m g\,\cos\alpha",
-        holds=inequality({"f": _forces}, _MARGIN_2),
-    ),
-    Entry(
-        "upper_slider_after_slip",
-        "Sec. III A 2",
-        r"$-f_{1\to2}+m g\,\sin\alpha < \mu_{\mathrm{s},1}\,m g\,\cos\alpha$",
-        "exact",
-        "two_sliders: slider 1 does not start downhill",
-        holds=inequality({"f": _forces}, mu_1 * c - tension - s),
-    ),
-    Entry(
-        "stability_after_slip",
-        "Sec. III A 2",
-        r"$\tan\alpha < \mu_\mathrm{d} + {(\mu_{\mathrm{s},1}-\mu_{\mathrm{s},2})}/{2}$",
-        "exact",
-        "two_sliders: margin of slider 1 at the end of the slip, which is its worst moment (slip)",
-        holds=inequality({}, _R["stability"] - s / c),
-    ),
-    Entry(
-        "alpha_c_plus",
-        "Sec. III A 2",
-        r"$\tan\alpha < \tan\alpha_\mathrm{c}^+ \equiv \mu_\mathrm{d} - \sigma_\mu/{\sqrt{2}}$",
-        "approximation",
-        "two_sliders: one standard deviation below the mean of the stability limit",
-        assumptions=("independent Gaussian coefficients",),
-        error="at this angle the slider stays in 84 % of the draws, Phi(1)",
-        formula=r"\tan\alpha_\mathrm{c}^+ \equiv \mu_\mathrm{d} - \sigma_\mu/{\sqrt{2}}",
-        holds=follows({sp.tan(symbol("alpha_c_plus")): _R["alpha_c_plus"]}),
-    ),
-    Entry(
-        "reversal_step",
-        "Sec. III A 2",
-        r"$\Delta\tilde{x}_G \simeq \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta|"
-        "\n"
-        r"- 2 (\overline{\mu}_\mathrm{s} \cos{\alpha} - \sin{\alpha}) \Bigr]$",
-        "inconsistent",
-        "two_sliders: half_cycle; contradicts Eq. (vitesse_seuil) at N = 2",
-        assumptions=_CHAIN,
-        corrected=r"\Delta\tilde{x}_G = \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta| - 2 "
-        r"(\mu_\mathrm{d} \cos{\alpha} "
-        r"- \sin{\alpha}) \Bigr]",
-        corrected_formula=r"\Delta\tilde{x}_G = \frac{1}{2} \Bigl[ \tilde{l}_0 |\Delta\theta| - 2 "
-        r"(\mu_\mathrm{d} "
-        r"\cos{\alpha} - \sin{\alpha}) \Bigr]",
-        error="too small by D: the last slip overshoots its threshold by 2D, D on average, at "
-        "both ends of a "
-        "half-cycle",
-        holds=follows({symbol("Delta_x_G"): _R["half_cycle"] / 2, symbol("Delta_theta"): jump}),
-        repair=(r"\overline{\mu}_\mathrm{s}", r"\mu_\mathrm{d}"),
-    ),
-    Entry(
-        "velocity_th_2_cycle_corrected",
-        "Sec. III A 2",
-        r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta - "
-        r"(\overline{\mu}_\mathrm{s} \cos{\alpha} - "
-        r"\sin{\alpha}),",
-        "inconsistent",
-        "two_sliders: the mean over phases has mu_d, as Eq. (vitesse_seuil) at N = 2, i = 2 says; "
-        "for one phase "
-        "the exact law is the staircase",
-        label="velocity_th_2_cycle_corrected",
-        assumptions=_CHAIN,
-        corrected=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - (\mu_\mathrm{d} "
-        r"\cos{\alpha} - "
-        r"\sin{\alpha}), not below 0; relaxed chain: 2D max(0, ceil((l0 A - a)/(2D)))",
-        corrected_formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,= \tilde{l}_0 A_\theta - "
-        r"(\mu_\mathrm{d} \cos{\alpha} - "
-        r"\sin{\alpha})",
-        error="too small by D = (mu_s - mu_d) cos(alpha), at every amplitude",
-        formula=r"\tau_\mathrm{th} <\tilde{v}_G>\,\simeq \tilde{l}_0 A_\theta - "
-        r"(\overline{\mu}_\mathrm{s} "
-        r"\cos{\alpha} - \sin{\alpha})",
-        holds=follows(_exact_velocity),
-        repair=(r"\overline{\mu}_\mathrm{s}", r"\mu_\mathrm{d}"),
-    ),
-    Entry(
-        "threshold_th_2_cycle_corrected",
-        "Sec. III A 2",
-        r"A_\theta^* \equiv \frac{1}{\tilde{l}_0} (\overline{\mu}_\mathrm{s} \cos{\alpha} - "
-        r"\sin{\alpha}).",
-        "exact",
-        "two_sliders: threshold of the relaxed chain",
-        label="threshold_th_2_cycle_corrected",
-        assumptions=(
-            "sigma_mu = 0",
-            "relaxed chain, r0 = 0; otherwise (a - |r0|)/l0, down to m/l0",
-        ),
-        error="not the amplitude at which the mean velocity of the corrected law vanishes, which "
-        "is m/l0",
-        formula=r"A_\theta^* \equiv \frac{1}{\tilde{l}_0} (\overline{\mu}_\mathrm{s} \cos{\alpha} "
-        r"- \sin{\alpha})",
-        holds=follows({symbol("A_theta_star"): _R["threshold"]}),
-    ),
-    Entry(
-        "rest_below_threshold",
-        "Sec. III A 2",
-        r"If the amplitude is smaller than $A_\theta^*$, the dilations are not sufficient to "
-        r"rearrange the system"
-        "\n"
-        r"and $<\tilde{v}_G> = 0$.",
-        "exact",
-        "two_sliders: no relay switches if l0 A <= a - |r0|",
-        assumptions=("relaxed chain; one with r0 != 0 creeps down to a - |r0|", "sigma_mu = 0"),
-        evidence=lambda: vanishes(
-            # below the threshold the nearest relays, at +-D, lie outside of |rho| < l0 A - m
-            (room - slope_margin).subs(amplitude, _R["threshold"]) - excess
-        ),
-    ),
-)
+    "lower_slider_starts": lambda r: _starts(r, 1, 2),
+    "upper_slider_stays": lambda r: _starts(r, -1, 1),
+    "ordering": lambda r: inequality({}, s / c - r.ordering),
+    "alpha_c_minus": lambda r: follows({sp.tan(symbol("alpha_c_minus")): r.alpha_c_minus}),
+    "slip_starts": lambda r: _starts(r, 1, 2),
+    "upper_slider_after_slip": lambda r: _starts(r, 1, 1),
+    "stability_after_slip": lambda r: inequality({}, r.stability - s / c),
+    "alpha_c_plus": lambda r: follows({sp.tan(symbol("alpha_c_plus")): r.alpha_c_plus}),
+    "reversal_step": _half,
+    "velocity_th_2_cycle_corrected": lambda r: follows(_velocity(r)),
+    "threshold_th_2_cycle_corrected": lambda r: follows({symbol("A_theta_star"): r.threshold}),
+    "rest_below_threshold": lambda r: stands(r.start, r.threshold),
+}
+ENTRIES = entries_of("two_sliders", derive, LINES)

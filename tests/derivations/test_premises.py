@@ -150,24 +150,6 @@ CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
             "p * (1 / sp.sqrt(p)) ** 3 - 1",
         ),
     ),
-    "two_sliders": (
-        (
-            "start_2 = sp.solve(force_2 - mu_s * c, tension)[0]",
-            "start_2 = sp.solve(force_1 - mu_s * c, tension)[0]",
-        ),
-        (
-            "start_1_down = sp.solve(force_1 - mu_s * c, tension)[0]",
-            "start_1_down = sp.solve(force_1 + mu_s * c, tension)[0]",
-        ),
-        (
-            "reach = room - slope_margin  # |rho| below it: relay rho switches twice per cycle",
-            "reach = room - excess  # |rho| below it: relay rho switches twice per cycle",
-        ),
-        (
-            '"advance": slip.derive().results["end_displacement"] / 2,',
-            '"advance": slip.derive().results["end_displacement"] / 3,',
-        ),
-    ),
     "gaussian": (
         (
             "stationary = sp.solve(sp.Eq(G, A + (1 - B - A) * G), G)[0]",
@@ -184,55 +166,6 @@ CHANGED: dict[str, tuple[tuple[str, str], ...]] = {
         (
             "return sp.simplify(first), second, sp.simplify(third / 2)",
             "return sp.simplify(first), second, sp.simplify(third / 3)",
-        ),
-    ),
-    "sliding_limit": (
-        (
-            "outer = tension_above(n + 1, -1)  # n <= i - 2: uphill",
-            "outer = tension_above(n + 1, -2)  # n <= i - 2: uphill",
-        ),
-        ("behind = tension_above(n + 1, 1)", "behind = tension_above(n + 1, 2)"),
-        (
-            "inner = tension_below(n, 1)  # n >= i - 1: downhill",
-            "inner = tension_below(n, 2)  # n >= i - 1: downhill",
-        ),
-        (
-            "split = moved.subs({rise: (total + change) / 2, fall: (total - change) / 2, j: N + 1 - i})",
-            "split = moved.subs({rise: (total + change) / 2, fall: (total - change) / 2, j: N + 2 - i})",
-        ),
-    ),
-    "shakedown": (
-        (
-            "thresholds = first + inner + last",
-            "thresholds = first + inner - last",
-        ),
-        (
-            "return tension(slider) - tension(slider - 1) + s",
-            "return tension(slider) + tension(slider - 1) + s",
-        ),
-        (
-            '"slider N": w - 2 * L + 2 * k * excess,',
-            '"slider N": w - 3 * L + 2 * k * excess,',
-        ),
-        (
-            "moved = {tension(spring): tension(spring) - y for spring in range(1, size)}",
-            "moved = {tension(spring): tension(spring) - y for spring in range(2, size)}",
-        ),
-        (
-            '"swing": 2 * k * excess,',
-            '"swing": 3 * k * excess,',
-        ),
-        (
-            "stretching = offset(n) * (velocity(n + 1) - velocity(n))",
-            "stretching = offset(n) * (velocity(n + 1) + velocity(n))",
-        ),
-        (
-            '"end_reach": w + k * excess,',
-            '"end_reach": w + k + excess,',
-        ),
-        (
-            "rate_of_force = sp.sqrt(sp.Matrix([1, -2, 1]).dot(sp.Matrix([1, -2, 1])))",
-            "rate_of_force = sp.sqrt(sp.Matrix([1, 2, 1]).dot(sp.Matrix([1, -2, 1])))",
         ),
     ),
 }

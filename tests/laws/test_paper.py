@@ -12,9 +12,9 @@ from typing import Any
 import pytest
 import sympy as sp
 
+from derivations.chain import NotUnique, RationalChain
 from derivations.ledger import entries
 from derivations.notation import read, symbol
-from derivations.play import NotUnique, SlidingChain
 from exactcreep import laws
 from exactcreep.laws import LAWS
 from tests.laws.parameters import (
@@ -146,7 +146,7 @@ def test_the_sliding_law_is_the_exact_rational_chain() -> None:
             mu_d = tan * F(random.randint(21, 80), 20)
             cosine = laws.cosine(tan)
             reach = n * (mu_d - tan) * F(random.randint(10, 90), 60)
-            chain = SlidingChain(n, tan, mu_d)
+            chain = RationalChain(n, tan, mu_d)
             try:
                 chain.ramp(reach)
                 for _ in range(4 * n):

@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from derivations.play import NotUnique, SlidingChain
+from derivations.chain import NotUnique, RationalChain
 from exactcreep import laws
 from exactcreep.laws import LAWS
 from tests.laws.parameters import (
@@ -21,7 +21,7 @@ def test_the_pivot_is_where_the_sliding_chain_pivots() -> None:
         for _ in range(6):
             mu_d = F(random.randint(1, 40), 20)
             tan = mu_d * F(random.randint(-59, 59), 60)
-            chain = SlidingChain(n, tan, mu_d)
+            chain = RationalChain(n, tan, mu_d)
             try:
                 chain.ramp(4 * n * mu_d)
             except NotUnique:

@@ -12,7 +12,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from derivations.play import play_variation
+from derivations.chain import play_variation
 from exactcreep.laws import pivots, prediction
 from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain

@@ -1,78 +1,91 @@
-"""The exact rational chains, and the sweeps that the audit runs over a part of their range."""
+"""The exact rational chain, and the sweeps that the audit runs over a part of their range."""
 
 from __future__ import annotations
 
-from fractions import Fraction
+from fractions import Fraction as F
 from itertools import combinations, pairwise
 from random import Random
 
 import pytest
 
 from derivations import sliding_limit, two_sliders
-from derivations.play import NotUnique, SlidingChain, TwoSliders, play_variation
-
-F = Fraction
+from derivations.chain import Avalanche, NotUnique, RationalChain, play_variation
+from derivations.model import PREMISES
 
 
 def test_two_sliders_slip_by_twice_the_static_excess_and_keep_r0() -> None:
-    pair = TwoSliders(F(1, 4), F(1, 2), F(3, 5))
-    pair.ramp(F(2))
+    pair = RationalChain(2, F(1, 4), F(1, 2), F(3, 5))
+    pair.to(F(2))
     assert pair.slips == 9
     assert pair.x == [0, F(9, 5)]
-    pair.ramp(F(-2))
-    assert pair.r % F(1, 5) == 0
+    pair.to(F(-2))
+    assert (pair.x[1] - pair.x[0]) % F(1, 5) == 0
     assert pair.x[1] == F(9, 5)
     assert pair.x[0] > 0
 
 
 def test_a_slider_exactly_at_its_threshold_stays() -> None:
-    pair = TwoSliders(F(1, 4), F(1, 2), F(3, 5))
-    pair.ramp(F(3, 5) - F(1, 4))
+    pair = RationalChain(2, F(1, 4), F(1, 2), F(3, 5))
+    pair.to(F(3, 5) - F(1, 4))
     assert pair.slips == 0
-    pair.ramp(pair.y + F(1, 10**40))
+    pair.to(pair.y + F(1, 10**40))
     assert pair.slips == 1
 
 
-def test_a_sliding_chain_never_exceeds_mu_d_and_its_tensions_match_its_positions() -> None:
+def test_a_slip_that_sets_another_slider_in_motion_is_refused() -> None:
+    with pytest.raises(Avalanche):
+        RationalChain(2, F(0), F(1, 2), F(3, 5)).to(F(1))  # both start together
+    with pytest.raises(Avalanche):
+        RationalChain(3, F(1, 4), F(1, 2), F(3, 5)).to(F(5))
+
+
+def test_a_chain_takes_its_numbers_from_the_model() -> None:
+    for premise, weight, holds, move in (
+        ("gravity x 7", F(7, 4), F(3, 5), F(1, 5)),
+        ("friction x 2", F(1, 4), F(3, 5), F(-4, 5)),
+        ("mu_s in motion", F(1, 4), F(3, 5), F(0)),
+    ):
+        pair = RationalChain(2, F(1, 4), F(1, 2), F(3, 5), model=PREMISES[premise])
+        assert (pair.forces[0], pair.holds, pair.move) == (weight, holds, move)
+
+
+def test_a_sliding_chain_never_exceeds_mu_d_and_its_forces_match_its_positions() -> None:
     random = Random(2)
-    for n in range(1, 10):
-        chain = SlidingChain(n, F(random.randint(1, 98), 200), F(1, 2))
-        total = F(0)
+    for n in range(2, 10):
+        chain = RationalChain(n, F(random.randint(1, 98), 200), F(1, 2))
         for _ in range(30):
-            change = F(random.randint(-500, 500), 100)
             try:
-                chain.ramp(change)
+                chain.ramp(F(random.randint(-500, 500), 100))
             except NotUnique:
                 break
-            total += change
-            for slider in range(1, n + 1):
-                assert abs(chain.force(slider)) <= chain.mu_d
-            for k in range(1, n):
-                assert chain.tension[k] == chain.x[k] - chain.x[k - 1] - total
+            x = chain.x
+            tension = [F(0), *(b - a - chain.y for a, b in pairwise(x)), F(0)]
+            assert chain.forces == [b - a + chain.slope for a, b in pairwise(tension)]
+            assert max(map(abs, chain.forces)) <= chain.mu_d
 
 
 def test_a_dummy_breakpoint_changes_nothing() -> None:
     random = Random(3)
     for n in range(2, 9):
-        one, other = (SlidingChain(n, F(13, 100), F(1, 2)) for _ in range(2))
+        whole, parts = (RationalChain(n, F(13, 100), F(1, 2)) for _ in range(2))
         for _ in range(10):
             change = F(random.randint(-500, 500), 100)
             part = change * F(random.randint(1, 9), 10)
-            one.ramp(change)
-            other.ramp(part)
-            other.ramp(change - part)
-        assert one.x == other.x
+            whole.ramp(change)
+            parts.ramp(part)
+            parts.ramp(change - part)
+        assert whole.x == parts.x
 
 
 def test_the_mirror_image_of_a_sliding_chain_moves_the_other_way() -> None:
     random = Random(4)
     for n in range(2, 9):
-        one, other = SlidingChain(n, F(13, 100), F(1, 2)), SlidingChain(n, F(-13, 100), F(1, 2))
+        chain, mirror = (RationalChain(n, F(way * 13, 100), F(1, 2)) for way in (1, -1))
         for _ in range(10):
             change = F(random.randint(-500, 500), 100)
-            one.ramp(change)
-            other.ramp(change)
-        assert one.x == [-x for x in reversed(other.x)]
+            chain.ramp(change)
+            mirror.ramp(change)
+        assert chain.x == [-x for x in reversed(mirror.x)]
 
 
 def test_the_play_operator_rises_and_falls_by_the_truncated_variation() -> None:
@@ -102,15 +115,7 @@ def test_the_truncated_variation_is_that_of_the_best_subsequence() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(10))
 def test_the_staircase_holds_on_many_more_chains(seed: int) -> None:
-    for slope, low, high, reach, start in two_sliders.cases(2000, 1000 + seed):
-        pair = TwoSliders(slope, low, high, r=start)
-        pair.ramp(reach)
-        pair.ramp(-reach)
-        before = sum(pair.x)
-        pair.ramp(reach)
-        pair.ramp(-reach)
-        velocity = (sum(pair.x) - before) / 4
-        assert velocity == two_sliders.staircase(slope, low, high, reach, start)
+    assert all(two_sliders.velocity_agrees(*case) for case in two_sliders.cases(2000, 1000 + seed))
 
 
 @pytest.mark.slow
