@@ -347,7 +347,7 @@ def _of_velocity(method: Method, experiment: Experiment, best: Creep) -> dict[st
 
 def shortened(drive: Drive, targets: int) -> Drive:
     """Return a drive of the first targets, one at least (of cycles, one whole cycle)."""
-    targets = max(targets, 1)
+    targets = min(max(targets, 1), drive.half_cycles)
     if isinstance(drive, Cycles):
         return Cycles(drive.amplitude, max(targets // 2, 1))
     if isinstance(drive, GaussianSteps):

@@ -1,34 +1,45 @@
-"""Plans: what a scene needs and does not need, what each solver would cost, and which to take."""
+"""What a scene needs, which solver answers it and why, what that costs, and how far to trust it."""
 
 from __future__ import annotations
 
 import math
-import time
 import warnings
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
 from typing import Any, NamedTuple
 
-from exactcreep.laws import prediction
-from exactcreep.limits import NO_LIMITS, Limits, OutOfTime
+from exactcreep.laws import edges, prediction
+from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Drive
-from exactcreep.model.numbers import Number, Shown, nearest_float, plain_data
+from exactcreep.model.drive import Cycles, Drive
+from exactcreep.model.numbers import (
+    InputError,
+    Number,
+    Shown,
+    nearest_float,
+    plain_data,
+    whole_number,
+)
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
-from exactcreep.quasistatic.course import course_of
-from exactcreep.quasistatic.creep import PhysicsWarning, run_members
+from exactcreep.quasistatic.creep import PhysicsWarning, creep
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.sensitivity import MOST_EVENTS
 from exactcreep.scene import Scene
-from exactcreep.solvers.auto import LADDER, Choice, Rung, choose, runner, valid_accuracy
-from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
-from exactcreep.solvers.solver import Simulation, advance
-from exactcreep.solvers.warm_up import warm_up
+from exactcreep.solvers.registry import SOLVERS
+from exactcreep.studies.compare import shortened
 
-DEFAULT_ACCURACY = "0.01"
-_TIMED_SECONDS = 0.2  # of a pilot run: long beside a call, short beside a reader's patience
-_TIMED_TOGETHER = 10.0  # of all members of a scene
+FLOAT_DIGITS = 15
+"""Significant digits that float64 holds."""
+_FIRST = 10  # half-cycles whose events are counted
+_MOST = 1_000_000  # of these events, and
+_FOLLOWED = 20_000  # of those over which a copy a few roundings off is followed
+NANOSECONDS: Mapping[str, tuple[Fraction, Fraction]] = {
+    "exact": (Fraction(200), Fraction(4)),
+    "certified": (Fraction(500_000), Fraction(40_000)),
+}
+"""What an event takes: so much, and so much more for each slider, as measured for the book."""
+_LONE_SLIP = 8  # nanoseconds of an event of two sliders, by `exact`
 
 
 class Need(NamedTuple):
@@ -42,181 +53,191 @@ class Need(NamedTuple):
     reason: str
 
 
+class _Asked(NamedTuple):
+    """What the rules decide about."""
+
+    experiment: Experiment
+    digits: int
+    explicit: str | None
+
+    @property
+    def chain(self) -> Chain:
+        return self.experiment.chain
+
+    @property
+    def rests(self) -> bool:
+        """Whether it is a single slider that stays where it is."""
+        return self.chain.n == 1 and abs(self.chain.tan_alpha) <= self.chain.mu_d
+
+    @property
+    def still(self) -> bool:
+        """Whether neither end is ever loaded beyond its threshold, from the relaxed chain."""
+        chain = self.chain
+        load = chain.l0 * Fraction(self.experiment.widest)
+        room = float(chain.mu_s - abs(chain.tan_alpha)) * chain.cos_alpha
+        relaxed = self.experiment.start is None and chain.sigma_mu == 0
+        return relaxed and chain.n > 1 and nearest_float(load) < room * (1 - 2**-40)
+
+    @property
+    def staircase(self) -> bool:
+        """Whether the staircase of two sliders is the whole answer."""
+        chain, drive = self.chain, self.experiment.drive
+        clean = chain.n == 2 and chain.sigma_mu == 0 and not self.experiment.record
+        below = 0 < abs(chain.tan_alpha) < chain.mu_d
+        return clean and below and isinstance(drive, Cycles) and self.experiment.start is None
+
+
+class Rule(NamedTuple):
+    """A rule of `plan`: when it holds, which solver it names ("law": no run), and why."""
+
+    holds: Callable[[_Asked], bool]
+    solver: str
+    reason: str
+
+
+RULES = (
+    Rule(lambda a: a.explicit is not None, "", "the scene names it"),
+    Rule(
+        lambda a: a.rests and not a.experiment.record,
+        "law",
+        "one slider has no spring: it rests for ever",
+    ),
+    Rule(
+        lambda a: a.chain.slides,
+        "sliding",
+        "mu_s = mu_d without disorder: there are no slips, and the sliding limit is exact",
+    ),
+    Rule(
+        lambda a: a.still and not a.experiment.record,
+        "law",
+        "l0 |theta| stays below mu_s c - |s|: no end of the relaxed chain ever starts",
+    ),
+    Rule(
+        lambda a: a.staircase and a.digits <= FLOAT_DIGITS,
+        "law",
+        "two relaxed sliders without disorder: the staircase is exact",
+    ),
+    Rule(
+        lambda a: a.digits > FLOAT_DIGITS,
+        "certified",
+        f"more than {FLOAT_DIGITS} digits: float64 does not hold them",
+    ),
+    Rule(lambda a: True, "exact", "every event counts, and float64 holds the digits asked for"),
+)
+"""In order of precedence: the first that holds decides."""
+
+
 @dataclass(frozen=True, repr=False)
 class Plan(Shown):
-    """How to come by the answer to a question about a scene with the least effort.
+    """Which solver answers a question about a scene, why, what it costs, and what it is worth.
 
     Attributes
     ----------
     experiment : Experiment
-    accuracy : float
-        Largest relative error, at 95 %, that is allowed.
-    question : str
-        ``velocity`` or ``course``.
-    choice : Choice
-        The rung of the ladder, all candidates with their errors, the reason, the pilot run.
+    digits : int
+        Significant digits asked for.
     explicit : str or None
         The solver that the scene names itself, which a plan never overrides.
+    solver : str
+        ``law`` if a closed form is the answer.
+    reason : str
     needs : tuple of Need
-    costs : mapping of str to float
-        Predicted seconds of the scene's own run for each of `LADDER`; nan where it does not apply.
+    law : tuple of float
+        The mean velocity by the theorem that decides, or of the paper's law; empty: none.
+    theorems : mapping of str to float
+        Amplitudes of cycles between the fates of the chain, see `exactcreep.laws.EDGES`.
+    events : float
+        Expected of the whole run, from its first ten half-cycles; nan: not known.
+    seconds : float
+        The run's cost: so many events times the published time of one; nan: not known.
     course : str
-        One sentence: how far the course of the run by `exact` can be followed; "" where that is not
-        known.
+        How far the trajectory can be trusted; "" where that is not known.
     trusted_half_cycles : int or None
         As in `Creep`.
 
     Examples
     --------
     >>> from exactcreep import Chain, Cycles, plan
-    >>> found = plan(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 50))
-    >>> found.solver, sorted(found.costs)
-    ('law', ['certified', 'exact', 'law', 'sliding'])
+    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+    >>> plan(chain, Cycles("0.001", 50)).solver, plan(chain, Cycles("0.001", 50), digits=40).solver
+    ('law', 'certified')
     """
 
     experiment: Experiment
-    accuracy: float
-    question: str
-    choice: Choice
+    digits: int
     explicit: str | None
+    solver: str
+    reason: str
     needs: tuple[Need, ...]
-    costs: Mapping[str, float]
+    law: tuple[float, ...]
+    theorems: Mapping[str, float]
+    events: float = math.nan
+    seconds: float = math.nan
     course: str = ""
     trusted_half_cycles: int | None = None
 
-    @property
-    def solver(self) -> str:
-        """The solver that will run: the explicit one if there is one, else the choice."""
-        if self.explicit is not None and self.explicit != "auto":
-            return self.explicit
-        return self.choice.name
-
     def _facts(self) -> dict[str, Any]:
-        return {
-            "solver": self.solver,
-            "question": self.question,
-            "accuracy": self.accuracy,
-            "accuracy_reached": self.accuracy_reached,
-            "reason": self.choice.reason,
-        } | {f"seconds_of_{name}": float(f"{s:.3g}") for name, s in self.costs.items() if s == s}
-
-    @property
-    def accuracy_reached(self) -> bool:
-        """Whether the solver that will run is expected to reach the accuracy along this drive."""
-        rungs = {rung.name: rung for rung in self.choice.candidates}
-        return self.solver in rungs and rungs[self.solver].error <= self.accuracy
-
-    def seeds(self, rung: Rung) -> float:
-        """Return how many seeds reach the accuracy; inf if no number does, nan if unknown.
-
-        So many times longer a run, of cycles or Gaussian steps, does the same.
-        """
-        times = rung.repeats(self.accuracy)
-        return float(math.ceil(times)) if math.isfinite(times) else times
-
-    def seconds(self, rung: Rung) -> float:
-        """Return what a rung costs that reaches the accuracy; nan if it does not, or is unknown."""
-        seconds = self.costs[rung.name] * self.seeds(rung)
-        return seconds if math.isfinite(seconds) else math.nan
+        names = "solver reason law events seconds course"
+        facts = {name: getattr(self, name) for name in names.split()}
+        return {k: v for k, v in facts.items() if v == v and v not in ((), "")}
 
     def summary(self) -> dict[str, Any]:
         """Return the plan as plain data for JSON; a number that is not known is None."""
-        own = ("solver", "explicit", "question", "accuracy", "accuracy_reached",
-               "trusted_half_cycles")  # fmt: skip
-        pilot = self.choice.pilot
-        half_cycles = self.experiment.drive.half_cycles
-        return plain_data(
-            {
-                "choice": self.choice.name,
-                "reason": self.choice.reason,
-                "half_cycles": half_cycles,
-                "law": list(self.choice.law),
-                "needs": {
-                    name: {"needed": needed, "reason": reason}
-                    for name, needed, reason in self.needs
-                },
-                "candidates": [
-                    {
-                        "solver": rung.name,
-                        "applies": rung.applies,
-                        "bias": rung.bias,
-                        "statistical_error": rung.statistical,
-                        "known_by": rung.known_by,
-                        "reason": rung.reason,
-                        "seconds": self.costs[rung.name],
-                        "seeds_needed": self.seeds(rung),
-                        "half_cycles_needed": self.seeds(rung) * half_cycles,
-                        "seconds_needed": self.seconds(rung),
-                    }
-                    for rung in self.choice.candidates
-                ],
-                "pilot": None if pilot is None else vars(pilot),
-                "course": self.course or None,
-            }
-            | {name: getattr(self, name) for name in own}
-        )
+        own = ("solver", "reason", "explicit", "digits", "law", "theorems", "events", "seconds",
+               "course", "trusted_half_cycles")  # fmt: skip
+        needs = {n.name: {"needed": n.needed, "reason": n.reason} for n in self.needs}
+        about = {"half_cycles": self.experiment.drive.half_cycles, "needs": needs}
+        return plain_data({name: getattr(self, name) for name in own} | about)
 
 
 def plan(
     chain: Chain,
     drive: Drive,
     *,
-    accuracy: Number = DEFAULT_ACCURACY,
-    question: str = "velocity",
+    digits: Number = FLOAT_DIGITS,
+    record: tuple[str, ...] = (),
     seed: int = 0,
     start: State | None = None,
-    record: tuple[str, ...] = (),
 ) -> Plan:
-    """Return the cheapest way to the mean velocity, or the course, of a chain, accurate enough.
+    """Return which solver answers a question about a chain and a drive, and what that takes.
 
     Parameters
     ----------
     chain : Chain
     drive : Drive
-    accuracy : number
-        Largest relative error, at 95 %, between 0 and 1.
-    question : {"velocity", "course"}
-        Of what: of the long-time mean velocity over disorder and starts, or of x_G and the
-        tensions at every target.
+    digits : int
+        Significant digits that are wanted of the trajectory.
+    record : tuple of str
+        What is to be recorded besides the mean velocity.
     seed : int
     start : State, optional
         Default: the relaxed chain.
-    record : tuple of str
-        What is to be recorded besides the velocity.
 
     Returns
     -------
     Plan
-        Its `choice` of a solver with the reason, what the run needs (`needs`), the predicted
-        `costs` of every solver in seconds, whether this run reaches the accuracy, and how many
-        seeds, or how many times as many cycles, do.
+        By `RULES` and theorems alone: nothing is measured, and the clock plays no part.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or a course cannot be followed.
-
-    Notes
-    -----
-    Guarantee: the choice depends on the arguments alone; the predicted times are measured on this
-    machine and do not influence it.
+        If an argument is out of range.
 
     Examples
     --------
     >>> from exactcreep import Chain, Cycles
-    >>> chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> plan(chain, Cycles("0.001", 50), accuracy=0.05).choice.name
-    'law'
+    >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
+    >>> plan(chain, Cycles("0.001", 50)).solver
+    'exact'
     """
     experiment = Experiment.of(chain, drive, seed=seed, start=start, record=record)
-    return _planned(experiment, accuracy, question, experiment.record)
+    return _planned(experiment, digits, None)
 
 
 def plan_scene(
     scene: Scene,
     *,
-    accuracy: Number | None = None,
-    question: str | None = None,
+    digits: Number = FLOAT_DIGITS,
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> list[tuple[Mapping[str, Any], Plan]]:
@@ -227,10 +248,8 @@ def plan_scene(
     Parameters
     ----------
     scene : Scene
-    accuracy : number, optional
-        Default: that of the scene, if its solver is ``auto``, else 0.01.
-    question : {"velocity", "course"}, optional
-        Default: that of the scene, if its solver is ``auto``, else ``velocity``.
+    digits : int
+        As of `plan`.
     max_seconds : number, optional
         After so much time the members planned so far are returned.
     progress : callable, optional
@@ -244,138 +263,85 @@ def plan_scene(
     plans: list[tuple[Mapping[str, Any], Plan]] = []
     members = scene.members()
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
-    timed = min(_TIMED_SECONDS, _TIMED_TOGETHER / len(members))
     for member in members:
         say("planning", len(plans), len(members), "members")
-        named = member.settings.get("run.solver", scene.tables["run"].get("solver"))
-        own = member.experiment.options if named == "auto" else {}
-        wanted = own.get("accuracy", DEFAULT_ACCURACY) if accuracy is None else accuracy
-        asks = own.get("question", "velocity") if question is None else question
-        asked = "record" in scene.tables["run"] or "run.record" in member.settings
-        record = member.experiment.record if asked else ()
-        try:
-            one = _planned(member.experiment, wanted, asks, record, named, limits, timed)
-        except OutOfTime:
+        if limits.passed():
             break
-        plans.append((member.settings, one))
+        named = member.settings.get("run.solver", scene.tables["run"].get("solver"))
+        asked = "record" in scene.tables["run"] or "run.record" in member.settings
+        e = member.experiment
+        record = e.record if asked else ()
+        own = Experiment.of(e.chain, e.drive, seed=e.seed, start=e.start, record=record)
+        plans.append((member.settings, _planned(own, digits, named, limits)))
     return plans
 
 
 def _planned(
-    experiment: Experiment,
-    accuracy: Any,
-    question: str,
-    record: tuple[str, ...],
-    explicit: str | None = None,
-    limits: Limits = NO_LIMITS,
-    seconds: float = _TIMED_SECONDS,
+    experiment: Experiment, digits: Any, explicit: str | None, limits: Limits = NO_LIMITS
 ) -> Plan:
-    """Return the plan of one experiment; raise `OutOfTime` if the limits do not allow it."""
-    wanted = float(valid_accuracy(accuracy))
-    choice = choose(
-        experiment.chain,
-        experiment.drive,
-        accuracy=accuracy,
-        question=question,
-        start=experiment.start,
-        seed=experiment.seed,
-        record=record,
-        limits=limits,
-    )
-    begun = []
-    if any(rung.name == "exact" and rung.applies for rung in choice.candidates):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
-            left = limits.seconds_left
-            allowed = Limits(MOST_EVENTS, seconds=math.inf if left is None else left)
-            own: dict[str, Any] = {"solver": "exact", "options": {}, "burn_in": None}
-            own |= {"record": (), "twin": True}
-            begun = run_members([replace(experiment, **own)], limits=allowed)
-    limits.require()
-    return Plan(
-        experiment=experiment,
-        accuracy=wanted,
-        question=question,
-        choice=choice,
-        explicit=explicit,
-        needs=_needs(experiment, choice, wanted, record),
-        costs=_costs(experiment, choice, wanted, seconds),
-        course=course_of(begun),
-        trusted_half_cycles=begun[0].trusted_half_cycles if begun else None,
-    )
+    """Return the plan of one experiment."""
+    wanted = whole_number(digits, "digits", least=1, most=100_000)
+    if explicit is not None and explicit not in SOLVERS:
+        raise InputError("run.solver", explicit, "must be one of " + ", ".join(SOLVERS))
+    asked = _Asked(experiment, wanted, explicit)
+    rule = next(rule for rule in RULES if rule.holds(asked))
+    solver = rule.solver or str(explicit)
+    chain, drive = experiment.chain, experiment.drive
+    law: tuple[float, ...] = ()
+    if rule.solver == "law" and (asked.still or asked.rests):
+        law = (0.0,)
+    elif (found := prediction(chain, drive, experiment.start)) is not None:
+        staircase = found.staircase
+        law = (staircase,) if rule.solver == "law" and staircase is not None else found.printed
+    theorems = edges(chain) if isinstance(drive, Cycles) else {}
+    cost: dict[str, Any] = {}
+    if not chain.slides and solver != "law":
+        cost = _expected(experiment, solver, limits)
+    needs = _needs(experiment, solver, wanted)
+    return Plan(experiment, wanted, explicit, solver, rule.reason, needs, law, theorems, **cost)
 
 
-def _needs(
-    experiment: Experiment, choice: Choice, accuracy: float, record: tuple[str, ...]
-) -> tuple[Need, ...]:
-    chain, random = experiment.chain, experiment.drive.random
-    inertia, digits = choice.name in ("exact", "certified"), accuracy < TENSION_TOLERANCE
-    disorder = moving = "within the accuracy it does not change the velocity"
-    if chain.sigma_mu == 0:
-        disorder = "sigma_mu = 0: no coefficient is drawn"
-    elif inertia:
-        width = f"sigma_mu = {nearest_float(chain.sigma_mu):.3g}"
-        disorder = f"{width}: a coefficient is drawn at every stop"
-    if inertia:
-        moving = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
-    elif chain.slides:
-        moving = "mu_s = mu_d: sliders slide with theta, and never accelerate"
+def _expected(experiment: Experiment, solver: str, limits: Limits) -> dict[str, Any]:
+    """Return the events and the cost of a run, and how far its trajectory can be trusted."""
+    chain, drive = experiment.chain, experiment.drive
+    about: dict[str, Any] = {"seed": experiment.seed, "start": experiment.start, "record": ()}
+    about |= {"max_seconds": limits.seconds_left, "progress": False}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
+        first = creep(chain, shortened(drive, _FIRST), max_events=_MOST, **about)
+        followed = creep(chain, drive, max_events=_FOLLOWED, **about)
+    events = math.nan
+    if first.half_cycles:
+        events = first.event_count / first.half_cycles * drive.half_cycles
+    seconds = math.nan
+    if solver in NANOSECONDS:
+        fixed, each = NANOSECONDS[solver]
+        lone = solver == "exact" and chain.n == 2
+        seconds = 1e-9 * float(_LONE_SLIP if lone else fixed + each * chain.n) * events
+    known = {"course": followed.course, "trusted_half_cycles": followed.trusted_half_cycles}
+    return {"events": events, "seconds": seconds} | known
+
+
+def _needs(experiment: Experiment, solver: str, digits: int) -> tuple[Need, ...]:
+    """Return what a scene needs and does not need."""
+    chain, random, record = experiment.chain, experiment.drive.random, experiment.record
+    inertia = solver not in ("law", "sliding")
+    disorder = "sigma_mu = 0: no coefficient is drawn"
+    if chain.sigma_mu != 0:
+        disorder = f"sigma_mu = {nearest_float(chain.sigma_mu):.3g}: one is drawn at every stop"
+    moving = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
+    if not inertia:
+        moving = "a theorem tells the velocity without following any slip"
+        if solver == "sliding":
+            moving = "sliders slide with theta, and never accelerate"
     dilations = "theta is drawn at every target" if random else "theta is given"
     recorded = "recorded: " + ", ".join(record) if record else "only the velocity is asked for"
-    held = "asked for more than float64 holds" if digits else "float64 holds the accuracy"
+    many = digits > FLOAT_DIGITS
+    held = f"{digits} are asked for, float64 holds {FLOAT_DIGITS}"
     return (
         Need("disorder", inertia and chain.sigma_mu != 0, disorder),
         Need("random dilations", random, dilations),
         Need("inertia", inertia, moving),
         Need("trajectories", bool(record), recorded),
-        Need("digits", digits, held),
+        Need("digits", many, held if many else "float64 holds what is asked for"),
     )
-
-
-class _Lap(NamedTuple):
-    seconds: float
-    half_cycles: int
-    events: int
-
-
-def _timed(simulation: Simulation, drive: Drive, until: int, limits: Limits, done: int = 0) -> _Lap:
-    """Take a simulation from target `done` of a drive to `until`, or as far as it may."""
-    events, begin = simulation.tally.events, time.perf_counter()
-    completed = advance(simulation, drive, until, limits, done=done).completed
-    return _Lap(time.perf_counter() - begin, completed, simulation.tally.events - events)
-
-
-def _costs(
-    experiment: Experiment, choice: Choice, accuracy: float, seconds: float
-) -> dict[str, float]:
-    """Return the predicted seconds of a run for each rung, each measured for so long."""
-    costs = dict.fromkeys(LADDER, math.nan)
-    chain, drive = experiment.chain, experiment.drive
-    events = math.nan  # of the whole run, from the exact one
-    for rung in choice.candidates:
-        proved = rung.name == "certified"
-        if not rung.applies or (proved and math.isnan(events)):
-            continue
-        begin = time.perf_counter()
-        if rung.name == "law":
-            prediction(chain, drive, experiment.start)
-            costs["law"] = time.perf_counter() - begin
-            continue
-        algorithm = runner(rung.name, accuracy)
-        if not proved:
-            warm_up(algorithm, algorithm.compiles(chain.n))
-        simulation = algorithm.simulation(chain, experiment.initial, experiment.seed, ())
-        until = min(3, drive.half_cycles) if proved else drive.half_cycles
-        lap = _timed(simulation, drive, until, Limits(at=time.perf_counter() + seconds))
-        if not proved:
-            share = drive.half_cycles / lap.half_cycles if lap.half_cycles else math.nan
-            costs[rung.name] = lap.seconds * share
-            if rung.name == "exact" and lap.half_cycles:
-                events = lap.events / lap.half_cycles * drive.half_cycles
-            continue
-        took, happened = lap.seconds, lap.events
-        if happened == 0:  # the first takes longer than that, if there is one
-            more = _timed(simulation, drive, until, Limits(1), lap.half_cycles)
-            took, happened = took + more.seconds, more.events
-        costs[rung.name] = took / happened * events if happened else 0.0
-    return costs

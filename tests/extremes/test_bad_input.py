@@ -225,7 +225,7 @@ def test_wild_arguments_of_the_other_studies_are_used_or_refused(first: Any, sec
     for call in (
         lambda: plan(first, RUN),
         lambda: plan(CHAIN, first),
-        lambda: plan(Chain(3, 1, 1, 1, tan_alpha=0), RUN, accuracy=first, seed=second),
+        lambda: plan(Chain(3, 1, 1, 1, tan_alpha=0), RUN, digits=first, seed=second),
         lambda: compare(first),
         lambda: compare(experiment, dt=first, events=1),
         lambda: compare(experiment, digits=None if isinstance(first, (int, float)) else first),

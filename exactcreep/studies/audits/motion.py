@@ -26,16 +26,14 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.modes import Run, RunMotion, forces_of
 from exactcreep.motion.replay import Energies, Phase, Replay
-from exactcreep.solvers.exact.layout import PROMISED_EVENTS
-from exactcreep.solvers.rows import Avalanche
-from exactcreep.solvers.solver import Tally
-from exactcreep.solvers.tables import RearrangementRow, SlipRow
 
 ACCURACY = 1e-12
 """What float64 claims: errors of forces and velocities in units of the largest threshold."""
 ROUNDING = 2.0**-46
 """Of the replay in float64 itself."""
 _SHORTEST = 2.0**-40  # piece of a motion, relative, that is not divided further
+_TOGETHER = 4096  # pieces of a motion that are looked at together
+_LONGEST = 1e6  # tau_dyn: no slider that friction brakes moves for so long
 
 
 @dataclass(frozen=True)
@@ -45,8 +43,8 @@ class Finding:
     Attributes
     ----------
     check : str
-        ``order``, ``contact``, ``motion``, ``static``, ``drive``, ``energy``, ``state``,
-        ``claim`` (velocities, counts, outcome, evidence) or ``file``.
+        ``order``, ``contact``, ``motion``, ``static``, ``drive``, ``energy``, ``state``, or
+        ``again`` (what running again does not give).
     rearrangement, number : int or None
         Where: from 0; the event within the rearrangement, from 0.
     sentence : str
@@ -84,14 +82,10 @@ class Auditor:
         See `Audit`.
     limits, reason
         Of the time that the audit may take, and how it has ended the audit.
-    tally, slips, rows, slip_rows
-        What a run counts (slips in this half-cycle) and records of its rearrangements, made again.
+    rearrangements, events : int
+        Followed to their end.
     load : float
         Largest ``l0 |theta|`` so far.
-    replay : Replay or None
-        Of the last rearrangement, at its end.
-    long : bool
-        Whether that one is too long for float64's promise.
     way : int
         Of the ramp to the next rearrangement; 0 if there is none.
     room : float
@@ -113,12 +107,7 @@ class Auditor:
         self.radii: list[float] = []
         self.balance = self.load = self.room = 0.0
         self.limits, self.reason = NO_LIMITS, ""
-        self.tally = Tally()
-        self.slips = np.zeros(chain.n, dtype=np.int64)
-        self.rows: list[RearrangementRow] = []
-        self.slip_rows: list[SlipRow] = []
-        self.replay: Replay | None = None
-        self.long, self.way = False, 0
+        self.rearrangements = self.events = self.way = 0
         pairs = enumerate(start.draws.tolist())
         drawn = [float(self.contacts.coefficient(n + 1, k - 1)) for n, k in pairs]
         self.state = State(
@@ -191,20 +180,15 @@ class Auditor:
     # -- one rearrangement ---------------------------------------------------------------------
 
     def rearrangement(
-        self, events: Sequence[Event], load_error: float, *, ended: bool, half_cycle: int = 1,
+        self, events: Sequence[Event], load_error: float, *, ended: bool,
         residuals: Sequence[float] = (),
     ) -> None:  # fmt: skip
         """Check one rearrangement, from the present state, and the residuals of its events."""
         known = [enclosure(event.time) for event in events]
         middles = [replace(e, time=time.middle) for e, time in zip(events, known, strict=True)]
         replay = Replay(self.chain, self.state, middles, self.arithmetic, self.contacts)
-        self.replay = replay
-        rearrangement, tally, number = self.place[0], self.tally, 0
+        rearrangement, number = self.place[0], 0
         widest = self.floor() + load_error
-        avalanche = Avalanche(
-            tally.rearrangements, half_cycle, self.state.theta, self.way, replay.tensions,
-            self.arithmetic.zeros(self.chain.n),
-        )  # fmt: skip
         for phase in replay:
             self.place = (rearrangement, number)
             self.phase(replay, phase)
@@ -216,23 +200,11 @@ class Auditor:
                 legal = self.contact(replay, event)
                 for n, sign in legal.items():
                     radius = nearest_float(known[number].radius)
-                    self.condition(replay, event.kind, n, sign, radius, slack)
+                    self.condition(replay, event.kind, n, sign, min(radius, widest), slack)
                 phase.happen(event, legal)
-                sliders = tuple(n + 1 for n in legal)
-                allowed = replace(event, sliders=sliders, signs=tuple(legal.values()))
-                self.slip_rows += avalanche.take(
-                    allowed, replay.flow.moved, replay.coefficient, self.arithmetic
-                )
                 number += 1
-                if event.kind is EventKind.STOP:
-                    self.slips[list(legal)] += 1
-                    drawn = map(replay.coefficient, legal)
-                    tally.draws_below_mu_d += sum(map(self.contacts.is_low, drawn))
-        self.long = number > PROMISED_EVENTS
-        tally.rearrangements += 1
-        tally.events += number
-        tally.slips += avalanche.slips
-        tally.long_rearrangements += self.long
+        self.rearrangements += 1
+        self.events += number
         self.place = (rearrangement, None)
         before, self.state = self.state, replay.state()
         self.balanced(replay.energies(), before.tensions)
@@ -242,7 +214,6 @@ class Auditor:
         if moving:
             self.find("motion", f"sliders {moving} still move after the last event")
         self.rests("the rearrangement ends")
-        self.rows.append(avalanche.row(self.chain, self.arithmetic, 0))
 
     def phase(self, replay: Replay, phase: Phase) -> None:
         """Check the motion up to the next events, and let it pass."""
@@ -262,8 +233,12 @@ class Auditor:
                     text = f"slider {n + 1} stays at rest beyond its threshold {when}"
                     self.within("static", text, beyond, self.room)
             allowed = ACCURACY * self.scale
+            span = nearest_float(exact(phase.span))
+            if span > _LONGEST:
+                self.find("motion", f"no slider moves for {span:.3g} tau_dyn", span, _LONGEST)
+                raise EnoughFindings
             watches = Watches(replay, phase.runs)
-            worst, n, moving = watches.worst(nearest_float(exact(phase.span)), allowed)
+            worst, n, moving = watches.worst(span, allowed)
             if worst < -allowed:
                 act = "turns back" if moving else "exceeds its threshold"
                 self.find("motion", f"slider {n + 1} {act} before the event", -worst, allowed)
@@ -388,9 +363,12 @@ class Watches:
         From value and slope at either end of a piece follows how far inwards a margin stays above
         -`allowed`; a piece that these two reaches do not cover is halved. Returns 0 if all are.
         """
-        times = np.linspace(0.0, span, 2 + math.ceil(2 * span))
-        a, b = times[:-1], times[1:]
-        while a.size:
+        ends = np.linspace(0.0, span, 2 + math.ceil(2 * span))
+        waiting = [(ends[k : k + _TOGETHER], ends[k + 1 : k + 1 + _TOGETHER])
+                   for k in range(0, ends.size - 1, _TOGETHER)]  # fmt: skip
+        while waiting:
+            a, b = waiting.pop()
+            a = a[: b.size]
             values, slopes = self.values(np.concatenate([a, b]))
             margin, place = np.unravel_index(int(np.argmin(values)), values.shape)
             if values[margin, place] < -allowed:
@@ -401,9 +379,10 @@ class Watches:
             reach = (slopes + root) / self.bounds
             covered = reach[:, : a.size] + reach[:, a.size :]
             loose = (covered < b - a).any(axis=0) & (b - a > _SHORTEST * span)
-            a, b = a[loose], b[loose]
-            middle = (a + b) / 2
-            a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
+            if loose.any():
+                a, b = a[loose], b[loose]
+                middle = (a + b) / 2
+                waiting += [(a, middle), (middle, b)]
         return 0.0, -1, False
 
 
