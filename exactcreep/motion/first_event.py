@@ -52,6 +52,8 @@ class FirstEvent:
         For runs, from their first slider on: where the event finds them, if that is known already.
     exact : bool
         Whether the displacements lie in Q(c) and have been taken there.
+    alike : bool
+        Whether time and displacements are the same in all states of a set.
     """
 
     time: Any
@@ -59,6 +61,7 @@ class FirstEvent:
     starts: tuple[tuple[int, int], ...]
     shifts: tuple[tuple[int, list[Any], list[Any]], ...] | None = None
     exact: bool = False
+    alike: bool = False
 
 
 @dataclass(eq=False)

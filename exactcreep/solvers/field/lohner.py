@@ -220,6 +220,9 @@ class LohnerMechanics(Mechanics):
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event, of the middle; see `Mechanics.first_event`."""
+        slip = None if self.exact is not None else self._lone_slip(flow)
+        if slip is not None:
+            return slip
         # at the precision limit, where nothing is asked again, balls hold every state
         if self.exact is None and not self.assume and not self._may_run_away(flow):
             found = self._proved(flow)
@@ -228,6 +231,23 @@ class LohnerMechanics(Mechanics):
         if self.set is not None:
             self._give_up(flow)
         return super().first_event(flow)
+
+    def _lone_slip(self, flow: Flow) -> FirstEvent | None:
+        """Return the slip of an end alone from its threshold: the same in all states.
+
+        None if it is another motion, or the neighbour may start before it ends.
+        """
+        n, end = self.chain.n, 0 if flow.signs[0] else self.chain.n - 1
+        alone = n > 1 and not self.mirrored and np.count_nonzero(flow.signs) == 1
+        if not alone or [*self.crossed] != [end]:
+            return None
+        beside, way = abs(end - 1), int(flow.signs[end])
+        length = 2 * self.arithmetic.number(self.crossed[end]) * self.cosine
+        room = self.thresholds[beside] - way * flow.forces[beside]
+        if not (length > 0 and room - length > self.slack):
+            return None
+        shifts = ((end, [way * length], [self.arithmetic.number(0)]),)
+        return FirstEvent(self.arithmetic.pi(), (end,), (), shifts, alike=True)
 
     def _may_run_away(self, flow: Flow) -> bool:
         steep = int(flow.signs[0]) * self.chain.tan_alpha >= self.chain.mu_d
@@ -326,7 +346,7 @@ class LohnerMechanics(Mechanics):
         begin, moves = self.time, not bool(found.time == 0)
         wide = self._wide(flow) if self.keep and moves else None
         arrived = super().advance(flow, found)
-        if moves:
+        if moves and not found.alike:
             self.since = self.since + 1 if self.exact is None else 0
             if self.set is not None:
                 self._set_follows(flow, found)
