@@ -24,7 +24,6 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
 from exactcreep.motion.solution import Solution
 from exactcreep.solvers.field.event_loop import Mechanics
-from exactcreep.solvers.field.lohner import LohnerMechanics
 from exactcreep.solvers.field.reference import (
     FieldSimulation,
     FieldSolver,
@@ -32,6 +31,7 @@ from exactcreep.solvers.field.reference import (
     mechanics_report,
     one_by_one,
 )
+from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
 from exactcreep.solvers.solver import (
     Rearrangement,
     Simulation,
@@ -107,7 +107,8 @@ class Certified(FieldSolver):
                 except Undecided:
                     continue
                 evidence = Evidence.of(mechanics.tally.undecided, Evidence.PROVED)
-                report = dict(result.report) | certificate(mechanics)
+                kinds = {kind.value: mechanics.kinds[kind] for kind in Kind}
+                report = {**result.report, **certificate(mechanics), "crossings": kinds}
                 motion = Solution(mechanics.pieces, mechanics.start) if mechanics.start else None
                 if result.outcome is Outcome.AT_REST:
                     if past is None:
@@ -156,13 +157,13 @@ class Past:
     here : State
         What the rest leads to.
     anchor : mapping or None
-        A later state that is known exactly in Q(c), as `LohnerMechanics.captured` has it.
+        A later state that is known exactly in Q(c), as `SetIntegrator.captured` has it.
     ways : tuple of int
         Directions of the rearrangements since then.
     bits : int
         Precision of `captured`.
     captured : mapping
-        `here`, as `LohnerMechanics.captured` has it.
+        `here`, as `SetIntegrator.captured` has it.
     """
 
     start: Start
@@ -181,7 +182,7 @@ class Past:
             return past if (first.chain, first.seed) == (start.chain, start.seed) else None
         return None
 
-    def then(self, mechanics: LohnerMechanics, way: int, here: State) -> Past:
+    def then(self, mechanics: SetIntegrator, way: int, here: State) -> Past:
         """Return the past of `here`, at which a rearrangement after these has ended."""
         captured, bits = mechanics.captured(), mechanics.arithmetic.bits
         anchor, ways = self.anchor, (*self.ways, way)
@@ -192,10 +193,10 @@ class Past:
 
 def _begun(
     start: Start, arithmetic: Arithmetic, past: Past | None, assume: bool, limits: Limits
-) -> LohnerMechanics:
+) -> SetIntegrator:
     """Return the chain at its start, as well known as this precision allows."""
     first = start if past is None else past.start
-    mechanics = LohnerMechanics(first, arithmetic, assume=assume, keep=True)
+    mechanics = SetIntegrator(first, arithmetic, assume=assume, keep=True)
     if past is None:
         return mechanics
     if arithmetic.bits <= past.bits or not _repeated(mechanics, past, limits):
@@ -206,7 +207,7 @@ def _begun(
     return mechanics
 
 
-def _repeated(mechanics: LohnerMechanics, past: Past, limits: Limits) -> bool:
+def _repeated(mechanics: SetIntegrator, past: Past, limits: Limits) -> bool:
     """Let a chain go through its past once more; return whether there was time for it."""
     if past.anchor is not None:
         mechanics.take_over(past.anchor)
@@ -250,8 +251,8 @@ def certificate(mechanics: Mechanics) -> dict[str, Any]:
 class CertifiedSimulation(FieldSimulation):
     """A simulation in balls, which goes back to its anchor when a comparison is undecided."""
 
-    kind = LohnerMechanics
-    mechanics: LohnerMechanics
+    kind = SetIntegrator
+    mechanics: SetIntegrator
     leap: ClassVar[int] = 2
     """How many times the precision is taken where it does not suffice."""
 

@@ -23,24 +23,24 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided, balls_of
-from exactcreep.motion.lohner_set import LohnerSet, exponent_of, scaled
 from exactcreep.motion.modes import Flow
-from exactcreep.solvers.field.lohner import LohnerMechanics
+from exactcreep.motion.state_set import StateSet, exponent_of, scaled
 from exactcreep.solvers.field.reference import FieldSimulation
+from exactcreep.solvers.field.set_integrator import SetIntegrator
 from exactcreep.solvers.solver import Start
 
 BITS = 128
 """Of the product of the derivatives of short stretches."""
 
 
-class TangentMechanics(LohnerMechanics):
-    """`LohnerMechanics` with the derivative of the present state in the shape and load at first.
+class TangentMechanics(SetIntegrator):
+    """`SetIntegrator` with the derivative of the present state in the shape and load at first.
 
     It is ``tangent product``, over all states of the set: the tangent's columns are a basis in
     floats with bounds of their errors, the product is a matrix of balls.
     """
 
-    stretch: ClassVar[int] = 2  # the set is much wider than that of a course
+    renew_every: ClassVar[int] = 2  # the set is much wider than that of a course
     product: Any = None
     rests = 0  # since the beginning
     half = 0  # the rest at which the shape is noted, and the derivative begins anew
@@ -69,7 +69,7 @@ class TangentMechanics(LohnerMechanics):
         rows[[0, n - 1], :inner] = -spread.sum(axis=0) / 2
         rows[0, inner], rows[n - 1, inner] = load, -load
         rows[:, inner + 1 :] = np.diag(scaled(noise, exponent))
-        self.set = LohnerSet.spanned(rows, exponent=exponent)
+        self.set = StateSet.spanned(rows, exponent=exponent)
         self.set.errors[0, [0, -1]] += n * 2.0**-52 * abs(spread).sum()
         self.fresh = False  # the present state is at rest
         self._look_around()
@@ -121,8 +121,8 @@ class TangentMechanics(LohnerMechanics):
             self.differentiate()
 
 
-def _columns(rows: NDArray[np.float64], fast: list[int]) -> list[LohnerSet]:
-    return [LohnerSet.spanned(column[:, None], fast) for column in rows.T]
+def _columns(rows: NDArray[np.float64], fast: list[int]) -> list[StateSet]:
+    return [StateSet.spanned(column[:, None], fast) for column in rows.T]
 
 
 def _orthogonal(rows: Any, product: Any) -> tuple[NDArray[np.float64], Any]:

@@ -97,6 +97,8 @@ class _Proof:
         solver = Certified(digits=digits, most_digits=30_000)
         self.simulation = _Leaping(Start(chain, start, 0), ("events",), solver)
         self.halves: list[HalfCycle] = []
+        self.names: dict[tuple[HalfCycle, ...], int] = {}  # of cycles, by their itineraries
+        self.cycles: list[int] = []
         self.log: list[LoggedRearrangement] = []
         self.travel: list[Enclosure] = []  # x_G at the ends of cycles, from the start on
         self.shapes: list[NDArray[np.float64]] = []  # forces of the inner sliders there
@@ -124,6 +126,7 @@ class _Proof:
             log = logged(stretch.recorded)
             self.log += log
             self.halves += _half_cycles(log, 2 * cycle - 1, 2 * cycle)
+            self.cycles.append(self.names.setdefault(tuple(self._cycle(cycle)), cycle))
             self._look()
             if say is not None:
                 say("cycles", cycle, self.drive.cycles, "cycles")
@@ -183,7 +186,7 @@ class _Proof:
             return None
         best = math.inf
         for period in range(1, min(MOST_PERIOD, cycle // 2) + 1):
-            if self._cycle(cycle) != self._cycle(cycle - period):
+            if self.cycles[-1] != self.cycles[-1 - period]:
                 continue
             apart = abs(self.shapes[-1] - self.shapes[-1 - period]).max(initial=0.0)
             near, later = self.again.get(period, (_CLOSE, cycle + 1))

@@ -17,7 +17,7 @@ from exactcreep.limits import Limits
 from exactcreep.model.enclosure import enclosure
 from exactcreep.motion.arithmetic import Undecided, balls_of, digits_of
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
-from exactcreep.solvers.field import certified, lohner
+from exactcreep.solvers.field import certified, set_integrator
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.reference import FieldSimulation
 from exactcreep.solvers.solver import Start
@@ -75,26 +75,26 @@ def test_balls_are_evaluated_about_twice_per_event_and_search_for_none():
 def test_a_time_said_to_hold_for_all_states_of_the_set_is_refused_if_the_middle_has_another(
     monkeypatch, shift
 ):
-    found = lohner.verified_event
+    found = set_integrator.first_event_of_set
 
     def wrong(*numbers):
         slider, side, time, radius = found(*numbers)
         return slider, side, time + shift, radius
 
-    monkeypatch.setattr(lohner, "verified_event", wrong)
+    monkeypatch.setattr(set_integrator, "first_event_of_set", wrong)
     with pytest.raises(AssertionError, match="does not hold a state of the set"):
         followed(paper_chain(6), Cycles("0.003", 1), 15)
 
 
 def test_a_slider_that_does_not_act_then_is_refused(monkeypatch):
-    found = lohner.verified_event
+    found = set_integrator.first_event_of_set
 
     def wrong(springs, signs, *numbers):
         slider, side, time, radius = found(springs, signs, *numbers)
         others = [n for n in np.flatnonzero(signs).tolist() if (n, 0) != (slider, side)]
         return (others[0], 0, time, radius) if slider >= 0 and others else (-1, 0, 0.0, 0.0)
 
-    monkeypatch.setattr(lohner, "verified_event", wrong)
+    monkeypatch.setattr(set_integrator, "first_event_of_set", wrong)
     with pytest.raises(AssertionError, match="does not hold a state of the set"):
         followed(paper_chain(6), Cycles("0.003", 1), 15)
 
@@ -240,6 +240,52 @@ def test_an_exact_graze_known_only_as_a_ball_is_settled_by_the_rules_and_said_to
     run = creep(chain, Cycles("0.01", 1), start=vague, **options)
     assert run.undecided > 0
     assert run.evidence is Evidence.UNDECIDED
+
+
+def crossings(chain, state, **options):
+    result = rearrange(chain, state, solver="certified", **options)
+    assert sum(result.report["crossings"].values()) > 0
+    return {kind for kind, count in result.report["crossings"].items() if count}, result
+
+
+def test_a_crossing_is_called_by_the_condition_on_which_it_was_decided():
+    steep = Chain(2, 1000, "1/2", "3/5", tan_alpha="1/2")  # slider 1 comes to its threshold
+    assert crossings(steep, State.relaxed(steep), direction=1)[0] == {"grazing"}
+    vague = np.array([flint.arb(0, 1e-80)], dtype=object)
+    told, result = crossings(
+        steep, replace(State.relaxed(steep), tensions=vague), direction=1, digits=20, most_digits=60
+    )
+    assert (told, result.evidence) == ({"unresolved"}, Evidence.UNDECIDED)
+    level = Chain(4, 1000, "1/2", "3/5", tan_alpha=0)
+    assert crossings(level, State.relaxed(level), direction=1)[0] == {"tie"}
+    chain = Chain(3, 1000, "1/2", "3/5", tan_alpha="1/4")
+    state = State.prepared(chain, [Fraction(9, 10), Fraction(-7, 9)])
+    told, result = crossings(chain, state, direction=0)
+    assert (told, result.evidence) == ({"transverse"}, Evidence.PROVED)
+
+
+def test_a_lone_slip_from_its_threshold_is_the_same_in_all_states_of_a_set():
+    chain = Chain(4, 1000, "1/2", "3/5", tan_alpha="1/4")
+    rough = [flint.arb(x, 1e-9) for x in (0.01, -0.02, 0.005)]
+    state = replace(State.relaxed(chain), tensions=np.array(rough, dtype=object))
+    start = Start(chain, state, 0)
+    with balls_of(200).active():
+        integrator = set_integrator.SetIntegrator(start, balls_of(200))
+        integrator._renew()
+        integrator.ramp(1, None)
+        found = integrator._lone_slip(integrator.flow)
+        assert (found.stops, found.alike) == ((3,), True)
+        before = integrator.state()
+        list(integrator.rearrangement())
+        after = integrator.state()
+        for n in range(3):
+            moved = after.tensions[n] - before.tensions[n]
+            length = 2 * integrator.cosine / 10 if n == 2 else 0
+            assert abs(moved.mid() - length) < 1e-30  # no state by another length
+        # next to a neighbour that starts before, it is none
+        integrator.ramp(1, None)
+        integrator.flow.forces[2] = integrator.thresholds[2] - 2 * integrator.cosine / 10
+        assert integrator._lone_slip(integrator.flow) is None
 
 
 def chained(chain, calls, digits, state=None):

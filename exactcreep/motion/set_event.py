@@ -1,18 +1,8 @@
-"""The first event of all states of a set, verified in float64 and enclosed in balls.
+"""Prove in float64 which event comes first in all states of a set, and enclose it in balls.
 
-Everything in float64 is a Taylor series of the moving sliders, ``v^(k+2) = -K v^(k)``, in steps of
-at most `STEP`: sums and products alone, no library function. All of it is bounded by three facts
-about K, whose norm is at most 4: over a time t the propagators of x'' = -K x have norms
-
-    |cos(sqrt(K) t)| <= 1,    |sin(sqrt(K) t) / sqrt(K)| <= t,    |sqrt(K) sin(sqrt(K) t)| <= 2.
-
-With ``S = |v| + |a| / 2`` (Euclidean) and ``t <= 1/2`` the k-th term of the series is at most
-``S / k!``: what is left out beyond `ORDER` is below ``2^-60 S``, and the roundings of recurrence
-and sum stay below ``128 units of roundoff = 2^-46 S``; a factor of 4 is added (`ROUNDING`).
-A state of the set differs by some uncertainty W at the beginning (Euclidean), and by at most
-``W (1 + t)`` in its velocities, ``3 W`` in its accelerations, ``W (t + t^2 / 2)`` in its places.
-
-In balls the event is enclosed by one evaluation of the modes nearby and a Taylor series from there.
+The speeds of the sliders in motion and the distances of their neighbours from the threshold are
+polynomials of `taylor_flow`, with a bound of what differs between states. In balls the event is
+enclosed by one evaluation of the modes nearby and a Taylor series from there.
 """
 
 from __future__ import annotations
@@ -29,23 +19,27 @@ import numpy as np
 from exactcreep.compiling import njit
 from exactcreep.motion.arithmetic import balls_of
 from exactcreep.motion.modes import Run
+from exactcreep.motion.taylor_flow import (
+    ORDER,
+    OUTWARD,
+    ROUNDING,
+    STEP,
+    advance,
+    expand,
+    size_of,
+)
 
-STEP = 0.5
-ORDER = 20
-ROUNDING = 2.0**-44
 MOST_STEPS = 64
 """Of one search: what has no event within 32 tau_dyn is left to others."""
-MOST_LOOKS = 60
+MOST_EVALUATIONS = 60
 """At one function in one step."""
-WARY = 1e-9
-"""Relative; far more than the rounding of the few operations that follow a bound."""
 NEAREST = 2.0**-8
 """Largest half width of a bracket from whose middle balls take a Taylor series: beyond it the
 series has too many terms."""
 
 
 @njit(cache=True, error_model="numpy")
-def verified_event(
+def first_event_of_set(
     springs: Any, signs: Any, fresh: Any, numbers: Any, thresholds: Any, unsure: float, last: int
 ) -> tuple[int, int, float, float]:
     """Return slider, side, time and largest error of what is proved to happen first.
@@ -76,19 +70,19 @@ def verified_event(
     function up to the end of the bracket, and simple.
     """
     n = len(signs)
-    v, a, pull = numbers[0].copy(), numbers[1].copy(), numbers[2].copy()
-    series, poly = np.zeros((ORDER + 1, n)), np.zeros(ORDER + 2)
+    v, a, pull = numbers[0].copy().reshape(n, 1), numbers[1].copy().reshape(n, 1), numbers[2].copy()
+    series, poly = np.empty((ORDER + 1, n, 1)), np.zeros(ORDER + 2)
     nothing = (-1, 0, 0.0, 0.0)
     root = math.sqrt(np.count_nonzero(signs))
     away, time = root * unsure, 0.0
     for step in range(MOST_STEPS):
-        rounding = ROUNDING * size_of(v, a)
+        rounding = ROUNDING * size_of(v[:, 0], a[:, 0])
         error = 8 * (away * (1 + time + STEP) ** 2 + rounding) + 2 * unsure
-        _fill(series, springs, signs, v, a)
+        expand(series, springs, signs, v, a)
         slider, side, low, high = -1, 0, math.inf, math.inf
         for i in range(last):
             for way in (0, 1, -1):
-                if not _margin(poly, series, signs, i, way, thresholds[i] - way * pull[i]):
+                if not _event_function(poly, series, signs, i, way, thresholds[i] - way * pull[i]):
                     continue
                 started = way == 0 and step == 0 and fresh[i]
                 begin, end = _root(poly, error, min(STEP, high), started)
@@ -99,50 +93,22 @@ def verified_event(
                 elif begin < math.inf and not begin > high:
                     return nothing
         if slider >= 0:
-            half = (high - low) / 2
-            return slider, side, time + (low + high) / 2, half * (1 + WARY) + 2.0**-50 * (1 + time)
-        x = _advance(series, v, a, STEP)
+            half = (high - low) / 2 * (1 + OUTWARD) + 2.0**-50 * (1 + time)
+            return slider, side, time + (low + high) / 2, half
+        x = advance(series, v, a, STEP)
         for i in range(n):
             if signs[i] == 0:
                 if i > 0:
-                    pull[i] += x[i - 1]
+                    pull[i] += x[i - 1, 0]
                 if i < n - 1:
-                    pull[i] += x[i + 1]
+                    pull[i] += x[i + 1, 0]
         away += 2 * root * rounding
         time += STEP
     return nothing
 
 
 @njit(cache=True)
-def size_of(v: Any, a: Any) -> float:
-    """Return ``S = |v| + |a| / 2``, rounded up."""
-    speed, force = 0.0, 0.0
-    for i in range(len(v)):
-        speed += v[i] * v[i]
-        force += a[i] * a[i]
-    return (math.sqrt(speed) + math.sqrt(force) / 2) * (1 + WARY)
-
-
-@njit(cache=True)
-def _fill(series: Any, springs: Any, signs: Any, v: Any, a: Any) -> None:
-    """Fill in the coefficients of the velocities, ``series[k, n] t^k``; zero at rest."""
-    n = len(v)
-    for i in range(n):
-        series[0, i], series[1, i] = v[i], a[i]
-    for k in range(ORDER - 1):
-        factor = 1.0 / ((k + 1) * (k + 2))
-        for i in range(n):
-            if signs[i] != 0:
-                bent = springs[i] * series[k, i]
-                if i > 0:
-                    bent -= series[k, i - 1]
-                if i < n - 1:
-                    bent -= series[k, i + 1]
-                series[k + 2, i] = -bent * factor
-
-
-@njit(cache=True)
-def _margin(poly: Any, series: Any, signs: Any, i: int, way: int, room: float) -> bool:
+def _event_function(poly: Any, series: Any, signs: Any, i: int, way: int, room: float) -> bool:
     """Fill in what is positive until slider i acts; return whether it can.
 
     With `way` 0 its speed, else what it lacks to start in that direction, now `room`.
@@ -152,33 +118,18 @@ def _margin(poly: Any, series: Any, signs: Any, i: int, way: int, room: float) -
         return False
     if way == 0:
         for k in range(ORDER + 1):
-            poly[k] = signs[i] * series[k, i]
+            poly[k] = signs[i] * series[k, i, 0]
         poly[ORDER + 1] = 0.0
         return True
     poly[0] = room
     for k in range(ORDER + 1):
         rate = 0.0
         if before:
-            rate += series[k, i - 1]
+            rate += series[k, i - 1, 0]
         if after:
-            rate += series[k, i + 1]
+            rate += series[k, i + 1, 0]
         poly[k + 1] = -way * rate / (k + 1)
     return True
-
-
-@njit(cache=True)
-def _advance(series: Any, v: Any, a: Any, t: float) -> Any:
-    """Take velocities and accelerations to `t`, and return the displacements."""
-    n = len(v)
-    x = np.zeros(n)
-    for i in range(n):
-        place, speed, slope = 0.0, 0.0, 0.0
-        for k in range(ORDER, -1, -1):
-            place = place * t + series[k, i] / (k + 1)
-            slope = slope * t + speed
-            speed = speed * t + series[k, i]
-        x[i], v[i], a[i] = place * t, speed, slope
-    return x
 
 
 @njit(cache=True)
@@ -201,22 +152,22 @@ def _root(poly: Any, error: float, limit: float, fresh: bool) -> Any:
     for k in range(2, ORDER + 2):
         bound += k * (k - 1) * abs(poly[k]) * power
         power *= STEP
-    bound *= 1 + WARY
+    bound *= 1 + OUTWARD
     t = 0.0
     if fresh:  # value zero, slope at least this: positive until 2 slope / bound
         slope = poly[1] - error
         if not slope > 0:
             return -1.0, 0.0
-        t = 2 * slope / bound * (1 - WARY)
-    for _ in range(MOST_LOOKS):
+        t = 2 * slope / bound * (1 - OUTWARD)
+    for _ in range(MOST_EVALUATIONS):
         if t > limit:
             return math.inf, math.inf
         value, slope = _value(poly, t)
         steep, most = slope + error, value + error
-        if steep < 0 and 4 * most * bound * (1 + WARY) <= steep * steep:
+        if steep < 0 and 4 * most * bound * (1 + OUTWARD) <= steep * steep:
             if most < 0:
                 return -1.0, 0.0
-            far = t - 2 * most / steep * (1 + WARY)
+            far = t - 2 * most / steep * (1 + OUTWARD)
             if far <= STEP:  # the only root lies before, and the slope is at most steep / 2 there
                 return _narrowed(poly, error, t, far, steep)
         least, slope = value - error, slope - error
@@ -224,7 +175,7 @@ def _root(poly: Any, error: float, limit: float, fresh: bool) -> Any:
             return -1.0, 0.0
         reach = math.sqrt(slope * slope + 2 * least * bound)
         step = 2 * least / (reach - slope) if slope < 0 else (slope + reach) / bound
-        t += step * (1 - WARY)
+        t += step * (1 - OUTWARD)
     return -1.0, 0.0
 
 
@@ -237,7 +188,7 @@ def _narrowed(poly: Any, error: float, begin: float, end: float, steep: float) -
             break
         t = min(max(t - value / slope, begin), end)
     value, _ = _value(poly, t)
-    away = 2 * (abs(value) + error) / -steep * (1 + WARY)
+    away = 2 * (abs(value) + error) / -steep * (1 + OUTWARD)
     return max(begin, t - away), min(end, t + away)
 
 

@@ -1,8 +1,8 @@
-"""Mechanics in balls at the price of one point: a Lohner set carried through the events.
+"""Follow a chain in balls at the price of one point: a set of states carried through the events.
 
 The middle of a set of states goes through the events as a point of full precision, its rounding in
 balls. Float64, with proved bounds, holds how far other states of the set lie from the middle
-(`motion.lohner_set`) and proves which event comes first in all of them (`motion.verified_event`);
+(`motion.state_set`) and proves which event comes first in all of them (`motion.set_event`);
 balls only enclose that event in the middle. What float64 does not tell apart (ties, grazes, a whole
 chain that may run away) is asked of the set as plain balls.
 """
@@ -10,8 +10,10 @@ chain that may run away) is asked of the set as plain balls.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from enum import Enum
 from itertools import accumulate
 from typing import Any, ClassVar, NamedTuple
 
@@ -23,42 +25,61 @@ from exactcreep.model.contacts import Event
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
 from exactcreep.motion.first_event import FirstEvent, lone_event
-from exactcreep.motion.lohner_set import HURRY, TINY, LohnerSet, Passage
 from exactcreep.motion.modes import Flow, ModalPiece, forces_of
+from exactcreep.motion.set_event import enclosed_event, first_event_of_set
 from exactcreep.motion.solution import Motion
-from exactcreep.motion.verified_event import enclosed_event, verified_event
+from exactcreep.motion.state_set import RATE_BOUND, UNDERFLOW, Crossing, StateSet
 from exactcreep.solvers.field.event_loop import Mechanics, event_of
 from exactcreep.solvers.solver import Start
 
-STRETCH = 16
+RENEW_EVERY = 16
 """Events after which the set is put together again; the middle's rounding grows by about 3 bits
 per event meanwhile, and so do the errors of the derivative."""
 MOST_ERROR = 2.0**-10
 """Share of the errors of the derivative in the set at which it is put together earlier."""
 
 
+class Kind(Enum):
+    """How an event function crosses zero, and on what condition that is said."""
+
+    TRANSVERSE = "transverse"
+    """In every state of the set the root is the first, the only one, and its slope is not zero."""
+    TIE = "tie"
+    """Several sliders act at once in every state: by symmetry, or as numbers of Q(c) say."""
+    GRAZING = "grazing"
+    """A neighbour at rest comes exactly to its threshold, as numbers of Q(c) say, and stays."""
+    UNRESOLVED = "unresolved"
+    """Not decided at the precision limit: settled by the model's rules, and counted."""
+
+
 class Verified(NamedTuple):
     """The next event of all states of the set: who acts, when at most how far from when."""
 
-    slider: int = 0
-    side: int = 0
-    time: float = 0.0
-    radius: float = 0.0
-    pace: float = 0.0  # of the motion until then, see `Passage`
+    slider: int
+    side: int
+    time: float
+    radius: float
+    numbers: NDArray[np.float64]  # velocities, accelerations, forces of the window at first
+    window: slice
+
+    @property
+    def pace(self) -> float:
+        """Of the motion until then, see `Crossing`."""
+        return math.hypot(*self.numbers[0].tolist()) + math.hypot(*self.numbers[1].tolist())
 
 
-class LohnerMechanics(Mechanics):
+class SetIntegrator(Mechanics):
     """`Mechanics` in balls of the middle of a set, with the set beside it; see the module.
 
     Attributes
     ----------
-    set : LohnerSet or None
+    set : StateSet or None
         None: the balls hold every state.
-    tangent : list of LohnerSet
+    tangent : list of StateSet
         Rows that are taken along with it: how states part, each a column of a derivative.
     """
 
-    stretch: ClassVar[int] = STRETCH
+    renew_every: ClassVar[int] = RENEW_EVERY
 
     def __init__(
         self, start: Start, arithmetic: Arithmetic, *, assume: bool = False, keep: bool = False
@@ -67,12 +88,16 @@ class LohnerMechanics(Mechanics):
         self.keep = keep
         self.start: Motion | None = None
         self.pieces: list[ModalPiece] = []
-        self.set: LohnerSet | None = None
-        self.tangent: list[LohnerSet] = []
+        self.set: StateSet | None = None
+        self.tangent: list[StateSet] = []
         self.slack: Any = 0  # how far forces and l0 theta lie from the middle's
         self.far = 0.0  # so do velocities
         self.since = 0  # events since the set was put together
-        self.verified = Verified()
+        self.verified: Verified | None = None
+        self.kinds: Counter[Kind] = Counter()
+        # what was said of the present rest, as long as nothing has moved
+        self.shown: State | None = None
+        self.shown_theta: Any = None
         self.springs = np.full(self.chain.n, 2)
         self.springs[[0, -1]] = 1
         self.crossing_ends: list[int] = []
@@ -84,33 +109,33 @@ class LohnerMechanics(Mechanics):
         return super()._sign(x, 2 * self.slack if self.set is not None else slack)
 
     def _widened(
-        self, numbers: NDArray[Any], radii: Callable[[LohnerSet], NDArray[np.float64]]
+        self, numbers: NDArray[Any], radii: Callable[[StateSet], NDArray[np.float64]]
     ) -> NDArray[Any]:
         """Return numbers of the middle in balls that hold every state."""
         return numbers.copy() if self.set is None else self.set.widened(numbers, radii(self.set))
 
     def _wide_velocities(self, velocities: NDArray[Any]) -> NDArray[Any]:
         """Return velocities in balls that hold every state; one that is zero is so in all."""
-        wide = self._widened(velocities, LohnerSet.of_speeds)
+        wide = self._widened(velocities, StateSet.of_speeds)
         still = [bool(x == 0) for x in velocities.tolist()]
         wide[still] = velocities[still]
         return wide
 
     def _wide(self, flow: Flow) -> Flow:
         """Return the flow in balls that hold every state."""
-        forces = self._widened(flow.forces, LohnerSet.of_forces)
+        forces = self._widened(flow.forces, StateSet.of_forces)
         out = Flow(self.arithmetic, forces, self.friction)
         out.velocities, out.signs = self._wide_velocities(flow.velocities), flow.signs.copy()
-        out.moved, out.touched = self._widened(flow.moved, LohnerSet.of_displacements), flow.touched
+        out.moved, out.touched = self._widened(flow.moved, StateSet.of_displacements), flow.touched
         return out
 
     def _give_up(self, flow: Flow) -> None:
         """Let the balls hold every state."""
         wide = self._wide(flow)
         flow.forces, flow.velocities, flow.moved = wide.forces, wide.velocities, wide.moved
-        self.displacements = self._widened(self.displacements, LohnerSet.of_displacements)
+        self.displacements = self._widened(self.displacements, StateSet.of_displacements)
         self.theta = self.known_theta()
-        self.set, self.since, self._runs = None, self.stretch, None
+        self.set, self.since, self._runs = None, self.renew_every, None
 
     def _fast(self) -> list[int]:
         """Return the sliders whose velocity is not exactly zero."""
@@ -131,7 +156,7 @@ class LohnerMechanics(Mechanics):
         theta = (self.l0 * self.theta).rad()
         self.theta = self.theta.mid()
         if self.set is None:
-            self.set = LohnerSet(noise, speeds, theta)
+            self.set = StateSet(noise, speeds, theta)
         else:
             self.set.renew(noise, speeds, theta)
         if self.flow is None:
@@ -144,9 +169,9 @@ class LohnerMechanics(Mechanics):
         assert self.set is not None
         widest, share = self.set.width()
         (self.slack,) = self.set.balls([widest])
-        self.far = math.ldexp(widest, max(self.set.exponent, -2000)) + TINY
+        self.far = math.ldexp(widest, max(self.set.exponent, -2000)) + UNDERFLOW
         if share > MOST_ERROR:
-            self.since = self.stretch
+            self.since = self.renew_every
 
     def _tensions(self, forces: NDArray[Any]) -> NDArray[Any]:
         bare = [force - self.weight for force in forces.tolist()[:-1]]
@@ -159,28 +184,35 @@ class LohnerMechanics(Mechanics):
         return self._tensions(flow.forces), self._displaced(flow)
 
     def state(self) -> State:
+        if self.shown is not None and self.flow is None:
+            return self.shown
         middle = super().state()
         if self.set is None:
             return middle
-        return replace(
+        wide = replace(
             middle,
-            tensions=self._widened(middle.tensions, LohnerSet.of_tensions),
-            displacements=self._widened(middle.displacements, LohnerSet.of_displacements),
+            tensions=self._widened(middle.tensions, StateSet.of_tensions),
+            displacements=self._widened(middle.displacements, StateSet.of_displacements),
             theta=self.known_theta(),
         )
+        if self.flow is None:
+            self.shown = wide
+        return wide
 
     def known_theta(self) -> Any:
         if self.set is None:
             return self.theta
-        (radius,) = self.set.balls([self.set.of_theta()])
-        return self.theta + flint.arb(0, (radius / self.l0).upper())
+        if self.shown_theta is None:
+            (radius,) = self.set.balls([self.set.of_theta()])
+            self.shown_theta = self.theta + flint.arb(0, (radius / self.l0).upper())
+        return self.shown_theta
 
     def known_moves(self) -> NDArray[Any]:
-        return self._widened(super().known_moves(), LohnerSet.of_displacements)
+        return self._widened(super().known_moves(), StateSet.of_displacements)
 
     def known_forces(self) -> NDArray[Any]:
         """Return the forces at rest, as well as they are known."""
-        return self._widened(self.forces, LohnerSet.of_forces)
+        return self._widened(self.forces, StateSet.of_forces)
 
     def velocities(self) -> NDArray[Any]:
         return self._wide_velocities(super().velocities())
@@ -189,7 +221,7 @@ class LohnerMechanics(Mechanics):
 
     def ramp(self, way: int, target: Any) -> bool:
         """Ramp theta, and the set along with its middle; see `Mechanics.ramp`."""
-        self.crossing_ends = []
+        self.crossing_ends, self.shown, self.shown_theta = [], None, None
         moves = super().ramp(way, target)
         if self.set is not None and self.chain.n > 1:
             for rows in (self.set, *self.tangent):
@@ -198,6 +230,7 @@ class LohnerMechanics(Mechanics):
                 elif not moves and target is not None:
                     rows.at_target()
             self._look_around()
+            self.shown = self.shown_theta = None
         return moves
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
@@ -214,23 +247,35 @@ class LohnerMechanics(Mechanics):
     def rearrangement(self) -> Iterator[Event | None]:
         for event in super().rearrangement():
             # whoever asks no more goes on, later, from what was put together
-            if event is None and self.since >= self.stretch and not self.runaway:
+            if event is None and self.since >= self.renew_every and not self.runaway:
                 self._renew()
             yield event
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event, of the middle; see `Mechanics.first_event`."""
-        slip = None if self.exact is not None else self._lone_slip(flow)
-        if slip is not None:
-            return slip
+        known = None if self.exact is not None else self._lone_slip(flow)
         # at the precision limit, where nothing is asked again, balls hold every state
-        if self.exact is None and not self.assume and not self._may_run_away(flow):
-            found = self._proved(flow)
-            if found is not None and (self.set is None or self._is_steep(flow, found)):
-                return found
+        if known is None and not (self.exact or self.assume or self._may_run_away(flow)):
+            known = self._proved(flow)
+            if known is not None and self.set is not None and not self._is_steep(flow, known):
+                known = None
+        if known is not None:
+            self.kinds[Kind.TIE if self.mirrored else Kind.TRANSVERSE] += 1
+            return known
         if self.set is not None:
             self._give_up(flow)
-        return super().first_event(flow)
+        undecided, moving = self.tally.undecided, np.flatnonzero(flow.signs).tolist()
+        found = super().first_event(flow)
+        if found is not None:
+            if self.tally.undecided > undecided:
+                kind = Kind.UNRESOLVED
+            elif len(found.stops) + len(found.starts) > 1:
+                kind = Kind.TIE
+            else:
+                grazes = found.exact and self._touching(flow, moving)  # where the slip ends
+                kind = Kind.GRAZING if grazes else Kind.TRANSVERSE
+            self.kinds[kind] += 1
+        return found
 
     def _lone_slip(self, flow: Flow) -> FirstEvent | None:
         """Return the slip of an end alone from its threshold: the same in all states.
@@ -256,10 +301,10 @@ class LohnerMechanics(Mechanics):
     def _proved(self, flow: Flow) -> FirstEvent | None:
         """Return what float64 proves to come first, at its time in the middle; None: nothing."""
         n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
-        window = _window(moving, n)
+        window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
         numbers, unsure = self._in_floats(flow, window)
         thresholds = np.array([float(x) for x in self.thresholds[window].tolist()])
-        at, side, time, radius = verified_event(
+        at, side, time, radius = first_event_of_set(
             self.springs[window],
             flow.signs[window],
             np.array([bool(x == 0) for x in flow.velocities[window].tolist()]),
@@ -270,13 +315,12 @@ class LohnerMechanics(Mechanics):
         )
         if at < 0:
             return None
-        velocities, accelerations, _ = numbers.tolist()
-        pace = math.hypot(*velocities) + math.hypot(*accelerations)
-        self.verified = Verified(window.start + at, side, time, radius, pace)
+        verified = Verified(window.start + at, side, time, radius, numbers, window)
+        self.verified = verified
         try:
             if len(moving) == 1 and n > 1:
-                return self._lone(flow, moving[0])
-            return self._enclosed(flow)
+                return self._lone(flow, moving[0], verified)
+            return self._enclosed(flow, verified)
         except Undecided:  # the middle is not known well enough
             return None
 
@@ -292,21 +336,21 @@ class LohnerMechanics(Mechanics):
         unsure = radius * (1 + 1e-9) + 2.0**-49 * size
         return np.array([velocities, accelerations, forces]), unsure
 
-    def _lone(self, flow: Flow, n: int) -> FirstEvent:
+    def _lone(self, flow: Flow, n: int, verified: Verified) -> FirstEvent:
         """Return the event of a slider that moves alone, by its energy."""
         crossed = self.crossed.get(n)
         excess = {} if crossed is None else {n: self.arithmetic.number(crossed) * self.cosine}
         found = lone_event(flow, n, self.thresholds, excess, sign=self.arithmetic.sign)
-        slider, side, time, radius, _ = self.verified
-        if [(m, 0) for m in found.stops] + list(found.starts) != [(slider, side)]:
+        acting = [(m, 0) for m in found.stops] + list(found.starts)
+        if acting != [(verified.slider, verified.side)]:
             raise AssertionError("what is proved of all states is not true of one")
-        if not abs(found.time - time) <= radius:
+        if not abs(found.time - verified.time) <= verified.radius:
             raise AssertionError("the enclosure of an event does not hold a state of the set")
         return found
 
-    def _enclosed(self, flow: Flow) -> FirstEvent | None:
+    def _enclosed(self, flow: Flow, verified: Verified) -> FirstEvent | None:
         """Return the event, and where it finds the middle."""
-        slider, side, time, radius, _ = self.verified
+        slider, side, time, radius, *_ = verified
         self.evaluations += 1
         room = self.thresholds[slider] - side * flow.forces[slider]
         found = enclosed_event(self.runs, (slider, side), room, time, radius)
@@ -316,17 +360,19 @@ class LohnerMechanics(Mechanics):
         event = event_of(found[0], stops, starts, self.chain.n if self.mirrored else None)
         return replace(event, shifts=tuple(found[1]))
 
-    def _late(self, found: FirstEvent) -> tuple[float, float]:
-        """Return the time of the middle's event, and how far from it is that of any state."""
+    def _late(self, found: FirstEvent) -> tuple[Verified, float, float]:
+        """Return what is proved, the middle's time, and how far from it is that of any state."""
+        assert self.verified is not None
         time = float(found.time)
-        return time, self.verified.radius + abs(time - self.verified.time)
+        return self.verified, time, self.verified.radius + abs(time - self.verified.time)
 
     def _is_steep(self, flow: Flow, found: FirstEvent) -> bool:
         """Return whether the event's slope is far from zero in all states, as `_set_follows` needs.
 
         It is not where an event nearly grazes: the float64 bracket of its time is too wide there.
         """
-        slider, side, *_, pace = self.verified
+        verified, time, late = self._late(found)
+        slider, side = verified.slider, verified.side
         ways, speeds = [0.0] * (self.chain.n + 2), [0.0] * (self.chain.n + 2)
         for first, displacements, velocities in found.shifts or ():
             window = slice(first + 1, first + 1 + len(velocities))
@@ -336,9 +382,8 @@ class LohnerMechanics(Mechanics):
             bend = ways[slider] + ways[slider + 2] - self.springs[slider] * ways[slider + 1]
             friction = int(flow.signs[slider]) * float(self.friction)
             slope = float(flow.forces[slider]) + bend - friction
-        time, late = self._late(found)
         late += 2.0**-50 * time
-        vague = late * HURRY * pace * (1 + time) + len(speeds) * self.far * (3 + time)
+        vague = late * RATE_BOUND * verified.pace * (1 + time) + len(speeds) * self.far * (3 + time)
         return bool(abs(slope) > 8 * vague)
 
     def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
@@ -356,20 +401,18 @@ class LohnerMechanics(Mechanics):
 
     def _set_follows(self, flow: Flow, found: FirstEvent) -> None:
         assert self.set is not None
-        (slider, side, *_, pace), (time, late) = self.verified, self._late(found)
-        n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
-        window = _window(moving, n)
-        numbers = np.zeros((3, n))
-        numbers[:, window], unsure = self._in_floats(flow, window)
-        unsure += math.sqrt(len(moving)) * self.far * (3 + time)
-        image = n - 1 - slider if self.mirrored else -1
-        passage = Passage(
-            self.springs, flow.signs, numbers[0], numbers[1], unsure,
-            time, late * (1 + 1e-9) + 2.0**-50 * time, pace, slider, side, image,
+        verified, time, late = self._late(found)
+        n, numbers = self.chain.n, np.zeros((3, self.chain.n))
+        numbers[:, verified.window], unsure = self._in_floats(flow, verified.window)
+        unsure += math.sqrt(np.count_nonzero(flow.signs)) * self.far * (3 + time)
+        crossing = Crossing(
+            self.springs, flow.signs, numbers[0], numbers[1], unsure, time,
+            late * (1 + 1e-9) + 2.0**-50 * time, verified.pace, verified.slider, verified.side,
+            n - 1 - verified.slider if self.mirrored else -1,
         )  # fmt: skip
-        spread, late = self.set.follow(passage)
+        spread, late = self.set.follow(crossing)
         for rows in self.tangent:
-            rows.follow(passage._replace(late=late), own=False)
+            rows.follow(crossing._replace(late=late), own=False)
         (further,) = self.set.balls([spread])
         self.time = self.time + flint.arb(0, further)
         self._look_around()
@@ -382,12 +425,9 @@ class LohnerMechanics(Mechanics):
 
     def take_over(self, captured: Mapping[str, Any]) -> None:
         super().take_over(captured)
+        self.shown = self.shown_theta = None
         self.set, self.since = None, int(captured["since"])
         if captured["set"] is not None:
-            self.set = LohnerSet.restored(captured["set"])
+            self.set = StateSet.restored(captured["set"])
             self._look_around()
 
-
-def _window(moving: list[int], n: int) -> slice:
-    """Return the part of the chain between the neighbours of the outermost moving sliders."""
-    return slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exactcreep.motion.arithmetic import Undecided, balls_of
-from exactcreep.motion.lohner_set import orthogonal
+from exactcreep.motion.state_set import orthogonal
 
 
 def turned(random, groups, size):

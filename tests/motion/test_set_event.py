@@ -8,9 +8,9 @@ import pytest
 
 from exactcreep.motion.arithmetic import balls_of
 from exactcreep.motion.first_event import Search, root_time
-from exactcreep.motion.lohner_set import LohnerSet, Passage, pass_through
 from exactcreep.motion.modes import Flow
-from exactcreep.motion.verified_event import enclosed_event, verified_event
+from exactcreep.motion.set_event import enclosed_event, first_event_of_set
+from exactcreep.motion.state_set import Crossing, StateSet, saltation
 
 FRICTION = 0.5
 UNSURE = 1e-14
@@ -45,7 +45,7 @@ def proved(forces, velocities, signs, thresholds, unsure=UNSURE):
     accelerations = np.where(signs == 0, 0.0, forces - FRICTION * signs)
     fresh = velocities == 0
     numbers = np.array([velocities, accelerations, forces])
-    return verified_event(springs_of(n), signs, fresh, numbers, thresholds, unsure, n)
+    return first_event_of_set(springs_of(n), signs, fresh, numbers, thresholds, unsure, n)
 
 
 def searched(forces, velocities, signs, thresholds):
@@ -170,17 +170,17 @@ def test_nearby_states_are_where_the_rows_say_and_their_events_when():
             pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
             pace = float(np.linalg.norm(velocities) + np.linalg.norm(forces)) + n * FRICTION
             after = rows.copy()
-            passage = Passage(
+            crossing = Crossing(
                 springs_of(n), signs, fast, pulls, UNSURE, float(at), radius, pace, slider, side, -1
             )
-            spread, late = pass_through(passage, (*after, errors), unit, True)
+            spread, late = saltation(crossing, (*after, errors), unit, True)
             assert late <= radius
             # the same columns one by one, as the derivative is taken along
             for column in range(k):
                 alone, off = rows[:, :, [column]].copy(), np.zeros((3, n))
-                one = LohnerSet.spanned(np.vstack([alone[0], np.zeros((1, 1))]))
+                one = StateSet.spanned(np.vstack([alone[0], np.zeros((1, 1))]))
                 one.speeds, one.moved, one.errors = alone[1], alone[2], off
-                one.follow(passage._replace(late=late), own=False)
+                one.follow(crossing._replace(late=late), own=False)
                 turned = np.array([one.forces, one.speeds, one.moved])[:, :, 0]
                 assert (abs(turned - after[:, :, column]) <= off + errors + 1e-13).all()
             acting = after[1 if side == 0 else 0][slider]
@@ -227,14 +227,14 @@ def test_states_as_far_from_the_rows_as_their_errors_are_so_after_the_event():
             pulls = np.array([float(x) for x in middle.forces])
             pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
             pace = float(np.linalg.norm(velocities) + np.linalg.norm(forces)) + n * FRICTION
-            passage = Passage(
+            crossing = Crossing(
                 springs_of(n), signs, fast, pulls, UNSURE, time, radius, pace, slider, side, -1
             )
             errors = np.zeros((3, n))
             errors[0] = 1.0
             errors[1] = velocities != 0
             before, none = errors.copy(), np.zeros((3, n, 1))
-            pass_through(passage, (*none, errors), unit, True)
+            saltation(crossing, (*none, errors), unit, True)
             for _ in range(4):
                 flow = arrived(before[:2] * random.choice([-1.0, 1.0], (2, n)))
                 for name, most in zip(("forces", "velocities", "moved"), errors, strict=True):

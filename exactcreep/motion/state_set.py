@@ -1,4 +1,4 @@
-"""A Lohner set in float64: states around a middle, as rows times a box, and bounds of their errors.
+"""Carry a set of states along in float64: rows times a box around a middle, and their errors.
 
 The middle is taken through the events as a point; the rows by the derivative of the motion over
 all states of the set (mean value theorem). Now and then the rows are made orthogonal again, the
@@ -20,16 +20,16 @@ from numpy.typing import NDArray
 
 from exactcreep.compiling import njit
 from exactcreep.motion.arithmetic import Undecided
-from exactcreep.motion.verified_event import ORDER, ROUNDING, STEP, WARY, size_of
+from exactcreep.motion.taylor_flow import OUTWARD, flow
 
-HURRY = 8.0
+RATE_BOUND = 8.0
 """Bound of how fast forces and velocities change, for each unit of pace and of (1 + time)."""
-TINY = 2.0**-900
+UNDERFLOW = 2.0**-900
 """Above all that is lost where products of floats underflow."""
 NOT_BOUNDED = "the derivative of a rearrangement is not enclosed"
 
 
-class Passage(NamedTuple):
+class Crossing(NamedTuple):
     """A motion of the middle of a set and the event at its end.
 
     Attributes
@@ -64,7 +64,7 @@ class Passage(NamedTuple):
     image: int
 
 
-class LohnerSet:
+class StateSet:
     """The states ``middle + rows [-1, 1]**k``, in units of ``2**exponent``.
 
     Parameters
@@ -96,7 +96,7 @@ class LohnerSet:
     @classmethod
     def spanned(
         cls, rows: NDArray[np.float64], fast: Sequence[int] = (), exponent: int = 0
-    ) -> LohnerSet:
+    ) -> StateSet:
         """Return ``middle + rows [-1, 1]**k``: of forces, speeds of sliders `fast`, l0 theta."""
         out = cls.__new__(cls)
         out.exponent = exponent
@@ -165,11 +165,11 @@ class LohnerSet:
 
     # -- where the set goes --------------------------------------------------------------------
 
-    def follow(self, passage: Passage, *, own: bool = True) -> tuple[float, float]:
-        """Let the middle pass through a motion, and its event; see `pass_through`."""
+    def follow(self, crossing: Crossing, *, own: bool = True) -> tuple[float, float]:
+        """Let the middle pass through a motion, and its event; see `saltation`."""
         rows = self.forces, self.speeds, self.moved, self.errors
         unit = math.ldexp(1.0, max(self.exponent, -1000))
-        spread, late = pass_through(passage, rows, unit, own)
+        spread, late = saltation(crossing, rows, unit, own)
         if not math.isfinite(spread):
             raise Undecided("an event's slope is not separated from zero")
         return spread, late
@@ -232,7 +232,7 @@ class LohnerSet:
         return {name: copy(value) for name, value in vars(self).items()}
 
     @classmethod
-    def restored(cls, captured: Mapping[str, Any]) -> LohnerSet:
+    def restored(cls, captured: Mapping[str, Any]) -> StateSet:
         """Return what `captured` described."""
         out = cls.__new__(cls)
         vars(out).update({name: copy(value) for name, value in captured.items()})
@@ -251,7 +251,7 @@ def _within(rows: NDArray[np.float64], errors: NDArray[np.float64]) -> NDArray[n
 
 def rounded_up(x: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return sums of products of non-negative floats, raised above their rounding error."""
-    return x * (1 + 2.0**-30) + TINY
+    return x * (1 + 2.0**-30) + UNDERFLOW
 
 
 def exponent_of(x: Any) -> int:
@@ -362,14 +362,14 @@ def _basis(part: Any) -> Any:
 
 
 @njit(cache=True, error_model="numpy")
-def pass_through(passage: Any, rows: Any, unit: float, own: bool) -> tuple[float, float]:
+def saltation(crossing: Any, rows: Any, unit: float, own: bool) -> tuple[float, float]:
     """Take the rows of a set through a motion, and to its event; return how its time spreads.
 
     Parameters
     ----------
-    passage : Passage
+    crossing : Crossing
     rows : tuple of forces, speeds, moved, errors
-        Those of a `LohnerSet`; changed in place.
+        Those of a `StateSet`; changed in place.
     unit : float
         Of the rows.
     own : bool
@@ -382,23 +382,23 @@ def pass_through(passage: Any, rows: Any, unit: float, own: bool) -> tuple[float
         How far the times lie from that of the middle, in units of the rows; nan: the event's slope
         is not separated from zero, and nothing was done. And `late`, as the rows have it.
     """
-    time, late, slider, side = passage.time, passage.late, passage.slider, passage.side
+    time, late, slider, side = crossing.time, crossing.late, crossing.slider, crossing.side
     forces, speeds, moved, errors = rows
-    rate = passage.accelerations[slider]  # of what the event brings to zero
+    rate = crossing.accelerations[slider]  # of what the event brings to zero
     if side != 0:
-        rate = _with_neighbours(0.0, passage.velocities, slider)
-    hurry = HURRY * passage.pace * (1 + time)
-    vague = 2 * (passage.unsure + late * hurry) + 2.0**-50 * abs(rate)
+        rate = _with_neighbours(0.0, crossing.velocities, slider)
+    haste = RATE_BOUND * crossing.pace * (1 + time)
+    vague = 2 * (crossing.unsure + late * haste) + 2.0**-50 * abs(rate)
     if not abs(rate) > 2 * vague:
         return math.nan, late
-    moving, at = np.flatnonzero(passage.signs), np.full(len(forces), -1)
-    of_force, of_speed = 0.0, 0.0
-    for j, i in enumerate(moving):
-        at[i] = j
-        of_force += errors[0, i] ** 2
-        of_speed += errors[1, i] ** 2
-    of_force, of_speed = math.sqrt(of_force), math.sqrt(of_speed)
-    f, u, way, first, rounding = _flowed(passage.springs, moving, at, forces, speeds, time)
+    n, k = forces.shape
+    signs, moving = crossing.signs, np.flatnonzero(crossing.signs)
+    begin, end = moving[0], moving[-1] + 1
+    of_force = math.sqrt((errors[0][moving] ** 2).sum())
+    of_speed = math.sqrt((errors[1][moving] ** 2).sum())
+    u, f = speeds[begin:end].copy(), forces[begin:end].copy()
+    u[signs[begin:end] == 0] = f[signs[begin:end] == 0] = 0.0
+    way, first, rounding = flow(crossing.springs[begin:end], signs[begin:end], u, f, time)
     # the events of all states lie much closer together than it took to find them: by the slope,
     # as far as the rows say at one time; that time has been rounded
     scale = 8 * (first + of_force + of_speed) * (1 + time)
@@ -406,30 +406,27 @@ def pass_through(passage: Any, rows: Any, unit: float, own: bool) -> tuple[float
     e_force = of_force + 2 * of_speed + 3 * rounding + lag
     e_speed = of_speed + time * of_force + (1 + time) * rounding + lag
     e_way = (time + time * time / 2) * (of_speed + of_force) + (1 + time) ** 2 * rounding + lag
-    k = forces.shape[1]
-    for j, i in enumerate(moving):
-        forces[i], speeds[i] = f[j], u[j]
-        for c in range(k):
-            moved[i, c] += way[j, c]
+    for i in moving:
+        forces[i], speeds[i] = f[i - begin], u[i - begin]
+        moved[i] += way[i - begin]
         for m in (i - 1, i + 1):
-            if 0 <= m < len(at) and at[m] < 0:
-                for c in range(k):
-                    forces[m, c] += way[j, c]
+            if 0 <= m < n and signs[m] == 0:
+                forces[m] += way[i - begin]
     row = speeds[slider].copy() if side == 0 else forces[slider].copy()
     if own:
         apart = e_speed if side == 0 else errors[0, slider] + 2 * e_way
         for c in range(k):
             apart += abs(row[c])
-        by = unit * apart / (abs(rate) - vague) * (1 + WARY)
+        by = unit * apart / (abs(rate) - vague) * (1 + OUTWARD)
         late = min(late, by + 2.0**-50 * (1 + time))
-    vague = 2 * (passage.unsure + late * hurry) + 2.0**-50 * abs(rate)
+    vague = 2 * (crossing.unsure + late * haste) + 2.0**-50 * abs(rate)
     lag = late * scale
     e_force, e_speed, e_way = e_force + lag, e_speed + lag, e_way + lag
     for i in moving:
         errors[0, i], errors[1, i] = e_force, e_speed
         errors[2, i] += e_way
         for m in (i - 1, i + 1):
-            if 0 <= m < len(at) and at[m] < 0:
+            if 0 <= m < n and signs[m] == 0:
                 errors[0, m] += e_way
     # the event is later or earlier, state by state
     e_row = errors[1 if side == 0 else 0, slider]
@@ -437,97 +434,35 @@ def pass_through(passage: Any, rows: Any, unit: float, own: bool) -> tuple[float
     for c in range(k):
         row[c] = -row[c] / rate
         spread += abs(row[c])
-    e_spread = (e_row + spread * vague) / (abs(rate) - vague) * (1 + WARY) + 2.0**-50 * spread
-    _shift(passage, moving, rows, row, vague / 2, spread, e_spread)
+    e_spread = (e_row + spread * vague) / (abs(rate) - vague) * (1 + OUTWARD) + 2.0**-50 * spread
+    _shift(crossing, moving, rows, row, vague / 2, spread, e_spread)
     # what is constant at the event, whatever the state was
-    for m in (slider, passage.image):
+    for m in (slider, crossing.image):
         if m >= 0:
             constant = speeds if side == 0 else forces
             constant[m] = 0.0
             errors[1 if side == 0 else 0, m] = 0.0
-    return (spread + e_spread) * (1 + WARY), late
-
-
-@njit(cache=True)
-def _flowed(springs: Any, moving: Any, at: Any, forces: Any, speeds: Any, time: float) -> Any:
-    """Return rows of forces, speeds and ways of the movers after `time`.
-
-    And their size at the beginning, and a bound of their rounding.
-    """
-    f, u = forces[moving], speeds[moving]
-    p, k = f.shape
-    way, x = np.zeros_like(f), np.empty_like(f)
-    even, odd = np.empty_like(f), np.empty_like(f)
-    steps = max(1, math.ceil(time / STEP))
-    h, root = time / steps, math.sqrt(p)
-    rounding, first = 0.0, 0.0
-    for step in range(steps):
-        size = 0.0
-        for c in range(k):
-            size += size_of(u[:, c], f[:, c])
-        if step == 0:
-            first = size
-        rounding += ROUNDING * size * root
-        for j in range(p):
-            for c in range(k):
-                even[j, c], odd[j, c] = u[j, c], f[j, c] * h
-                u[j, c] = even[j, c] + odd[j, c]
-                x[j, c] = even[j, c] + odd[j, c] / 2
-        left = 2 * h
-        for order in range(2, ORDER + 1):
-            left *= 2 * h / order
-            if left < 2.0**-70:
-                break
-            terms = even if order % 2 == 0 else odd
-            _bend(terms, moving, at, springs, h * h / (order * (order - 1)))
-            for j in range(p):
-                for c in range(k):
-                    u[j, c] += terms[j, c]
-                    x[j, c] += terms[j, c] / (order + 1)
-        x *= h
-        way += x
-        _bend(x, moving, at, springs, 1.0)  # a(t) = a(0) - K x(t)
-        f += x
-    return f, u, way, first, rounding
-
-
-@njit(cache=True)
-def _bend(rows: Any, moving: Any, at: Any, springs: Any, factor: float) -> None:
-    """Replace rows by ``-factor K`` times them."""
-    p, k = rows.shape
-    before = np.zeros(k)
-    for j in range(p):
-        i = moving[j]
-        after = i + 1 < len(at) and at[i + 1] >= 0
-        if i == 0 or at[i - 1] < 0:
-            before[:] = 0.0
-        for c in range(k):
-            own = rows[j, c]
-            bent = springs[i] * own - before[c]
-            if after:
-                bent -= rows[j + 1, c]
-            before[c] = own
-            rows[j, c] = -factor * bent
+    return (spread + e_spread) * (1 + OUTWARD), late
 
 
 @njit(cache=True)
 def _shift(
-    passage: Any, moving: Any, rows: Any, row: Any, unsure: float, spread: float, e_spread: float
+    crossing: Any, moving: Any, rows: Any, row: Any, unsure: float, spread: float, e_spread: float
 ) -> None:
     """Let the event be later by `row`, state by state, which is `spread` at most."""
     forces, speeds, moved, errors = rows
     n, k = forces.shape
-    velocities, accelerations = passage.velocities, passage.accelerations
+    velocities, accelerations = crossing.velocities, crossing.accelerations
     off = np.zeros(n)
     for i in moving:
         off[i] = _off(velocities[i], unsure, spread, e_spread)
     for i in range(max(moving[0] - 1, 0), min(moving[-1] + 2, n)):
-        pull = _with_neighbours(-passage.springs[i] * velocities[i], velocities, i)
+        pull = _with_neighbours(-crossing.springs[i] * velocities[i], velocities, i)
         for c in range(k):
             speeds[i, c] += accelerations[i] * row[c]
             moved[i, c] += velocities[i] * row[c]
             forces[i, c] += pull * row[c]
-        if passage.signs[i] != 0:
+        if crossing.signs[i] != 0:
             errors[1, i] += _off(accelerations[i], unsure, spread, e_spread)
             errors[2, i] += off[i]
         errors[0, i] += _with_neighbours(2 * off[i], off, i)
@@ -558,7 +493,7 @@ def _width(
     widest, share = 0.0, 0.0
     for c in range(len(theta)):
         widest += abs(theta[c])
-    widest = (widest + theta_error) * (1 + WARY)
+    widest = (widest + theta_error) * (1 + OUTWARD)
     for way, rows in enumerate((forces, speeds)):
         total, error = 0.0, 0.0
         for i in range(len(rows)):
@@ -566,7 +501,7 @@ def _width(
             for c in range(rows.shape[1]):
                 size += abs(rows[i, c])
             total, error = max(total, size), max(error, errors[way, i])
-            widest = max(widest, (size + errors[way, i]) * (1 + WARY))
+            widest = max(widest, (size + errors[way, i]) * (1 + OUTWARD))
         if error > share * total:
             share = error / total if total > 0 else 1.0
     return widest, share
