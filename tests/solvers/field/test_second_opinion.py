@@ -99,7 +99,8 @@ class Intervals:
     def pass_by(self, rows: list[list[Any]], t: Any) -> None:
         """Let a time pass."""
         self.time = self.time + t
-        ways = [value([row[n] / (k + 1) for k, row in enumerate(rows)], t) * t for n in range(self.n)]
+        grown = [[x / (k + 1) for x in row] for k, row in enumerate(rows)]
+        ways = [value([row[n] for row in grown], t) * t for n in range(self.n)]
         for n in range(self.n):
             self.speed[n] = value([row[n] for row in rows], t) if self.way[n] else IV.mpf(0)
             self.place[n] = self.place[n] + ways[n]
