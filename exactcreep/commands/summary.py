@@ -117,7 +117,9 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
     rows: Rows = [
         ("outcome", behaviour(result.outcome, result.direction) + since + remark),
         (f"velocity per {result.drive.per}", measured(result)),
+        ("  of", result.velocity_of),
     ]
+    rows += [("  but", result.metastable)] if result.metastable else []
     if result.velocity_reason and math.isfinite(result.velocity):
         rows.append(("  standard error", f"not known: {result.velocity_reason}"))
     elif math.isnan(result.velocity):
@@ -181,6 +183,8 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
     )
     known, evidence = known_of(results), counted(one.evidence.value for one in results)
     say(f"{known} (evidence: {evidence})" if known else f"evidence: {evidence}")
+    if sentences := [one.metastable for one in results if one.metastable]:
+        say(f"{len(sentences)} members creep, but {sentences[0]}")
     if long := sum(one.long_rearrangements for one in results):
         say(f"accuracy: {_accuracy(long)}")
     if outside := sum((Counter(one.warnings) for one in results), Counter()):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import Stop
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Drive
+from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.enclosure import Enclosure, floats
 from exactcreep.model.numbers import InputError, Shown, plain_data, whole_number
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
@@ -43,6 +43,7 @@ COUNTS = {
     "undecided_from": "undecided_from",
 }
 """Attributes of `Creep` by their names in files, and in a `Tally`."""
+_FORESEEN = 10**6  # cycles
 _RENAMED = "Creep.{} is a count, as its name shall say: use Creep.{}"
 
 
@@ -199,6 +200,38 @@ class Creep(Shown):
         return f"g tau_dyn^2 per {self.drive.per}"
 
     @property
+    def velocity_of(self) -> str:
+        """Which velocity it is: that of this run after its burn-in, or of what it settled in."""
+        if self.outcome is Outcome.AT_REST:
+            return "at rest, in which the run ends"
+        if math.isinf(self.velocity):
+            return "a chain that runs away"
+        if self.velocity_error == 0 and self.drive.cyclic:
+            return f"the cycle in which it has settled, since cycle {self.since}"
+        named = "half-cycles" if self.drive.cyclic else "targets"
+        return f"this run: the mean over {named} {self.burn_in + 1} to {self.half_cycles}"
+
+    @cached_property
+    def metastable(self) -> str:
+        """One sentence if drawn coefficients stop this creep for ever in a foreseeable time.
+
+        That is within 1e6 cycles, or a hundred times the run; see
+        `exactcreep.laws.stopping.stopping_time`. Else "".
+        """
+        chain, drive = self.chain, self.drive
+        if self.outcome is not Outcome.CREEPING or chain.sigma_mu == 0:
+            return ""
+        if not isinstance(drive, Cycles):
+            return ""
+        time = import_module("exactcreep.laws.stopping").stopping_time(chain, drive.amplitude)
+        if time.cycles >= max(_FORESEEN, 50 * self.half_cycles):
+            return ""
+        when = f"after some {time.cycles:.2g} cycles in the mean"
+        if not time.computed:
+            when = f"after some {max(time.cycles, 1.0):.0e} cycles (order of magnitude)"
+        return f"metastable: drawn coefficients stop the chain for ever {when}; then v = 0"
+
+    @property
     def velocity_reason(self) -> str:
         """Why the velocity, or only its standard error, is nan; "" where both are known."""
         cyclic, after = self.drive.cyclic, self.half_cycles - self.burn_in
@@ -294,6 +327,8 @@ class Creep(Shown):
             "velocity": float(f"{self.velocity:.6g}"),
             "velocity_error": float(f"{self.velocity_error:.2g}"),
             "velocity_units": self.velocity_units,
+            "velocity_of": self.velocity_of,
+            "metastable": self.metastable,
             "half_cycles": self.half_cycles,
             "event_count": self.event_count,
             "reason": self.reason,
@@ -305,6 +340,7 @@ class Creep(Shown):
             "velocity": self.velocity_text or self.velocity,
             "velocity_error": self.velocity_error,
             "velocity_units": self.velocity_units,
+            "velocity_of": self.velocity_of,
             "outcome": self.outcome.value,
             "evidence": self.evidence.value,
             "direction": self.direction,
@@ -317,6 +353,7 @@ class Creep(Shown):
         }
         known = self.velocity_enclosure
         perhaps: dict[str, Any] = {
+            "metastable": self.metastable,
             "course": self.course,
             "velocity_radius": known.radius_text() if known and known.radius else "",
             "reason": self.reason,
