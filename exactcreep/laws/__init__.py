@@ -30,7 +30,6 @@ from exactcreep.laws.forms import VOCABULARY, Form, Law, law_values
 from exactcreep.laws.operands import cosine
 from exactcreep.laws.paper import LAWS, critical_amplitude
 from exactcreep.laws.plateaus import PivotWindow, pivot, pivot_window, pivots
-from exactcreep.laws.stopping import StoppingTime, stopping_time
 from exactcreep.laws.theorems import EDGES, Theorem, at_rest_amplitude, edges
 from exactcreep.laws.velocities import Prediction, prediction
 
@@ -42,7 +41,6 @@ __all__ = [
     "Law",
     "PivotWindow",
     "Prediction",
-    "StoppingTime",
     "Theorem",
     "at_rest_amplitude",
     "cosine",
@@ -55,5 +53,4 @@ __all__ = [
     "pivots",
     "prediction",
     "staircase_two_sliders",
-    "stopping_time",
 ]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Outcome
-from exactcreep.laws import stopping_time
+from exactcreep.laws.stopping import stopping_time
 from tests.conftest import Command
 from tests.paper import captions
 from tests.questions import creep, survival
