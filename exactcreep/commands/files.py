@@ -181,8 +181,6 @@ def animate(
 
         exactcreep animate thirty-sliders-cycles --out avalanche.html
 
-    Exit status: 0 drawn, 2 bad input, 3 the time was over before the rearrangement was reached.
-
     Parameters
     ----------
     rearrangement : int
@@ -203,6 +201,7 @@ def animate(
         Overwrite files that exist.
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
+    from exactcreep.limits import Limits
     from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_output, write_file
 
@@ -215,13 +214,14 @@ def animate(
         allowed = "are those of a GIF file: a page moves without them"
         raise exactcreep.InputError("frames", frames, allowed)
     count = whole_number(frames or "120", "frames", least=2, most=10_000)
+    limits = Limits.of(max_seconds=max_seconds)
     if rearrangement is None:
-        number = largest_avalanche(experiment)
+        number = largest_avalanche(experiment, limits=limits)
     else:
         number = whole_number(rearrangement, "rearrangement", least=0)
     target = out or Path(f"{wanted.name}-{number}.gif")
     check_output(target, "out", force=force)
-    avalanche = find_avalanche(experiment, number)
+    avalanche = find_avalanche(experiment, number, limits)
     if ending == ".html":
         from exactcreep.figures.explorer import saved
 

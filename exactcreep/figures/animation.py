@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-import io
 import itertools
 import os
+import tempfile
 from collections.abc import Callable, Iterator
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from numpy.typing import NDArray
-from PIL import Image
 
 from exactcreep.figures.run_view import Floats, draw_forces
 from exactcreep.figures.style import INKS, STYLE, picture
-from exactcreep.limits import Stop
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
@@ -29,8 +29,8 @@ from exactcreep.solvers.tables import logged_events
 
 LOOKED_AT = 100
 """Half-cycles among which `largest_avalanche` looks."""
-_PERIOD = 50  # milliseconds of one picture
-_LINGER = 1500  # milliseconds of the last one
+_PICTURES_A_SECOND = 20
+_LINGER = 30  # pictures of the end
 _FINENESS = 600  # points of a curve: about one per pixel
 _NAMED = 8  # sliders, at most, that a legend names
 _DOWN, _UP, _REST = INKS[1], INKS[0], "#DDDDDD"
@@ -56,8 +56,12 @@ class RunAvalanche(NamedTuple):
     rearrangement: Rearrangement
 
 
-def largest_avalanche(experiment: Experiment, half_cycles: int = LOOKED_AT) -> int:
+def largest_avalanche(
+    experiment: Experiment, half_cycles: int = LOOKED_AT, limits: Limits = NO_LIMITS
+) -> int:
     """Return the number of the rearrangement with most events in the first half-cycles.
+
+    It is that of the part which was reached, where a limit comes before.
 
     Raises
     ------
@@ -65,7 +69,7 @@ def largest_avalanche(experiment: Experiment, half_cycles: int = LOOKED_AT) -> i
         If there is none.
     """
     total = min(half_cycles, experiment.drive.half_cycles)
-    seen = advance(_simulation(experiment), experiment.drive, total)
+    seen = advance(_simulation(experiment), experiment.drive, total, limits)
     numbers, events = np.unique(seen.recorded["event_rearrangement"], return_counts=True)
     if not events.size:
         reason = f"nothing moves in {seen.completed} half-cycles"
@@ -73,13 +77,15 @@ def largest_avalanche(experiment: Experiment, half_cycles: int = LOOKED_AT) -> i
     return int(numbers[events.argmax()])
 
 
-def find_avalanche(experiment: Experiment, number: int) -> RunAvalanche:
+def find_avalanche(
+    experiment: Experiment, number: int, limits: Limits = NO_LIMITS
+) -> RunAvalanche:
     """Return rearrangement `number` of a run, with its motion in closed form.
 
     Raises
     ------
     InputError
-        If the run has no such rearrangement.
+        If the run has no such rearrangement, or a limit comes before it.
 
     Notes
     -----
@@ -87,14 +93,18 @@ def find_avalanche(experiment: Experiment, number: int) -> RunAvalanche:
     """
     simulation, state = _simulation(experiment), experiment.initial
     for half_cycle in range(1, experiment.drive.half_cycles + 1):
-        stretch = advance(simulation, experiment.drive, half_cycle, done=half_cycle - 1)
+        left = limits.after(simulation.tally.events)
+        stretch = advance(simulation, experiment.drive, half_cycle, left, done=half_cycle - 1)
         numbers = stretch.recorded["event_rearrangement"]
         if number in numbers or stretch.stop is not Stop.DONE:
             break
         state = simulation.state()
     if number not in numbers:
         count = simulation.tally.rearrangements
-        raise InputError("rearrangement", number, f"must be one of the run's {count}, from 0")
+        reason = f"must be one of the run's {count}, from 0"
+        if early := limits.after(simulation.tally.events).reason(stretch.stop):
+            reason = f"was not reached: {early} after {count} rearrangements"
+        raise InputError("rearrangement", number, reason)
     itinerary = tuple(
         event.signature
         for row, event in logged_events(stretch.recorded)
@@ -178,52 +188,46 @@ def moments_of(motion: Rearrangement, times: Floats) -> Moments:
 def draw_avalanche(found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120) -> None:
     """Write the avalanche as an animated GIF: the chain, the forces, the displacements.
 
-    The pictures are equally spaced in time, with one more at the end that stays.
+    The pictures are equally spaced in time, and the last one stays.
 
     Raises
     ------
     InputError
         If the file cannot be written.
     """
-    with mpl.rc_context(STYLE):
-        pictures = list(_pictures(found, frames))
-    palette = pictures[frames // 2].quantize(128, dither=Image.Dither.NONE)
-    shown = [each.quantize(palette=palette, dither=Image.Dither.NONE) for each in pictures]
-    drawn = io.BytesIO()
-    durations = [_PERIOD] * (frames - 1) + [_LINGER]
-    shown[0].save(drawn, format="GIF", save_all=True, append_images=shown[1:], duration=durations,
-                  loop=0, optimize=False)  # fmt: skip
-    write_file(path, drawn.getbuffer(), "out")
-
-
-def _pictures(found: RunAvalanche, frames: int) -> Iterator[Image.Image]:
-    """Yield the pictures of one figure, whose parts move from picture to picture."""
     motion, chain = found.rearrangement, found.experiment.chain
     times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), frames)
     fine = np.linspace(times[0], times[-1], max(_FINENESS, frames))
     shown, course = moments_of(motion, times), moments_of(motion, fine).moved
-    figure = picture(6.6, 5.6, dpi=100)
-    canvas = FigureCanvasAgg(figure)
-    above, middle, below = figure.subplots(3, 1, height_ratios=(0.8, 1.3, 1.5))
-    moves = (
-        _draw_chain(above, shown, float(np.abs(course).max())),
-        _draw_forces(middle, shown, chain.friction),
-        _draw_course(below, motion, times, shown.moved, fine, course),
-    )
-    heading = figure.suptitle(" ", fontsize=9)
-    for k, now in enumerate(times.tolist()):
-        for move in moves:
-            move(k)
-        heading.set_text(
-            rf"rearrangement {found.number} (half-cycle {found.half_cycle},"
-            rf" $\theta_\mathrm{{c}} = {as_float(motion.theta):.6g}$):"
-            rf" $t = {now:.2f}\,\tau_\mathrm{{dyn}}$,"
-            rf" {int(shown.moving[:, k].sum())} of {chain.n} move"
+    with mpl.rc_context(STYLE), tempfile.TemporaryDirectory() as folder:
+        figure = picture(6.6, 5.6, dpi=100)
+        above, middle, below = figure.subplots(3, 1, height_ratios=(0.8, 1.3, 1.5))
+        moves = (
+            _draw_chain(above, shown, float(np.abs(course).max())),
+            _draw_forces(middle, shown, chain.friction),
+            _draw_course(below, motion, times, shown.moved, fine, course),
         )
-        canvas.draw()  # type: ignore[no-untyped-call]
+        heading = figure.suptitle(" ", fontsize=9)
+
+        def move(k: int) -> list[Any]:
+            for each in moves:
+                each(k)
+            heading.set_text(
+                rf"rearrangement {found.number} (half-cycle {found.half_cycle},"
+                rf" $\theta_\mathrm{{c}} = {as_float(motion.theta):.6g}$):"
+                rf" $t = {times[k]:.2f}\,\tau_\mathrm{{dyn}}$,"
+                rf" {int(shown.moving[:, k].sum())} of {chain.n} move"
+            )
+            return []
+
+        move(0)
+        figure.canvas.draw()
         figure.set_layout_engine("none")  # the layout of the first picture serves for all
-        pixels = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
-        yield Image.fromarray(pixels).convert("RGB")
+        order = [*range(frames), *[frames - 1] * _LINGER]
+        moving = FuncAnimation(figure, move, order, init_func=list, cache_frame_data=False)
+        drawn = Path(folder, "avalanche.gif")
+        moving.save(drawn, writer=PillowWriter(fps=_PICTURES_A_SECOND), dpi=figure.dpi)
+        write_file(path, drawn.read_bytes(), "out")
 
 
 def _draw_chain(axes: Axes, shown: Moments, widest: float) -> Callable[[int], None]:

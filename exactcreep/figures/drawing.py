@@ -109,17 +109,19 @@ def draw_points(
 
 
 def mark_outside(axes: Axes) -> None:
-    """Mark each computed point above or below the axes at their edge, with its value."""
+    """Mark computed points above or below the axes at their edge, with their values."""
     low, high = axes.get_ylim()
-    for container in axes.containers:
+    beyond: dict[tuple[float, bool], list[float]] = {}
+    for container in list(axes.containers):
         for x, y in container[0].get_xydata():
             if y > high or y < low:
-                edge, sign, side = (high, "^", "top") if y > high else (low, "v", "bottom")
-                style: Style = {"color": container[0].get_color(), "markerfacecolor": "white"}
-                axes.plot(x, edge, sign, markersize=5, clip_on=False, **style)
-                apart = -5 if y > high else 5
-                axes.annotate(f"{y:.4g}", (x, edge), xytext=(-4, apart), va=side, ha="right",
-                              textcoords="offset points", fontsize=7)  # fmt: skip
+                beyond.setdefault((x, y > high), []).append(y)
+    for (x, above), values in beyond.items():
+        edge, sign, side = (high, "^", "top") if above else (low, "v", "bottom")
+        axes.plot(x, edge, sign, color="black", markersize=5, clip_on=False, zorder=4)
+        words = ", ".join(f"{value:.4g}" for value in sorted(values))
+        axes.annotate(words, (x, edge), xytext=(-6, -5 if above else 5), va=side, ha="right",
+                      textcoords="offset points", fontsize=7)  # fmt: skip
 
 
 def law_line(

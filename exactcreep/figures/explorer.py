@@ -21,27 +21,22 @@ from urllib.parse import parse_qsl, urlsplit
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from exactcreep import laws
 from exactcreep.figures.animation import RunAvalanche, find_avalanche, moments_of
 from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import as_float, floats
-from exactcreep.model.numbers import InputError, nearest_float, whole_number
+from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import Outcome, behaviour
 from exactcreep.quasistatic.creep import PHYSICS, PhysicsWarning, run_members
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.result import Creep
-from exactcreep.studies.fates.fate import fate
 
-MOST_EVENTS = 40_000
-"""Of a run that is to be seen at once."""
-MOST_SECONDS = 1
-FATE_SECONDS = 3
-MOST_SLIDERS = 200
-_RECORD = ("x_G", "tension", "rearrangements", "slip_table")
+HOST = "127.0.0.1"
+MOST_EVENTS, MOST_SECONDS, MOST_SLIDERS = 40_000, 1, 200
+"""Of an answer that is to be seen at once."""
+_RECORD = ("x_G", "rearrangements", "slip_table")
 _MOMENTS = 800  # equally spaced, at which a motion is taken from its closed form; events besides
-_LAW_POINTS = 60
+_KINDS = {"<": "text/html", "{": "application/json"}  # by how a text begins
 _ALONE = Lock()  # a thread that silences warnings silences those of all threads
 
 
@@ -95,11 +90,8 @@ def experiment_of(given: Mapping[str, str]) -> Experiment:
     return Experiment.of(chain, Cycles(values["amplitude"], cycles), seed=seed)
 
 
-# --- what is shown --------------------------------------------------------------------------------
-
-
 def course(experiment: Experiment) -> dict[str, Any]:
-    """Return what a run does, ready for JSON: where it goes, slips, tensions, velocity, the law.
+    """Return what a run does, ready for JSON: its displacements, its slips, its velocity.
 
     It ends after `MOST_EVENTS` events or `MOST_SECONDS` seconds, and says so.
 
@@ -115,11 +107,16 @@ def course(experiment: Experiment) -> dict[str, Any]:
     kept = run.recorded
     half_cycle = kept["rearrangement_half_cycle"]
     reached = max(run.half_cycles, int(half_cycle.max(initial=1)))
-    targets = experiment.drive.targets(1, reached, experiment.seed)
-    ramps = np.append(experiment.theta, targets)
+    ramps = np.append(experiment.theta, experiment.drive.targets(1, reached, experiment.seed))
     span = np.diff(ramps)[half_cycle - 1]
     passed = floats(kept["rearrangement_theta"]) - ramps[half_cycle - 1]
     part = np.divide(passed, span, out=np.zeros_like(passed), where=span != 0)
+    told = f"{behaviour(run.outcome, run.direction)} ({run.evidence.value})"
+    if math.isfinite(run.velocity):
+        told += f", mean velocity {run.velocity:.6g} per {run.experiment.drive.per}"
+        told += f" ± {run.velocity_error:.2g}" if run.velocity_error > 0 else ""
+    told += f"; {run.reason}" if run.reason else ""
+    told += "".join(f"; {PHYSICS[name]} ({count} times)" for name, count in run.warnings.items())
     return {
         "described": f"{experiment.chain}, {experiment.drive}, seed {experiment.seed},"
         f" {experiment.solver}",
@@ -131,10 +128,9 @@ def course(experiment: Experiment) -> dict[str, Any]:
             name: _packed(floats(kept[f"slip_{name}"]))
             for name in ("slider", "rearrangement", "displacement")
         },
-        "tension": _packed(floats(kept["tension"])),
         "velocity": run.velocity if math.isfinite(run.velocity) else None,
-        "told": _told(run),
-        "law": _law(experiment),
+        "told": f"{told}. {run.half_cycles} targets, {run.slip_count} slips,"
+        f" {run.event_count} events.",
     }
 
 
@@ -145,7 +141,6 @@ def avalanche(found: RunAvalanche) -> dict[str, Any]:
     instants, its events among them; the page joins them by cubics.
     """
     motion = found.rearrangement
-    chain = found.experiment.chain
     events = np.array([float(event.time) for event in motion.events])
     spread = np.linspace(0.0, float(motion.duration), _MOMENTS)
     every = max(1, events.size // (2 * _MOMENTS))
@@ -155,7 +150,7 @@ def avalanche(found: RunAvalanche) -> dict[str, Any]:
         "number": found.number,
         "half_cycle": found.half_cycle,
         "theta": as_float(motion.theta),
-        "friction": chain.friction,
+        "friction": found.experiment.chain.friction,
         "ended": "" if motion.outcome is Outcome.AT_REST else motion.reason,
         "times": _packed(times),
         "moved": _packed(shown.moved.T),
@@ -170,26 +165,11 @@ def avalanche(found: RunAvalanche) -> dict[str, Any]:
     }
 
 
-def fate_told(experiment: Experiment) -> str:
-    """Return what the chain does in the end, as far as float64 tells, in one line."""
-    drive, chain = experiment.drive, experiment.chain
-    if not isinstance(drive, Cycles):
-        return "Only under cycles does a chain settle."
-    if chain.sigma_mu:
-        return "With disorder no tension ever returns: the chain does not settle unless it rests."
-    try:
-        found = fate(chain, drive.amplitude, start=experiment.start, solver="exact",
-                     max_seconds=FATE_SECONDS)  # fmt: skip
-    except InputError as error:
-        return str(error)
-    told = f"{found.outcome.value} ({found.evidence.value})"
-    if found.period is None:
-        told += f" after {found.cycles} cycles"
-    else:
-        told += f": settled after {found.settled_after} cycles, period {found.period}"
-        if found.advance:
-            told += f", advance {found.advance:.6g} per period, {found.direction}"
-    return told + (f"; {found.reason}" if found.reason else "")
+def _packed(values: ArrayLike) -> dict[str, str]:
+    """Return an array as text: its numbers are to be seen, and float32 is fine enough."""
+    array: NDArray[Any] = np.asarray(values)
+    array = array.astype("u1" if array.dtype == bool else "<f4")
+    return {"type": array.dtype.str[1:], "data": base64.b64encode(array.tobytes()).decode("ascii")}
 
 
 def answer(what: str, given: Mapping[str, str]) -> str | None:
@@ -198,28 +178,24 @@ def answer(what: str, given: Mapping[str, str]) -> str | None:
     Raises
     ------
     InputError
-        If a field holds what the model does not allow.
+        If a field holds what the model does not allow, or the answer would take too long.
     """
     if not what:
         return page()
-    if what in ("course", "fate"):
-        experiment = experiment_of(given)
-        return as_text(course(experiment) if what == "course" else {"told": fate_told(experiment)})
+    if what == "course":
+        return as_text(course(experiment_of(given)))
     if what not in ("avalanche", "saved"):
         return None
     fields = dict(given)
     number = whole_number(fields.pop("rearrangement", "0"), "rearrangement", least=0)
-    found = find_avalanche(experiment_of(fields), number)
+    limits = Limits.of(MOST_EVENTS, MOST_SECONDS)
+    found = find_avalanche(experiment_of(fields), number, limits)
     return as_text(avalanche(found)) if what == "avalanche" else saved(found)
 
 
 def saved(found: RunAvalanche) -> str:
     """Return the page as one file: a run, and one of its rearrangements as it moves."""
-    return page(
-        course=course(found.experiment),
-        avalanche=avalanche(found),
-        fate=fate_told(found.experiment),
-    )
+    return page(course=course(found.experiment), avalanche=avalanche(found))
 
 
 def page(**shown: Any) -> str:
@@ -235,58 +211,16 @@ def as_text(data: Mapping[str, Any]) -> str:
     return json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 
 
-# --- parts ----------------------------------------------------------------------------------------
-
-
-def _packed(values: ArrayLike) -> dict[str, str]:
-    """Return an array as text: its numbers are to be seen, and float32 is fine enough."""
-    array: NDArray[Any] = np.asarray(values)
-    array = array.astype("u1" if array.dtype == bool else "<f4")
-    return {"type": array.dtype.str[1:], "data": base64.b64encode(array.tobytes()).decode("ascii")}
-
-
-def _told(run: Creep) -> str:
-    """Return what a run came to, in one line."""
-    told = f"{behaviour(run.outcome, run.direction)} ({run.evidence.value})"
-    if math.isfinite(run.velocity):
-        told += f", mean velocity {run.velocity:.6g} per {run.experiment.drive.per}"
-        if run.velocity_error > 0:
-            told += f" ± {run.velocity_error:.2g}"
-    if run.reason:
-        told += f"; {run.reason}"
-    told += "".join(f"; {PHYSICS[name]} ({count} times)" for name, count in run.warnings.items())
-    return f"{told}. {run.half_cycles} targets, {run.slip_count} slips, {run.event_count} events."
-
-
-def _law(experiment: Experiment) -> dict[str, Any] | None:
-    """Return the law's velocity over the amplitude, None where theory has none."""
-    chain, drive = experiment.chain, experiment.drive
-    if not isinstance(drive, Cycles):
-        return None
-    threshold = float(chain.n * (abs(chain.mu_d) - abs(chain.tan_alpha)) / (2 * chain.l0))
-    here = nearest_float(drive.amplitude)
-    amplitudes = np.linspace(0, max(1.25 * here, 2 * threshold, 1e-9), _LAW_POINTS + 1)[1:]
-    every = [laws.prediction(chain, Cycles(a, 1), experiment.start) for a in amplitudes.tolist()]
-    told = [one for one in every if one is not None]
-    if len(told) < len(every):
-        return None
-    steps: list[tuple[float, ...]] = [
-        () if one.staircase is None else (one.staircase,) for one in told
-    ]
-    values = {"printed": [one.printed for one in told], "staircase": steps}
-    # what is printed holds from the threshold on
-    bound = max if chain.tan_alpha >= 0 else min
-    curves = {
-        name: [[bound(value, 0.0) for value in line] for line in zip(*rows, strict=True)]
-        for name, rows in values.items()
-    }
-    return {"amplitude": here, "amplitudes": amplitudes.tolist(), "curves": curves}
-
-
 # --- the server -----------------------------------------------------------------------------------
 
-HOST = "127.0.0.1"
-_KINDS = {"<": "text/html", "{": "application/json"}  # by how a text begins
+
+class _Server(ThreadingHTTPServer):
+    """Answers in threads, which keep nothing alive when it ends."""
+
+    daemon_threads, block_on_close = True, False
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of a visitor that has gone in the middle of an answer."""
 
 
 def page_server(port: int = 0) -> ThreadingHTTPServer:
@@ -298,11 +232,9 @@ def page_server(port: int = 0) -> ThreadingHTTPServer:
         If the port is taken, or not allowed.
     """
     try:
-        server = ThreadingHTTPServer((HOST, port), _Visit)
+        return _Server((HOST, port), _Visit)
     except OSError as error:
         raise InputError("port", port, f"cannot be used: {error.strerror}") from None
-    server.daemon_threads = True  # an answer that is being computed keeps nothing alive
-    return server
 
 
 class _Visit(BaseHTTPRequestHandler):
@@ -310,23 +242,22 @@ class _Visit(BaseHTTPRequestHandler):
 
     def reply(self) -> None:
         """Answer it."""
-        if (self.headers["Host"] or "").rpartition(":")[0] not in (HOST, "localhost"):
-            # a page of somebody else, whose name was made to lead here
-            self._answer(403, "this page is for this machine alone")
-            return
+        # a page of somebody else, whose name was made to lead here, or which asks from elsewhere
+        hosts = {"Host": self.headers["Host"] or "", "Origin": self.headers["Origin"]}
+        for name, text in hosts.items():
+            where = text if name == "Host" or text is None else urlsplit(text).netloc
+            if where is not None and where.rpartition(":")[0] not in (HOST, "localhost"):
+                return self._answer(403, "this page is for this machine alone")
         asked = urlsplit(self.path)
         given = dict(parse_qsl(asked.query, keep_blank_values=True))
         try:
             text = answer(asked.path.removeprefix("/"), given)
             self._answer(404 if text is None else 200, text or "there is no such page")
         except InputError as error:
-            told = {"field": error.field, "sentence": str(error)}
-            self._answer(400, as_text(told))
-        except (BrokenPipeError, ConnectionResetError):
-            pass  # the reader has gone
+            self._answer(400, as_text({"field": error.field, "sentence": str(error)}))
         except Exception as error:
-            told = {"sentence": f"{type(error).__name__}: {error} (a defect)"}
-            self._answer(500, as_text(told))
+            sentence = f"{type(error).__name__}: {error} (a defect)"
+            self._answer(500, as_text({"sentence": sentence}))
 
     do_GET = reply  # the name by which the library calls it
 
