@@ -118,8 +118,12 @@ def status(words: Sequence[str]) -> int:
             complain(error.format_message())
         elif isinstance(error, InputError):
             complain(str(error))
+        elif os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
+            complain("NUMBA_DISABLE_JIT must not be set: the solvers are compiled")
         elif isinstance(error, OSError):
             name = f"{error.filename}: " if error.filename else ""
+            if isinstance(error, FileNotFoundError) and not _somewhere():
+                name = "the working directory is gone: "
             complain(f"{name}{error.strerror or error}")
         elif isinstance(error, MemoryError):
             complain("the memory of this machine does not hold so much")
@@ -131,6 +135,14 @@ def status(words: Sequence[str]) -> int:
     return returned if isinstance(returned, int) else 0
 
 
+def _somewhere() -> bool:
+    """Return whether there is a working directory."""
+    try:
+        return bool(os.getcwd())
+    except FileNotFoundError:
+        return False
+
+
 def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
     complain(str(message))
 
@@ -138,6 +150,7 @@ def _warn(message: Warning | str, *where: Any, **further: Any) -> None:
 def main() -> None:
     """Run the command line of this process."""
     interrupts.listen()
+    os.environ["MPLBACKEND"] = "agg"  # whatever it was: pictures are files here
     warnings.showwarning = _warn  # a sentence, without the line of code that says it
     code = status(sys.argv[1:])
     heard = interrupts.status()

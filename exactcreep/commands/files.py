@@ -11,11 +11,15 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 import exactcreep
-from exactcreep.commands.answer import as_json, counted, shown
+from exactcreep.commands.answer import as_json, complain, counted, shown
 from exactcreep.commands.options import chosen, run_settings
 
 if TYPE_CHECKING:
     from exactcreep import Scene
+
+
+_LARGE = 100e6  # bytes of a table that are worth a warning
+_SOME = 1000  # rows that tell how long the others are
 
 
 def scenes(*, show: str | None = None, json: bool = False) -> None:
@@ -148,12 +152,22 @@ def export(
         Overwrite files that exist.
     """
     from exactcreep.quasistatic.export import check_ending
+    from exactcreep.quasistatic.export import table as recorded
     from exactcreep.quasistatic.files import check_output
     from exactcreep.quasistatic.result import load_members
 
-    check_ending(to)
+    ending = check_ending(to)
     check_output(to, "to", force=force)
-    rows = chosen(load_members(run), member).export(table, to, force=force)
+    saved = chosen(load_members(run), member)
+    data = recorded(saved, table)
+    size: float = data.nbytes
+    if ending == ".csv" and size > _LARGE / 4:
+        rows_of = max(data.sizes, key=lambda name: data.sizes[name])
+        some = data.isel({rows_of: slice(0, _SOME)})
+        size = len(some.to_dataframe().to_csv()) * data.sizes[rows_of] / some.sizes[rows_of]
+    if size > _LARGE:
+        complain(f"{to} will have about {size / 1e6:.0f} MB")
+    rows = saved.export(table, to, force=force)
     typer.echo(f"written: {to} ({rows} rows)")
 
 

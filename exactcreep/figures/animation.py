@@ -70,7 +70,7 @@ def largest_avalanche(
     """
     total = min(half_cycles, experiment.drive.half_cycles)
     seen = advance(_simulation(experiment), experiment.drive, total, limits)
-    numbers, events = np.unique(seen.recorded["event_rearrangement"], return_counts=True)
+    numbers, events = np.unique(seen.recorded.get("event_rearrangement", ()), return_counts=True)
     if not events.size:
         reason = f"nothing moves in {seen.completed} half-cycles"
         raise InputError("scene", experiment.solver, reason)
@@ -95,7 +95,7 @@ def find_avalanche(
     for half_cycle in range(1, experiment.drive.half_cycles + 1):
         left = limits.after(simulation.tally.events)
         stretch = advance(simulation, experiment.drive, half_cycle, left, done=half_cycle - 1)
-        numbers = stretch.recorded["event_rearrangement"]
+        numbers = stretch.recorded.get("event_rearrangement", ())
         if number in numbers or stretch.stop is not Stop.DONE:
             break
         state = simulation.state()

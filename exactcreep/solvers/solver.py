@@ -8,10 +8,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from importlib import import_module
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
@@ -31,6 +32,24 @@ MOST_EVENTS = 20_000
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
 _STRETCH_SECONDS = 0.1  # of an advance that somebody watches
 _LONGEST_STRETCH = 1 << 18  # targets; bounds the memory of a stretch
+
+
+class Energy(NamedTuple):
+    """Where the energy of a rearrangement is; unit ``m g**2 tau_dyn**2``.
+
+    Attributes
+    ----------
+    kinetic, elastic : number or ndarray
+    gravity : number or ndarray
+        Potential energy in the field of gravity, zero at the start.
+    dissipated : number or ndarray
+        What friction has taken since the start.
+    """
+
+    kinetic: Any
+    elastic: Any
+    gravity: Any
+    dissipated: Any
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -168,6 +187,39 @@ class Rearrangement(Shown):
     def theta(self) -> Scalar:
         """The dilation theta_c at which the chain rearranges."""
         return self.initial.theta
+
+    def energy(self, t: ArrayLike) -> Energy:
+        """Return where the energy is at `t`, as float64, unit ``m g**2 tau_dyn**2``.
+
+        Parameters
+        ----------
+        t : number or array_like, shape (m,)
+            Time(s) since the first event, unit tau_dyn.
+
+        Raises
+        ------
+        ValueError
+            If a time lies before the first event or after the last.
+        """
+        known = self.sol(t)
+        start = self.initial.displacements.astype(float)
+        moved = known.positions.astype(float).T - start
+        tensions = self.initial.tensions.astype(float) + np.diff(moved, axis=-1)
+        kinetic = (known.velocities.astype(float).T ** 2).sum(axis=-1) / 2
+        elastic = (tensions**2).sum(axis=-1) / 2
+        gravity = -self.chain.sin_alpha * moved.sum(axis=-1)
+        before = (self.initial.tensions.astype(float) ** 2).sum() / 2
+        return Energy(kinetic, elastic, gravity, before - kinetic - elastic - gravity)
+
+    def plot(self) -> Any:
+        """Draw velocities in space and time, and the energies, in a new figure of pyplot.
+
+        Returns
+        -------
+        tuple of Axes
+            Of the space-time diagram, and of the energies.
+        """
+        return import_module("exactcreep.figures.run_plots").plot_rearrangement(self)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Rearrangement):

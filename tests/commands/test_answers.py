@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from exactcreep.commands import files
 from tests.conftest import Command
 from tests.processes import finished
 
@@ -90,3 +91,77 @@ def test_a_command_that_is_stopped_says_so_and_what_is_known(
     assert "exactcreep: interrupted" in told.stderr
     assert known in words(told.stdout + told.stderr)
     assert "Traceback" not in told.stderr
+
+
+@pytest.mark.parametrize(
+    ("line", "variables", "status", "said"),
+    [
+        ("run two-sliders-cycles --set drive.cycles=2", {"NUMBA_DISABLE_JIT": "1"}, 2,
+         "exactcreep: NUMBA_DISABLE_JIT must not be set: the solvers are compiled\n"),
+        ("run two-sliders-cycles --set drive.cycles=2 --out a.nc", {"GONE": "1"}, 2,
+         "exactcreep: the working directory is gone: No such file or directory\n"),
+        ("run two-sliders-cycles --set drive.cycles=2 --plot a.png", {"MPLBACKEND": "nonsense"}, 0,
+         ""),
+    ],
+)  # fmt: skip
+def test_an_environment_that_does_not_fit_costs_a_sentence(
+    line: str, variables: dict[str, str], status: int, said: str, tmp_path: Path
+) -> None:
+    script = f"import os, sys; os.chdir({str(tmp_path)!r})\n"
+    script += "if 'GONE' in os.environ: os.rmdir(os.getcwd())\n"
+    script += "from exactcreep.cli import main; main()"
+    told = finished(sys.executable, "-c", script, *line.split(), **variables)
+    assert (told.returncode, told.stderr) == (status, said)
+
+
+def test_a_scene_is_printed_as_json_too_and_a_wrong_name_finds_the_right_one(
+    command: Command,
+) -> None:
+    told = command("scenes", "--json", "--show", "six-sliders-cycles")
+    assert told.json["toml"] == command("scenes", "--show", "six-sliders-cycles").out
+    wrong = command("scenes", "--show", "six-slider-cycles").sentence
+    assert wrong.endswith("(did you mean six-sliders-cycles?)")
+
+
+def test_a_large_export_is_announced_with_its_size(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = ("run", "six-sliders-cycles", "--set", "drive.cycles=30", "--record", "events")
+    assert command(*run, "--out", "run.nc").code == 0
+    monkeypatch.setattr(files, "_LARGE", 1e5)
+    told = command("export", "run.nc", "--table", "events", "--to", "a.csv")
+    size = Path("a.csv").stat().st_size / 1e6
+    (words,) = told.err.splitlines()
+    assert words.endswith(f"will have about {size:.0f} MB")
+    assert command("export", "run.nc", "--to", "b.csv").err == ""
+
+
+def test_an_animation_gives_up_in_time(command: Command) -> None:
+    scene = ("animate", "thirty-sliders-cycles", "--rearrangement", "999999")
+    assert "max_seconds = 0 was reached" in command(*scene, "--max-seconds", "0").sentence
+
+
+def test_a_title_tells_what_was_run_and_a_velocity_below_the_threshold_no_law(
+    command: Command,
+) -> None:
+    words = ("run", "six-sliders-cycles", "--set", "chain.n=3", "--set", "drive.cycles=5")
+    assert command(*words).out.startswith("six-sliders-cycles: with chain.n=3, drive.cycles=5\n")
+    below = command(*words, "--set", "drive.amplitude=1e-5").out
+    assert "paper, Eq. (vitesse_seuil)  none: below its threshold" in below
+
+
+@pytest.mark.parametrize(
+    "words",
+    [("run", "chain-jumps", "--set", "drive.cycles=2"), ("compare", "two-sliders-cycles")],
+    ids=lambda words: words[0],
+)
+def test_tables_fit_eighty_columns(
+    command: Command, words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    short = ("--seeds", "2", "--events", "20") if words[0] == "compare" else ()
+    told = command(*words, *short)
+    assert told.code == 0
+    table = [line for line in told.out.splitlines() if "  " in line.strip()]
+    assert table
+    assert max(map(len, table)) <= 80

@@ -1,12 +1,25 @@
-"""Pictures of runs show the runs, however long and however many."""
+"""Pictures of runs and of rearrangements show their numbers, however long and however many."""
 
 from __future__ import annotations
 
+import matplotlib.pyplot as plt
 import numpy as np
+import pytest
 from matplotlib.figure import Figure
 
-from exactcreep import Chain, Cycles, GaussianSteps, creep
+from exactcreep import (
+    Chain,
+    Cycles,
+    GaussianSteps,
+    InputError,
+    State,
+    TemperatureRecord,
+    creep,
+    physical,
+    rearrange,
+)
 from exactcreep.figures.runs import draw_run
+from tests.figures.conftest import assert_shows_data
 
 CHAIN = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 
@@ -39,3 +52,61 @@ def test_many_cycles_are_drawn_as_the_band_that_they_fill(drawn: list[Figure]) -
     assert not top.lines
     assert np.abs(band.get_paths()[0].vertices[:, 1]).max() == 0.002
     assert bottom.lines[0].get_xdata()[-1] == 402
+
+
+@pytest.fixture
+def shown():
+    """Close what is shown in a notebook."""
+    yield
+    plt.close("all")
+
+
+def test_the_energies_of_a_rearrangement_add_up_to_those_of_its_row() -> None:
+    chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    run = creep(chain, Cycles("0.004", 1), seed=3, record=("rearrangements",))
+    row = run.to_pandas("rearrangements").iloc[0]
+    motion = rearrange(chain, State.relaxed(chain, seed=3), direction=+1, seed=3)
+    begin, end = motion.energy(0), motion.energy(motion.duration)
+    assert (begin.kinetic, begin.gravity, begin.dissipated) == (0, 0, 0)
+    assert end.elastic == pytest.approx(row["elastic_after"], rel=1e-12)
+    assert end.gravity == pytest.approx(-row["gravity"], rel=1e-12)
+    assert end.dissipated == pytest.approx(row["dissipation"], rel=1e-12)
+    times = np.linspace(0, float(motion.duration), 99)
+    known = motion.energy(times)
+    assert (np.diff(known.dissipated) > -1e-14).all()  # friction only takes
+    assert known.kinetic.max() > 0
+    np.testing.assert_allclose(sum(known), begin.elastic, rtol=1e-13)
+
+
+@pytest.mark.usefixtures("shown")
+def test_a_rearrangement_draws_its_velocities_and_energies() -> None:
+    motion = rearrange(CHAIN, State.relaxed(CHAIN), direction=+1)
+    above, below = motion.plot()
+    assert_shows_data(above.figure)
+    (mesh,) = above.collections
+    assert np.asarray(mesh.get_array()).max() == pytest.approx(
+        motion.sol(np.linspace(0, motion.duration, 400)).velocities.max(), rel=1e-12
+    )
+    lines = {line.get_label(): line.get_ydata()[-1] for line in below.lines}
+    assert lines["dissipated"] == motion.energy(motion.duration).dissipated
+
+
+@pytest.mark.usefixtures("shown")
+def test_a_record_is_drawn_in_dates_degrees_and_millimetres() -> None:
+    roof = physical(length=3, youngs_modulus="16e9", density=11340, section="0.003", kappa="29e-6",
+                    contacts=5, mu_d="0.45", mu_s="0.55", tan_alpha="0.3")  # fmt: skip
+    days = np.arange("2020-07-01", "2020-07-31", dtype="datetime64[D]")
+    degrees = [10.0 + 25 * (k % 2) for k in range(days.size)]
+    record = TemperatureRecord.of(degrees, "29e-6", 10, times=days, unit="C")
+    run = creep(roof.chain, record)
+    axes = run.plot(solid=roof)
+    assert axes.get_xlabel() == "date"
+    assert axes.get_ylabel() == "descent (mm)"
+    assert_shows_data(axes.figure)
+    (line,) = axes.lines
+    np.testing.assert_array_equal(line.get_ydata(), 1000 * roof.metres(run.recorded["x_G"]))
+    (beside,) = (each for each in axes.figure.axes if each is not axes)
+    assert beside.get_ylabel() == "temperature (\N{DEGREE SIGN}C)"
+    np.testing.assert_allclose(beside.lines[0].get_ydata(), degrees[: run.half_cycles])
+    with pytest.raises(InputError, match="the solid of the run's chain"):
+        creep(CHAIN, record).plot(solid=roof)
