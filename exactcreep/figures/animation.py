@@ -95,7 +95,7 @@ def find_avalanche(
     for half_cycle in range(1, experiment.drive.half_cycles + 1):
         left = limits.after(simulation.tally.events)
         stretch = advance(simulation, experiment.drive, half_cycle, left, done=half_cycle - 1)
-        numbers = stretch.recorded.get("event_rearrangement", ())
+        numbers = np.asarray(stretch.recorded.get("event_rearrangement", ()))
         if number in numbers or stretch.stop is not Stop.DONE:
             break
         state = simulation.state()
