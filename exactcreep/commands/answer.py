@@ -187,15 +187,6 @@ def shown(name: str = "", *, quiet: bool = False, hint: str = "") -> Iterator[Di
 @dataclass(frozen=True, kw_only=True)
 class Drawing:
     """Where the answer of a study goes.
-
-    Parameters
-    ----------
-    plot : path
-        Draw what is found to this PNG, PDF or SVG file.
-    json : bool
-        Print one JSON object.
-    force : bool
-        Overwrite files that exist.
     """
 
     plot: Path | None = None
@@ -273,12 +264,6 @@ class Output(Drawing):
 
     Parameters
     ----------
-    plot : path
-        Draw what is found to this PNG, PDF or SVG file.
-    json : bool
-        Print one JSON object.
-    force : bool
-        Overwrite files that exist.
     out : path
         Write the data to this NetCDF file.
     """

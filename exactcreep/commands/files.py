@@ -35,8 +35,6 @@ def scenes(*, show: str | None = None, json: bool = False) -> None:
     ----------
     show : NAME
         Print the TOML text of this scene.
-    json : bool
-        Print one JSON object.
     """
     from exactcreep.scene import builtin_scenes
 
@@ -88,18 +86,12 @@ def show(
 
     Parameters
     ----------
-    run : RUN.nc
-        What exactcreep run --out wrote.
     half_cycle : int
         Look at the end of half-cycle K; default the last.
     window : int
         Half-cycles in the space-time diagram, at most.
-    member : int
-        Which member of a scene that varies something.
     out : path
         PNG, PDF or SVG file; default RUN.png.
-    force : bool
-        Overwrite files that exist.
     """
     import matplotlib as mpl
 
@@ -140,16 +132,10 @@ def export(
 
     Parameters
     ----------
-    run : RUN.nc
-        What exactcreep run --out wrote.
     to : path
         CSV or Parquet file.
     table : NAME
         half_cycles, events, rearrangements or slip_table.
-    member : int
-        Which member of a scene that varies something.
-    force : bool
-        Overwrite files that exist.
     """
     from exactcreep.quasistatic.export import check_ending
     from exactcreep.quasistatic.export import table as recorded
@@ -163,7 +149,7 @@ def export(
     size: float = data.nbytes
     if ending == ".csv" and size > _LARGE / 4:
         rows_of = max(data.sizes, key=lambda name: data.sizes[name])
-        some = data.isel({rows_of: slice(0, _SOME)})
+        some = data.isel({rows_of: slice(-_SOME, None)})
         size = len(some.to_dataframe().to_csv()) * data.sizes[rows_of] / some.sizes[rows_of]
     if size > _LARGE:
         complain(f"{to} will have about {size / 1e6:.0f} MB")
@@ -199,20 +185,12 @@ def animate(
     ----------
     rearrangement : int
         Its number, from 0; default the one with most events in 100 half-cycles.
-    solver : NAME
-        Default: what the scene names, else exact.
-    seed : SEED
-        Of the disorder and random dilations.
-    member : int
-        Which member of a scene that varies something.
     frames : int
         Pictures of the GIF file; default 120.
     max_seconds : number
         Give up looking for the rearrangement after so much time.
     out : path
         GIF file, or .html: a page; default SCENE-K.gif.
-    force : bool
-        Overwrite files that exist.
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
     from exactcreep.limits import Limits
@@ -304,12 +282,8 @@ def sweep(
 
     Parameters
     ----------
-    solver : NAME
-        Default: what the scene names, else exact.
     seeds : int
         Run every point with the seeds 0 .. K-1.
-    workers : int
-        Threads; default one per processor.
     scheduler : ADDRESS
         A dask scheduler, e.g. tcp://10.0.0.1:8786.
     out : DIR
@@ -318,8 +292,6 @@ def sweep(
         Go on with the cells that the directory holds.
     plot : path
         Draw the velocities to this PNG, PDF or SVG file.
-    force : bool
-        Overwrite files that exist.
     """
     from exactcreep.model.numbers import whole_number
     from exactcreep.model.outcome import behaviour

@@ -27,6 +27,18 @@ _UNSEEN = ("Hearer", "Executor")
 """Annotations of what a command line cannot give."""
 _METAVARS = {"int": "K", "number": "X", "pair": "LO HI", "path": "FILE", "str": "NAME"}
 _FLAGS = {"low": ("--from",), "high": ("--to",), "settings": ("--set",)}
+SHARED = {
+    "run": ("RUN.nc", "What exactcreep run --out wrote."),
+    "solver": ("NAME", "Default: what the scene names, else exact."),
+    "seed": ("SEED", "Of the disorder and random dilations."),
+    "member": ("int", "Which member of a scene that varies something."),
+    "workers": ("int", "Threads; default one per processor."),
+    "max_seconds": ("SECONDS", "Come back after so much time."),
+    "plot": ("path", "Draw what is found to this PNG, PDF or SVG file."),
+    "json": ("bool", "Print one JSON object."),
+    "force": ("bool", "Overwrite files that exist."),
+}
+"""Types and descriptions of parameters that commands share, unless their docstrings have others."""
 _ENTRY = re.compile(r"^(\w[\w, ]*?)(?: : (.*))?$\n((?:^ +\S.*\n|^\n(?= ))*)", re.MULTILINE)
 
 
@@ -67,7 +79,7 @@ def _literal(default: ast.expr) -> Any:
 def described(function: Callable[..., Any]) -> dict[str, tuple[str, str]]:
     """Return the type and the description of each parameter in a numpydoc docstring."""
     text = (inspect.getdoc(function) or "") + "\n\n"
-    known: dict[str, tuple[str, str]] = {}
+    known = dict(SHARED)
     section = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[\w ]*\n-+\n|\Z)", text, re.M | re.S)
     for names, kind, about in _ENTRY.findall(section[1] if section else ""):
         words = re.sub(r"``|`", "", " ".join(about.split()))

@@ -47,10 +47,6 @@ def plan(
     ----------
     digits : int
         Significant digits that are wanted of the trajectory.
-    max_seconds : SECONDS
-        Come back after so much time.
-    json : bool
-        Print one JSON object.
     """
     from exactcreep.studies.plan import plan_scene
 

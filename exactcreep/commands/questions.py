@@ -103,10 +103,6 @@ def audit(run: Path, *, max_seconds: str | None = None, json: bool = False) -> N
     ----------
     run : RUN.nc
         A result that recorded its events.
-    max_seconds : number
-        Come back after so much time.
-    json : bool
-        Print one JSON object.
     """
     from exactcreep.studies.audits.audit import audit_file
 

@@ -51,10 +51,6 @@ def reproduce(
         Fewer points and shorter runs: minutes in all.
     out : DIR
         Directory of the files.
-    force : bool
-        Overwrite files that exist.
-    workers : int
-        Threads; default one per processor.
     """
     from exactcreep.figures.paper import PICTURES, picture_named
     from exactcreep.model.numbers import whole_number

@@ -32,10 +32,6 @@ class Session:
         Write the data to this NetCDF file.
     plot : path
         Draw x_G and theta to this PNG, PDF or SVG file.
-    json : bool
-        Print one JSON object.
-    force : bool
-        Overwrite files that exist.
     every : SECONDS
         How often to write the checkpoint.
     max_events : int
@@ -203,8 +199,6 @@ def run(
         Let verlet find events inside a step.
     digits : int
         Decimal digits of mpmath and certified.
-    seed : SEED
-        Of the disorder and random dilations.
     record : NAMES
         x_G, x, tension, slips, events; repeatable or with commas; or none.
     checkpoint : path
