@@ -1,10 +1,10 @@
 """The first event of the moving chain, by steps that are guaranteed to be free of events.
 
-Every slider that could act next is a *candidate*: a function of time that is positive until its
+Every slider that could act next has an *event function* of time that is positive until its
 event (the speed of a moving slider, the distance of a resting one from its threshold) with a bound
 B of its second derivative that holds for ever. From value g and slope d at a time t there is no
 root before ``t + (d + sqrt(d^2 + 2 g B)) / B``; and if ``d < 0`` and ``4 g B <= d^2`` there is
-exactly one root in ``[t, t + 2 g / |d|]``. Only the candidate that can be next is evaluated; the
+exactly one root in ``[t, t + 2 g / |d|]``. Only the one that can be next is evaluated; the
 first whose bracket ends before all others can begin is the event, refined by interval Newton. Just
 after an event the trivial root is removed by the first derivative that is not zero, never by an
 epsilon. A slider that moves alone needs no search: it is followed by its energy.
@@ -65,7 +65,7 @@ class FirstEvent:
 
 
 @dataclass(eq=False)
-class Candidate:
+class EventFunction:
     """A function of time that is positive until a slider acts.
 
     ``side`` is 0 for a moving slider (the function is its speed), else the direction in which the
@@ -150,9 +150,9 @@ class Search:
         self.undecided = 0
         last = len(flow.forces) // 2 if half else len(flow.forces)
         every = [*self._stops(runs), *self._starts(runs)]
-        self.candidates = [one for one in every if one.slider < last]
+        self.functions = [function for function in every if function.slider < last]
 
-    def first(self, horizon: Any = None) -> list[Candidate]:
+    def first(self, horizon: Any = None) -> list[EventFunction]:
         """Return the candidates that act first; several if they act together.
 
         Their ``safe`` and ``last`` enclose the time. Empty if nothing ever happens, or
@@ -164,16 +164,16 @@ class Search:
             In balls, if the order of two events or a graze is not decided.
         SearchLimit
         """
-        for one in self.candidates:
-            self._begin(one)
-        while self.candidates:
-            leader = min(self.candidates, key=attrgetter("safe"))
+        for function in self.functions:
+            self._begin(function)
+        while self.functions:
+            leader = min(self.functions, key=attrgetter("safe"))
             if leader.safe == math.inf or (horizon is not None and leader.safe > horizon):
                 return []
             if leader.last is None:
                 self._evaluate(leader)
                 continue
-            rivals = [w for w in self.candidates if w is not leader and not w.safe > leader.last]
+            rivals = [w for w in self.functions if w is not leader and not w.safe > leader.last]
             if not rivals:
                 return [leader]
             if leader.refinements < EARLY_REFINEMENTS and self.refine(leader):
@@ -192,36 +192,36 @@ class Search:
             return [leader, *rivals]
         return []
 
-    def refine(self, one: Candidate) -> bool:
+    def refine(self, function: EventFunction) -> bool:
         """Narrow the bracket of an isolated root by one interval Newton step; say if it helped."""
-        width = one.last - one.safe
-        if one.steepness is None or not width > 0:
+        width = function.last - function.safe
+        if function.steepness is None or not width > 0:
             return False
         self._count()
-        one.refinements += 1
+        function.refinements += 1
         arithmetic = self.arithmetic
-        middle = arithmetic.midpoint((one.safe + one.last) / 2)
-        value, slope = one(middle)
-        spread = one.bound * width / 2
+        middle = arithmetic.midpoint((function.safe + function.last) / 2)
+        value, slope = function(middle)
+        spread = function.bound * width / 2
         if arithmetic.encloses:
             root = middle - value / (slope + arithmetic.between(-spread, spread))
             low, high = arithmetic.lower(root), arithmetic.upper(root)
         else:
-            steep = slope if slope < 0 else one.steepness
+            steep = slope if slope < 0 else function.steepness
             root = middle - value / steep
-            error = one.slack / -steep + 4 * arithmetic.roundoff * abs(root)
-            error = error + one.bound * (root - middle) ** 2 / -steep
+            error = function.slack / -steep + 4 * arithmetic.roundoff * abs(root)
+            error = error + function.bound * (root - middle) ** 2 / -steep
             low, high = root - error, root + error
-        low = low if low > one.safe else one.safe
-        high = high if high < one.last else one.last
+        low = low if low > function.safe else function.safe
+        high = high if high < function.last else function.last
         if not high - low < 0.75 * width:
             return False
-        one.safe, one.last = low, high
+        function.safe, function.last = low, high
         return True
 
     # -- who may act ---------------------------------------------------------------------------
 
-    def _stops(self, runs: Sequence[Run]) -> list[Candidate]:
+    def _stops(self, runs: Sequence[Run]) -> list[EventFunction]:
         flow, out = self.flow, []
         for run in runs:
             motion = run.motion
@@ -232,10 +232,10 @@ class Search:
                 slack = flow.velocity_slack
                 if self.arithmetic.roundoff:
                     slack = slack + self._rounding(motion)
-                out.append(Candidate(n, 0, sign, [(motion, i)], speed, slope, bound, slack))
+                out.append(EventFunction(n, 0, sign, [(motion, i)], speed, slope, bound, slack))
         return out
 
-    def _starts(self, runs: Sequence[Run]) -> list[Candidate]:
+    def _starts(self, runs: Sequence[Run]) -> list[EventFunction]:
         flow, out = self.flow, []
         neighbours: dict[int, list[tuple[RunMotion, int]]] = {}
         for run in runs:
@@ -254,7 +254,7 @@ class Search:
                 room = self.thresholds[n] - side * flow.forces[n]
                 if (n, side) in self.touching:
                     room = self.arithmetic.number(0)
-                out.append(Candidate(n, side, -side, terms, room, -side * rate, bound, slack))
+                out.append(EventFunction(n, side, -side, terms, room, -side * rate, bound, slack))
         return out
 
     def _rounding(self, motion: RunMotion) -> Any:
@@ -263,13 +263,13 @@ class Search:
 
     # -- one candidate -------------------------------------------------------------------------
 
-    def _begin(self, one: Candidate) -> None:
+    def _begin(self, function: EventFunction) -> None:
         """Take the first step of a candidate, from what is known at time 0."""
-        trivial = one.side == 0 and bool(self.flow.velocities[one.slider] == 0)
-        if trivial or self._sign(one.value, one.slack) == 0:
-            self._depart(one)
+        trivial = function.side == 0 and bool(self.flow.velocities[function.slider] == 0)
+        if trivial or self._sign(function.value, function.slack) == 0:
+            self._depart(function)
         else:
-            self._step(one, self.arithmetic.number(0), one.value, one.slope)
+            self._step(function, self.arithmetic.number(0), function.value, function.slope)
 
     def _sign(self, x: Any, slack: Any) -> int:
         try:
@@ -279,91 +279,91 @@ class Search:
                 raise
             return 0
 
-    def _depart(self, one: Candidate) -> None:
+    def _depart(self, function: EventFunction) -> None:
         """Leave the trivial root at time 0 by the first derivative that is not zero."""
         zero = self.arithmetic.number(0)
-        exactly = one.side == 0 or bool(one.value == 0)
+        exactly = function.side == 0 or bool(function.value == 0)
         # nothing drives it: a moving slider makes a slip of length zero, a resting one stays
-        one.safe, one.last = (zero, zero) if one.side == 0 else (math.inf, None)
-        for k, derivative in enumerate(self._derivatives(one), 1):
-            sign = self._sign(derivative, self._derivative_slack(one, k))
+        function.safe, function.last = (zero, zero) if function.side == 0 else (math.inf, None)
+        for k, derivative in enumerate(self._derivatives(function), 1):
+            sign = self._sign(derivative, self._derivative_slack(function, k))
             if sign > 0:
                 # g(t) >= d_k t^k / k! - B_(k+1) t^(k+1) / (k+1)!
-                order = k + 1 if one.side == 0 else k
-                total = sum(motion.bound(i, order) for motion, i in one.terms)
+                order = k + 1 if function.side == 0 else k
+                total = sum(motion.bound(i, order) for motion, i in function.terms)
                 bound = self.arithmetic.upper(total)
                 inert = bool(bound == 0)
-                one.safe = (
+                function.safe = (
                     math.inf if inert else self.arithmetic.lower((k + 1) * derivative / bound)
                 )
-                one.last = None
+                function.last = None
                 break
             if sign < 0:
-                one.safe = one.last = zero
+                function.safe = function.last = zero
                 break
             exactly = exactly and bool(derivative == 0)
         self.undecided += not exactly
 
-    def _derivatives(self, one: Candidate) -> list[Any]:
+    def _derivatives(self, function: EventFunction) -> list[Any]:
         """Return derivatives 1 .. ORDERS of the candidate's function at time 0."""
         out: list[Any] = [self.arithmetic.number(0)] * ORDERS
-        for motion, i in one.terms:
+        for motion, i in function.terms:
             # v, a, -K v, -K a, K^2 v, ... are the derivatives of v from the 0th on
             even, odd = motion.velocities, motion.accelerations
             series = [even[i], odd[i]]
             while len(series) < ORDERS + 1:
                 even, odd = -_stiffened(motion, even), -_stiffened(motion, odd)
                 series += [even[i], odd[i]]
-            if one.side == 0 and one.slider in self.excess:
-                series[1] = one.sign * self.excess[one.slider]
-            if one.side == 0:
+            if function.side == 0 and function.slider in self.excess:
+                series[1] = function.sign * self.excess[function.slider]
+            if function.side == 0:
                 del series[0]
-            out = [x + one.sign * y for x, y in zip(out, series, strict=False)]
+            out = [x + function.sign * y for x, y in zip(out, series, strict=False)]
         return out
 
-    def _derivative_slack(self, one: Candidate, k: int) -> Any:
-        of_force = k % 2 == (1 if one.side == 0 else 0)
+    def _derivative_slack(self, function: EventFunction, k: int) -> Any:
+        of_force = k % 2 == (1 if function.side == 0 else 0)
         slack = self.flow.force_slack if of_force else self.flow.velocity_slack
         return slack * 4 ** (k // 2)
 
-    def _step(self, one: Candidate, t: Any, value: Any, slope: Any) -> None:
+    def _step(self, function: EventFunction, t: Any, value: Any, slope: Any) -> None:
         """Move the candidate on from `t`: isolate its root, or pass a time free of roots."""
-        sign = self._sign(value, one.slack)
-        reach = abs(value) + one.slack
-        if slope < 0 and 4 * reach * one.bound <= slope * slope:
-            one.safe = t
-            one.last = self.arithmetic.upper(t + 2 * reach / -slope)
-            one.steepness = slope
+        sign = self._sign(value, function.slack)
+        reach = abs(value) + function.slack
+        if slope < 0 and 4 * reach * function.bound <= slope * slope:
+            function.safe = t
+            function.last = self.arithmetic.upper(t + 2 * reach / -slope)
+            function.steepness = slope
             return
         if sign <= 0:
-            self._graze(one, t)
+            self._graze(function, t)
             return
-        if bool(one.bound == 0):
-            one.safe = math.inf  # the slope is constant, and not negative
+        if bool(function.bound == 0):
+            function.safe = math.inf  # the slope is constant, and not negative
             return
-        root = self.arithmetic.sqrt(slope * slope + 2 * value * one.bound)
-        step = 2 * value / (root - slope) if slope < 0 else (slope + root) / one.bound
-        one.safe = self.arithmetic.lower(t + step)
+        root = self.arithmetic.sqrt(slope * slope + 2 * value * function.bound)
+        step = 2 * value / (root - slope) if slope < 0 else (slope + root) / function.bound
+        function.safe = self.arithmetic.lower(t + step)
 
-    def _graze(self, one: Candidate, t: Any) -> None:
+    def _graze(self, function: EventFunction, t: Any) -> None:
         """Settle a root that is not simple at this precision: a stop stops, a rest stays."""
         if not self.assume:
             raise Undecided("a grazing root is not decided")
-        self.undecided += one.grazes == 0
-        one.grazes += 1
-        if one.side == 0:
-            one.safe = one.last = t
+        self.undecided += function.grazes == 0
+        function.grazes += 1
+        if function.side == 0:
+            function.safe = function.last = t
             return
-        slack = one.slack if one.slack > 0 else self.arithmetic.upper(abs(one(t)[0]))
+        slack = function.slack if function.slack > 0 else self.arithmetic.upper(abs(function(t)[0]))
         # by then the function has left the undecided band, or its bound is used again
-        one.safe = self.arithmetic.upper(t + 2 * self.arithmetic.sqrt(slack / one.bound))
+        function.safe = self.arithmetic.upper(t + 2 * self.arithmetic.sqrt(slack / function.bound))
 
-    def _evaluate(self, one: Candidate) -> None:
+    def _evaluate(self, function: EventFunction) -> None:
         self._count()
-        before = one.safe
-        self._step(one, before, *one(before))
-        if one.last is None and not one.safe > before:
-            self._graze(one, before)
+        before = function.safe
+        self._step(function, before, *function(before))
+        if function.last is None and not function.safe > before:
+            self._graze(function, before)
 
     def _count(self) -> None:
         self.evaluations += 1
@@ -372,21 +372,21 @@ class Search:
             raise SearchLimit(f"no event found within {MOST_EVALUATIONS} evaluations")
 
 
-def root_time(search: Search, one: Candidate) -> Any:
+def root_time(search: Search, function: EventFunction) -> Any:
     """Return the time of an isolated root, as well as this arithmetic can.
 
     Guarantee: in balls, an enclosure of the only root between the candidate's ``safe`` and
     ``last``.
     """
-    while search.refine(one):
+    while search.refine(function):
         pass
     arithmetic = search.arithmetic
-    if arithmetic.encloses or one.steepness is None:
-        return arithmetic.between(one.safe, one.last)
-    t = (one.safe + one.last) / 2
+    if arithmetic.encloses or function.steepness is None:
+        return arithmetic.between(function.safe, function.last)
+    t = (function.safe + function.last) / 2
     for _ in range(2):  # the bracket is as wide as the rounding bound; its middle is not the root
-        value, slope = one(t)
-        t = t - value / (slope if slope < 0 else one.steepness)
+        value, slope = function(t)
+        t = t - value / (slope if slope < 0 else function.steepness)
     search.evaluations += 2
     return t
 

@@ -1,4 +1,4 @@
-"""A proof, by energy, that an avalanche never ends.
+"""Prove that an avalanche never ends: by its energy, or since the whole chain slides too fast.
 
 Let tan_alpha >= mu_d (its mirror image for a negative slope). A slider that moves downhill gains
 ``(s - mu_d c)`` of energy on its way, which is not negative; only motion uphill loses any. At rest
@@ -26,6 +26,7 @@ from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
+from exactcreep.motion.modes import Flow, Run
 
 NEVER_RESTS = (
     "its energy exceeds that of every state at rest, and it cannot lose any: it never comes to rest"
@@ -33,6 +34,19 @@ NEVER_RESTS = (
 NEVER_STOPS = "the whole chain slides, too fast for any slider to stop ever again"
 LARGEST_DEVIATE = 9
 """In units of sigma_mu: no normal deviate made from 53 bits is larger."""
+RUNAWAY_CHECK_EVERY = 2500
+RUNAWAY_CHECKS = 8
+LONG_ESCAPE = 100
+"""If the energy proves only after so many tau_dyn that a chain in motion runs away, the amplitudes
+of all its modes are asked, too."""
+
+
+def asks_for_a_proof(event: int) -> bool:
+    """Return whether to try and prove, after an event of an avalanche, that it never ends.
+
+    After every `RUNAWAY_CHECK_EVERY` events each of `RUNAWAY_CHECKS` in turn does.
+    """
+    return event >= RUNAWAY_CHECK_EVERY and event % RUNAWAY_CHECK_EVERY < RUNAWAY_CHECKS
 
 
 def never_rests(
@@ -105,3 +119,43 @@ def _twice_at_rest(n: int, static: Fraction, tangent: Fraction) -> Fraction:
         max(min(k * room, (n - k) * width), min(k * width, (n - k) * room)) for k in range(1, n)
     )
     return sum((bound * bound for bound in bounds), Fraction(0))
+
+
+def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
+    """Return the time from which no slider of the whole moving chain can ever stop, or None.
+
+    With mean velocity vbar and internal energy J, ``vbar > sqrt((1 - 1/N) 2 J)`` proves it;
+    so does a vbar beyond what the amplitudes of all modes add up to at any slider, which proves
+    it earlier and takes longer.
+
+    Parameters
+    ----------
+    flow : Flow
+        All sliders move.
+    run : Run
+        Its only run.
+    chain : Chain
+    cosine : number
+        cos(alpha).
+    """
+    sign, n = int(flow.signs[0]), chain.n
+    gain = sign * chain.tan_alpha - chain.mu_d
+    if gain < 0 or any(int(s) != sign for s in flow.signs):
+        return None
+    arithmetic = flow.arithmetic
+    mean = sign * sum(flow.velocities) / n
+    needed = arithmetic.sqrt(run.motion.energy * arithmetic.number(Fraction(n - 1, n)))
+    slack = flow.velocity_slack
+    zero = arithmetic.number(0)
+    if mean - needed > slack or (gain > 0 and bool(mean == 0) and bool(needed == 0)):
+        return zero
+    rate = arithmetic.number(gain) * cosine
+    lacking = needed - mean + 2 * slack
+    if gain > 0 and arithmetic.upper(lacking) < LONG_ESCAPE * rate:
+        return arithmetic.upper(lacking / rate)
+    swing = run.motion.largest_swing()
+    slack = slack + arithmetic.roundoff * (n + 16) * (swing + abs(mean))
+    lacking = swing - mean + 2 * slack
+    if lacking < 0:
+        return zero
+    return None if gain == 0 else arithmetic.upper(lacking / rate)

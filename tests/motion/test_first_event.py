@@ -74,7 +74,7 @@ def test_no_slider_acts_before_the_first_event(arithmetic):
             assert search.evaluations <= 60
             runs = flow.runs()
             for fraction in np.linspace(0.01, 0.99, 50):
-                for candidate in Search(flow, runs, search.thresholds, {}).candidates:
+                for candidate in Search(flow, runs, search.thresholds, {}).functions:
                     value, _ = candidate(arithmetic.number(float(fraction)) * time)
                     assert float(value) > 0
             assert abs(float(found[0](time)[0])) < 1e-14

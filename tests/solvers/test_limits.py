@@ -29,7 +29,7 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.motion.arithmetic import FLOAT64, balls_of
 from exactcreep.motion.modes import Ends, Flow, RunMotion
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
-from exactcreep.solvers.field.event_loop import Mechanics
+from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Start, advance
 
@@ -159,7 +159,7 @@ def test_the_sum_of_the_modes_is_what_a_velocity_can_come_to_and_no_more():
 def test_a_whole_chain_slides_on_at_mu_d_if_it_is_faster_than_its_modes(arithmetic):
     chain = Chain(4, 10, tan_alpha="1/2", **PAPER)
     with arithmetic.active():
-        mechanics = Mechanics(Start(chain, State.relaxed(chain), 0), arithmetic)
+        mechanics = ChainIntegrator(Start(chain, State.relaxed(chain), 0), arithmetic)
         internal = np.array([0.3, -0.1, -0.4, 0.2])
         for speed, proved in ((0.38, False), (0.44, True), (0.6, True)):
             flow = Flow(arithmetic, mechanics.forces, mechanics.friction)

@@ -23,7 +23,6 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Arithmetic, Undecided, balls_of
 from exactcreep.motion.solution import Solution
-from exactcreep.solvers.field.event_loop import Mechanics
 from exactcreep.solvers.field.reference import (
     FieldSimulation,
     FieldSolver,
@@ -32,6 +31,7 @@ from exactcreep.solvers.field.reference import (
     one_by_one,
 )
 from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
+from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.solver import (
     Rearrangement,
     Simulation,
@@ -220,7 +220,7 @@ def _repeated(mechanics: SetIntegrator, past: Past, limits: Limits) -> bool:
     return True
 
 
-def require_digits(mechanics: Mechanics, digits: int) -> None:
+def require_digits(mechanics: ChainIntegrator, digits: int) -> None:
     """Raise `Undecided` if a displacement is known to fewer digits than that."""
     allowed = mechanics.arithmetic.number(10) ** -digits
     for x in mechanics.state().displacements.tolist():
@@ -228,7 +228,7 @@ def require_digits(mechanics: Mechanics, digits: int) -> None:
             raise Undecided(f"fewer than {digits} digits are left")
 
 
-def certificate(mechanics: Mechanics) -> dict[str, Any]:
+def certificate(mechanics: ChainIntegrator) -> dict[str, Any]:
     """Return radius, digits and bits lost, and assumed ties of a calculation in balls."""
     arithmetic, places = mechanics.arithmetic, mechanics.state().displacements.tolist()
     radii = [0.0 if x.is_exact() else math.nextafter(float(x.rad()), math.inf) for x in places]

@@ -1,6 +1,6 @@
 """The readable event solver in float64 ("reference") and in mpmath numbers ("mpmath").
 
-What they do from event to event is `event_loop`; here it becomes a solver and a simulation.
+What they do from event to event is `solvers.reference`; here it becomes a solver and a simulation.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
-from exactcreep.solvers.field.event_loop import Mechanics
+from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.rows import Avalanche
 from exactcreep.solvers.solver import (
     Rearrangement,
@@ -36,7 +36,7 @@ from exactcreep.solvers.tables import record_arrays, rows_of
 
 
 class FieldSolver(Solver):
-    """A solver that is `Mechanics` in one arithmetic."""
+    """A solver that is `ChainIntegrator` in one arithmetic."""
 
     @abstractmethod
     def arithmetic(self) -> Arithmetic:
@@ -45,20 +45,20 @@ class FieldSolver(Solver):
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = Mechanics(start, arithmetic, residuals=True)
+            mechanics = ChainIntegrator(start, arithmetic, residuals=True)
             return completed(mechanics, direction, self.name, limits)
 
     def events_from(self, start: Start, direction: int) -> Iterator[Event]:
         arithmetic = self.arithmetic()
         with arithmetic.active():
-            mechanics = Mechanics(start, arithmetic, residuals=True)
+            mechanics = ChainIntegrator(start, arithmetic, residuals=True)
         return one_by_one(mechanics, direction)
 
     def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
         return FieldSimulation(start, record, self.arithmetic())
 
 
-def one_by_one(mechanics: Mechanics, direction: int) -> Iterator[Event]:
+def one_by_one(mechanics: ChainIntegrator, direction: int) -> Iterator[Event]:
     """Yield the events that follow a ramp in `direction`, the arithmetic active only meanwhile."""
     with mechanics.arithmetic.active():
         mechanics.ramp(direction, None)
@@ -71,7 +71,9 @@ def one_by_one(mechanics: Mechanics, direction: int) -> Iterator[Event]:
         yield event
 
 
-def completed(mechanics: Mechanics, direction: int, solver: str, limits: Limits) -> Rearrangement:
+def completed(
+    mechanics: ChainIntegrator, direction: int, solver: str, limits: Limits
+) -> Rearrangement:
     """Return the rearrangement that follows a ramp in `direction`."""
     mechanics.limits = limits
     mechanics.ramp(direction, None)
@@ -112,7 +114,7 @@ def completed(mechanics: Mechanics, direction: int, solver: str, limits: Limits)
     )
 
 
-def mechanics_report(mechanics: Mechanics) -> dict[str, Any]:
+def mechanics_report(mechanics: ChainIntegrator) -> dict[str, Any]:
     """Return precision and work counts."""
     report: dict[str, Any] = {
         "precision_bits": mechanics.arithmetic.bits,
@@ -124,9 +126,9 @@ def mechanics_report(mechanics: Mechanics) -> dict[str, Any]:
 
 
 class FieldSimulation(Simulation):
-    """A simulation by `Mechanics`."""
+    """A simulation by `ChainIntegrator`."""
 
-    kind: ClassVar[type[Mechanics]] = Mechanics
+    kind: ClassVar[type[ChainIntegrator]] = ChainIntegrator
 
     def __init__(self, start: Start, record: tuple[str, ...], arithmetic: Arithmetic) -> None:
         self.start = start

@@ -29,7 +29,7 @@ from exactcreep.motion.modes import Flow, ModalPiece, forces_of
 from exactcreep.motion.set_event import enclosed_event, first_event_of_set
 from exactcreep.motion.solution import Motion
 from exactcreep.motion.state_set import RATE_BOUND, UNDERFLOW, Crossing, StateSet
-from exactcreep.solvers.field.event_loop import Mechanics, event_of
+from exactcreep.solvers.reference import ChainIntegrator, event_of
 from exactcreep.solvers.solver import Start
 
 RENEW_EVERY = 16
@@ -68,8 +68,8 @@ class Verified(NamedTuple):
         return math.hypot(*self.numbers[0].tolist()) + math.hypot(*self.numbers[1].tolist())
 
 
-class SetIntegrator(Mechanics):
-    """`Mechanics` in balls of the middle of a set, with the set beside it; see the module.
+class SetIntegrator(ChainIntegrator):
+    """`ChainIntegrator` in balls of the middle of a set, with the set beside it; see the module.
 
     Attributes
     ----------
@@ -220,7 +220,7 @@ class SetIntegrator(Mechanics):
     # -- at rest -------------------------------------------------------------------------------
 
     def ramp(self, way: int, target: Any) -> bool:
-        """Ramp theta, and the set along with its middle; see `Mechanics.ramp`."""
+        """Ramp theta, and the set along with its middle; see `ChainIntegrator.ramp`."""
         self.crossing_ends, self.shown, self.shown_theta = [], None, None
         moves = super().ramp(way, target)
         if self.set is not None and self.chain.n > 1:
@@ -252,7 +252,7 @@ class SetIntegrator(Mechanics):
             yield event
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
-        """Return the first event, of the middle; see `Mechanics.first_event`."""
+        """Return the first event, of the middle; see `ChainIntegrator.first_event`."""
         known = None if self.exact is not None else self._lone_slip(flow)
         # at the precision limit, where nothing is asked again, balls hold every state
         if known is None and not (self.exact or self.assume or self._may_run_away(flow)):
@@ -272,7 +272,7 @@ class SetIntegrator(Mechanics):
             elif len(found.stops) + len(found.starts) > 1:
                 kind = Kind.TIE
             else:
-                grazes = found.exact and self._touching(flow, moving)  # where the slip ends
+                grazes = found.exact and self.touching(flow, moving)  # where the slip ends
                 kind = Kind.GRAZING if grazes else Kind.TRANSVERSE
             self.kinds[kind] += 1
         return found

@@ -1,13 +1,13 @@
-"""A chain taken from rest to rest, written once over an arithmetic: float64, mpmath or balls.
+"""A chain at rest and on a ramp, in one arithmetic: what is known of it, exactly if it can be.
 
-*Decompose* the moving sliders into runs. Find the *first event* among their stops and the starts of
-their neighbours. *Advance* to it by the closed form. *Resolve* it by the contact law. *Repeat*
-until every slider is at rest.
+Beside the numbers of an arithmetic, a chain in balls keeps exact ones of Q(c) (`cosine_field`) as
+long as ramps and lone slips are all that happens; with these, ties and grazes can be decided.
+`solvers.reference` takes it through rearrangements.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
@@ -18,23 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS
-from exactcreep.model.contacts import Contacts, Event, EventKind, start_direction
+from exactcreep.model.contacts import Contacts, start_direction
 from exactcreep.model.numbers import InputError, exact_number
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import Arithmetic, Undecided
-from exactcreep.motion.cosine_field import MOST_BITS, CosineField, Quadratic, sign_of
-from exactcreep.motion.first_event import FirstEvent, Search, SearchLimit, lone_event, root_time
+from exactcreep.motion.cosine_field import CosineField, Quadratic, sign_of
+from exactcreep.motion.first_event import FirstEvent
 from exactcreep.motion.modes import Flow, Run, forces_of
-from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers.solver import Start, Tally
-
-LOOK = 2500
-"""After every `LOOK` events of an avalanche each of `LOOKS` events asks for a proof that it never
-ends."""
-LOOKS = 8
-LONG = 100
-"""If the energy proves only after `LONG` tau_dyn that a chain in motion runs away, the amplitudes
-of all its modes are asked, too."""
 
 
 @dataclass
@@ -68,7 +59,7 @@ class ExactState:
         )
 
 
-class Mechanics:
+class ChainAtRest:
     """A chain that is taken from rest to rest in one arithmetic.
 
     Parameters
@@ -282,96 +273,15 @@ class Mechanics:
         self.tally.rearrangements += 1
         self._start(self.flow, starts, [n for n, _ in starts] if crossing else [])
 
-    # -- the rearrangement ---------------------------------------------------------------------
+    def _start(self, flow: Flow, starts: list[tuple[int, int]], crossing: list[int]) -> None:
+        """Set sliders in motion, of which those of `crossing` are just at their threshold."""
+        flow.start([n for n, _ in starts], [sign for _, sign in starts])
+        for n in crossing:
+            self.crossed[n] = self.acting(n) - self.chain.mu_d
 
-    def rearrangement(self) -> Iterator[Event | None]:
-        """Yield the events of the rearrangement under way, one by one, until rest or runaway.
+    # -- what Q(c) decides of the sliders in motion --------------------------------------------
 
-        After the events of each instant comes None: only there may a caller stop asking and later
-        begin anew, for in between an event is only half resolved.
-        """
-        if self.flow is not None and not self.announced:
-            self.announced = True
-            sliders = np.flatnonzero(self.flow.signs).tolist()
-            signs = self.flow.signs[sliders].tolist()
-            yield self._event(EventKind.START, sliders, signs, self.arithmetic.number(0))
-            yield None
-        while self.flow is not None and not self.runaway:
-            self._runs = None
-            found = self.first_event(self.flow)
-            if found is None:
-                self.runaway, self.proof = True, NEVER_STOPS
-                return
-            speeds = self.advance(self.flow, found)
-            yield from self.resolve(self.flow, found, speeds)
-            if not self.flow.signs.any():
-                self.rest(self.flow)
-            elif self.event_number >= LOOK and self.event_number % LOOK < LOOKS:
-                self.look_for_an_end()
-            yield None
-
-    def look_for_an_end(self) -> None:
-        """Note it if the avalanche is proved never to end."""
-        flow = self.flow
-        if flow is None or not flow.signs.any():
-            return
-        largest = max(self.acting(n) for n in range(self.chain.n))
-        slack = flow.velocity_slack + self.chain.n * flow.force_slack
-        tensions, velocities = self.state().tensions, self.velocities()
-        if never_rests(
-            self.arithmetic, self.chain, tensions, velocities, flow.signs, largest, slack
-        ):
-            self.runaway, self.proof = True, NEVER_RESTS
-
-    def _event(self, kind: EventKind, sliders: list[int], signs: list[int], residual: Any) -> Event:
-        self.tally.events += 1
-        self.event_number += 1
-        numbers = tuple(n + 1 for n in sliders)
-        return Event(self.time, kind, numbers, tuple(signs), residual)
-
-    @property
-    def runs(self) -> list[Run]:
-        """The runs of the chain in motion, from the last event on; a lone slip asks for none."""
-        if self._runs is None:
-            assert self.flow is not None
-            self._runs = self.flow.runs()
-        return self._runs
-
-    def first_event(self, flow: Flow) -> FirstEvent | None:
-        """Return the first event from here on; None if the chain has run away."""
-        moving = np.flatnonzero(flow.signs).tolist()
-        found = self._exact_slips(self.exact, flow, moving) if self.exact is not None else None
-        if found is not None:
-            return found
-        number = self.arithmetic.number
-        excess = {n: number(value) * self.cosine for n, value in self.crossed.items()}
-        touching = self._touching(flow, moving)
-        horizon = None
-        if flow.signs.all():
-            horizon = self._escape(flow, self.runs[0])
-            if horizon is not None and bool(horizon == 0):
-                return None
-        elif len(moving) == 1:
-            return lone_event(flow, moving[0], self.thresholds, excess, touching, sign=self._sign)
-        search = Search(
-            flow, self.runs, self.thresholds, excess, touching,
-            assume=self.assume, half=self.mirrored, limits=self.limits,
-        )  # fmt: skip
-        first = search.first(horizon)
-        if not first:
-            if horizon is None:
-                raise SearchLimit("nothing ever happens, and no bound proves it")
-            flow.advance(self.runs, horizon)
-            self.time = self.time + horizon
-            return None
-        time = root_time(search, first[0])
-        self.evaluations += search.evaluations
-        self.tally.undecided += search.undecided
-        stops = [one.slider for one in first if one.side == 0]
-        starts = [(one.slider, one.side) for one in first if one.side != 0]
-        return event_of(time, stops, starts, self.chain.n if self.mirrored else None)
-
-    def _touching(self, flow: Flow, moving: list[int]) -> set[tuple[int, int]]:
+    def touching(self, flow: Flow, moving: list[int]) -> set[tuple[int, int]]:
         """Return the resting sliders that are known to be exactly at threshold, and the side."""
         if self.exact is None:
             return set()
@@ -384,7 +294,7 @@ class Mechanics:
             if threshold == side * force
         }
 
-    def _exact_slips(self, exact: ExactState, flow: Flow, moving: list[int]) -> FirstEvent | None:
+    def exact_slips(self, exact: ExactState, flow: Flow, moving: list[int]) -> FirstEvent | None:
         """Return the common stop of sliders that each move alone, if Q(c) decides it.
 
         They start from rest together, have equally many neighbours, all at rest, and none of these
@@ -425,114 +335,6 @@ class Mechanics:
         time = self.arithmetic.pi() / self.arithmetic.sqrt(self.arithmetic.number(w2))
         shifts = tuple((n, [ways[n].ball()], [zero]) for n in moving)
         return FirstEvent(time, tuple(moving), (), shifts, exact=True)
-
-    def _escape(self, flow: Flow, run: Run) -> Any:
-        """Return the time from which no slider of the whole moving chain can ever stop, or None.
-
-        With mean velocity vbar and internal energy J, ``vbar > sqrt((1 - 1/N) 2 J)`` proves it;
-        so does a vbar beyond what the amplitudes of all modes add up to at any slider, which proves
-        it earlier and takes longer.
-        """
-        sign = int(flow.signs[0])
-        gain = sign * self.chain.tan_alpha - self.chain.mu_d
-        n = self.chain.n
-        if gain < 0 or any(int(s) != sign for s in flow.signs):
-            return None
-        arithmetic = self.arithmetic
-        mean = sign * sum(flow.velocities) / n
-        needed = arithmetic.sqrt(run.motion.energy * arithmetic.number(Fraction(n - 1, n)))
-        slack = flow.velocity_slack
-        zero = arithmetic.number(0)
-        if mean - needed > slack or (gain > 0 and bool(mean == 0) and bool(needed == 0)):
-            return zero
-        rate = arithmetic.number(gain) * self.cosine
-        lacking = needed - mean + 2 * slack
-        if gain > 0 and arithmetic.upper(lacking) < LONG * rate:
-            return arithmetic.upper(lacking / rate)
-        swing = run.motion.largest_swing()
-        slack = slack + arithmetic.roundoff * (n + 16) * (swing + abs(mean))
-        lacking = swing - mean + 2 * slack
-        if lacking < 0:
-            return zero
-        return None if gain == 0 else arithmetic.upper(lacking / rate)
-
-    def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
-        """Let the sliders move to the event, and return their velocities there."""
-        if bool(found.time == 0):
-            return flow.velocities.copy()
-        later = self.time + found.time
-        self.crossed.clear()
-        moving = np.flatnonzero(flow.signs)
-        for n in moving.tolist():
-            for m in (n - 1, n, n + 1):
-                self.pinned.pop(m, None)
-        if not found.exact:
-            self.exact = None
-        speeds = None
-        if found.shifts is None or self.residuals:
-            speeds = np.concatenate([run.motion.moved(found.time)[1] for run in self.runs])
-        if found.shifts is None:
-            flow.advance(self.runs, found.time)
-        for first, displacements, velocities in found.shifts or ():
-            flow.shift(first, self.arithmetic.vector(displacements))
-            flow.velocities[first : first + len(velocities)] = velocities
-        arrived = flow.velocities.copy()
-        if speeds is not None:
-            arrived[moving] = speeds
-        if self.mirrored:
-            flow.mirror()
-        if self.exact is not None:
-            flow.forces = self.arithmetic.vector([f.ball() for f in self.exact.forces])
-        self.time = later
-        return arrived
-
-    def resolve(self, flow: Flow, found: FirstEvent, speeds: NDArray[Any]) -> Iterator[Event]:
-        """Yield the stops and the starts of an event: freeze, draw in ascending order, test."""
-        stops = sorted(found.stops)
-        if stops:
-            signs = flow.signs[stops].tolist()
-            flow.stop(stops)
-            for n in stops:
-                self.crossed.pop(n, None)
-                self._draw(n)
-            self.tally.slips += len(stops)
-            self.slips[stops] += 1
-            residual = max(abs(speeds[n]) for n in stops)
-            yield self._event(EventKind.STOP, stops, signs, residual)
-        distance = self.arithmetic.number(0)
-        for n, sign in found.starts:
-            distance = max(distance, abs(self.thresholds[n] - sign * flow.forces[n]))
-        back = [(n, self._start_direction(n)) for n in stops]
-        starts = sorted([*found.starts, *((n, sign) for n, sign in back if sign)])
-        if starts:
-            self._start(flow, starts, [n for n, _ in found.starts])
-            sliders, signs = [n for n, _ in starts], [sign for _, sign in starts]
-            yield self._event(EventKind.START, sliders, signs, distance)
-
-    def _draw(self, n: int) -> None:
-        """Draw the next static coefficient of slider `n` (from 0)."""
-        drawn = self.contacts.coefficient(n + 1, int(self.draws[n]))
-        self.draws[n] += 1
-        self.coefficients[n] = float(drawn)
-        self.tally.draws_below_mu_d += self.contacts.is_low(drawn)
-        self.thresholds[n] = self.contacts.holds(self.coefficients[n], self.arithmetic)
-
-    def _start(self, flow: Flow, starts: list[tuple[int, int]], crossing: list[int]) -> None:
-        """Set sliders in motion, of which those of `crossing` are just at their threshold."""
-        flow.start([n for n, _ in starts], [sign for _, sign in starts])
-        for n in crossing:
-            self.crossed[n] = self.acting(n) - self.chain.mu_d
-
-    def rest(self, flow: Flow) -> None:
-        """End the rearrangement: every slider is at rest."""
-        self.tensions, self.displacements = self._shape(flow)
-        self.forces, self.force_slack = flow.forces, flow.force_slack
-        if self.exact is not None:
-            self.renew()
-            if self.exact.bits > MOST_BITS:
-                self.exact = None
-        self.flow = None
-        self.crossed.clear()
 
     # -- the present state ---------------------------------------------------------------------
 
@@ -632,13 +434,3 @@ _PLAIN = (
 )  # fmt: skip
 _BY_SLIDER = ("pinned", "crossed")
 _FLOW = ("forces", "velocities", "moved", "velocity_slack", "force_slack")
-
-
-def event_of(
-    time: Any, stops: list[int], starts: list[tuple[int, int]], mirrored: int | None
-) -> FirstEvent:
-    """Return the event of these sliders, and of their images in a chain of `mirrored` sliders."""
-    if mirrored is not None:
-        stops += [mirrored - 1 - n for n in stops]
-        starts += [(mirrored - 1 - n, -sign) for n, sign in starts]
-    return FirstEvent(time, tuple(sorted(stops)), tuple(sorted(starts)))

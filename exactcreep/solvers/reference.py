@@ -1,0 +1,203 @@
+"""The readable event solver: a chain from rest to rest, over float64, mpmath numbers or balls.
+
+*Decompose* the moving sliders into runs. Find the *first event* among their stops and the starts of
+their neighbours. *Advance* to it by the closed form. *Resolve* it by the contact law. *Repeat*
+until every slider is at rest.
+
+What happens at rest and on ramps, and what is known exactly, is `solvers.field.at_rest`; the proofs
+that an avalanche never ends are `motion.runaway`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.contacts import Event, EventKind
+from exactcreep.motion.cosine_field import MOST_BITS
+from exactcreep.motion.first_event import FirstEvent, Search, SearchLimit, lone_event, root_time
+from exactcreep.motion.modes import Flow, Run
+from exactcreep.motion.runaway import (
+    NEVER_RESTS,
+    NEVER_STOPS,
+    asks_for_a_proof,
+    escape_time,
+    never_rests,
+)
+from exactcreep.solvers.field.at_rest import ChainAtRest
+
+
+class ChainIntegrator(ChainAtRest):
+    """A chain that is taken through rearrangements, event by event."""
+
+    def rearrangement(self) -> Iterator[Event | None]:
+        """Yield the events of the rearrangement under way, one by one, until rest or runaway.
+
+        After the events of each instant comes None: only there may a caller stop asking and later
+        begin anew, for in between an event is only half resolved.
+        """
+        if self.flow is not None and not self.announced:
+            self.announced = True
+            sliders = np.flatnonzero(self.flow.signs).tolist()
+            signs = self.flow.signs[sliders].tolist()
+            yield self._event(EventKind.START, sliders, signs, self.arithmetic.number(0))
+            yield None
+        while self.flow is not None and not self.runaway:
+            self._runs = None
+            found = self.first_event(self.flow)
+            if found is None:
+                self.runaway, self.proof = True, NEVER_STOPS
+                return
+            speeds = self.advance(self.flow, found)
+            yield from self.resolve(self.flow, found, speeds)
+            if not self.flow.signs.any():
+                self.rest(self.flow)
+            elif asks_for_a_proof(self.event_number):
+                self.look_for_an_end()
+            yield None
+
+    def first_event(self, flow: Flow) -> FirstEvent | None:
+        """Return the first event from here on; None if the chain has run away."""
+        moving = np.flatnonzero(flow.signs).tolist()
+        found = self.exact_slips(self.exact, flow, moving) if self.exact is not None else None
+        if found is not None:
+            return found
+        number = self.arithmetic.number
+        excess = {n: number(value) * self.cosine for n, value in self.crossed.items()}
+        touching = self.touching(flow, moving)
+        horizon = None
+        if flow.signs.all():
+            horizon = escape_time(flow, self.runs[0], self.chain, self.cosine)
+            if horizon is not None and bool(horizon == 0):
+                return None
+        elif len(moving) == 1:
+            return lone_event(flow, moving[0], self.thresholds, excess, touching, sign=self._sign)
+        search = Search(
+            flow, self.runs, self.thresholds, excess, touching,
+            assume=self.assume, half=self.mirrored, limits=self.limits,
+        )  # fmt: skip
+        first = search.first(horizon)
+        if not first:
+            if horizon is None:
+                raise SearchLimit("nothing ever happens, and no bound proves it")
+            flow.advance(self.runs, horizon)
+            self.time = self.time + horizon
+            return None
+        time = root_time(search, first[0])
+        self.evaluations += search.evaluations
+        self.tally.undecided += search.undecided
+        stops = [one.slider for one in first if one.side == 0]
+        starts = [(one.slider, one.side) for one in first if one.side != 0]
+        return event_of(time, stops, starts, self.chain.n if self.mirrored else None)
+
+    def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
+        """Let the sliders move to the event, and return their velocities there."""
+        if bool(found.time == 0):
+            return flow.velocities.copy()
+        later = self.time + found.time
+        self.crossed.clear()
+        moving = np.flatnonzero(flow.signs)
+        for n in moving.tolist():
+            for m in (n - 1, n, n + 1):
+                self.pinned.pop(m, None)
+        if not found.exact:
+            self.exact = None
+        speeds = None
+        if found.shifts is None or self.residuals:
+            speeds = np.concatenate([run.motion.moved(found.time)[1] for run in self.runs])
+        if found.shifts is None:
+            flow.advance(self.runs, found.time)
+        for first, displacements, velocities in found.shifts or ():
+            flow.shift(first, self.arithmetic.vector(displacements))
+            flow.velocities[first : first + len(velocities)] = velocities
+        arrived = flow.velocities.copy()
+        if speeds is not None:
+            arrived[moving] = speeds
+        if self.mirrored:
+            flow.mirror()
+        if self.exact is not None:
+            flow.forces = self.arithmetic.vector([f.ball() for f in self.exact.forces])
+        self.time = later
+        return arrived
+
+    def resolve(self, flow: Flow, found: FirstEvent, speeds: NDArray[Any]) -> Iterator[Event]:
+        """Yield the stops and the starts of an event: freeze, draw in ascending order, test."""
+        stops = sorted(found.stops)
+        if stops:
+            signs = flow.signs[stops].tolist()
+            flow.stop(stops)
+            for n in stops:
+                self.crossed.pop(n, None)
+                self._draw(n)
+            self.tally.slips += len(stops)
+            self.slips[stops] += 1
+            residual = max(abs(speeds[n]) for n in stops)
+            yield self._event(EventKind.STOP, stops, signs, residual)
+        distance = self.arithmetic.number(0)
+        for n, sign in found.starts:
+            distance = max(distance, abs(self.thresholds[n] - sign * flow.forces[n]))
+        back = [(n, self._start_direction(n)) for n in stops]
+        starts = sorted([*found.starts, *((n, sign) for n, sign in back if sign)])
+        if starts:
+            self._start(flow, starts, [n for n, _ in found.starts])
+            sliders, signs = [n for n, _ in starts], [sign for _, sign in starts]
+            yield self._event(EventKind.START, sliders, signs, distance)
+
+    def rest(self, flow: Flow) -> None:
+        """End the rearrangement: every slider is at rest."""
+        self.tensions, self.displacements = self._shape(flow)
+        self.forces, self.force_slack = flow.forces, flow.force_slack
+        if self.exact is not None:
+            self.renew()
+            if self.exact.bits > MOST_BITS:
+                self.exact = None
+        self.flow = None
+        self.crossed.clear()
+
+    @property
+    def runs(self) -> list[Run]:
+        """The runs of the chain in motion, from the last event on; a lone slip asks for none."""
+        if self._runs is None:
+            assert self.flow is not None
+            self._runs = self.flow.runs()
+        return self._runs
+
+    def _event(self, kind: EventKind, sliders: list[int], signs: list[int], residual: Any) -> Event:
+        self.tally.events += 1
+        self.event_number += 1
+        numbers = tuple(n + 1 for n in sliders)
+        return Event(self.time, kind, numbers, tuple(signs), residual)
+
+    def _draw(self, n: int) -> None:
+        """Draw the next static coefficient of slider `n` (from 0)."""
+        drawn = self.contacts.coefficient(n + 1, int(self.draws[n]))
+        self.draws[n] += 1
+        self.coefficients[n] = float(drawn)
+        self.tally.draws_below_mu_d += self.contacts.is_low(drawn)
+        self.thresholds[n] = self.contacts.holds(self.coefficients[n], self.arithmetic)
+
+    def look_for_an_end(self) -> None:
+        """Note it if the avalanche is proved never to end."""
+        flow = self.flow
+        if flow is None or not flow.signs.any():
+            return
+        largest = max(self.acting(n) for n in range(self.chain.n))
+        slack = flow.velocity_slack + self.chain.n * flow.force_slack
+        tensions, velocities = self.state().tensions, self.velocities()
+        if never_rests(
+            self.arithmetic, self.chain, tensions, velocities, flow.signs, largest, slack
+        ):
+            self.runaway, self.proof = True, NEVER_RESTS
+
+
+def event_of(
+    time: Any, stops: list[int], starts: list[tuple[int, int]], mirrored: int | None
+) -> FirstEvent:
+    """Return the event of these sliders, and of their images in a chain of `mirrored` sliders."""
+    if mirrored is not None:
+        stops += [mirrored - 1 - n for n in stops]
+        starts += [(mirrored - 1 - n, -sign) for n, sign in starts]
+    return FirstEvent(time, tuple(sorted(stops)), tuple(sorted(starts)))

@@ -1,0 +1,83 @@
+"""What a proof rests on is on one page, and grows only there where a reader sees it."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from tests.test_architecture import MODULES, for_types_only, imports
+
+BOOK = Path(__file__).parents[1] / "notebooks" / "explanation"
+PAGE = (BOOK / "trusted.md").read_text(encoding="utf-8")
+MOST_LINES = 6500
+"""Of the modules that decide. If it has to grow, say on the page what for."""
+
+
+def module_of(name: str) -> str | None:
+    """Return the path of the module that an import names, None if it is not the package's."""
+    parts = name.split(".")[1:]
+    for size in (len(parts), len(parts) - 1):
+        path = "/".join(parts[:size]) + ".py"
+        if path in MODULES and name.startswith("exactcreep."):
+            return path
+    return None
+
+
+def needed(*first: str) -> set[str]:
+    """Return the modules that these import, directly or not, and themselves."""
+    found, left = set(), list(first)
+    while left:
+        module = left.pop()
+        if module in found:
+            continue
+        found.add(module)
+        typed = for_types_only(MODULES[module])
+        names = (name for name, node in imports(MODULES[module]) if node not in typed)
+        left += [path for name in names if (path := module_of(name)) is not None]
+    return found
+
+
+def listed(text: str) -> set[str]:
+    names = re.findall(r"`([a-z_.]+)`", text)
+    return {name.replace(".", "/") + ".py" for name in names} & {*MODULES}
+
+
+def test_the_page_names_every_module_that_a_certified_run_loads() -> None:
+    part = PAGE.split("## What is assumed")[0].split("A *fate*")[0]
+    deciding, carried = part.split("What else is loaded")
+    assert not listed(deciding) & listed(carried)
+    assert listed(deciding) | listed(carried) == needed("solvers/field/certified.py")
+
+
+def test_what_decides_stays_small_enough_to_be_read() -> None:
+    table = PAGE.split("What else is loaded")[0]
+    rows = {name.replace(".", "/") + ".py" for name in re.findall(r"^\| `([a-z_.]+)`", table, re.M)}
+    root = Path(__file__).parents[1] / "exactcreep"
+    lines = sum(len((root / row).read_text(encoding="utf-8").splitlines()) for row in rows)
+    assert 0 < lines <= MOST_LINES
+
+
+def test_a_proved_fate_adds_the_modules_that_the_page_names() -> None:
+    own = {"studies/fates/proof.py", "solvers/field/tangent.py"}
+    known = listed(PAGE.split("## What is assumed")[0])
+    results = {"studies/fates/result.py"}  # what a fate is called
+    asked = set()
+    for module in own:
+        asked |= {module_of(name) for name, _ in imports(MODULES[module])} - {None}
+    assert asked <= known | results
+
+
+def test_every_test_that_the_page_names_is_there() -> None:
+    root = Path(__file__).parents[1]
+    paths = re.findall(r"`(tests/[a-z_/.]+)`", PAGE)
+    assert len(paths) >= 5
+    assert all((root / path).exists() for path in paths)
+
+
+def test_the_program_is_read_in_five_files_of_two_thousand_lines() -> None:
+    page = (BOOK / "reading.md").read_text(encoding="utf-8")
+    files = re.findall(r"^\d\. \*\*`([a-z_/]+)`\*\*", page, re.M)
+    assert len(files) == 5
+    root = Path(__file__).parents[1] / "exactcreep"
+    sizes = [len((root / f"{name}.py").read_text(encoding="utf-8").splitlines()) for name in files]
+    assert sum(sizes) <= 2000
