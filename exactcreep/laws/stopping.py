@@ -77,6 +77,8 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
     if n == 2:
         spread = math.sqrt(2) * sigma
         margin = chain.friction - weight
+        if ndtr((excess + margin - load) * 2 / spread) == 0:  # a_1 + a_2 never spans the cycle
+            return StoppingTime(math.inf, computed=True)
         if excess and 2 * min(weight, margin) > _APART * spread:
             rate = _two_relays(excess, margin, sigma, load)
             return StoppingTime(_time(2 * rate), computed=True)
