@@ -13,17 +13,16 @@ from pathlib import Path
 
 import sympy as sp
 
-from derivations.engine import STANDINGS, Entry, Line, Proof
+from derivations.entry import Entry
 from derivations.ledger import (
     CHAPTERS,
-    chapter_of,
     disagreements,
     entries,
-    ported,
     premises,
     proof_of,
 )
 from derivations.model import MODEL, PREMISES, Model
+from derivations.proof import STANDINGS, Line, Proof
 
 SYMBOLS = (
     "c, s: cosine and sine of alpha; T_n: tension of spring n, in m g; lengths in g m/k, times in "
@@ -94,7 +93,7 @@ def _row(entry: Entry, whole: bool) -> Iterator[str]:
     loud = entry.verdict in ("misprint", "inconsistent")
     verdict = entry.verdict.upper() if loud else entry.verdict
     head = entry.label or f"({entry.name})"
-    yield f"{verdict:14s} {head:38s} {entry.place:24s} {getattr(entry, 'standing', '')}".rstrip()
+    yield f"{verdict:14s} {head:38s} {entry.place:24s} {entry.standing}".rstrip()
     body = [
         ("printed", " ".join(entry.printed.split())),
         ("correct", " ".join((entry.corrected or "").split())),
@@ -120,19 +119,16 @@ def _faults(model: Model, chapters: Sequence[str], chosen: Sequence[Entry]) -> I
     for name in chapters:
         yield from proof_of(name, model).faults
     for entry in chosen:
-        if ported(chapter_of(entry)):
-            yield from entry.faults(model)
-        else:
-            entry.check()
+        yield from entry.faults(model)
 
 
 def main(given: Sequence[str] | None = None) -> int:
     """Run the audit; return 0 if everything holds, 1 if something does not, 2 for bad input."""
     arguments = _arguments(given)
     only, everything = arguments.only, entries()
-    named = [e for e in everything if only in (None, chapter_of(e), e.label, e.name)]
+    named = [e for e in everything if only in (None, e.chapter, e.label, e.name)]
     chapters = list(CHAPTERS) if only is None else list(
-        dict.fromkeys([only] if only in CHAPTERS else [chapter_of(entry) for entry in named])
+        dict.fromkeys([only] if only in CHAPTERS else [entry.chapter for entry in named])
     )  # fmt: skip
     if not chapters:
         print(f"--only {only}: no label, name or chapter of the ledger", file=sys.stderr)
@@ -164,8 +160,8 @@ def main(given: Sequence[str] | None = None) -> int:
             if arguments.show or only == name:
                 print("\n".join(_shown(proof, proof.lines)), end="\n\n")
         for entry in named:
-            if only in (entry.name, entry.label) and ported(chapter_of(entry)):
-                print("\n".join(_shown(proof_of(chapter_of(entry)), _leading_to(entry))))
+            if only in (entry.name, entry.label):
+                print("\n".join(_shown(proof_of(entry.chapter), _leading_to(entry))))
             print("\n".join(_row(entry, whole=only is not None)))
         counts = Counter(entry.verdict for entry in named)
         standings = Counter(line.standing for proof in proofs.values() for line in proof.lines)

@@ -6,7 +6,8 @@ import sympy as sp
 
 from derivations import continuum, pivots, thresholds
 from derivations.continuum import L, Y, rho
-from derivations.engine import Backed, Proof, chapter, entries_of, stands
+from derivations.entry import Backed, entries_of, stands
+from derivations.judges import follows, vanishes
 from derivations.model import Model, T, g, solved
 from derivations.notation import (
     N,
@@ -22,7 +23,7 @@ from derivations.notation import (
     slope_margin,
     symbol,
 )
-from derivations.proof import follows, vanishes
+from derivations.proof import Proof, chapter
 
 E, A, w_p, phi, mu_p, heat = (symbol(x) for x in ["E", "A", "w", "phi", "mu", "Delta_f"])
 v, trial = sp.Function("v"), sp.Function("trial")

@@ -5,7 +5,8 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations import pivots, plateaus, thresholds
-from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of, stands
+from derivations.entry import Backed, Backing, Lines, entries_of, stands
+from derivations.judges import Judge, follows, proportional, vanishes, within
 from derivations.model import Model, g, k, solved
 from derivations.notation import (
     Expression,
@@ -21,7 +22,7 @@ from derivations.notation import (
     slope_margin,
     symbol,
 )
-from derivations.proof import Judge, follows, proportional, vanishes, within
+from derivations.proof import Proof, chapter
 
 L, Y, rho, kappa = (symbol(name) for name in ["L", "Y", "rho", "kappa"])
 R, depth, P, D = (symbol(name) for name in ["R", "delta", "P", "D"])

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import re
-from functools import cache
 from types import ModuleType
-from typing import Any
 
 from derivations import (
     beyond,
@@ -23,9 +21,9 @@ from derivations import (
     thresholds,
     two_sliders,
 )
-from derivations.engine import LEDGER, Line, Proof
+from derivations.entry import LEDGER, Entry
 from derivations.model import MODEL, PREMISES, Model
-from derivations.proof import VERDICTS, Verification
+from derivations.proof import VERDICTS, Proof
 
 CHAPTERS: dict[str, ModuleType] = {
     "scaling": scaling,
@@ -46,29 +44,13 @@ CHAPTERS: dict[str, ModuleType] = {
 """The modules, each with ``derive(model)`` and its entries."""
 
 
-def ported(chapter: str) -> bool:
-    """Return whether a chapter is written for the new engine."""
-    return hasattr(CHAPTERS[chapter], "LINES")
-
-
-@cache
 def proof_of(chapter: str, model: Model = MODEL) -> Proof:
     """Return a chapter's lines under a model."""
-    module = CHAPTERS[chapter]
-    if ported(chapter):
-        proof: Proof = module.derive(model)
-        return proof
-    derived = module.derive()
-    found = Verification(chapter, derived.assumptions)
-    module.check(found, derived.results)
-    steps = [Line(step.text, step.expression) for step in derived.steps]
-    words = {"proved": "proved", "verified": "checked", "argued": "argued"}
-    claims = [Line(claim.text, None, None, words[claim.standing], claim.how)
-              for claim in found.claims]  # fmt: skip
-    return Proof(derived.title, derived.assumptions, model, steps + claims)
+    proof: Proof = CHAPTERS[chapter].derive(model)
+    return proof
 
 
-def entries() -> tuple[Any, ...]:
+def entries() -> tuple[Entry, ...]:
     """Return all entries, in the order of the paper."""
     found = {entry.name: entry for module in CHAPTERS.values() for entry in module.ENTRIES}
     if set(found) != set(LEDGER):
@@ -79,17 +61,11 @@ def entries() -> tuple[Any, ...]:
     return tuple(found[name] for name in LEDGER)
 
 
-def chapter_of(entry: Any) -> str:
-    """Return the name of the chapter that backs an entry."""
-    return next(name for name, module in CHAPTERS.items() if entry in module.ENTRIES)
-
-
 def premises() -> dict[str, list[str]]:
     """Return, for every entry, the premises without which it is refuted."""
     return {
         entry.name: [name for name, model in PREMISES.items() if entry.faults(model)]
         for entry in entries()
-        if ported(chapter_of(entry))
     }
 
 

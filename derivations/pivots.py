@@ -13,10 +13,11 @@ from random import Random
 import sympy as sp
 
 from derivations.chain import NotUnique, RationalChain
-from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of
+from derivations.entry import Backed, Backing, Lines, entries_of
+from derivations.judges import Judge, follows, inequality, vanishes
 from derivations.model import Model, T, g, m, solved
 from derivations.notation import Expression, Formula, N, alpha, c, i, j, mu_d, mu_s, s, symbol
-from derivations.proof import Judge, follows, inequality, vanishes
+from derivations.proof import Proof, chapter
 from derivations.scaling import net
 
 tan = symbol("t")

@@ -5,7 +5,8 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations import pivots, thresholds
-from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of
+from derivations.entry import Backed, Backing, Lines, entries_of
+from derivations.judges import Judge, follows, leading, vanishes
 from derivations.model import Model, after, here, solved
 from derivations.notation import (
     Expression,
@@ -21,7 +22,7 @@ from derivations.notation import (
     symbol,
     theta,
 )
-from derivations.proof import Judge, follows, leading, vanishes
+from derivations.proof import Proof, chapter
 
 rise, fall, tau_th = (symbol(x) for x in ["Delta_theta_plus", "Delta_theta_minus", "tau_th"])
 

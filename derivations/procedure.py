@@ -8,10 +8,11 @@ import sympy as sp
 
 from derivations import slip
 from derivations.chain import RationalChain
-from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of
+from derivations.entry import Backed, Backing, Lines, entries_of
+from derivations.judges import Judge, inequality, vanishes
 from derivations.model import Model, T, solved
 from derivations.notation import c, l0, mu_d, mu_s, static_margin, symbol
-from derivations.proof import Judge, inequality, vanishes
+from derivations.proof import Proof, chapter
 
 q, k = symbol("q"), symbol("k")
 beyond = sp.Symbol("J", positive=True)

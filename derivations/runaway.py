@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations.engine import Backed, Lines, Proof, chapter, entries_of
+from derivations.entry import Backed, Lines, entries_of
+from derivations.judges import Judge, vanishes
 from derivations.model import Model, T, k, solved, stretch
 from derivations.notation import Expression, Formula, N, alpha, c, mu_d, n, s, slope_margin, symbol
-from derivations.proof import Judge, vanishes
+from derivations.proof import Proof, chapter
 
 v = sp.Function("v")
 speed = sp.Symbol("speed", nonnegative=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import mpmath
 import sympy as sp
 
-from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of
+from derivations.entry import Backed, Backing, Lines, entries_of
+from derivations.judges import Judge, follows, inequality, vanishes, within
 from derivations.model import FRESH, Model, after, before, g, here, k, m, mu, place, tau_dyn, way
 from derivations.notation import (
     Expression,
@@ -25,7 +26,7 @@ from derivations.notation import (
     theta,
     x,
 )
-from derivations.proof import Judge, follows, inequality, vanishes, within
+from derivations.proof import Proof, chapter
 
 M, L, Y, rho, c_s, kappa, T, T_0 = (
     symbol(name) for name in ["M", "L", "Y", "rho", "c_s", "kappa", "T", "T_0"]

@@ -16,9 +16,10 @@ import sympy as sp
 
 from derivations import runaway, slip
 from derivations.chain import Avalanche, RationalChain
-from derivations.engine import Backed, Proof, chapter, entries_of
+from derivations.entry import Backed, entries_of
 from derivations.model import Model, T, after, before, solved
 from derivations.notation import Expression, N, c, excess, mu_d, mu_s, n, s, slope_margin
+from derivations.proof import Proof, chapter
 
 L, E_0 = sp.symbols("L E_0", positive=True)
 inner, first, last = sp.symbols("W w_1 w_N", positive=True)

@@ -14,7 +14,8 @@ import sympy as sp
 
 from derivations import plateaus
 from derivations.chain import NotUnique, RationalChain, play_variation
-from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of, stands
+from derivations.entry import Backed, Backing, Lines, entries_of, stands
+from derivations.judges import Judge, follows
 from derivations.model import FRESH, Model, T
 from derivations.notation import (
     N,
@@ -31,7 +32,7 @@ from derivations.notation import (
     slope_margin,
     symbol,
 )
-from derivations.proof import Judge, follows
+from derivations.proof import Proof, chapter
 from derivations.shakedown import ends_cycle, follow_ends
 
 tau_th, tan = symbol("tau_th"), symbol("t")

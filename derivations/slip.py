@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations.engine import Backed, Proof, chapter, entries_of, stands
+from derivations.entry import Backed, entries_of, stands
+from derivations.judges import Judge, follows
 from derivations.model import Model, g, here, m, mu
 from derivations.notation import Expression, c, mu_d, mu_s, symbol
-from derivations.proof import Judge, follows
+from derivations.proof import Proof, chapter
 
 t = sp.Symbol("t", nonnegative=True)
 a0, w, V, D = sp.symbols("a_0 omega V D", positive=True)

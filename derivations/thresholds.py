@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of
+from derivations.entry import Backed, Backing, Lines, entries_of
+from derivations.judges import Judge, follows, inequality, vanishes
 from derivations.model import Model, T, solved
 from derivations.notation import (
     Expression,
@@ -22,7 +23,7 @@ from derivations.notation import (
     slope_margin,
     symbol,
 )
-from derivations.proof import Judge, follows, inequality, vanishes
+from derivations.proof import Proof, chapter
 
 change, difference = symbol("Delta_theta_star"), {symbol("Delta_mu"): mu_s - mu_d}
 """Change of theta since the end of the dilation; negative in a contraction."""

@@ -11,7 +11,8 @@ import sympy as sp
 
 from derivations import slip
 from derivations.chain import RationalChain, play_variation
-from derivations.engine import Backed, Backing, Lines, Proof, chapter, entries_of, stands
+from derivations.entry import Backed, Backing, Lines, entries_of, stands
+from derivations.judges import Judge, follows, inequality, leading
 from derivations.model import Model, T, after, before, here, mu, place, solved
 from derivations.notation import (
     Expression,
@@ -29,7 +30,7 @@ from derivations.notation import (
     static_margin,
     symbol,
 )
-from derivations.proof import Judge, follows, inequality, leading
+from derivations.proof import Proof, chapter
 
 tau_th, y, r, tan = (symbol(name) for name in ["tau_th", "y", "r", "t"])
 jump = sp.Symbol("jump", positive=True)

@@ -17,7 +17,7 @@ from typer.cli import get_docs_for_click
 from typer.main import get_command
 
 import exactcreep
-from derivations.ledger import CHAPTERS, chapter_of, entries, premises, proof_of
+from derivations.ledger import CHAPTERS, entries, premises, proof_of
 from derivations.model import PREMISES
 from exactcreep.cli import COMMANDS, program
 from exactcreep.quasistatic.experiment import DRIVES
@@ -226,7 +226,7 @@ def ledger(_):
             said.append(f"correct: {_formula(entry.corrected)}")
         if entry.error:
             said.append(f"error: {entry.error}")
-        subject = chapter_of(entry)
+        subject = entry.chapter
         rows.append([
             f"{entry.label or entry.name}<br>{entry.place}<br>**{entry.verdict}**",
             "<br>".join(said),

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from derivations.entry import Entry
 from derivations.ledger import entries
-from derivations.proof import Entry
 from tests.derivations import mutants as mutation
 
 AS_GOOD = {
