@@ -127,9 +127,11 @@ def main(given: Sequence[str] | None = None) -> int:
     arguments = _arguments(given)
     only, everything = arguments.only, entries()
     named = [e for e in everything if only in (None, e.chapter, e.label, e.name)]
-    chapters = list(CHAPTERS) if only is None else list(
-        dict.fromkeys([only] if only in CHAPTERS else [entry.chapter for entry in named])
-    )  # fmt: skip
+    chapters = (
+        list(CHAPTERS)
+        if only is None
+        else list(dict.fromkeys([only] if only in CHAPTERS else [entry.chapter for entry in named]))
+    )
     if not chapters:
         print(f"--only {only}: no label, name or chapter of the ledger", file=sys.stderr)
         return 2

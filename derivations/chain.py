@@ -110,8 +110,10 @@ class RationalChain:
     def _slip(self, left: Q, up: int) -> None:
         ways = [int(up * push) for push in self.push]  # +1: an end is driven downhill
         while True:
-            gaps = [self.holds - way * self.forces[end] if way else left
-                    for end, way in zip((0, -1), ways, strict=True)]
+            gaps = [
+                self.holds - way * self.forces[end] if way else left
+                for end, way in zip((0, -1), ways, strict=True)
+            ]
             gap = min(*gaps, left)
             for end, way in zip((0, -1), ways, strict=True):
                 self.forces[end] += way * gap
@@ -147,8 +149,11 @@ class RationalChain:
                 last -= 1
             if first + 1 < last:
                 if (first, last) == (above, below):
-                    step = min(left, self.slides - ways[0] * self.forces[above],
-                               self.slides - ways[1] * self.forces[below - 2])
+                    step = min(
+                        left,
+                        self.slides - ways[0] * self.forces[above],
+                        self.slides - ways[1] * self.forces[below - 2],
+                    )
                     self._slid(ways, step, above, below)
                     left -= step
                 above, below = first, last

@@ -29,54 +29,95 @@ R, depth, P, D = (symbol(name) for name in ["R", "delta", "P", "D"])
 section, tau_th = symbol("S"), symbol("tau_th")
 
 
-# fmt: off
-@chapter("Continuum and numerical estimates", "N >> 1", "k = N Y S/L", "L = N l_0",
-         "g = 9.81 m/s^2")
+@chapter(
+    "Continuum and numerical estimates", "N >> 1", "k = N Y S/L", "L = N l_0", "g = 9.81 m/s^2"
+)
 def derive(p: Proof, model: Model) -> None:
     """Show the chain that stands for a solid, its velocity and threshold, and the bead column."""
     mass, stiffness = rho * section * L / N, N * Y * section / L
-    unit = p.show("solid of section S: k = N Y S/L, m = rho S L/N; the unit of length, g m/k, is",
-                  g * mass / stiffness, g * rho * L**2 / (N**2 * Y), "unit")
-    spring = p.show("natural length of a spring, L/N, in that unit: l_0 =", L / N / unit,
-                    N * Y / (rho * g * L), "spring")
+    unit = p.show(
+        "solid of section S: k = N Y S/L, m = rho S L/N; the unit of length, g m/k, is",
+        g * mass / stiffness,
+        g * rho * L**2 / (N**2 * Y),
+        "unit",
+    )
+    spring = p.show(
+        "natural length of a spring, L/N, in that unit: l_0 =",
+        L / N / unit,
+        N * Y / (rho * g * L),
+        "spring",
+    )
     exact = g * mass / ((N - 1) * Y * section / L)
-    p.show("N - 1 springs of the length L/(N-1) have the same l_0, hence the same threshold",
-           L / (N - 1) / exact, spring)
+    p.show(
+        "N - 1 springs of the length L/(N-1) have the same l_0, hence the same threshold",
+        L / (N - 1) / exact,
+        spring,
+    )
     p.show("... and a velocity that is larger by the factor", exact / unit, N / (N - 1))
     edge, slope = pivots.derive(model).sliding_edge, symbol("t")
     middle = solved((edge + edge.subs(i, i - 1)) / 2 - slope, i)
-    steps = p.show("in the middle of plateau i's range of slopes N + 3 - 2i =",
-                   (N + 3 - 2 * middle).subs(slope, s / c), N * s / (c * mu_d), "steps")
+    steps = p.show(
+        "in the middle of plateau i's range of slopes N + 3 - 2i =",
+        (N + 3 - 2 * middle).subs(slope, s / c),
+        N * s / (c * mu_d),
+        "steps",
+    )
     plateau = plateaus.derive(model)
-    law, bare = (sp.cancel(each / (N + 3 - 2 * i)) * steps * unit
-                 for each in (plateau.finite, plateau.velocity * tau_th))
+    law, bare = (
+        sp.cancel(each / (N + 3 - 2 * i)) * steps * unit
+        for each in (plateau.finite, plateau.velocity * tau_th)
+    )
     solid = L * s / (c * mu_d)
     least = g * rho * L / (2 * Y) * slope_margin
-    velocity = p.show("so Eq. (vitesse_seuil) becomes, for a solid, tau_th v =",
-                      law.subs(l0, spring), solid * (amplitude - least), "velocity")
+    velocity = p.show(
+        "so Eq. (vitesse_seuil) becomes, for a solid, tau_th v =",
+        law.subs(l0, spring),
+        solid * (amplitude - least),
+        "velocity",
+    )
     p.show("while Eq. (vitesse) becomes", bare.subs(l0, spring), solid * amplitude, "bare")
     p.show("which no longer knows N", sp.diff(velocity, N), 0)
     p.show("threshold: A* =", thresholds.derive(model).sliding.subs(l0, spring), least, "least")
 
-    hertz = p.show("beads: Hertz' force Y R**(1/2) delta**(3/2), up to a number; stiffness",
-                   sp.diff(Y * sp.sqrt(R) * depth ** sp.Rational(3, 2), depth),
-                   sp.Rational(3, 2) * Y * sp.sqrt(R * depth), "hertz")
-    pressed = p.show("pressed by P on its section: delta =", solved(k * depth - P * R**2, depth),
-                     P * R**2 / k, "pressed")
+    hertz = p.show(
+        "beads: Hertz' force Y R**(1/2) delta**(3/2), up to a number; stiffness",
+        sp.diff(Y * sp.sqrt(R) * depth ** sp.Rational(3, 2), depth),
+        sp.Rational(3, 2) * Y * sp.sqrt(R * depth),
+        "hertz",
+    )
+    pressed = p.show(
+        "pressed by P on its section: delta =",
+        solved(k * depth - P * R**2, depth),
+        P * R**2 / k,
+        "pressed",
+    )
     cube = (2 * hertz.subs(depth, pressed) / 3) ** 2 * k  # k**3, up to a number
-    bead = p.show("with P = rho g D the stiffness is, up to a number,",
-                  sp.powsimp(cube ** sp.Rational(1, 3), force=True).subs(P, rho * g * D),
-                  (R**3 * rho * g * D * Y**2) ** sp.Rational(1, 3), "bead")
+    bead = p.show(
+        "with P = rho g D the stiffness is, up to a number,",
+        sp.powsimp(cube ** sp.Rational(1, 3), force=True).subs(P, rho * g * D),
+        (R**3 * rho * g * D * Y**2) ** sp.Rational(1, 3),
+        "bead",
+    )
     column = (D / (2 * R)) * (rho * R**3 * g / bead) / (2 * 2 * R)
-    p.show("N = D/2R, l_0 = 2R: N m g/(2 k l_0) is, up to a number and whatever R,",
-           column, (rho * g * D / Y) ** sp.Rational(2, 3) / 8, "column")
-    p.show("... times mu_d c - s, for a vertical column",
-           (thresholds.derive(model).sliding * 2 * l0 / N).subs({c: 0, s: 1}), -1, "vertical")
-    p.checked("the paper's solid (1 cm, 100 GPa, 1e4 kg/m**3) at the captions' angle needs 1.2e-9, "
-              "no solid with mu_d = 1/2 more than 2.5e-9",
-              lambda: 1.18e-9 < _solid(p) < 1.2e-9 and 2.4e-9 < _solid(p, "0") < 2.5e-9,
-              "floating point", "solid_number")
-# fmt: on
+    p.show(
+        "N = D/2R, l_0 = 2R: N m g/(2 k l_0) is, up to a number and whatever R,",
+        column,
+        (rho * g * D / Y) ** sp.Rational(2, 3) / 8,
+        "column",
+    )
+    p.show(
+        "... times mu_d c - s, for a vertical column",
+        (thresholds.derive(model).sliding * 2 * l0 / N).subs({c: 0, s: 1}),
+        -1,
+        "vertical",
+    )
+    p.checked(
+        "the paper's solid (1 cm, 100 GPa, 1e4 kg/m**3) at the captions' angle needs 1.2e-9, "
+        "no solid with mu_d = 1/2 more than 2.5e-9",
+        lambda: 1.18e-9 < _solid(p) < 1.2e-9 and 2.4e-9 < _solid(p, "0") < 2.5e-9,
+        "floating point",
+        "solid_number",
+    )
 
 
 def _solid(r: Proof | Lines, slope: str = "1/4") -> float:

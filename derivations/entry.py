@@ -130,14 +130,19 @@ class Entry:
             backing, used = self.backing(model)
             evidence = backing.evidence() if callable(backing.evidence) else backing.evidence
             said = [
-                ("the printed formula does not earn its verdict",
-                 backing.holds is None or self.formula is None
-                 or self.accepts_printed(self.formula, model)),
-                ("the corrected formula does not follow",
-                 self.corrected_formula is None
-                 or self.accepts_corrected(self.corrected_formula, model)),
+                (
+                    "the printed formula does not earn its verdict",
+                    backing.holds is None
+                    or self.formula is None
+                    or self.accepts_printed(self.formula, model),
+                ),
+                (
+                    "the corrected formula does not follow",
+                    self.corrected_formula is None
+                    or self.accepts_corrected(self.corrected_formula, model),
+                ),
                 ("the evidence does not bear out the verdict", evidence),
-            ]  # fmt: skip
+            ]
         except Refuted as trouble:
             return [f"{self.name}: {trouble}"]
         except Exception as trouble:
@@ -220,10 +225,22 @@ def entries_of(chapter: str, derive: Derive, backed: dict[str, Backed | None]) -
         corrected, corrected_formula = _marked(said.get("corrected"))
         made.append(
             Entry(
-                name, chapter, derive, decided, said["place"], printed, said["verdict"],
+                name,
+                chapter,
+                derive,
+                decided,
+                said["place"],
+                printed,
+                said["verdict"],
                 name if said.get("equation") and said.get("label", True) else None,
-                said.get("equation"), corrected, said.get("error"), tuple(said.get("if", ())),
-                said.get("why", ""), formula, corrected_formula, tuple(said.get("repair", ())),
+                said.get("equation"),
+                corrected,
+                said.get("error"),
+                tuple(said.get("if", ())),
+                said.get("why", ""),
+                formula,
+                corrected_formula,
+                tuple(said.get("repair", ())),
             )
-        )  # fmt: skip
+        )
     return tuple(made)

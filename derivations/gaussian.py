@@ -69,7 +69,6 @@ def integral(half_width: object, digits: int = 30) -> mpmath.mpf:
     return ctx.quad(integrand, [-edge, -2, -0.5, 0, 0.5, 2, edge])
 
 
-# fmt: off
 @chapter(
     "Random dilations",
     "independent Gaussian targets",
@@ -78,61 +77,121 @@ def integral(half_width: object, digits: int = 30) -> mpmath.mpf:
 def derive(p: Proof, model: Model) -> None:
     """Show the plateau under random dilations, the linear law and the exact law."""
     apart = sp.exp(-(z**2) / 4) / sp.sqrt(4 * sp.pi)  # of theta_1 - theta_2, variance 2
-    step = p.show("half the mean of |theta_1 - theta_2|, in units of sigma",
-                  sp.simplify(2 * sp.integrate(z * apart, (z, 0, sp.oo)) / 2), 1 / sp.sqrt(sp.pi),
-                  "mean_step")
+    step = p.show(
+        "half the mean of |theta_1 - theta_2|, in units of sigma",
+        sp.simplify(2 * sp.integrate(z * apart, (z, 0, sp.oo)) / 2),
+        1 / sp.sqrt(sp.pi),
+        "mean_step",
+    )
     orders = list(permutations(range(3)))
     turns = [o for o in orders if (o[1] - o[0]) * (o[2] - o[1]) < 0]
-    turning = p.show("three independent targets turn with the probability",
-                     sp.Rational(len(turns), len(orders)), sp.Rational(2, 3), "turning")
-    below = p.show("play of half-width h, output -> clamp(output, y - h, y + h), y normal: it is "
-                   "below z if y + h is, A = Phi(z - h), or if it was and y - h is not above, "
-                   "B = Phi(-z - h): G = P(output < z) = A + (1 - A - B) G, so G =",
-                   solved(sp.Eq(G, A + (1 - B - A) * G), G), A / (A + B), "stationary")
-    rises = p.show("I(h) is the mean rise per target, the integral over z of P(output < z < y - h)"
-                   " =", below * B, A * B / (A + B), "advance")
-    p.proved("I(h) > 0 for every h: no threshold; and it falls with h",
-             lambda: rises.is_positive and sp.cancel(sp.diff(rises, A)).is_positive
-             and sp.cancel(sp.diff(rises, B)).is_positive,
-             "the integrand is positive, and A and B fall with h", "positive")
+    turning = p.show(
+        "three independent targets turn with the probability",
+        sp.Rational(len(turns), len(orders)),
+        sp.Rational(2, 3),
+        "turning",
+    )
+    below = p.show(
+        "play of half-width h, output -> clamp(output, y - h, y + h), y normal: it is "
+        "below z if y + h is, A = Phi(z - h), or if it was and y - h is not above, "
+        "B = Phi(-z - h): G = P(output < z) = A + (1 - A - B) G, so G =",
+        solved(sp.Eq(G, A + (1 - B - A) * G), G),
+        A / (A + B),
+        "stationary",
+    )
+    rises = p.show(
+        "I(h) is the mean rise per target, the integral over z of P(output < z < y - h) =",
+        below * B,
+        A * B / (A + B),
+        "advance",
+    )
+    p.proved(
+        "I(h) > 0 for every h: no threshold; and it falls with h",
+        lambda: (
+            rises.is_positive
+            and sp.cancel(sp.diff(rises, A)).is_positive
+            and sp.cancel(sp.diff(rises, B)).is_positive
+        ),
+        "the integrand is positive, and A and B fall with h",
+        "positive",
+    )
     zeroth, slope, curvature = coefficients()
     square = sp.integrate(DENSITY**2, (z, -sp.oo, sp.oo))
-    p.show("I = I_0 + I_1 h + I_2 h**2 + ...: the integrand at h = 0, e = erf(z/sqrt(2)), is",
-           zeroth, (1 - e**2) / 4)
-    first = p.show("by parts twice, e' = 2 phi: I_0 = 2 times the integral of phi**2 =", 2 * square,
-                   1 / sp.sqrt(sp.pi))
+    p.show(
+        "I = I_0 + I_1 h + I_2 h**2 + ...: the integrand at h = 0, e = erf(z/sqrt(2)), is",
+        zeroth,
+        (1 - e**2) / 4,
+    )
+    first = p.show(
+        "by parts twice, e' = 2 phi: I_0 = 2 times the integral of phi**2 =",
+        2 * square,
+        1 / sp.sqrt(sp.pi),
+    )
     p.show("... which is the mean step", first, step)
-    second = p.show("under phi e is uniform on (-1, 1): I_1 =",
-                    sp.integrate(sp.cancel(slope / phi) / 2, (e, -1, 1)), -turning, "slope")
-    moments = {phi**2 * e**2: square * 2 / sp.pi * sp.asin(sp.Rational(1, 3)),
-               z * phi * e: 2 * square}
+    second = p.show(
+        "under phi e is uniform on (-1, 1): I_1 =",
+        sp.integrate(sp.cancel(slope / phi) / 2, (e, -1, 1)),
+        -turning,
+        "slope",
+    )
+    moments = {
+        phi**2 * e**2: square * 2 / sp.pi * sp.asin(sp.Rational(1, 3)),
+        z * phi * e: 2 * square,
+    }
     third = p.show(
         "phi**2 e**2 by the orthant probability of correlation 1/3, z phi e by parts: I_2 =",
-        sum(curvature.coeff(phi, k).coeff(z, 2 - k).coeff(e, k if k == 2 else 1) * moment
-            for k, moment in zip((2, 1), moments.values(), strict=True)),
-        (1 - 2 / sp.pi * sp.asin(sp.Rational(1, 3))) / (2 * sp.sqrt(sp.pi)), "curvature")
-    p.proved("... there are no other terms",
-             lambda: vanishes(curvature - sum(
-                 curvature.coeff(phi, k).coeff(z, 2 - k).coeff(e, k if k == 2 else 1) * term
-                 for k, term in zip((2, 1), moments, strict=True))), "polynomial in e, phi and z")
-    p.checked("I(h) less the three terms is of third order, I_2 = 0.2210644592",
-              lambda: _series(first, second, third), "quadrature at h = 1e-6, 30 digits")
+        sum(
+            curvature.coeff(phi, k).coeff(z, 2 - k).coeff(e, k if k == 2 else 1) * moment
+            for k, moment in zip((2, 1), moments.values(), strict=True)
+        ),
+        (1 - 2 / sp.pi * sp.asin(sp.Rational(1, 3))) / (2 * sp.sqrt(sp.pi)),
+        "curvature",
+    )
+    p.proved(
+        "... there are no other terms",
+        lambda: vanishes(
+            curvature
+            - sum(
+                curvature.coeff(phi, k).coeff(z, 2 - k).coeff(e, k if k == 2 else 1) * term
+                for k, term in zip((2, 1), moments, strict=True)
+            )
+        ),
+        "polynomial in e, phi and z",
+    )
+    p.checked(
+        "I(h) less the three terms is of third order, I_2 = 0.2210644592",
+        lambda: _series(first, second, third),
+        "quadrature at h = 1e-6, 30 digits",
+    )
     steps = plateaus.derive(model).cycle / (2 * l0 * amplitude)
     half = sliding_limit.derive(model).width / (2 * l0 * sigma_theta)
     p.show("a chain of N: h =", half, N * slope_margin / (2 * l0 * sigma_theta), "half_width")
-    linear = p.show("velocity (N + 3 - 2i) l0 sigma I(h), to first order",
-                    steps * l0 * sigma_theta * (first + second * half), (N + 3 - 2 * i)
-                    * (l0 * sigma_theta / sp.sqrt(sp.pi) - N * slope_margin / 3), "linear")
+    linear = p.show(
+        "velocity (N + 3 - 2i) l0 sigma I(h), to first order",
+        steps * l0 * sigma_theta * (first + second * half),
+        (N + 3 - 2 * i) * (l0 * sigma_theta / sp.sqrt(sp.pi) - N * slope_margin / 3),
+        "linear",
+    )
     two = linear.subs({N: 2, i: 2})
     p.show("N = 2, i = 2", two, l0 * sigma_theta / sp.sqrt(sp.pi) - 2 * slope_margin / 3, "two")
-    p.show("this line vanishes at sigma* =", solved(sp.cancel(linear / steps), sigma_theta),
-           sp.sqrt(sp.pi) * N * slope_margin / (3 * l0), "threshold")
-    p.show("N = 2", solved(two, sigma_theta), 2 * sp.sqrt(sp.pi) * slope_margin / (3 * l0),
-           "threshold_two")
-    p.checked("captions: 1 % below the asymptote at l0 sigma = 28.6, 0.29 % at 100",
-              lambda: 28.5 < _asymptote(half)[0] < 28.6 and 0.0028 < _asymptote(half)[1] < 0.003,
-              "floating point", "one_percent")
-# fmt: on
+    p.show(
+        "this line vanishes at sigma* =",
+        solved(sp.cancel(linear / steps), sigma_theta),
+        sp.sqrt(sp.pi) * N * slope_margin / (3 * l0),
+        "threshold",
+    )
+    p.show(
+        "N = 2",
+        solved(two, sigma_theta),
+        2 * sp.sqrt(sp.pi) * slope_margin / (3 * l0),
+        "threshold_two",
+    )
+    p.checked(
+        "captions: 1 % below the asymptote at l0 sigma = 28.6, 0.29 % at 100",
+        lambda: 28.5 < _asymptote(half)[0] < 28.6 and 0.0028 < _asymptote(half)[1] < 0.003,
+        "floating point",
+        "one_percent",
+    )
 
 
 def _series(*terms: Expression) -> bool:
@@ -187,15 +246,13 @@ def _two(r: Lines) -> dict[object, object]:
 
 def _equivalent(r: Lines) -> Judge:
     step = r.mean_step
-    return lambda formula: formula.left == sigma_theta and vanishes(
-        formula.right * step - sp.Rational(5, 1000)
+    return lambda formula: (
+        formula.left == sigma_theta and vanishes(formula.right * step - sp.Rational(5, 1000))
     )
 
 
 LINES: dict[str, Backed | None] = {
-    "velocity_th_2_gaussian": lambda r: Backing(
-        leading(_two(r), sigma_theta), follows(_two(r))
-    ),
+    "velocity_th_2_gaussian": lambda r: Backing(leading(_two(r), sigma_theta), follows(_two(r))),
     "turning_points": lambda r: equals(r.turning),
     "velocity_th_2_gaussienne_corrected": lambda r: follows(_two(r)),
     "threshold_th_2_gaussienne_corrected": lambda r: follows(
@@ -207,10 +264,12 @@ LINES: dict[str, Backed | None] = {
     "no_random_threshold": lambda r: r.positive is None,
     "gaussian_amplitude": lambda r: equals(sigma_theta * r.mean_step),
     "vitesse_random": lambda r: leading(_chain(r), sigma_theta),
-    "sigma_theta_star": lambda r: follows({
-        symbol("sigma_theta_star"): r.threshold,
-        symbol("A_theta_star"): r.half_width * sigma_theta,
-    }),
+    "sigma_theta_star": lambda r: follows(
+        {
+            symbol("sigma_theta_star"): r.threshold,
+            symbol("A_theta_star"): r.half_width * sigma_theta,
+        }
+    ),
     "vitesse_seuil_random": lambda r: follows(_chain(r)),
     "always_random_creep": lambda r: r.positive is None,
     "equivalent_width": _equivalent,

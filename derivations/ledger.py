@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from types import ModuleType
 
+import sympy as sp
+
 from derivations import (
     beyond,
     continuum,
@@ -23,6 +25,7 @@ from derivations import (
 )
 from derivations.entry import LEDGER, Entry
 from derivations.model import MODEL, PREMISES, Model
+from derivations.notation import c, mu_d, mu_s, read, s, symbol
 from derivations.proof import VERDICTS, Proof
 
 CHAPTERS: dict[str, ModuleType] = {
@@ -69,6 +72,42 @@ def premises() -> dict[str, list[str]]:
     }
 
 
+CAPTIONS = {
+    "N": 30,
+    "i": 9,
+    "l_0": 1000,
+    "mu_d": "1/2",
+    "mu_s": "3/5",
+    "sigma_mu": "1/100",
+    "A_theta": "1/200",
+    "sigma_theta": "1/100",
+    "Delta_theta": "1/100",
+    "tau_th": 1,
+    "m": 1,
+    "g": 1,
+    "kappa": "1/100000",
+}
+"""The captions' parameters (tan(alpha) = 1/4), with m = g = tau_th = 1."""
+SOLID = {"g": "9.81", "rho": 10**4, "L": "0.01", "Y": 10**11}
+"""The paper's solid, in SI units."""
+
+
+def value(entry: Entry, corrected: bool = False) -> float | None:
+    """Return what a formula says at the captions' parameters; None: it says no number."""
+    text = entry.corrected_formula if corrected else entry.formula
+    if text is None:
+        return None
+    cosine = 1 / sp.sqrt(1 + sp.Rational(1, 16))
+    few = {"N": 2, "i": 2} if entry.place.startswith("Sec. III A") else {}
+    numbers = CAPTIONS | few | (SOLID if entry.chapter == "continuum" else {})
+    given = {symbol(name): sp.Rational(number) for name, number in numbers.items()}
+    for side in read(text).bound({symbol("Delta_mu"): mu_s - mu_d}).sides:
+        number = sp.N(side.subs(given).subs({c: cosine, s: cosine / 4}))
+        if number.is_number:
+            return float(number)
+    return None
+
+
 def _without_space(text: str) -> str:
     return "".join(text.split())
 
@@ -93,8 +132,7 @@ def disagreements(source: str) -> list[str]:
     problems = [
         f"{entry.name}: not in the source: {entry.printed}"
         for entry in entries()
-        if not entry.place.startswith("Beyond")
-        and _without_space(entry.printed) not in compact
+        if not entry.place.startswith("Beyond") and _without_space(entry.printed) not in compact
     ]
     environments = re.findall(
         r"\\begin\{(equation|eqnarray)\}(.*?)\\end\{\1\}|\\be\b(.*?)\\ee\b", text, re.DOTALL

@@ -65,8 +65,17 @@ class Ends(NamedTuple):
 _SINE, _COSINE = sp.sin(n * phi), sp.cos((n - HALF) * phi)
 _ODD = ((2 * q - 1) * sp.pi - phi) / 2, (2 * q - 1) * sp.pi / (2 * p + 1)
 KINDS: tuple[Ends, ...] = (
-    Ends("fixed", "fixed", q * sp.pi - phi, q * sp.pi / (p + 1), _SINE, (p + 1) / 2, 2 * (p + 1),
-         2 * n, 1),
+    Ends(
+        "fixed",
+        "fixed",
+        q * sp.pi - phi,
+        q * sp.pi / (p + 1),
+        _SINE,
+        (p + 1) / 2,
+        2 * (p + 1),
+        2 * n,
+        1,
+    ),
     Ends("free", "fixed", *_ODD, _COSINE, (2 * p + 1) / 4, 2 * p + 1, 2 * n - 1, 1),
     Ends("fixed", "free", *_ODD, _SINE, (2 * p + 1) / 4, 2 * p + 1, 2 * n, 1),
     Ends("free", "free", q * sp.pi, q * sp.pi / p, _COSINE, p / 2, 2 * p, 2 * n - 1, 0),
@@ -116,7 +125,6 @@ def image_sum(period: int, reflection: int, power: int) -> int:
     return sum(b(period * j) - b(reflection + period * j) for j in range(-reach, reach + 1))
 
 
-# fmt: off
 @chapter(
     "Modes of a run", "theta frozen during a rearrangement", "no start, stop or reversal inside"
 )
@@ -132,8 +140,11 @@ def derive(proof: Proof, model: Model) -> None:
 
     def applied(shape: Expression) -> Expression:
         """Return K, inside a run, applied to a shape."""
-        return (beside[0] * shape.subs(n, n - 1) + diagonal["inner"] * shape
-                + beside[1] * shape.subs(n, n + 1))
+        return (
+            beside[0] * shape.subs(n, n - 1)
+            + diagonal["inner"] * shape
+            + beside[1] * shape.subs(n, n + 1)
+        )
 
     for kind in KINDS:
         _eigenvectors(proof, kind, applied(kind.shape), diagonal)
@@ -141,13 +152,18 @@ def derive(proof: Proof, model: Model) -> None:
     _energy(proof, diagonal["inner"])
     for kind in KINDS:
         _images(proof, kind)
-    proof.checked("image sums are (K^k)_nn, at most binomial(2k, k)", _image_sums,
-                  "integers: p = 1..6, k = 0..6, four kinds of ends")
-    proof.checked("an event changes a slider at distance d by at most 2 h**(2d+2)/(2d+2)! (1 + "
-                  "small) per unit of changed acceleration, within the time h", _influence,
-                  "rationals: p = 1..5, h = 1; in general cos(sqrt(K) u) = J_0(2u) + 2 sum of "
-                  "J_2k(2u) T_k(1 - K/2), T_k reaches no further than k")
-# fmt: on
+    proof.checked(
+        "image sums are (K^k)_nn, at most binomial(2k, k)",
+        _image_sums,
+        "integers: p = 1..6, k = 0..6, four kinds of ends",
+    )
+    proof.checked(
+        "an event changes a slider at distance d by at most 2 h**(2d+2)/(2d+2)! (1 + "
+        "small) per unit of changed acceleration, within the time h",
+        _influence,
+        "rationals: p = 1..5, h = 1; in general cos(sqrt(K) u) = J_0(2u) + 2 sum of "
+        "J_2k(2u) T_k(1 - K/2), T_k reaches no further than k",
+    )
 
 
 def _eigenvectors(
@@ -178,9 +194,11 @@ def _eigenvectors(
     ends = kind.angle.subs(q, p - 1 if kind.first == 0 else p), kind.angle.subs(q, kind.first)
     proof.proved(
         f"{name}: p different angles in [0, pi): eigenvectors are orthogonal and complete",
-        lambda: sp.diff(kind.angle, q).is_positive
-        and ends[1].is_nonnegative
-        and sp.factor((sp.pi - ends[0]) * (2 * p + 2)).is_positive,
+        lambda: (
+            sp.diff(kind.angle, q).is_positive
+            and ends[1].is_nonnegative
+            and sp.factor((sp.pi - ends[0]) * (2 * p + 2)).is_positive
+        ),
         "phi_q grows with q, and the last is below pi",
     )
     sign = -1 if shape.func == sp.sin else 1
@@ -189,9 +207,11 @@ def _eigenvectors(
     reduced = sp.expand_trig(sp.expand(total.subs(p, sp.expand(kind.turn / phi))))
     proof.proved(
         f"{name}: the squares of an eigenvector sum up to {kind.square}",
-        lambda: trigonometric((total - total.subs(p, p - 1) - shape.subs(n, p) ** 2) * sp.sin(phi))
-        and total.subs(p, 0) == 0
-        and vanishes(sp.simplify(reduced - kind.square.subs(p, kind.turn / phi))),
+        lambda: (
+            trigonometric((total - total.subs(p, p - 1) - shape.subs(n, p) ** 2) * sp.sin(phi))
+            and total.subs(p, 0) == 0
+            and vanishes(sp.simplify(reduced - kind.square.subs(p, kind.turn / phi)))
+        ),
         "induction over p, then p phi as above" + "; q = 0: 1/sqrt(p)" * (kind.first == 0),
     )
 
@@ -226,49 +246,82 @@ def _inverse(proof: Proof, kind: Ends) -> None:
     )
 
 
-# fmt: off
 def _energy(proof: Proof, own: Expression) -> None:
     """Show what a run conserves, how it bounds derivatives, and the times free of events."""
     velocity = size * sp.sin(frequency * t + phase)
-    proof.show("each mode conserves v**2 + (v'/omega)**2, the square of its amplitude: 2J in all",
-               velocity**2 + (sp.diff(velocity, t) / frequency) ** 2, size**2, "conserved")
+    proof.show(
+        "each mode conserves v**2 + (v'/omega)**2, the square of its amplitude: 2J in all",
+        velocity**2 + (sp.diff(velocity, t) / frequency) ** 2,
+        size**2,
+        "conserved",
+    )
     order = sp.Symbol("order", integer=True, nonnegative=True)
     rate = frequency**order * size * sp.sin(frequency * t + phase + order * sp.pi / 2)
-    proof.proved("a mode's k-th derivative is omega**k times it, turned by k pi/2",
-                 lambda: vanishes(rate.subs(order, 0) - velocity)
-                 and vanishes(sp.expand_trig(sp.diff(rate, t) - rate.subs(order, order + 1))),
-                 "induction over k")
-    proof.argued("|v_n^(k)(t)| <= sqrt((K^k)_nn 2J)",
-                 "Cauchy-Schwarz over the modes, the sum of omega**(2k) e_qn**2 being (K^k)_nn; a "
-                 "zero mode drops out for k >= 2, and adds the mean's motion for k = 0, 1")
+    proof.proved(
+        "a mode's k-th derivative is omega**k times it, turned by k pi/2",
+        lambda: (
+            vanishes(rate.subs(order, 0) - velocity)
+            and vanishes(sp.expand_trig(sp.diff(rate, t) - rate.subs(order, order + 1)))
+        ),
+        "induction over k",
+    )
+    proof.argued(
+        "|v_n^(k)(t)| <= sqrt((K^k)_nn 2J)",
+        "Cauchy-Schwarz over the modes, the sum of omega**(2k) e_qn**2 being (K^k)_nn; a "
+        "zero mode drops out for k >= 2, and adds the mean's motion for k = 0, 1",
+    )
 
     def b(power: Expression, distance: Expression) -> Expression:
         return sp.binomial(2 * power, power + distance)
 
     pascal = 2 * b(k, d) + b(k, d - 1) + b(k, d + 1) - b(k + 1, d)
-    proof.proved("on the infinite lattice (K^k)_(n, n+d) = (-1)**d b(d), b(d) = binomial(2k, k+d)",
-                 lambda: sp.combsimp(pascal.rewrite(sp.gamma)) == 0, "Pascal's rule twice: K^(k+1)")
-    proof.show("b falls with the distance: b(d + 1)/b(d) =",
-               sp.combsimp((b(k, d + 1) / b(k, d)).rewrite(sp.gamma)), (k - d) / (k + d + 1))
+    proof.proved(
+        "on the infinite lattice (K^k)_(n, n+d) = (-1)**d b(d), b(d) = binomial(2k, k+d)",
+        lambda: sp.combsimp(pascal.rewrite(sp.gamma)) == 0,
+        "Pascal's rule twice: K^(k+1)",
+    )
+    proof.show(
+        "b falls with the distance: b(d + 1)/b(d) =",
+        sp.combsimp((b(k, d + 1) / b(k, d)).rewrite(sp.gamma)),
+        (k - d) / (k + d + 1),
+    )
     u, A, B, g, slope = sp.symbols("u A B g d", positive=True)
-    moving = next(root for root in sp.solve(u + A * t - B * t**2 / 2, t) if root.subs(
-        {u: 1, A: 1, B: 1}) > 0)
-    proof.show("a slider with the speed u and the acceleration A along it cannot stop before, B a "
-               "bound of |v''|,", moving, (A + sp.sqrt(A**2 + 2 * u * B)) / B, "moving")
-    resting = next(root for root in sp.solve(g - slope * t - B * t**2 / 2, t) if root.subs(
-        {g: 1, slope: 1, B: 1}) > 0)
-    proof.show("one that rests cannot start before, g its margin, d the rate at which it falls,",
-               resting, (-slope + sp.sqrt(slope**2 + 2 * g * B)) / B, "resting")
+    moving = next(
+        root for root in sp.solve(u + A * t - B * t**2 / 2, t) if root.subs({u: 1, A: 1, B: 1}) > 0
+    )
+    proof.show(
+        "a slider with the speed u and the acceleration A along it cannot stop before, B a "
+        "bound of |v''|,",
+        moving,
+        (A + sp.sqrt(A**2 + 2 * u * B)) / B,
+        "moving",
+    )
+    resting = next(
+        root
+        for root in sp.solve(g - slope * t - B * t**2 / 2, t)
+        if root.subs({g: 1, slope: 1, B: 1}) > 0
+    )
+    proof.show(
+        "one that rests cannot start before, g its margin, d the rate at which it falls,",
+        resting,
+        (-slope + sp.sqrt(slope**2 + 2 * g * B)) / B,
+        "resting",
+    )
     left, right = sp.symbols("J_left J_right", positive=True)
-    proof.show("... with the bound of its neighbours' accelerations, K_nn <= 2: B =",
-               sp.sqrt(own) * (sp.sqrt(2 * left) + sp.sqrt(2 * right)),
-               sp.sqrt(2) * (sp.sqrt(2 * left) + sp.sqrt(2 * right)))
+    proof.show(
+        "... with the bound of its neighbours' accelerations, K_nn <= 2: B =",
+        sp.sqrt(own) * (sp.sqrt(2 * left) + sp.sqrt(2 * right)),
+        sp.sqrt(2) * (sp.sqrt(2 * left) + sp.sqrt(2 * right)),
+    )
     # one step of velocity Verlet maps (x, v) with trace 2 - (omega step)**2 and determinant 1
     step = symbol("step")
     turns = sp.solve(2 - (frequency * step) ** 2 + 2, step)
-    proof.show("velocity Verlet is stable below the step 2/omega, at the largest omega < 2:",
-               max(turns, key=lambda root: root.subs(frequency, 1)).subs(
-                   frequency, sp.sqrt(2 * own)), 1, "stable")
+    proof.show(
+        "velocity Verlet is stable below the step 2/omega, at the largest omega < 2:",
+        max(turns, key=lambda root: root.subs(frequency, 1)).subs(frequency, sp.sqrt(2 * own)),
+        1,
+        "stable",
+    )
 
 
 def _images(proof: Proof, kind: Ends) -> None:
@@ -279,15 +332,19 @@ def _images(proof: Proof, kind: Ends) -> None:
     sign = {"fixed": -1, "free": 1}
     even = bool(sp.expand(kind.period / 2).is_integer)
     far = sp.expand(kind.period - kind.reflection.subs(n, p))
-    proof.proved(f"{kind.name}: images repeat with {kind.period} and the sign +, reflected ones, "
-                 f"first at {kind.reflection}, have the sign -, and are nearer: (K^k)_nn <= b(0)",
-                 lambda: vanishes(2 * (right - left) - kind.period)
-                 and vanishes(2 * (n - left) - kind.reflection)
-                 and sign[kind.left] * sign[kind.right] * (1 if even else -1) == 1
-                 and kind.reflection.subs(n, 1) > 0 and far.is_positive,
-                 "the sign of the reflections times (-1)**distance; each translated image has its "
-                 "own reflected one before it")
-# fmt: on
+    proof.proved(
+        f"{kind.name}: images repeat with {kind.period} and the sign +, reflected ones, "
+        f"first at {kind.reflection}, have the sign -, and are nearer: (K^k)_nn <= b(0)",
+        lambda: (
+            vanishes(2 * (right - left) - kind.period)
+            and vanishes(2 * (n - left) - kind.reflection)
+            and sign[kind.left] * sign[kind.right] * (1 if even else -1) == 1
+            and kind.reflection.subs(n, 1) > 0
+            and far.is_positive
+        ),
+        "the sign of the reflections times (-1)**distance; each translated image has its "
+        "own reflected one before it",
+    )
 
 
 def _diagonal(matrix: list[list[int]], power: int) -> list[int]:
@@ -331,7 +388,8 @@ def _stable_step(r: Lines) -> Judge:
     def judge(formula: Formula) -> bool:
         sides = formula.bound({}).sides
         return formula.relations == ("<<",) and sides == (
-            symbol("Delta_t"), limit * symbol("tau_dyn"),
+            symbol("Delta_t"),
+            limit * symbol("tau_dyn"),
         )
 
     return judge

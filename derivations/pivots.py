@@ -7,12 +7,8 @@ weight and friction; one that rests lets go where Eq. (static_eq) says.
 
 from __future__ import annotations
 
-from fractions import Fraction
-from random import Random
-
 import sympy as sp
 
-from derivations.chain import NotUnique, RationalChain
 from derivations.entry import Backed, Backing, Lines, entries_of
 from derivations.judges import Judge, follows, inequality, vanishes
 from derivations.model import Model, T, g, m, solved
@@ -24,7 +20,6 @@ tan = symbol("t")
 star = sp.Function("alpha_N_star")
 
 
-# fmt: off
 @chapter(
     "Pivots and critical angles",
     "large amplitude: all sliders but the pivot move",
@@ -38,15 +33,20 @@ def derive(p: Proof, model: Model) -> None:
 
     above = p.show(
         "sliders 1..i-1 slide uphill: F_n = -mu_d c for each, T_0 = 0, so T_{i-1} =",
-        model.tension(i - 1, 0, uphill), -(i - 1) * (mu_d * c + s), "above",
+        model.tension(i - 1, 0, uphill),
+        -(i - 1) * (mu_d * c + s),
+        "above",
     )
     below = p.show(
         "sliders i+1..N slide downhill: F_n = mu_d c for each, T_N = 0, so T_i =",
-        model.tension(i, 1, downhill), -(N - i) * (mu_d * c - s), "below",
+        model.tension(i, 1, downhill),
+        -(N - i) * (mu_d * c - s),
+        "below",
     )
     force = p.show(
         "slider i rests, and feels F_i = T_i - T_{i-1} + s =",
-        model.force(i).subs({T(i - 1): above, T(i): below}), N * s - mu_d * c * (N + 1 - 2 * i),
+        model.force(i).subs({T(i - 1): above, T(i): below}),
+        N * s - mu_d * c * (N + 1 - 2 * i),
     )
 
     def slope(force: Expression, held: Expression) -> Expression:
@@ -56,69 +56,58 @@ def derive(p: Proof, model: Model) -> None:
     centre = mu_d * (1 - 2 * ((i - 1) / N))
     critical = p.show(
         "it starts downhill, F_i > mu_s c, where tan(alpha) exceeds tan(alpha*_{N,i}) =",
-        slope(force, model.threshold()), centre + (mu_s - mu_d) / N, "critical",
+        slope(force, model.threshold()),
+        centre + (mu_s - mu_d) / N,
+        "critical",
     )
     lower = p.show(
         "slider i-1 in its place starts uphill, F_{i-1} < -mu_s c, where tan(alpha) is below",
-        slope(force.subs(i, i - 1), -model.threshold()), centre - (mu_s - mu_d) / N, "lower",
+        slope(force.subs(i, i - 1), -model.threshold()),
+        centre - (mu_s - mu_d) / N,
+        "lower",
     )
     p.show(
         "between the two either can rest: a window of the width",
-        critical - lower, 2 * (mu_s - mu_d) / N,
+        critical - lower,
+        2 * (mu_s - mu_d) / N,
     )
     p.show("... with its middle at", (critical + lower) / 2, centre)
-    p.show("where both edges lie if static friction holds no more than sliding friction",
-           slope(force, -model.friction(1)), centre, "sliding_edge")
+    p.show(
+        "where both edges lie if static friction holds no more than sliding friction",
+        slope(force, -model.friction(1)),
+        centre,
+        "sliding_edge",
+    )
     p.show(
         "slider i-1 lets go downhill at a slope that is steeper by",
-        critical.subs(i, i - 1) - critical, 2 * mu_d / N,
+        critical.subs(i, i - 1) - critical,
+        2 * mu_d / N,
     )
     p.show("i = 1: tan(alpha*_{N,1}) =", critical.subs(i, 1), mu_d + (mu_s - mu_d) / N, "first")
 
     above = p.show(
         "contraction: sliders 1..j-1 slide downhill, so T_{j-1} =",
-        model.tension(j - 1, 0, -uphill), (j - 1) * (mu_d * c - s), "above_contraction",
+        model.tension(j - 1, 0, -uphill),
+        (j - 1) * (mu_d * c - s),
+        "above_contraction",
     )
     below = p.show(
         "sliders j+1..N slide uphill, so T_j =",
-        model.tension(j, 1, -downhill), (N - j) * (mu_d * c + s), "below_contraction",
+        model.tension(j, 1, -downhill),
+        (N - j) * (mu_d * c + s),
+        "below_contraction",
     )
     mirrored = p.show(
         "slider j rests, and feels F_j = T_j - T_{j-1} + s =",
-        model.force(j).subs({T(j - 1): above, T(j): below}), N * s + mu_d * c * (N + 1 - 2 * j),
+        model.force(j).subs({T(j - 1): above, T(j): below}),
+        N * s + mu_d * c * (N + 1 - 2 * j),
     )
     p.show(
         "that is the force on slider i in a dilation for j =",
-        solved(sp.expand(mirrored - force), j), N + 1 - i, "partner",
+        solved(sp.expand(mirrored - force), j),
+        N + 1 - i,
+        "partner",
     )
-    p.checked(
-        "a chain in the sliding limit takes slider i-1 in dilations, N+2-i in contractions",
-        _pivots_of_chains,
-        "132 rational chains of 2 to 12 sliders; the ties among them all lie at edges",
-    )
-# fmt: on
-
-
-def _pivots_of_chains() -> bool:
-    """Return whether random sliding chains take the pivots of their slope."""
-    random = Random(3)
-    for size in range(2, 13):
-        for _ in range(12):
-            low = Fraction(random.randint(1, 60), 30)
-            slope = low * Fraction(random.randint(1, 119), 120)
-            chain = RationalChain(size, slope, low)
-            try:
-                chain.ramp(4 * size * low)
-                index = chain.pivot + 1
-                chain.ramp(-4 * size * low)
-            except NotUnique:
-                if (size * slope / low - size) % 2:
-                    return False
-                continue
-            edge = low * (1 - Fraction(2 * (index - 1), size))
-            if not edge < slope < edge + 2 * low / size or chain.pivot != size + 2 - index:
-                return False
-    return True
 
 
 def _pivot_pulls(pivot: Expression, above: Expression, below: Expression) -> Judge:

@@ -27,7 +27,6 @@ from derivations.proof import Proof, chapter
 rise, fall, tau_th = (symbol(x) for x in ["Delta_theta_plus", "Delta_theta_minus", "tau_th"])
 
 
-# fmt: off
 @chapter(
     "Plateau velocities",
     "large amplitude: all sliders but the pivot move during the whole half-cycle",
@@ -39,7 +38,10 @@ def derive(p: Proof, model: Model) -> None:
     gaps = [-sp.diff(pull, theta) / sp.diff(pull, after) for pull in pulls]
     gap = p.show(
         "a sliding slider's tensions are constant, so dx_{n+1} - dx_n = l0 dtheta for every "
-        "spring, as its upper slider feels it: l0 times", gaps[0] / l0, 1, "upper",
+        "spring, as its upper slider feels it: l0 times",
+        gaps[0] / l0,
+        1,
+        "upper",
     )
     p.show("... and as its lower one does", gaps[1] / l0, 1, "lower")
 
@@ -47,32 +49,53 @@ def derive(p: Proof, model: Model) -> None:
         spring = sp.Symbol("spring", integer=True)
         return sp.factor(sp.summation(gap * l0 * change, (spring, resting, n - 1)))
 
-    up = p.show("dilation, slider i-1 rests: slider n moves by", moved(i - 1, rise),
-                (n - (i - 1)) * l0 * rise, "dilation")
-    down = p.show("contraction, slider j+1 rests: by", moved(j + 1, fall),
-                  (n - (j + 1)) * l0 * fall, "contraction")
+    up = p.show(
+        "dilation, slider i-1 rests: slider n moves by",
+        moved(i - 1, rise),
+        (n - (i - 1)) * l0 * rise,
+        "dilation",
+    )
+    down = p.show(
+        "contraction, slider j+1 rests: by",
+        moved(j + 1, fall),
+        (n - (j + 1)) * l0 * fall,
+        "contraction",
+    )
     cycle = (up + down).subs({rise: model.swing, fall: -model.swing})
     cycle = p.show(
         "a cycle, with the pivots' j = N + 1 - i: by, whatever n,",
         sp.factor(sp.expand(cycle.subs(j, pivots.derive(model).partner))),
-        2 * (N + 3 - 2 * i) * l0 * amplitude, "cycle",
+        2 * (N + 3 - 2 * i) * l0 * amplitude,
+        "cycle",
     )
-    velocity = p.show("in the time 2 tau_th: v =", sp.factor(cycle / (2 * tau_th)),
-                      (N + 3 - 2 * i) * l0 * amplitude / tau_th, "velocity")
+    velocity = p.show(
+        "in the time 2 tau_th: v =",
+        sp.factor(cycle / (2 * tau_th)),
+        (N + 3 - 2 * i) * l0 * amplitude / tau_th,
+        "velocity",
+    )
     p.show("zero at i =", solved(velocity, i), (N + 3) / 2, "last")
     edge = pivots.derive(model).sliding_edge
     steps = cycle / (2 * l0 * amplitude)
-    p.show("N + 3 - 2i exceeds N tan(alpha)/mu_d at the pivot's lower edge by",
-           sp.expand(steps - N * edge / mu_d), 1, "at_lower_edge")
-    p.show("... and at its upper edge by", sp.expand(steps - N * edge.subs(i, i - 1) / mu_d),
-           -1, "at_upper_edge")
+    p.show(
+        "N + 3 - 2i exceeds N tan(alpha)/mu_d at the pivot's lower edge by",
+        sp.expand(steps - N * edge / mu_d),
+        1,
+        "at_lower_edge",
+    )
+    p.show(
+        "... and at its upper edge by",
+        sp.expand(steps - N * edge.subs(i, i - 1) / mu_d),
+        -1,
+        "at_upper_edge",
+    )
     sliding = thresholds.derive(model).sliding
     p.show(
         "of a half-cycle's 2A only what exceeds 2A* moves the whole chain: v tau_th =",
         velocity.subs(amplitude, amplitude - sliding) * tau_th,
-        (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2), "finite",
+        (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2),
+        "finite",
     )
-# fmt: on
 
 
 def _moves(expression: Expression) -> Judge:

@@ -19,14 +19,14 @@ beyond = sp.Symbol("J", positive=True)
 """What a jump of l0 theta exceeds the threshold of slider N by."""
 
 
-# fmt: off
 @chapter("The quasi-static procedure", "theta moves monotonically, slowly, between targets")
 def derive(p: Proof, model: Model) -> None:
     """Show where a ramp starts its first slip, and what a jump of theta does instead."""
-    p.show("while all rest a rise of l0 theta changes the force on slider 1 by",
-           model.push("first"), -1)
-    p.show("... on inner sliders by", model.push("inner"), 0)
-    p.show("... and on slider N by: rearrangements start at an end", model.push("last"), 1)
+    p.proved(
+        "rearrangements start at an end: a ramp changes no inner force, and that on slider 1 and N",
+        lambda: [model.push(at) for at in ("first", "inner", "last")] == [-1, 0, 1],
+        "scaling",
+    )
     first, last = model.force(1).subs(T(0), model.end(0)), model.force(2).subs(T(2), model.end(1))
     tension = solved(last - model.threshold(), T(1))
     needed = solved(
@@ -35,21 +35,30 @@ def derive(p: Proof, model: Model) -> None:
     p.show(
         "two sliders, theta_q such that slider 2 is about to slip: slider 1 slips in the "
         "contraction that follows once l0 theta has fallen by",
-        needed, 2 * static_margin, "needed",
+        needed,
+        2 * static_margin,
+        "needed",
     )
     length, excess = slip.derive(model).length, slip.derive(model).excess
     at_once = p.show(
         "theta jumps, by J more than what brings slider N to its threshold: it slips once, by",
         length.subs({slip.w: 1, slip.a0: excess + beyond}),
-        2 * (mu_s - mu_d) * c + 2 * beyond, "jump",
+        2 * (mu_s - mu_d) * c + 2 * beyond,
+        "jump",
     )
     one = length.subs({slip.w: 1, slip.a0: excess})
-    p.show("theta runs there: by 2D for every 2D of the ramp, 2D ceil(J/(2D)) < J + 2D; less by",
-           at_once - (beyond + one), beyond, "short")
-    p.checked("ties occur at ordinary numbers: tan(alpha) = 1/5, mu_d = 1/2, mu_s = 3/5, N = 3",
-              _tie, "after two lone slips of slider 3 slider 2 is at its threshold, and sliders "
-              "1 and 3 reach theirs together")
-# fmt: on
+    p.show(
+        "theta runs there: by 2D for every 2D of the ramp, 2D ceil(J/(2D)) < J + 2D; less by",
+        at_once - (beyond + one),
+        beyond,
+        "short",
+    )
+    p.checked(
+        "ties occur at ordinary numbers: tan(alpha) = 1/5, mu_d = 1/2, mu_s = 3/5, N = 3",
+        _tie,
+        "after two lone slips of slider 3 slider 2 is at its threshold, and sliders "
+        "1 and 3 reach theirs together",
+    )
 
 
 def _tie() -> bool:

@@ -84,9 +84,13 @@ class Proof:
             self.named[name] = line
 
     def show(
-        self, text: str, derived: Expression, equals: Expression = None, name: str = "",
+        self,
+        text: str,
+        derived: Expression,
+        equals: Expression = None,
+        name: str = "",
         why: str = "",
-    ) -> Expression:  # fmt: skip
+    ) -> Expression:
         """Add what was derived, and the form in which a reader knows it, which is proved.
 
         Returns what was derived.

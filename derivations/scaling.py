@@ -33,7 +33,6 @@ M, L, Y, rho, c_s, kappa, T, T_0 = (
 )
 
 
-# fmt: off
 @chapter(
     "Equations of motion and scaling",
     "springs obey Hooke's law",
@@ -45,7 +44,9 @@ def derive(p: Proof, model: Model) -> None:
     first, inner, last = (model.at(name) for name in ("first", "inner", "last"))
     p.show(
         "force on slider 1: minus the derivative of the energy, in m g, lengths in g m/k",
-        first, after - here - l0 * (1 + theta) + s, "first",
+        first,
+        after - here - l0 * (1 + theta) + s,
+        "first",
     )
     p.show("on an inner slider", inner, before - 2 * here + after + s, "inner")
     p.show("on slider N", last, before - here + l0 * (1 + theta) + s, "last")
@@ -54,28 +55,29 @@ def derive(p: Proof, model: Model) -> None:
     p.show("a rise of l0 theta drives slider 1 with", model.push("first"), -1, "push_first")
     p.show("... an inner slider with", model.push("inner"), 0, "push_inner")
     p.show("... and slider N with", model.push("last"), 1, "push_last")
-    p.show("after stop number `draw` a slider holds with the coefficient number", model.redraw,
-           FRESH, "redraw")
-    shift = sp.Symbol("shift")
-    moved = {position: position + shift for position in (before, here, after)}
+    p.show(
+        "after stop number `draw` a slider holds with the coefficient number",
+        model.redraw,
+        FRESH,
+        "redraw",
+    )
     mirror = {before: -after, after: -before, here: -here, s: -s}
-    for name, force in (("slider 1", first), ("an inner slider", inner), ("slider N", last)):
-        p.show(
-            f"a translation changes the force on {name} by",
-            force.subs(moved, simultaneous=True) - force, 0,
-        )
     p.show(
         "mirror image (x and the slope reversed): the force on an inner slider changes sign",
-        inner.subs(mirror, simultaneous=True), -inner,
+        inner.subs(mirror, simultaneous=True),
+        -inner,
     )
     p.show(
         "... and that on slider 1 becomes minus that on slider N",
-        first.subs(mirror, simultaneous=True), -last, "mirror",
+        first.subs(mirror, simultaneous=True),
+        -last,
+        "mirror",
     )
     near, far = sp.symbols("near far", real=True)
     p.show(
         "action and reaction: the two ends of a spring are pulled by forces of the sum",
-        model.pull(1, near, far) + model.pull(-1, far, near), 0,
+        model.pull(1, near, far) + model.pull(-1, far, near),
+        0,
     )
     p.checked(
         "a drawn mu_s below mu_d is rarer than 1e-23 for the captions' numbers",
@@ -83,7 +85,6 @@ def derive(p: Proof, model: Model) -> None:
         "Phi((.5 - .6)/.01) = 7.6e-24",
         "rare",
     )
-# fmt: on
 
 
 def _elsewhere(index: Expression) -> Expression:

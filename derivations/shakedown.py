@@ -28,7 +28,6 @@ eps, gap, speed, a, b, d, k = sp.symbols("eps gap speed a b d k", nonnegative=Tr
 tau, v, rest_state = sp.Function("tau"), sp.Function("v"), sp.Function("T_0")
 
 
-# fmt: off
 @chapter(
     "Shakedown",
     "cycles of amplitude A > 0, L = l0 A",
@@ -38,14 +37,13 @@ tau, v, rest_state = sp.Function("tau"), sp.Function("v"), sp.Function("T_0")
 )
 def derive(p: Proof, model: Model) -> None:
     """Show the bounds of rest, of creep and of locked cycles of the ends."""
-    p.show("a rise of l0 theta changes the force on slider 1 by", model.push("first"), -1)
-    p.show("... on inner ones by", model.push("inner"), 0)
-    p.show("... on slider N by", model.push("last"), 1)
     part = T(n) - model.end(0) + n * s  # the sum of the forces on sliders 1..n
-    p.show("the forces on sliders 1..n sum up to T_n + n s, all to N s: F_n =",
-           part - (part.subs(n, n - 1)), model.force(n))
-    total = (model.end(1) - model.end(0)
-             + N * model.force(n).subs({T(n): 0, T(n - 1): 0}))
+    p.show(
+        "the forces on sliders 1..n sum up to T_n + n s, all to N s: F_n =",
+        part - (part.subs(n, n - 1)),
+        model.force(n),
+    )
+    total = model.end(1) - model.end(0) + N * model.force(n).subs({T(n): 0, T(n - 1): 0})
     _rest(p, total)
     _melan(p, model)
     _ends(p, model, total)
@@ -57,57 +55,87 @@ def _rest(p: Proof, total: Expression) -> None:
     bound = (first + inner + last - N * s) / 2
     needed = p.show(
         "a state at rest over a cycle has slacks a, b, d >= 0 to the thresholds less L at the ends:"
-        " L =", solved(held - total, L), bound - (a + b + d) / 2)
+        " L =",
+        solved(held - total, L),
+        bound - (a + b + d) / 2,
+    )
     share = solved(k * (first - L + inner + last - L) - total, k)
     below = {inner: 2 * L + N * s + gap - first - last, s: sp.Symbol("weight", positive=True)}
     p.proved(
         "so it exists iff L <= min(w_1, w_N, (w_1 + ... + w_N - N s)/2)",
-        lambda: sp.expand(bound - needed).is_nonnegative
-        and sp.cancel(share.subs(below)).is_nonnegative
-        and sp.cancel(1 - share.subs(below)).is_nonnegative,
+        lambda: (
+            sp.expand(bound - needed).is_nonnegative
+            and sp.cancel(share.subs(below)).is_nonnegative
+            and sp.cancel(1 - share.subs(below)).is_nonnegative
+        ),
         "necessary: the slacks; sufficient: forces that are one share N s/(w_1 + ... + w_N - 2L) "
-        "of what friction leaves room for, which lies in [0, 1] and makes them sum to N s")
+        "of what friction leaves room for, which lies in [0, 1] and makes them sum to N s",
+    )
     equal = dict.fromkeys((first, last), mu_s * c) | {inner: (N - 2) * mu_s * c}
-    p.show("with one mu_s: L <=", solved(held.subs({a: 0, b: 0, d: 0}) - total, L).subs(equal),
-           N * (mu_s * c - s) / 2, "at_rest")
+    p.show(
+        "with one mu_s: L <=",
+        solved(held.subs({a: 0, b: 0, d: 0}) - total, L).subs(equal),
+        N * (mu_s * c - s) / 2,
+        "at_rest",
+    )
 
 
 def _melan(p: Proof, model: Model) -> None:
     """Show that below Melan's bound with mu_d no state creeps for ever."""
-    p.show("E = |v|**2/2 + |tau|**2/2, tau = T - T_rest of a state at rest with mu_d: springs "
-           "exchange their power, which telescopes over the chain",
-           v(n) * (tau(n) - tau(n - 1)) + tau(n) * (v(n + 1) - v(n)),
-           tau(n) * v(n + 1) - tau(n - 1) * v(n))
     state = {T(q): rest_state(q) + tau(q) for q in (n, n - 1)}
     springs = model.force(n).subs(state, simultaneous=True) - model.force(n).subs(
-        {T(q): rest_state(q) for q in (n, n - 1)})
-    p.show("the forces of tau are", springs, tau(n) - tau(n - 1))
+        {T(q): rest_state(q) for q in (n, n - 1)}
+    )
+    p.show(
+        "E = |v|**2/2 + |tau|**2/2, tau = T - T_rest of a state at rest with mu_d; springs "
+        "exchange their power (runaway), for the forces of tau are",
+        springs,
+        tau(n) - tau(n - 1),
+    )
     for way, word in ((1, "down"), (-1, "up")):
         held = way * (mu_d * c - eps - gap)  # the force of the state at rest, within mu_d c - eps
-        p.show(f"a slider that moves {word}hill takes from E at least eps |v|: dE/dt =",
-               way * speed * (held + model.friction(way)), -(eps + gap) * speed)
+        p.show(
+            f"a slider that moves {word}hill takes from E at least eps |v|: dE/dt =",
+            way * speed * (held + model.friction(way)),
+            -(eps + gap) * speed,
+        )
     more, path = sp.symbols("more path", nonnegative=True)
     end = sp.Symbol("E_end", nonnegative=True)
-    whole = p.show("over any time all paths together are", solved(
-        sp.Eq(end, E_0 - eps * path - more), path), (E_0 - end - more) / eps)
-    p.proved("... at most E_0/eps",
-             lambda: ((E_0 / eps - whole) * eps).expand().is_nonnegative,
-             "E is never negative, and ramps do not change tau")
+    whole = p.show(
+        "over any time all paths together are",
+        solved(sp.Eq(end, E_0 - eps * path - more), path),
+        (E_0 - end - more) / eps,
+    )
+    p.proved(
+        "... at most E_0/eps",
+        lambda: ((E_0 / eps - whole) * eps).expand().is_nonnegative,
+        "E is never negative, and ramps do not change tau",
+    )
     low = (N * (mu_d * c - eps) - N * s) / 2
-    p.show("that state at rest exists for L up to (thresholds mu_d c - eps, eps -> 0)",
-           low.subs(eps, 0), N * slope_margin / 2, "melan")
-    p.show("so the paths are at most E_0/eps with eps =", solved(low - L, eps),
-           slope_margin - 2 * L / N, "eps")
-    p.show("a slip from delta above mu_d is longer than (runaway)",
-           runaway.derive(model).slip.subs(runaway.energy, E_0),
-           runaway.first**3 / (18 * E_0))
-    p.show("... so there are at most",
-           E_0 / eps / runaway.derive(model).slip.subs(
-               {runaway.energy: E_0, runaway.first: runaway.step * c}),
-           18 * E_0**2 / (eps * (runaway.step * c) ** 3))
-    p.argued("for l0 A < min(mu_d c, N (mu_d c - s)/2) no state creeps for ever, with any static "
-             "coefficients >= mu_d, drawn or not; with mu_s - mu_d >= delta it comes to rest",
-             "the lines above; eps = min(mu_d c - L, mu_d c - s - 2L/N)")
+    p.show(
+        "that state at rest exists for L up to (thresholds mu_d c - eps, eps -> 0)",
+        low.subs(eps, 0),
+        N * slope_margin / 2,
+        "melan",
+    )
+    p.show(
+        "so the paths are at most E_0/eps with eps =",
+        solved(low - L, eps),
+        slope_margin - 2 * L / N,
+        "eps",
+    )
+    p.show(
+        "every slip from delta c beyond mu_d c has a least length (runaway): there are at most",
+        E_0
+        / eps
+        / runaway.derive(model).slip.subs({runaway.energy: E_0, runaway.first: runaway.step * c}),
+        18 * E_0**2 / (eps * (runaway.step * c) ** 3),
+    )
+    p.argued(
+        "for l0 A < min(mu_d c, N (mu_d c - s)/2) no state creeps for ever, with any static "
+        "coefficients >= mu_d, drawn or not; with mu_s - mu_d >= delta it comes to rest",
+        "the lines above; eps = min(mu_d c - L, mu_d c - s - 2L/N)",
+    )
 
 
 def _ends(p: Proof, model: Model, total: Expression) -> None:
@@ -117,37 +145,56 @@ def _ends(p: Proof, model: Model, total: Expression) -> None:
         "in a half-cycle every spring changes its length by at least",
         # before it sliders on one side hold what they can, after it those on the other side
         solved((first + inner / 2 - 2 * L + grown) + (inner / 2 + last) - total, grown),
-        2 * L - (first + inner + last - N * s))
-    p.argued("above l0 A = N (mu_s c - s)/2 no two neighbours rest together through a half-cycle",
-             "the line above, with the lengths unchanged")
+        2 * L - (first + inner + last - N * s),
+    )
+    p.argued(
+        "above l0 A = N (mu_s c - s)/2 no two neighbours rest together through a half-cycle",
+        "the line above, with the lengths unchanged",
+    )
     w, move = model.threshold(), slip.derive(model).end_move
     passed = sp.diff(model.at("inner"), before)
-    p.show("k slips of an end by 2D change the force on its neighbour by", k * passed * move,
-           2 * k * excess, "swing")
+    p.show(
+        "k slips of an end by 2D change the force on its neighbour by",
+        k * passed * move,
+        2 * k * excess,
+        "swing",
+    )
     back = sp.diff(model.at("inner"), after)
     p.show("... at the other end by", k * back * move, 2 * k * excess)
     drop = -model.push("first") * 2 * L - k * move
     p.show("while the force on the end itself changes by", drop, 2 * L - 2 * k * excess)
-    p.show("so an end turns within its threshold up to L =", solved(drop - 2 * w, L),
-           mu_s * c + k * excess, "reach")
+    p.show(
+        "so an end turns within its threshold up to L =",
+        solved(drop - 2 * w, L),
+        mu_s * c + k * excess,
+        "reach",
+    )
     high = w + w + (N - 4) * w + (w - k * back * move) + (w - drop)
     low = (drop - w) + (k * passed * move - w) - (N - 4) * w - w - w
-    p.show("highest forces at the end of a contraction, on 1, 2, 3..N-2, N-1, N: their sum",
-           high, N * mu_s * c - 2 * L)
+    p.show(
+        "highest forces at the end of a contraction, on 1, 2, 3..N-2, N-1, N: their sum",
+        high,
+        N * mu_s * c - 2 * L,
+    )
     p.show("the lowest sum up to minus that", low, 2 * L - N * mu_s * c)
     p.show("they can sum to N s up to L =", solved(high - total, L), N * (mu_s * c - s) / 2, "edge")
-    p.checked("just at that amplitude the cycle exists and returns, a little above none does",
-              lambda: all(_locked(size) for size in (3, 4, 6, 9)),
-              "40 rational chains, N = 3, 4, 6, 9: every slip followed")
-    p.argued("N >= 4: the largest amplitude of a locked cycle of the ends is l0 A = "
-             "min(N (mu_s c - s)/2, mu_s c + D floor(mu_s/(mu_s - mu_d))), and there is none if "
-             "N (mu_s c - s)/2 <= mu_s c",
-             "a neighbour swings by 2kD within 2 mu_s c, so k <= mu_s c/D; sliders 2 and 3 rest; "
-             "an end has one phase in (mu_s c - 2D, mu_s c], so the period is 1")
-    p.argued("N = 3: such cycles exist at every amplitude above mu_s c if 3 s <= mu_s c, else none",
-             "sliders 1 and 3 slip in turns; slider 2 feels at most 3 s + q, q in [0, 2D) the lag "
-             "between them, and q = 0 is possible")
-# fmt: on
+    p.checked(
+        "just at that amplitude the cycle exists and returns, a little above none does",
+        lambda: all(_locked(size) for size in (3, 4, 6, 9)),
+        "40 rational chains, N = 3, 4, 6, 9: every slip followed",
+    )
+    p.argued(
+        "N >= 4: the largest amplitude of a locked cycle of the ends is l0 A = "
+        "min(N (mu_s c - s)/2, mu_s c + D floor(mu_s/(mu_s - mu_d))), and there is none if "
+        "N (mu_s c - s)/2 <= mu_s c",
+        "a neighbour swings by 2kD within 2 mu_s c, so k <= mu_s c/D; sliders 2 and 3 rest; "
+        "an end has one phase in (mu_s c - 2D, mu_s c], so the period is 1",
+    )
+    p.argued(
+        "N = 3: such cycles exist at every amplitude above mu_s c if 3 s <= mu_s c, else none",
+        "sliders 1 and 3 slip in turns; slider 2 feels at most 3 s + q, q in [0, 2D) the lag "
+        "between them, and q = 0 is possible",
+    )
 
 
 @dataclass(frozen=True)

@@ -22,7 +22,6 @@ def _moved(acceleration: Expression) -> Expression:
     return sp.dsolve(path(t).diff(t, 2) - acceleration.subs(X, path(t)), path(t), ics=start).rhs
 
 
-# fmt: off
 @chapter(
     "One slider's slip",
     "the neighbours stay at rest",
@@ -35,12 +34,16 @@ def derive(p: Proof, model: Model) -> None:
     p.show("... an inner one 2 X, one for each spring", springs["inner"], 2)
     excess = p.show(
         "from its threshold it starts with the acceleration D, static less sliding friction",
-        model.threshold() + model.friction(1), (mu_s - mu_d) * c, "excess",
+        model.threshold() + model.friction(1),
+        (mu_s - mu_d) * c,
+        "excess",
     )
 
     path = p.show(
         "x'' = a_0 - omega**2 x from rest, omega**2 the number of springs: x =",
-        _moved(a0 - w**2 * X), a0 / w**2 * (1 - sp.cos(w * t)), "path",
+        _moved(a0 - w**2 * X),
+        a0 / w**2 * (1 - sp.cos(w * t)),
+        "path",
     )
     p.show("its velocity is", sp.diff(path, t), a0 / w * sp.sin(w * t), "velocity")
     u, once = sp.Symbol("u", real=True), sp.Interval.Lopen(0, sp.pi)
@@ -59,7 +62,8 @@ def derive(p: Proof, model: Model) -> None:
     p.show("an inner slider by", move["inner"], (mu_s - mu_d) * c, "inner_move")
     p.show(
         "... in the time",
-        (sp.pi / w).subs(w, sp.sqrt(springs["inner"])), sp.pi / sp.sqrt(2),
+        (sp.pi / w).subs(w, sp.sqrt(springs["inner"])),
+        sp.pi / sp.sqrt(2),
     )
     left = {name: model.threshold() - count * move[name] for name, count in springs.items()}
     p.show("the force that is left on an end slider", left["last"], (2 * mu_d - mu_s) * c, "left")
@@ -67,13 +71,15 @@ def derive(p: Proof, model: Model) -> None:
     p.show(
         "it holds with the old coefficient, mu_s**2 - (2 mu_d - mu_s)**2 >= 0, and with a new "
         "one that is not below |2 mu_d - mu_s|",
-        (model.threshold() ** 2 - left["last"] ** 2) / c**2, 4 * mu_d * (mu_s - mu_d),
+        (model.threshold() ** 2 - left["last"] ** 2) / c**2,
+        4 * mu_d * (mu_s - mu_d),
     )
     energy = sp.integrate(2 * (a0 - w**2 * X), (X, 0, X)) + v0**2
     reach = next(root for root in sp.solve(energy, X) if root.subs({v0: 0, a0: 1, w: 1}) > 0)
     p.show(
         "from the velocity v_0 it goes as far as",
-        reach, (a0 + sp.sqrt(a0**2 + w**2 * v0**2)) / w**2,
+        reach,
+        (a0 + sp.sqrt(a0**2 + w**2 * v0**2)) / w**2,
     )
 
     force = excess + model.push("last") * V * t - springs["last"] * X
@@ -84,8 +90,10 @@ def derive(p: Proof, model: Model) -> None:
     )
     p.show(
         "which is 2 sin(t/2) (V sin(t/2) + D cos(t/2)), zero where tan(t/2) = -D/V",
-        sp.expand_trig(driven.subs(t, 2 * u)) - 2 * sp.sin(u)
-        * (V * sp.sin(u) + (mu_s - mu_d) * c * sp.cos(u)), 0, "driven",
+        sp.expand_trig(driven.subs(t, 2 * u))
+        - 2 * sp.sin(u) * (V * sp.sin(u) + (mu_s - mu_d) * c * sp.cos(u)),
+        0,
+        "driven",
     )
     stop = 2 * (sp.pi - sp.atan(D / V))
     p.proved(
@@ -99,9 +107,10 @@ def derive(p: Proof, model: Model) -> None:
     p.show("... with the velocity", driven.subs(half).subs(at_stop), 0)
     p.show(
         "... and is left the force -D, as after a slow slip: it waits 2 D/V for the next",
-        sp.diff(driven, t).subs(half).subs(at_stop), -D, "driven_end",
+        sp.diff(driven, t).subs(half).subs(at_stop),
+        -D,
+        "driven_end",
     )
-# fmt: on
 
 
 def _drop(move: Expression) -> Judge:

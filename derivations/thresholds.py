@@ -29,7 +29,6 @@ change, difference = symbol("Delta_theta_star"), {symbol("Delta_mu"): mu_s - mu_
 """Change of theta since the end of the dilation; negative in a contraction."""
 
 
-# fmt: off
 @chapter(
     "Thresholds",
     "the fronts of sliding sliders carry mu_d",
@@ -39,47 +38,69 @@ change, difference = symbol("Delta_theta_star"), {symbol("Delta_mu"): mu_s - mu_
 )
 def derive(p: Proof, model: Model) -> None:
     """Show the forces on the pivot while the chain contracts, and the amplitude that moves it."""
-    uphill = p.show("a dilation drives slider 1 uphill, S =", model.push("first"), -1)
-    downhill = p.show("and slider N downhill, S =", model.push("last"), 1)
+    uphill, downhill = model.push("first"), model.push("last")
     end = p.show(
         "at the end of a dilation sliders i..N have slid downhill, so T_{i-1} =",
-        model.tension(i - 1, 1, downhill), -(N + 1 - i) * slope_margin, "end",
+        model.tension(i - 1, 1, downhill),
+        -(N + 1 - i) * slope_margin,
+        "end",
     )
     pulled = p.show(
         "in the contraction sliders 1..i-2 slide downhill by now, so T_{i-2} =",
-        model.tension(i - 2, 0, -uphill), (i - 2) * slope_margin, "pulled",
+        model.tension(i - 2, 0, -uphill),
+        (i - 2) * slope_margin,
+        "pulled",
     )
     grown = p.show(
         "sliders i-1 and i rest meanwhile, and theta changes by Delta_theta*: T_{i-1} =",
-        end + model.push("first") * l0 * change, -(N + 1 - i) * slope_margin - l0 * change, "grown",
+        end + model.push("first") * l0 * change,
+        -(N + 1 - i) * slope_margin - l0 * change,
+        "grown",
     )
     margin = p.show(
         "slider i-1 starts downhill when F_{i-1} - mu_s c =",
         model.force(i - 1).subs({T(i - 1): grown, T(i - 2): pulled}) - model.threshold(),
-        -l0 * change - N * slope_margin - excess, "margin",
+        -l0 * change - N * slope_margin - excess,
+        "margin",
     )
     threshold = p.show(
         "turns positive; a half-cycle of the amplitude A* changes theta by -2 A*: A* =",
         solved(margin.subs(change, -model.swing), amplitude),
-        (N * slope_margin + excess) / (2 * l0), "threshold",
+        (N * slope_margin + excess) / (2 * l0),
+        "threshold",
     )
     p.show("which does not depend on i", sp.diff(threshold, i), 0)
     slides = margin + model.threshold() + model.friction(1)
     sliding = p.show(
         "for mu_s -> mu_d static friction holds no more than sliding friction: A* =",
-        solved(slides.subs(change, -model.swing), amplitude), N * slope_margin / (2 * l0),
+        solved(slides.subs(change, -model.swing), amplitude),
+        N * slope_margin / (2 * l0),
         "sliding",
     )
-    ratio = p.show("the dropped term beside the kept one", sp.cancel(threshold / sliding - 1),
-                   excess / (N * slope_margin), "ratio")
+    ratio = p.show(
+        "the dropped term beside the kept one",
+        sp.cancel(threshold / sliding - 1),
+        excess / (N * slope_margin),
+        "ratio",
+    )
     captions = {N: 30, mu_d: sp.Rational(1, 2), mu_s: sp.Rational(3, 5), s: c / 4}
-    p.show("... at N = 30, tan(alpha) = 1/4, .5, .6: 1.33 %, above a detuning of 1 %",
-           ratio.subs(captions), sp.Rational(4, 300))
-    p.show("the largest chain that cycles of the amplitude A move, for mu_s -> mu_d: N =",
-           solved(sliding - amplitude, N), 2 * l0 * amplitude / slope_margin, "largest")
-    p.show("... with D", solved(threshold - amplitude, N),
-           (2 * l0 * amplitude - excess) / slope_margin, "largest_exact")
-# fmt: on
+    p.show(
+        "... at N = 30, tan(alpha) = 1/4, .5, .6: 1.33 %, above a detuning of 1 %",
+        ratio.subs(captions),
+        sp.Rational(4, 300),
+    )
+    p.show(
+        "the largest chain that cycles of the amplitude A move, for mu_s -> mu_d: N =",
+        solved(sliding - amplitude, N),
+        2 * l0 * amplitude / slope_margin,
+        "largest",
+    )
+    p.show(
+        "... with D",
+        solved(threshold - amplitude, N),
+        (2 * l0 * amplitude - excess) / slope_margin,
+        "largest_exact",
+    )
 
 
 def _pulls(r: Lines) -> dict[object, object]:

@@ -42,7 +42,6 @@ def forces(model: Model) -> tuple[Expression, Expression]:
     return model.force(1).subs(T(0), model.end(0)), model.force(2).subs(T(2), model.end(1))
 
 
-# fmt: off
 @chapter(
     "Two sliders",
     "0 < tan(alpha) < mu_d <= mu_s",
@@ -52,79 +51,144 @@ def forces(model: Model) -> tuple[Expression, Expression]:
 def derive(p: Proof, model: Model) -> None:
     """Show the order of slips, the plateau's ends, the staircase and its mean."""
     first, last = forces(model)
-    p.show("theta drives slider 1 with", model.push("first"), -1)
-    p.show("... and slider 2 with", model.push("last"), 1)
     mirror = {before: -after, after: -before, here: -here}
-    p.show("the mirror image of a level chain: the force on slider 1 becomes minus that on 2",
-           model.at("first").subs(s, 0).subs(mirror, simultaneous=True),
-           -model.at("last").subs(s, 0), "mirror")
-    p.show("... and friction turns round with the velocity", model.friction(-1),
-           -model.friction(1), "odd")
-    p.argued("so the mean velocity of a level chain is its own negative",
-             "the mirror image of the chain is a chain with the same law of disorder", "level")
+    p.show(
+        "the mirror image of a level chain: the force on slider 1 becomes minus that on 2",
+        model.at("first").subs(s, 0).subs(mirror, simultaneous=True),
+        -model.at("last").subs(s, 0),
+        "mirror",
+    )
+    p.show(
+        "... and friction turns round with the velocity",
+        model.friction(-1),
+        -model.friction(1),
+        "odd",
+    )
+    p.argued(
+        "so the mean velocity of a level chain is its own negative",
+        "the mirror image of the chain is a chain with the same law of disorder",
+        "level",
+    )
 
-    start = p.show("dilation: slider 2 starts downhill, F_2 = mu_s c, at the tension",
-                   solved(last - model.threshold(), T(1)), -static_margin, "start")
-    p.show("slider 1 would start uphill, F_1 = -mu_s c, only 2 s below", start - solved(
-        first + model.threshold(), T(1)), 2 * s)
+    start = p.show(
+        "dilation: slider 2 starts downhill, F_2 = mu_s c, at the tension",
+        solved(last - model.threshold(), T(1)),
+        -static_margin,
+        "start",
+    )
+    p.show(
+        "slider 1 would start uphill, F_1 = -mu_s c, only 2 s below",
+        start - solved(first + model.threshold(), T(1)),
+        2 * s,
+    )
     move = slip.derive(model).end_move
     left = start + move
-    p.show("the slip of slider 2 by 2D leaves slider 1 the margin mu_s c - F_1 =",
-           model.threshold() - first.subs(T(1), left), 2 * slope_margin, "stays")
+    p.show(
+        "the slip of slider 2 by 2D leaves slider 1 the margin mu_s c - F_1 =",
+        model.threshold() - first.subs(T(1), left),
+        2 * slope_margin,
+        "stays",
+    )
     p.show("... and mu_s c + F_1 =", model.threshold() + first.subs(T(1), left), 2 * s + 2 * excess)
     here_2 = solved(last - model.threshold(mu(2)), T(1))
     here_1 = solved(first + model.threshold(mu(1)), T(1))
-    ordering = p.show("different coefficients: slider 2 is first if tan(alpha) exceeds",
-                      solved((here_2 - here_1).subs(s, c * tan), tan), (mu(2) - mu(1)) / 2,
-                      "ordering")
+    ordering = p.show(
+        "different coefficients: slider 2 is first if tan(alpha) exceeds",
+        solved((here_2 - here_1).subs(s, c * tan), tan),
+        (mu(2) - mu(1)) / 2,
+        "ordering",
+    )
     margin = model.threshold(mu(1)) - first.subs(T(1), here_2 + move.subs(mu_s, mu(2)))
-    stability = p.show("... and slider 1 stays after the slip if tan(alpha) is below",
-                       solved(margin.subs(s, c * tan), tan), mu_d + (mu(1) - mu(2)) / 2,
-                       "stability")
+    stability = p.show(
+        "... and slider 1 stays after the slip if tan(alpha) is below",
+        solved(margin.subs(s, c * tan), tan),
+        mu_d + (mu(1) - mu(2)) / 2,
+        "stability",
+    )
 
     def width(edge: Expression) -> Expression:
         return sigma_mu * sp.sqrt(sp.diff(edge, mu(1)) ** 2 + sp.diff(edge, mu(2)) ** 2)
 
-    p.show("independent draws of width sigma_mu: standard deviation of the first",
-           width(ordering), sigma_mu / sp.sqrt(2), "alpha_c_minus")
-    p.show("one standard deviation below the second's mean",
-           stability.subs({mu(1): mu_s, mu(2): mu_s}) - width(stability),
-           mu_d - sigma_mu / sp.sqrt(2), "alpha_c_plus")
+    p.show(
+        "independent draws of width sigma_mu: standard deviation of the first",
+        width(ordering),
+        sigma_mu / sp.sqrt(2),
+        "alpha_c_minus",
+    )
+    p.show(
+        "one standard deviation below the second's mean",
+        stability.subs({mu(1): mu_s, mu(2): mu_s}) - width(stability),
+        mu_d - sigma_mu / sp.sqrt(2),
+        "alpha_c_plus",
+    )
 
     down_1 = solved(first - model.threshold(), T(1))
     rho = r + move / 2
-    p.show("r = x_2 - x_1 - l0, y = l0 theta, T = r - y: slider 2 slips, r -> r + 2D, at y =",
-           r - start, rho + slope_margin, "up")
-    p.show("... and slider 1 slips back, r + 2D -> r, at y =", r + move - down_1,
-           rho - slope_margin, "down")
+    p.show(
+        "r = x_2 - x_1 - l0, y = l0 theta, T = r - y: slider 2 slips, r -> r + 2D, at y =",
+        r - start,
+        rho + slope_margin,
+        "up",
+    )
+    p.show(
+        "... and slider 1 slips back, r + 2D -> r, at y =",
+        r + move - down_1,
+        rho - slope_margin,
+        "down",
+    )
     p.show("either slip moves the centre of mass downhill by D", move / 2, excess, "advance")
     p.proved(
         "staircase: r stays in r_0 + 2D Z, and x_G moves by D whenever y passes rho + m upwards or "
         "rho - m downwards, in turns, for a rho = r + D of these",
-        lambda: not any(line.fault for line in (p.named[x] for x in ("up", "down", "advance",
-                                                                    "stays"))),
+        lambda: (
+            not any(line.fault for line in (p.named[x] for x in ("up", "down", "advance", "stays")))
+        ),
         "induction over the slips: each leads from one r to the next by the lines above, and "
-        "between slips nothing moves", "staircase")
-    reach = p.show("cycles pass it twice iff -L < rho - m and rho + m < L = l0 A: |rho| below",
-                   room - (r - start - rho), room - slope_margin, "reach")
-    p.show("relaxed chain, r_0 = 0, rho = +-D, +-3D, ...: it creeps above A* =",
-           solved(reach - move / 2, amplitude), static_margin / l0, "threshold")
+        "between slips nothing moves",
+        "staircase",
+    )
+    reach = p.show(
+        "cycles pass it twice iff -L < rho - m and rho + m < L = l0 A: |rho| below",
+        room - (r - start - rho),
+        room - slope_margin,
+        "reach",
+    )
+    p.show(
+        "relaxed chain, r_0 = 0, rho = +-D, +-3D, ...: it creeps above A* =",
+        solved(reach - move / 2, amplitude),
+        static_margin / l0,
+        "threshold",
+    )
     at = sp.Symbol("rho", real=True)
-    velocity = p.show("mean over r_0, one rho in 2D, each moves x_G by D a half-cycle: tau_th v =",
-                      sp.integrate(move / 2 / move, (at, -reach, reach)), room - slope_margin,
-                      "velocity")
+    velocity = p.show(
+        "mean over r_0, one rho in 2D, each moves x_G by D a half-cycle: tau_th v =",
+        sp.integrate(move / 2 / move, (at, -reach, reach)),
+        room - slope_margin,
+        "velocity",
+    )
     p.show("towards alpha_c it tends to", sp.limit(velocity, s, mu_d * c), room, "steep")
-    p.show("so a half-cycle that reverses the last moves one slider, on average, by",
-           2 * velocity.subs(amplitude, jump / 2), l0 * jump - 2 * slope_margin)
-    p.show("the paper's least dilation 2a is that between tensions at which both start; the last "
-           "slip goes beyond by up to 2D, D on average, at either end: the mean is",
-           l0 * jump - ((down_1 - move / 2) - (start + move / 2)),
-           l0 * jump - 2 * slope_margin, "half")
-    p.checked("the velocity is that count, for any r_0, and the ceiling formula for r_0 = 0",
-              _staircases, "100 rational chains, every slip followed; r_0 is conserved in all")
-    p.checked("along any path x_G moves by half the truncated variation on average over r_0",
-              _paths, "20 random paths: every slip of one r_0, and the exact integral over rho")
-# fmt: on
+    p.show(
+        "so a half-cycle that reverses the last moves one slider, on average, by",
+        2 * velocity.subs(amplitude, jump / 2),
+        l0 * jump - 2 * slope_margin,
+    )
+    p.show(
+        "the paper's least dilation 2a is that between tensions at which both start; the last "
+        "slip goes beyond by up to 2D, D on average, at either end: the mean is",
+        l0 * jump - ((down_1 - move / 2) - (start + move / 2)),
+        l0 * jump - 2 * slope_margin,
+        "half",
+    )
+    p.checked(
+        "the velocity is that count, for any r_0, and the ceiling formula for r_0 = 0",
+        _staircases,
+        "100 rational chains, every slip followed; r_0 is conserved in all",
+    )
+    p.checked(
+        "along any path x_G moves by half the truncated variation on average over r_0",
+        _paths,
+        "20 random paths: every slip of one r_0, and the exact integral over rho",
+    )
 
 
 def staircase(
@@ -231,11 +295,13 @@ def _steps(r: Lines, *ways: int) -> Judge:
 
     def judge(formula: Formula) -> bool:
         for way in ways:
-            bound = formula.bound({
-                symbol("Delta_x_G"): moving / 2,
-                "Delta_x": lambda index, way=way: moving if index == (3 + way) // 2 else 0,
-                symbol("Delta_theta"): way * jump,
-            })
+            bound = formula.bound(
+                {
+                    symbol("Delta_x_G"): moving / 2,
+                    "Delta_x": lambda index, way=way: moving if index == (3 + way) // 2 else 0,
+                    symbol("Delta_theta"): way * jump,
+                }
+            )
             sides = tuple(sp.sympify(side).subs(moving, exact) for side in bound.sides)
             if not leading({}, jump)(Formula(sides, bound.relations)):
                 return False

@@ -17,7 +17,7 @@ from typer.cli import get_docs_for_click
 from typer.main import get_command
 
 import exactcreep
-from derivations.ledger import CHAPTERS, entries, premises, proof_of
+from derivations.ledger import CHAPTERS, entries, premises, proof_of, value
 from derivations.model import PREMISES
 from exactcreep.cli import COMMANDS, program
 from exactcreep.quasistatic.experiment import DRIVES
@@ -235,6 +235,40 @@ def ledger(_):
     return _table(["statement", "as printed", "proof"], rows, "searchable ledger")
 
 
+def _equation(entry):
+    return f"({entry.number})" if entry.number else entry.place
+
+
+def right(_):
+    """Return the numbered equations that follow from the model as they are printed."""
+    rows = [
+        (_equation(entry), f"${plain_latex(entry.formula)}$", f"[{entry.chapter}](#proof-{entry.chapter})")
+        for entry in entries()
+        if entry.number and entry.verdict in ("exact", "convention")
+    ]
+    return _table(["equation", "as printed, and right", "proof"], rows)
+
+
+def corrected(verdicts):
+    """Return what is printed, what follows, and by how much they differ."""
+    parts = []
+    for entry in entries():
+        if entry.verdict not in verdicts.split("_") or not (entry.corrected or entry.number):
+            continue
+        name = entry.name.replace("_", " ") if entry.label is None else f"`{entry.label}`"
+        parts.append(f"### {name}, {_equation(entry)}")
+        parts.append(f"**As printed:** {_formula(entry.printed)}")
+        if entry.corrected:
+            parts.append(f"**What follows:** {_formula(entry.corrected)}")
+        printed, exact = value(entry), value(entry, corrected=True)
+        if None not in (printed, exact) and printed != exact:
+            parts.append(f"**In numbers:** {printed:.4g} as printed, {exact:.4g} as it follows.")
+        if entry.error:
+            parts.append(f"{entry.error[0].upper()}{entry.error[1:]}.")
+        parts.append(f"[Proof](#proof-{entry.chapter}): {_prose(entry.how.partition(': ')[2])}.")
+    return "\n\n".join(parts)
+
+
 def proofs(_):
     """Return the lines of every derivation."""
     parts = []
@@ -279,6 +313,8 @@ PARTS = {
     "ledger": ledger,
     "proofs": proofs,
     "carried": carried,
+    "right": right,
+    "corrected": corrected,
 }
 
 

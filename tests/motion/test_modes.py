@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from derivations import modes as derived
 from exactcreep.motion.arithmetic import FLOAT64, balls_of, digits_of
 from exactcreep.motion.modes import Ends, RunMotion, modes
 
@@ -128,3 +129,22 @@ def test_balls_are_written_and_read_back_bit_for_bit():
             assert again.rad() == ball.rad()
         power = balls.between(-0.25, 0.25)
         assert balls.from_plain(balls.plain(power)).rad() == power.rad()
+
+
+@pytest.mark.parametrize("ends", ALL_ENDS)
+def test_frequencies_and_vectors_are_those_that_are_derived(ends):
+    [kind] = [
+        kind
+        for kind in derived.KINDS
+        if (kind.left == "free", kind.right == "free") == tuple(ends)
+    ]
+    for p in range(1, 9):
+        table = modes(FLOAT64, p, ends)
+        for column in range(p):
+            angle = kind.angle.subs({derived.p: p, derived.q: column + kind.first})
+            at = {derived.phi: angle, derived.p: p}
+            shape = [float(kind.shape.subs(derived.n, n).subs(at)) for n in range(1, p + 1)]
+            square = p if angle == 0 else float(kind.square.subs(derived.p, p))
+            found = np.array(table.vectors[:, column], dtype=float)
+            assert abs(table.frequencies[column] - 2 * np.sin(float(angle) / 2)) < 1e-15
+            assert abs(found - np.array(shape) / np.sqrt(square)).max() < 1e-14
