@@ -233,8 +233,8 @@ class _Proof:
         norm = _norm(whole / goal)
         inverse = np.asarray(np.linalg.inv(norm), dtype=np.float64)
         d, unsure = (
-            float(np.linalg.norm(norm @ np.array([float(x) for x in way])))
-            for way in (point.moved, point.radii)
+            float(np.linalg.norm(to @ np.array([float(x) for x in way])))
+            for to, way in ((norm, point.moved), (abs(norm), point.radii))
         )
         reach = _ROOM * (2 * d / (1 - goal) + d + 4 * unsure) + _LEAST
         drift = float(np.linalg.norm(first[inner, :inner] @ inverse)) * d / (1 - goal)
@@ -453,19 +453,20 @@ def _contraction(
     rho = _two_norm(to * _part(joint.second, inner) * _part(joint.first, inner) * back)
     if not rho < 1:
         raise Undecided(f"the contraction {float(rho):.4g} is not proved")
-    # the norm of the distance between the states at both halves of a period
+    # how long a vector is at most whose entries are these balls, or lie between these and their
+    # negatives: there no sign may cancel another
     d, returned, unsure = (
-        _length((to * flint.arb_mat(inner, 1, way)).entries())
-        for way in (point.moved, point.returned, point.radii)
+        _length((by * flint.arb_mat(inner, 1, way)).entries())
+        for by, way in ((to, point.moved), (to, point.returned), (_matrix(abs(norm)), point.radii))
     )
     away = (2 * unsure + returned / (1 - rho) + d).upper()
     row = flint.arb_mat(1, inner, [joint.first[inner, k] for k in range(inner)]) * back
     drift = (_length(row.entries()) * d / (1 - rho)).upper()
-    # the cube that was followed holds a ball of radius `reach` of the norm, if the inverse in
-    # floats, with which it was made, is one
-    gap = to * _matrix(inverse) - _matrix(np.eye(inner))
-    defect = sum(map(abs, gap.entries()), flint.arb(0))
-    if inner and not away < reach * (1 - 2 * defect):
+    # the cube that was followed, `spread` times [-1, 1]^inner, holds a ball of radius `reach` of
+    # the norm, but for what the floats that made it lack to be L^-1 reach
+    gap = to * _matrix(inverse * reach) - _matrix(np.eye(inner) * reach)
+    lacking = sum(map(abs, gap.entries()), flint.arb(0))
+    if inner and not away < reach - 2 * lacking:
         raise Undecided("the shapes may leave the set that was followed")
     if not drift + point.load_radius < load:
         raise Undecided("the load may leave the set that was followed")

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 from exactcreep import Cycles, Evidence, Outcome, creep, fate, threshold
+from exactcreep.model.enclosure import Enclosure
+from exactcreep.motion.arithmetic import Undecided
 from exactcreep.studies.fates import proof as fate_proof
 from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.trajectory import rearrangements
@@ -100,6 +102,33 @@ def test_a_bound_of_the_largest_singular_value_holds() -> None:
     matrix = np.random.default_rng(3).normal(size=(4, 4))
     bound = float(fate_proof._two_norm(flint.arb_mat(matrix.tolist())))
     assert np.linalg.norm(matrix, 2) <= bound <= np.linalg.norm(matrix, 2) * 1.001
+
+
+def test_radii_of_a_shape_do_not_cancel_in_the_norm() -> None:
+    """A norm of L = [[1, -1], [0, 1e-6]]: the radii (1, 1) reach as far as 2, not |L r| = 1e-6."""
+    norm = np.array([[1.0, -1.0], [0.0, 1e-6]])
+    still, known, no = flint.arb_mat(3, 3), Enclosure(Fraction(0), Fraction(0)), [flint.arb(0)] * 2
+
+    def judged(reach: float) -> float:
+        passed = fate_proof._Passed(still, still, no, no, [flint.arb(1)] * 2, flint.arb(0), known)
+        inverse = np.linalg.inv(norm)
+        return fate_proof._contraction(passed, passed, norm, inverse, reach, load=1.0)
+
+    for reach in (1e-3, 1.0, 3.9):  # the shape is known to 2, and no better
+        with pytest.raises(Undecided, match="may leave the set"):
+            judged(reach)
+    assert judged(4.1) == 0.0
+
+
+def test_the_set_that_was_followed_is_the_one_that_floats_made() -> None:
+    """What the floats that span it lack to be L^-1 reach narrows the set."""
+    norm = np.array([[1.0, -1.0], [0.0, 1e-6]])
+    still, known, no = flint.arb_mat(3, 3), Enclosure(Fraction(0), Fraction(0)), [flint.arb(0)] * 2
+    passed = fate_proof._Passed(still, still, no, no, [flint.arb(0.05)] * 2, flint.arb(0), known)
+    wide = np.linalg.inv(norm)
+    assert fate_proof._contraction(passed, passed, norm, wide, 1.0, load=1.0) == 0.0
+    with pytest.raises(Undecided, match="may leave the set"):
+        fate_proof._contraction(passed, passed, norm, 0.6 * wide, 1.0, load=1.0)
 
 
 def test_the_lasting_edge_of_three_sliders_is_that_of_the_horizon() -> None:
