@@ -27,6 +27,19 @@ CRITERIA: dict[str, tuple[str, ...]] = {
 _NAMED = {"low": "from", "high": "to"}  # how messages call an argument
 
 
+_STAYS = (
+    "must not be 0: on the level what starts symmetric, as the relaxed chain does, stays where it"
+    " is; the criterion survival has starts that creep one way or the other"
+)
+_LEVEL = {
+    "horizon": _STAYS,
+    "lasting": _STAYS,
+    "intercept": "must not be 0: on the level chains creep one way or the other, and no v(A) is"
+    " left; the criterion survival counts both",
+}
+"""Why a criterion has no meaning for a level chain."""
+
+
 @shows_progress
 def threshold(
     chain: Chain,
@@ -59,8 +72,10 @@ def threshold(
     criterion : str, optional
         ``horizon``: x_G advances by more than 1e-6 in cycle `cycles`, from the relaxed chain.
         ``lasting``: the chain creeps for ever, from there; see `fate`. ``survival``: half of many
-        starts still creep after `cycles` cycles; see `survival`. ``intercept``: the straight part
-        of v(A) meets zero; the only one with disorder. An argument is refused by a criterion that
+        starts still creep after `cycles` cycles; see `survival`. All of them mean creep either way:
+        down the incline, or up it as chains of even N do near ``tan_alpha = 0``; `direction` says
+        which was found. ``intercept``: the straight part of v(A), downhill, meets zero; the only
+        one with disorder. An argument is refused by a criterion that
         it does not name below. Default: ``horizon`` if `cycles` is given; with disorder
         ``intercept``; ``lasting`` up to five sliders and without slips (mu_s = mu_d); else
         ``survival``, since long chains creep chaotically, and for a while only.
@@ -133,7 +148,8 @@ def threshold(
     claim is made between its points.
 
     With ``mu_s = mu_d`` the chain slides with theta and the threshold is N m/(2 l0), exactly. For
-    ``tan_alpha < 0`` the mirror image is meant, and an advance is one uphill along x.
+    ``tan_alpha < 0`` the mirror image is meant. On the level, ``tan_alpha = 0``, a chain that
+    starts symmetric never creeps: ``survival`` alone has an answer.
 
     Examples
     --------
@@ -161,8 +177,8 @@ def threshold(
             if chosen and "cycles" in given:
                 allowed += ", which cycles alone stand for: name the criterion, too"
             raise InputError(_NAMED.get(name, name), value, allowed)
-    if chain.tan_alpha == 0 and chain.n > 1:
-        raise InputError("tan_alpha", 0, "must not be 0: a level chain creeps nowhere")
+    if chain.tan_alpha == 0 and chain.n > 1 and criterion in _LEVEL:
+        raise InputError("tan_alpha", 0, _LEVEL[criterion])
     if abs(chain.tan_alpha) >= chain.mu_s:
         allowed = f"must be less than mu_s = {nearest_float(chain.mu_s)}, or the chain slides"
         raise InputError("tan_alpha", chain.tan_alpha, allowed)

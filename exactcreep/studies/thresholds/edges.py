@@ -140,6 +140,7 @@ def _sliding(asked: Threshold) -> Threshold:
         upper=text_of(below + 1, unit),
         outcome_at_lower=Outcome.CYCLING if moves else Outcome.AT_REST,
         evidence=Evidence.PROVED,
+        direction="downhill",
         stable_digits=asked.digits if asked.criterion == "horizon" else None,
         report={"exact": (below * unit) ** 2 == square},
     )
@@ -209,7 +210,7 @@ class EdgeSearch:
         self._enclosed(refined.edge)
         lower, upper = refined.at_lower, refined.at_upper
         outcome, evidence = lower.outcome, lower.outcome_evidence
-        self._know(outcome_at_lower=outcome, outcome_evidence=evidence)
+        self._know(outcome_at_lower=outcome, outcome_evidence=evidence, direction=upper.direction)
         if windows:
             told = [refined.edge] if refine else []
             told += [self.refined(*edge).edge for edge in edges[1:refine]]

@@ -29,7 +29,7 @@ _REFINED = 4  # bisections for each end of an interval
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class HalfLife(Measured):
-    """The amplitude at which half of the starts still creep at the horizon.
+    """The amplitude at which half of the starts still creep, either way, at the horizon.
 
     Attributes
     ----------
@@ -44,6 +44,8 @@ class HalfLife(Measured):
         Amplitudes at which the share that creeps is below, and above one half, at 95 %.
     shares : dict of float to Share
         Which part still creeps at the horizon, at every amplitude tried.
+    directions : dict of float to dict of str to int
+        How many of these creep ``downhill`` and ``uphill`` (on the level ``+x`` and ``-x``) there.
     reason : str
         Which limit ended the search; "" if it was completed.
 
@@ -61,14 +63,20 @@ class HalfLife(Measured):
     low: float | None
     high: float | None
     shares: dict[float, Share]
+    directions: dict[float, dict[str, int]]
 
     criterion = "survival"
     compare = "no law: this amplitude grows with the horizon"
 
     def summary(self) -> dict[str, Any]:
         """Return everything by names, ready for JSON."""
-        shares = [{"amplitude": a} | share._asdict() for a, share in sorted(self.shares.items())]
-        return super().summary() | {"shares": shares}
+        shares = [
+            {"amplitude": a} | share._asdict() | {"directions": self.directions[a]}
+            for a, share in sorted(self.shares.items())
+        ]
+        summary = super().summary() | {"shares": shares}
+        del summary["directions"]
+        return summary
 
     def dataset(self) -> xr.Dataset:
         """Return the shares along ``amplitude``, and all single values as attributes."""
@@ -91,6 +99,7 @@ class _Tried:
     limits: Limits
     say: Callable[..., None]
     shares: dict[Fraction, Share] = field(default_factory=dict)
+    directions: dict[Fraction, dict[str, int]] = field(default_factory=dict)
 
     def share(self, amplitude: Fraction) -> Share:
         """Return which part still creeps at an amplitude."""
@@ -102,6 +111,8 @@ class _Tried:
             if found.reason:
                 raise OutOfTime(self.limits.reason(Stop.DEADLINE))
             self.shares[amplitude] = found.creeping
+            ways = {way: share.starts for way, share in found.directions.items()}
+            self.directions[amplitude] = ways
             self.say("amplitudes", len(self.shares), 0, "amplitudes")
         return self.shares[amplitude]
 
@@ -207,5 +218,6 @@ def half_life(
         high=ends[2],
         size=exact_number(size, "size"),
         shares={nearest_float(amplitude): share for amplitude, share in tried.shares.items()},
+        directions={nearest_float(a): ways for a, ways in tried.directions.items()},
         reason=reason,
     )

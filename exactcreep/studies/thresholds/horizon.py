@@ -19,7 +19,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.numbers import nearest_float
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
@@ -50,6 +50,7 @@ class Observation(NamedTuple):
     outcome_evidence: Evidence
     change: float = 0.0  # of a tension in the last cycle, the largest
     fate: Fate | None = None
+    direction: str = "none"  # which way it creeps
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class Question:
         stretch = self._followed(simulation, amplitude)
         if stretch.stop is Stop.RUNAWAY:
             return True
-        return self._advance(stretch.recorded["x_G"].tolist()).middle > ADVANCE
+        return abs(_last_advance(stretch).middle) > ADVANCE
 
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
         """Return a solver's answer, and what happened."""
@@ -84,11 +85,12 @@ class Question:
         simulation = algorithm.simulation(self.chain, self.start, 0, record)
         stretch = self._followed(simulation, amplitude)
         evidence = simulation.evidence
-        creeps = stretch.stop is Stop.RUNAWAY
+        creeps, way = stretch.stop is Stop.RUNAWAY, self.chain.tan_alpha
         if not creeps:
-            known = self._advance(stretch.recorded["x_G"].tolist())
-            creeps = known.middle > ADVANCE
-            if abs(known.middle - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
+            known = _last_advance(stretch)
+            way = known.middle
+            creeps = abs(way) > ADVANCE
+            if abs(abs(way) - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
                 evidence = Evidence.UNDECIDED
         log = logged(stretch.recorded)
         tensions = [self.start.tensions, *stretch.recorded["tension"]][-3:]
@@ -99,7 +101,8 @@ class Question:
         room = Fraction(len(log), 2**50)
         returned = all(abs(one.middle) <= one.radius + room for one in changes)
         outcome = _last_outcome(last, evidence, returned=returned)
-        return Observation(creeps, evidence, log, *outcome, change)
+        direction = direction_of(way if creeps else 0, self.chain.tan_alpha)
+        return Observation(creeps, evidence, log, *outcome, change, direction=direction)
 
     def _followed(self, simulation: Simulation, amplitude: Fraction) -> Stretch:
         """Take a simulation through all cycles, or to a runaway.
@@ -125,10 +128,11 @@ class Question:
             raise GivenUp(f"{run}: {stretch.reason}")
         return stretch
 
-    def _advance(self, values: list[Any]) -> Enclosure:
-        """Return by how much x_G moves down the incline in the last cycle."""
-        begin, end = (enclosure(x) for x in ([0, *values][-3], values[-1]))
-        return _difference(end, begin) if self.chain.tan_alpha < 0 else _difference(begin, end)
+
+def _last_advance(stretch: Stretch) -> Enclosure:
+    """Return by how much x_G moves in the last cycle."""
+    values = stretch.recorded["x_G"].tolist()
+    return _difference(*(enclosure(x) for x in ([0, *values][-3], values[-1])))
 
 
 def _difference(a: Enclosure, b: Enclosure) -> Enclosure:

@@ -102,13 +102,16 @@ class Lasting(Question):
                 creeps=found.outcome not in _IDLE,
                 outcome=found.outcome,
                 outcome_evidence=trial.evidence,
+                direction=found.direction,
             )
         drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
         found, log = proved_fate(self.chain, drive, self.start, self.limits)
         if found.outcome is Outcome.LIMIT:
             self.limits.require()
         creeps = found.outcome not in _IDLE
-        return Observation(creeps, found.evidence, log, found.outcome, found.evidence, fate=found)
+        return Observation(
+            creeps, found.evidence, log, found.outcome, found.evidence, 0.0, found, found.direction
+        )
 
 
 def side_by_side(one: Observation, other: Observation) -> tuple[Log, Log]:

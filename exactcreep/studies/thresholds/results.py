@@ -19,7 +19,7 @@ from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
 from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.trajectory import LoggedEvent
 
-_OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "reason"
+_OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "direction", "reason"
 
 
 def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
@@ -115,6 +115,9 @@ class Threshold(Shown):
         that locked, and the first that outlived the cycles. None for one slider.
     evidence : Evidence
         Of what happens at `lower` and at `upper`.
+    direction : str
+        Which way the chain creeps (or advances) at `upper`: ``downhill`` or ``uphill``; ``none`` if
+        that is not known.
     outcome_at_lower : Outcome or None
         `AT_REST` (no event in a whole cycle, hence for ever), `CYCLING` (slips that return
         the chain to the same state); if neither within `cycles`, what it has come to after up to
@@ -162,6 +165,7 @@ class Threshold(Shown):
     lower: str | None = None
     upper: str | None = None
     evidence: Evidence = Evidence.UNDECIDED
+    direction: str = "none"
     outcome_at_lower: Outcome | None = None
     outcome_evidence: Evidence = Evidence.COMPUTED
     stable_digits: int | None = None
@@ -194,7 +198,8 @@ class Threshold(Shown):
         return f"advance in cycle {self.cycles}" if self.criterion == "horizon" else "creep"
 
     def _facts(self) -> dict[str, Any]:
-        names = "lower upper outcome_at_lower evidence criterion digits law_seuil solver reason"
+        names = "lower upper outcome_at_lower evidence direction criterion digits law_seuil"
+        names += " solver reason"
         return {"n": self.chain.n} | {name: getattr(self, name) for name in names.split()}
 
     def summary(self) -> dict[str, Any]:
@@ -204,6 +209,7 @@ class Threshold(Shown):
             "outcome_at_lower": self.outcome_at_lower and self.outcome_at_lower.value,
             "outcome_evidence": self.outcome_evidence.value,
             "evidence": self.evidence.value,
+            "direction": self.direction,
             "deciding_event": self.deciding_event and self.deciding_event.summary(),
         }
         out |= _beside(self.chain, self.compare, self.digits)

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from exactcreep import Chain, Creep, Outcome, State, sweep
+from exactcreep import Chain, Creep, InputError, Outcome, State, sweep
 from exactcreep.model.outcome import direction_of
 from tests.conftest import Command
-from tests.questions import creep, fate, survival
+from tests.questions import creep, fate, half_life, survival, threshold
 
 UPHILL = Chain(4, 1000, "0.5", "0.612", tan_alpha="0.0058"), "0.002701"
 DOWNHILL = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25"), "0.001"
@@ -132,3 +132,36 @@ def test_creep_uphill_that_has_not_settled_is_alive() -> None:
     found = survival(level, "0.002", starts=4, cycles=200)
     assert set(found.directions) == {"downhill"}
     assert found.creeping.starts == 4
+
+
+def test_a_threshold_says_which_creep_begins_there() -> None:
+    chain = Chain(4, 1000, "0.5", "0.612", tan_alpha="0.002")
+    up = threshold(chain, bracket=("0.00126", "0.00128"), digits=3, solver="exact")
+    assert fate(chain, up.upper, solver="exact").direction == up.direction == "uphill"
+    assert up.summary()["direction"] == "uphill"
+    assert "direction='uphill'" in repr(up)
+    down = threshold(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25"), points=50, digits=12)
+    assert down.direction == "downhill"
+    assert down.summary()["fate_at_upper"]["direction"] == "downhill"
+    later = threshold(chain, cycles=100, bracket=("0.00126", "0.00128"), digits=3, solver="exact")
+    run = creep(chain, later.upper, 100, record="x_G")
+    assert run.recorded["x_G"][-1] < run.recorded["x_G"][-3] - 1e-6
+    assert later.direction == "uphill"
+
+
+def test_on_the_level_starts_without_symmetry_have_a_half_life() -> None:
+    level = Chain(6, 1000, "0.5", "0.6", tan_alpha=0)
+    for options in ({}, {"cycles": 20}):
+        with pytest.raises(InputError, match="starts symmetric"):
+            threshold(level, **options)
+    half = half_life(level, 50, starts=16, bracket=("0.0005", "0.002"), digits=1)
+    ways = half.directions[max(half.shares)]
+    assert set(ways) <= {"+x", "-x"}
+    assert sum(ways.values()) == half.shares[max(half.shares)].starts > 0
+
+
+def test_what_starts_symmetric_on_the_level_stays() -> None:
+    """At N = 4 the relaxed chain slips for ever in avalanches, and x_G never moves."""
+    found = creep(Chain(4, 1000, "0.5", "0.6", tan_alpha=0), "0.004", 50)
+    assert found.slip_count > 0
+    assert abs(found.x_G) < 1e-12
