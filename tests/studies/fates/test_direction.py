@@ -135,15 +135,15 @@ def test_creep_uphill_that_has_not_settled_is_alive() -> None:
 
 
 def test_a_threshold_says_which_creep_begins_there() -> None:
-    chain = Chain(4, 1000, "0.5", "0.612", tan_alpha="0.002")
-    up = threshold(chain, bracket=("0.00126", "0.00128"), digits=3, solver="exact")
+    chain = Chain(4, 1000, "0.5", "0.6", tan_alpha="0.015")
+    up = threshold(chain, bracket=("0.00132", "0.00144"), digits=3, solver="exact")
     assert fate(chain, up.upper, solver="exact").direction == up.direction == "uphill"
     assert up.summary()["direction"] == "uphill"
     assert "direction='uphill'" in repr(up)
     down = threshold(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25"), points=50, digits=12)
     assert down.direction == "downhill"
     assert down.summary()["fate_at_upper"]["direction"] == "downhill"
-    later = threshold(chain, cycles=100, bracket=("0.00126", "0.00128"), digits=3, solver="exact")
+    later = threshold(chain, cycles=100, bracket=("0.00132", "0.00144"), digits=3, solver="exact")
     run = creep(chain, later.upper, 100, record="x_G")
     assert run.recorded["x_G"][-1] < run.recorded["x_G"][-3] - 1e-6
     assert later.direction == "uphill"
