@@ -148,6 +148,9 @@ class _Tried:
                 return below, amplitude
             if self.fewer(amplitude):
                 below = amplitude
+        if self.chain.tan_alpha == 0:
+            allowed = "must not be 0: on the level no more than half creep anywhere in the scan"
+            raise InputError("tan_alpha", 0, allowed)
         allowed = "must be higher: at no point of the scan do clearly more than half creep"
         raise InputError("to", nearest_float(high), allowed)
 
