@@ -65,7 +65,6 @@ SOLVERS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("verlet", {}),
     ("verlet", {"locate": True}),
     ("sliding", {}),
-    ("auto", {}),
 )
 """Every solver, with the options under which it is recorded."""
 SLOW = {"mpmath", "certified"}
@@ -211,7 +210,7 @@ def scenes(quick: bool) -> Iterator[Field]:
             events = most // 8 if solver in SLOW else most if solver == "reference" else 40 * most
             told = options | ({} if solver == "sliding" else {"max_events": events})
             whole = RECORDS[:4] if solver == "sliding" else RECORDS
-            for record in (whole, ("x_G",)) if solver == "auto" else (whole,):
+            for record in (whole,):
                 yield from attempt(
                     f"scenes/{name}/{number}/{labelled(solver, options)}/{len(record)}",
                     lambda made=made, solver=solver, told=told, record=record: of_creep(

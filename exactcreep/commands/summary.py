@@ -132,11 +132,10 @@ def _print_one(result: Creep, descent: Descent | None) -> None:
     ties = f", {result.undecided} comparisons by the model's rules" if result.undecided else ""
     course = f": {result.course}" if result.course else ""
     rows.append(("evidence", result.evidence.value + ties + course))
-    if "chosen" in result.report:
-        from exactcreep.solvers.auto import accuracy_told
+    if "accuracy" in result.report:
+        from exactcreep.quasistatic.creep import accuracy_reached
 
-        rows.append(("solver chosen", f"{result.report['chosen']}: {result.report['reason']}"))
-        rows.append(("accuracy", accuracy_told(result.report)))
+        rows.append(("accuracy", accuracy_reached(result.report)))
     target = "half-cycles" if result.drive.cyclic else "targets"
     told = f"{result.half_cycles} {target}, {result.rearrangements} rearrangements"
     rows.append(("counts", f"{told}, {result.event_count} events, {result.slip_count} slips"))

@@ -95,7 +95,7 @@ def find_avalanche(
     for half_cycle in range(1, experiment.drive.half_cycles + 1):
         left = limits.after(simulation.tally.events)
         stretch = advance(simulation, experiment.drive, half_cycle, left, done=half_cycle - 1)
-        numbers = np.asarray(stretch.recorded.get("event_rearrangement", ()))
+        numbers = np.asarray(stretch.whole.get("event_rearrangement", ()))
         if number in numbers or stretch.stop is not Stop.DONE:
             break
         state = simulation.state()
@@ -107,7 +107,7 @@ def find_avalanche(
         raise InputError("rearrangement", number, reason)
     itinerary = tuple(
         event.signature
-        for row, event in logged_events(stretch.recorded)
+        for row, event in logged_events(stretch.whole)
         if row.rearrangement == number
     )
     motions = _rearrangements(experiment, state, half_cycle)

@@ -1,9 +1,9 @@
 """The quasi-static loop: take the chain from target to target, the same for every solver.
 
 Between two targets theta ramps; a solver's `Simulation.follow` knows how to do that for a block of
-targets. The loop chooses the blocks so that it can show progress, notice Ctrl-C, respect limits
-and write checkpoints several times a second, without slowing a chain that needs a microsecond per
-half-cycle. Where blocks begin and end changes no bit of the result.
+targets. A block ends where an observer of the run wants to look, and after a tenth of a second, to
+show progress, notice Ctrl-C, respect limits and write checkpoints. Where blocks begin and end
+changes no bit of the result.
 """
 
 from __future__ import annotations
@@ -19,22 +19,23 @@ from typing import Any
 
 from exactcreep import interrupts
 from exactcreep.display import shows_progress
-from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
+from exactcreep.limits import MEMORY, NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.enclosure import enclosure
-from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.numbers import InputError, Number, nearest_float
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, Progress, RecentPace
 from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.measurement import Measurement
 from exactcreep.quasistatic.result import Creep
-from exactcreep.solvers.auto import accuracy_told
-from exactcreep.solvers.solver import Stretch, advance
+from exactcreep.quasistatic.run import ObservedRun
+from exactcreep.solvers.solver import Simulation
 from exactcreep.solvers.warm_up import compiled
 
+_PAUSE = 0.1  # seconds between two looks at a run
+_MOST_NUMBERS = 1 << 21  # of a column, recorded at once
 PHYSICS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",
     "theta_beyond_one": "|theta| reached 1, where a spring of the model has no length left",
@@ -56,13 +57,13 @@ class PhysicsWarning(UserWarning):
 
 
 class AccuracyWarning(UserWarning):
-    """A run of the solver auto is not known to be as accurate as was asked for.
+    """The velocity of a run is not known as accurately as was asked for.
 
     >>> import warnings
     >>> from exactcreep import Chain, Cycles, creep
     >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
     >>> with warnings.catch_warnings(record=True, action="always") as caught:
-    ...     run = creep(chain, Cycles("0.002", 20), solver="auto", accuracy=1e-3)
+    ...     run = creep(chain, Cycles("0.002", 20), accuracy=1e-3)
     >>> caught[0].category.__name__
     'AccuracyWarning'
     """
@@ -98,6 +99,7 @@ def creep(
     record: Sequence[str] = ("x_G",),
     burn_in: int | None = None,
     twin: bool = False,
+    accuracy: Number | None = None,
     progress: Hearer = None,
     max_events: int | None = None,
     max_seconds: float | None = None,
@@ -129,8 +131,14 @@ def creep(
         Targets left out of the mean velocity; made even for Cycles. Default: none of a Path or a
         TemperatureRecord, a tenth, at least 2, of other drives.
     twin : bool
-        Whether a twin of the chain (of the solver `exact`), whose start is a few roundings off, is
-        followed until it has parted, and not for some thousand events only: `trusted_half_cycles`.
+        Whether a perturbed copy of the chain (of the solver `exact`), whose start is a few
+        roundings off, is followed until it has parted, and not for 16,384 events only:
+        `trusted_half_cycles`.
+    accuracy : number, optional
+        The run ends as soon as the mean velocity is known to this relative error, at 95 %; the
+        drive's `cycles` or `steps` are then the most. It is looked at after 128 targets, and then
+        after 1.5 times as many each time; an `AccuracyWarning`, and ``report["relative_error"]``,
+        say what was reached.
     progress : bool or callable, optional
         A callable is called with a `Progress` about ten times a second. Default: a bar on terminals
         and in notebooks, once the run has taken a second; True: elsewhere too, in lines.
@@ -163,8 +171,7 @@ def creep(
           one again; for other drives, no event after the burn-in;
         - ``CREEPING``: every slider has moved, all of them the same way: between two ends of cycles
           with the same tensions (without disorder they go on like this; 1000 cycles are looked back
-          to, by `verlet` and `sliding` 64), else over all half-cycles after the burn-in, by two
-          standard errors at least;
+          to), else over all half-cycles after the burn-in, by two standard errors at least;
         - ``CYCLING``: sliders slip, but the chain does not advance in this sense. The evidence is
           `UNDECIDED` where the drift is below two standard errors (`reason` holds its bound), or,
           without disorder, where the tensions have not returned either.
@@ -208,6 +215,7 @@ def creep(
         record=record,
         burn_in=burn_in,
         twin=twin,
+        accuracy=accuracy,
         options=options,
     )
     limits = Limits.of(max_events, max_seconds, max_bytes, memory)
@@ -277,36 +285,26 @@ def run_members(
         After Ctrl-C, with the results so far.
     """
     results: list[Creep] = []
-    captured: Sequence[Mapping[str, Any] | None] = [None] * len(experiments)
     if checkpoint is not None:
         checkpoint.begin(experiments)
-        captured = checkpoint.captured
-
-    def save(run: Measurement, index: int) -> None:
-        if checkpoint is not None and checkpoint.due():
-            checkpoint.captured[index] = run.capture()
-            checkpoint.write()
-
-    def show(run: Measurement, index: int, pace: RecentPace, phase: str) -> None:
-        if callable(progress):
-            progress(_progress(run, pace, index + 1, len(experiments), phase))
-
     with interrupts.deferred() as interrupted:
         limits = replace(limits.begun(), interrupted=interrupted)
         for index, experiment in enumerate(experiments):
-            if index and captured[index] is None and limits.passed():
+            begun = checkpoint is not None and index in checkpoint.begun
+            if index and not begun and limits.passed():
                 break
             begin = time.perf_counter()
-            run = Measurement(experiment, captured[index], limits.memory)
-            shown = partial(show, run, index, RecentPace())
+            run = ObservedRun(experiment, limits.memory)
+            if checkpoint is not None:
+                checkpoint.restore(index, run)
+            watch = partial(
+                _watch, run, index, len(experiments), progress, checkpoint, RecentPace()
+            )
             if not run.ended:
-                save(run, index)
-                compiling = _warm_up(experiment, limits, partial(shown, "compiling"))
+                compiling = _warm_up(experiment, limits, partial(watch, "compiling"))
                 limits = limits.later(compiling if index else time.perf_counter() - begin)
-                watchers = partial(shown, "running"), partial(save, run, index)
-                _advance(run, limits, begin + compiling, watchers)
-                if checkpoint is not None:
-                    checkpoint.captured[index] = run.capture()
+                pause = _PAUSE if checkpoint is None else min(_PAUSE, checkpoint.every)
+                _advance(run, limits, begin + compiling, watch, pause)
             results.append(run.result())
             _warn(results[-1])
             if interrupted():
@@ -318,15 +316,28 @@ def run_members(
     return results
 
 
+def _watch(
+    run: ObservedRun, index: int, members: int, progress: Hearer, checkpoint: Checkpoint | None,
+    pace: RecentPace, phase: str = "running",
+) -> None:  # fmt: skip
+    """Show how far a run has come, and save it if that is due."""
+    if callable(progress):
+        progress(_progress(run, pace, index + 1, members, phase))
+    if checkpoint is not None and phase == "running":
+        checkpoint.take(index, run)
+        if checkpoint.due():
+            checkpoint.write()
+
+
 def _progress(
-    run: Measurement, pace: RecentPace, member: int, members: int, phase: str
+    run: ObservedRun, pace: RecentPace, member: int, members: int, phase: str
 ) -> Progress:
     """Return how far a run has come, also on its way to the next target."""
     drive, seed = run.experiment.drive, run.experiment.seed
     theta, part = run.experiment.theta, 0.0
     if run.done:
         theta = float(drive.targets(run.done, 1, seed)[0])
-    if not run.ended:
+    if run.done < run.total:
         before, theta = theta, nearest_float(enclosure(run.simulation.state().theta).middle)
         way = float(drive.targets(run.done + 1, 1, seed)[0]) - before
         part = min(max((theta - before) / way, 0.0), 1.0) if way else 0.0
@@ -349,39 +360,60 @@ def _warn(result: Creep) -> None:
     for name, count in result.warnings.items():
         warnings.warn(f"{PHYSICS[name]} ({count} times)", PhysicsWarning, stacklevel=5)
     if result.report.get("accuracy_reached") is False:
-        warnings.warn(accuracy_told(result.report), AccuracyWarning, stacklevel=5)
+        warnings.warn(accuracy_reached(result.report), AccuracyWarning, stacklevel=5)
 
 
 def _advance(
-    run: Measurement, limits: Limits, begin: float, watchers: Sequence[Callable[[], None]]
+    run: ObservedRun, limits: Limits, begin: float, watch: Callable[[], None], pause: float
 ) -> None:
-    """Go on until the run ends or a limit is reached; call the `watchers` ten times a second."""
+    """Go on until the run ends or a limit is reached; `watch` after each pause, and at the end."""
     run.outcome, run.reason = None, ""
-    simulation, before = run.simulation, run.seconds
-    reached_with = simulation.tally.events  # when the last target was reached
-
-    def take(stretch: Stretch) -> str:
-        """Take over a stretch and return why the run cannot go on; "" if it can."""
-        nonlocal reached_with
+    simulation, drive, before = run.simulation, run.experiment.drive, run.seconds
+    longest = max(_MOST_NUMBERS // run.experiment.chain.n, 1)  # targets at once
+    reached_with = events = simulation.tally.events  # when the last target was reached
+    watched = time.perf_counter()
+    while run.outcome is None and not run.ended:
+        left = limits.after(events)
+        why = run.recorder.failed
+        if limits.bytes is not None and run.recorder.bytes > limits.bytes:
+            why = limits.full
+        if not why and (early := left.stop(0)) is not None:
+            why = left.reason(early)
+        if not why and limits.events is None:
+            why = _endless(run.experiment.chain, events - reached_with)
+        if why:
+            run.outcome, run.reason = Outcome.LIMIT, why
+            break
+        left = replace(left, pause=watched + pause)
+        # what may be full at any time is looked at often
+        most = longest if limits.bytes is None else min(2 + run.done, longest)
+        stretch = simulation.follow(drive, run.done + 1, min(run.next - run.done, most), left)
         run.take(stretch)
-        run.seconds = before + time.perf_counter() - begin
-        for watcher in watchers:
-            watcher()
         events = simulation.tally.events
         if stretch.completed:
             reached_with = events
-        if limits.bytes is not None and run.store.bytes > limits.bytes:
-            return limits.full
-        if run.unwritten or limits.events is not None:
-            return run.unwritten
-        return _endless(run.experiment.chain, events - reached_with)
+        now = time.perf_counter()
+        run.seconds = before + now - begin
+        if now >= watched + pause:
+            _rest(run, simulation, left)
+            watched = now
+            watch()
+    watch()
 
-    while not run.ended and run.outcome is None:
-        left = limits.after(simulation.tally.events)
-        drive = run.experiment.drive
-        stretch = advance(simulation, drive, run.next, left, done=run.done, take=take)
-        if (run.unwritten or stretch.stop is not Stop.DONE) and not run.ended:
-            run.outcome, run.reason = Outcome.LIMIT, run.unwritten or stretch.reason
+
+def _rest(run: ObservedRun, simulation: Simulation, limits: Limits) -> None:
+    """Let a rearrangement under way end, if it does so soon: a snapshot is taken at rest."""
+    if run.recorder.unsaved is not None and run.outcome is None:
+        soon = replace(limits, pause=time.perf_counter() + _PAUSE)
+        run.recorder.add(simulation.come_to_rest(soon))
+
+
+def accuracy_reached(report: Mapping[str, Any]) -> str:
+    """Return the sentence that says whether a velocity is as accurate as was asked for."""
+    known, wanted = report["relative_error"], f"{report['accuracy']:.2g}"
+    reached = "is not known" if math.isnan(known) else f"is {known:.2g}"
+    far = f", within {wanted}" if report["accuracy_reached"] else f", not {wanted}: run more cycles"
+    return f"the velocity's relative error at 95 % {reached}{far}"
 
 
 def _endless(chain: Chain, events: int) -> str:

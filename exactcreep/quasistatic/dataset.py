@@ -130,6 +130,7 @@ def _attributes(result: Creep) -> dict[str, Any]:
         "record": " ".join(experiment.record),
         "burn_in_asked": "default" if experiment.burn_in is None else str(experiment.burn_in),
         "twin": int(experiment.twin),
+        "accuracy": experiment.accuracy,
         "start": "relaxed" if experiment.start is None else "given",
         "start_theta": ratio_text(enclosure(experiment.initial.theta).middle),
         "outcome": result.outcome.value,
@@ -232,6 +233,7 @@ def _experiment(data: xr.Dataset) -> Experiment:
         burn_in=None if about["burn_in_asked"] == "default" else about["burn_in_asked"],
         options=options,
         twin=bool(about["twin"]),
+        accuracy=float(about["accuracy"]) if "accuracy" in about else None,
     )
 
 

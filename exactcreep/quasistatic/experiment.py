@@ -15,7 +15,7 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
 from exactcreep.model.enclosure import enclosure
-from exactcreep.model.numbers import InputError, nearest_float, whole_number
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.solvers.registry import solver_named
@@ -42,7 +42,7 @@ class Experiment:
 
     Attributes
     ----------
-    chain, drive, seed, solver, start, record, burn_in, twin
+    chain, drive, seed, solver, start, record, burn_in, twin, accuracy
         The parameters of `exactcreep.creep`.
     options : mapping
         The solver's own options, as given.
@@ -64,6 +64,7 @@ class Experiment:
     record: tuple[str, ...]
     burn_in: int | None
     twin: bool = False
+    accuracy: float | None = None
 
     @classmethod
     def of(
@@ -77,6 +78,7 @@ class Experiment:
         record: Sequence[str] = ("x_G",),
         burn_in: int | None = None,
         twin: bool = False,
+        accuracy: Any = None,
         options: Mapping[str, Any] | None = None,
     ) -> Experiment:
         """Return the experiment with these parameters; see `exactcreep.creep`.
@@ -114,6 +116,7 @@ class Experiment:
             record=_valid_record(record),
             burn_in=burn_in,
             twin=bool(twin),
+            accuracy=_valid_accuracy(accuracy, drive),
         )
         for field, theta in (("drive", experiment.widest), ("start.theta", experiment.theta)):
             if math.isinf(theta) or math.isinf(nearest_float(2 * chain.l0 * Fraction(theta))):
@@ -175,6 +178,7 @@ class Experiment:
             "record": list(self.record),
             "burn_in": self.burn_in,
             "twin": self.twin,
+            "accuracy": self.accuracy,
         }
 
     @classmethod
@@ -190,6 +194,18 @@ class Experiment:
                 "start": None if start is None else State(**start),
             }
         )
+
+
+def _valid_accuracy(accuracy: Any, drive: Drive) -> float | None:
+    if accuracy is None:
+        return None
+    value = exact_number(accuracy, "accuracy")
+    if not 0 < value < 1:
+        raise InputError("accuracy", accuracy, "must lie between 0 and 1, e.g. 0.01")
+    if isinstance(drive, Listed):
+        allowed = "is of a drive that goes on as long as it takes: Cycles or GaussianSteps"
+        raise InputError("accuracy", accuracy, allowed)
+    return nearest_float(value)
 
 
 def _valid_record(record: Any) -> tuple[str, ...]:

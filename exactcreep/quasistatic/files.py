@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import importlib
+import io
 import itertools
 import os
 import re
 import secrets
-from collections.abc import Iterable
+import tempfile
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -202,3 +204,36 @@ def _create(part: Path, target: Path) -> None:
         os.replace(part, target)
     else:
         part.unlink()
+
+
+class ScratchFile(io.FileIO):
+    """A file without a name for a library that must never see a disk fill up.
+
+    Once writing has failed, nothing more is written, and `failed` holds the error.
+    """
+
+    def __init__(self) -> None:
+        with tempfile.TemporaryFile(buffering=0) as file:
+            super().__init__(os.dup(file.fileno()), "r+")
+        self.failed: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        """Write all of `data`, unless an error has come before."""
+        rest = memoryview(data).cast("B")
+        length = len(rest)
+        try:
+            while len(rest) and self.failed is None:
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.failed = error
+        self.seek(len(rest), io.SEEK_CUR)
+        return length
+
+    def pieces(self) -> Iterator[bytes]:
+        """Yield what was written, piece by piece."""
+        self.seek(0)
+        while piece := self.read(2**20):
+            yield piece
+
+    def __del__(self) -> None:
+        self.close()  # without Python's warning of a file that was left open

@@ -9,7 +9,7 @@ import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from exactcreep.quasistatic.store import ScratchFile
+from exactcreep.quasistatic.files import ScratchFile
 
 
 def parquet(frames: Iterator[pd.DataFrame]) -> Iterator[bytes]:

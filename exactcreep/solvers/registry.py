@@ -13,7 +13,6 @@ from exactcreep.model.contacts import Event
 from exactcreep.model.disorder import valid_seed
 from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.state import State
-from exactcreep.solvers.auto import Auto
 from exactcreep.solvers.exact.solver import Exact
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.field.reference import Mpmath, Reference
@@ -28,7 +27,6 @@ SOLVERS: dict[str, type[Solver]] = {
     Certified.name: Certified,
     Sliding.name: Sliding,
     Verlet.name: Verlet,
-    Auto.name: Auto,
 }
 """Every solver class by its name."""
 
@@ -41,6 +39,9 @@ def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     InputError
         If there is no such solver, or it does not take one of the options.
     """
+    if name == "auto":
+        chosen = "is gone: exactcreep plan names the solver that suffices, and accuracy = X lets a"
+        raise InputError("solver", name, f"{chosen} run go on until its velocity is known so well")
     if not isinstance(name, str) or name not in SOLVERS:
         raise InputError("solver", name, "must be one of " + ", ".join(SOLVERS))
     algorithm = SOLVERS[name]
@@ -98,8 +99,8 @@ def rearrange(
     solver : str
         ``exact`` (float64, compiled), ``certified`` (balls: proved; options `digits`,
         `most_digits`), ``mpmath`` (option `digits`), ``reference`` (float64, readable) or
-        ``verlet`` (fixed steps; options `dt`, `locate`). ``auto`` takes the cheapest that
-        suffices for its option `accuracy`. ``sliding`` has no inertia, hence no rearrangements.
+        ``verlet`` (fixed steps; options `dt`, `locate`). ``sliding`` has no inertia, hence no
+        rearrangements.
     max_events : int
         Give up after so many events, at least 1; a few more if they are simultaneous.
     max_seconds : number, optional

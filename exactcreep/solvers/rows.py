@@ -7,7 +7,7 @@ say. Every slip goes one way: friction takes ``mu_d cos(alpha)`` times its lengt
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -115,25 +115,3 @@ class Avalanche:
             dissipation=arithmetic.times_cosine(chain, chain.mu_d) * self.path,
             undecided=undecided - self.undecided,
         )
-
-    def captured(self, plain: Callable[[Any], Any]) -> dict[str, Any]:
-        """Return this as plain data; `plain` makes them of the numbers of its arithmetic."""
-        kept = dict(vars(self))
-        for name in _NUMBERS:
-            kept[name] = plain(kept[name])
-        kept["sliders"] = sorted(self.sliders)
-        kept["under_way"] = [[n, *map(plain, slip)] for n, slip in self.under_way.items()]
-        return kept
-
-    @classmethod
-    def restored(cls, captured: Mapping[str, Any], number: Callable[[Any], Any]) -> Avalanche:
-        """Return what `captured` described."""
-        kept = dict(captured)
-        for name in _NUMBERS:
-            kept[name] = number(kept[name])
-        kept["sliders"] = set(kept["sliders"])
-        kept["under_way"] = {n: (number(a), number(b)) for n, a, b in kept["under_way"]}
-        return cls(**kept)
-
-
-_NUMBERS = ("theta", "tensions", "moved", "time", "path", "largest")

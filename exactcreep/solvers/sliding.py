@@ -26,7 +26,7 @@ gravity gives, and one holds it wherever it is: there is no limit.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple
 
@@ -39,12 +39,21 @@ from exactcreep.laws import pivots, prediction
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
-from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.model.numbers import InputError, exact_number, nearest_float, ratio_of
 from exactcreep.model.outcome import Evidence
 from exactcreep.model.state import State
 from exactcreep.motion.cosine_field import CosineField, Quadratic
 from exactcreep.solvers.relaxation import relaxed
-from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Start, Stretch, Tally
+from exactcreep.solvers.solver import (
+    Rearrangement,
+    Simulation,
+    Solver,
+    Start,
+    Stretch,
+    Tally,
+    require,
+    same_kind,
+)
 from exactcreep.solvers.tables import TargetRows
 
 _PAUSE = 10**7  # sliders times half-cycles between two looks at a clock: some ten milliseconds
@@ -301,36 +310,56 @@ class SlidingSimulation(Simulation):
             theta=self._theta,
         )
 
-    def capture(self) -> dict[str, Any]:
-        captured: dict[str, Any] = {
-            "way": self._way, "theta": _written(self._theta), "relaxed": self._relaxed,
-            "amplitude": None if self._amplitude is None else str(self._amplitude),
-            "coefficients": self._start.coefficients, "draws": self._start.draws,
-            "tally": dict(vars(self.tally)),
-        }  # fmt: skip
-        if not self._lost:
-            for name, values in self._chain._asdict().items():
-                plain = [_written(value) for value in values.tolist()]
-                captured[name] = values.copy() if values.dtype != object else np.array(plain)
-        return captured
+    @property
+    def at_rest(self) -> bool:
+        """Always: between two calls it stands at a target."""
+        return not self._lost
 
-    def restore(self, captured: Mapping[str, Any]) -> None:
-        self._way = int(captured["way"])
-        self._theta = self._read(captured["theta"])
-        self._relaxed = bool(captured["relaxed"])
-        amplitude = captured["amplitude"]
-        self._amplitude = None if amplitude is None else Fraction(amplitude)
-        coefficients, draws = np.array(captured["coefficients"]), np.array(captured["draws"])
-        self._start = replace(self._start, coefficients=coefficients, draws=draws)
-        self.tally = Tally(**captured["tally"])
-        if not self._lost:
-            for name, values in self._chain._asdict().items():
-                values[:] = [self._read(value) for value in np.asarray(captured[name]).tolist()]
+    def snapshot(self) -> dict[str, Any]:
+        amplitude = self._amplitude
+        return {
+            "way": self._way,
+            "theta": _written(self._theta),
+            "amplitude": "" if amplitude is None else str(amplitude),
+            "tally": dict(vars(self.tally)),
+        } | {
+            name: np.array([_written(value) for value in values.tolist()], dtype=object)
+            if values.dtype == object else values.copy()
+            for name, values in self._chain._asdict().items()
+        }  # fmt: skip
+
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        like = self.snapshot() | {"theta": snapshot.get("theta")}
+        taken = same_kind(like, snapshot)
+        require(taken["way"] in (-1, 0, 1), "it goes no way")
+        counts = [*taken["tally"].values(), *taken["slips"].tolist()]
+        require(all(0 <= count < 2**60 for count in counts), "a count is out of range")
+        require(bool(np.isin(taken["sliding"], (0, 1)).all()), "a slider neither slides nor rests")
+        begun = self._chain
+        before = begun.extension - np.diff(begun.x)
+        self._way, self._theta = taken["way"], self._read(taken["theta"])
+        self._amplitude = Fraction(taken["amplitude"]) if taken["amplitude"] else None
+        self.tally = Tally(**taken["tally"])
+        for name, values in self._chain._asdict().items():
+            values[:] = [self._read(value) for value in taken[name].tolist()]
+            finite = values.dtype != np.float64 or np.isfinite(values).all()
+            require(bool(finite), "a number is not finite")
+        _, _, starts, stops = self._chain.totals.tolist()
+        counted = self.tally.slips == starts and self.tally.events == starts + stops
+        require(counted and self.tally.rearrangements == 0, "slips are not counted so")
+        place, now = self._place(self._theta), self._chain
+        tensions, low, high = now.extension - place, *self._ways.bounds
+        close = 0 if self.exact else 2.0**-36 * (1 + abs(place) + max(abs(now.x), default=0))
+        held = (tensions >= low - close).all() and (tensions <= high + close).all()
+        whole = (abs(now.extension - np.diff(now.x + now.carry) - before) <= close).all()
+        require(bool(held and whole), "tensions and displacements do not belong together")
 
     def _read(self, written: Any) -> Any:
         if not isinstance(written, str):
+            require(not self.exact or isinstance(written, int), "a number is not exact")
             return written
-        rational, *multiple = map(Fraction, written.split(" "))
+        require(self.exact, "a number is of another arithmetic")
+        rational, *multiple = map(ratio_of, written.split(" "))
         field = CosineField(self.chain.tan_alpha)
         return field.number(rational, *multiple) if multiple else rational
 

@@ -6,7 +6,7 @@ import math
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
 from typing import Any, ClassVar, NamedTuple
@@ -31,7 +31,7 @@ MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
 _STRETCH_SECONDS = 0.1  # of an advance that somebody watches
-_LONGEST_STRETCH = 1 << 18  # targets; bounds the memory of a stretch
+_LONGEST_STRETCH = 1 << 21  # numbers at targets; bounds the memory of a stretch
 
 
 class Energy(NamedTuple):
@@ -272,6 +272,13 @@ class Tally:
     """Rearrangements of so many events that float64 does not promise 1e-12 (of `exact`)."""
 
 
+class Ending(NamedTuple):
+    """Why a simulation came back; `reason` is a sentence, unless every target was reached."""
+
+    stop: Stop
+    reason: str = ""
+
+
 @lists_columns(*TABLES)
 @dataclass(frozen=True, eq=False)
 class Stretch:
@@ -289,12 +296,24 @@ class Stretch:
         Why it ended.
     reason : str
         Unless every target was reached: one sentence.
+    begun : mapping of str to ndarray
+        Rows of tables since the last target, of a solver that may have to write them anew: the
+        next stretch brings them again.
+    doubts : ndarray of int64 or None
+        At each target: how much of the way so far is undecided; None if that is not known.
     """
 
     completed: int
     recorded: Mapping[str, NDArray[Any]]
     stop: Stop = Stop.DONE
     reason: str = ""
+    begun: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    doubts: NDArray[np.int64] | None = None
+
+    @property
+    def whole(self) -> Mapping[str, NDArray[Any]]:
+        """What was recorded, with what has begun since the last target."""
+        return joined([self.recorded, self.begun])
 
 
 class Simulation(ABC):
@@ -315,15 +334,33 @@ class Simulation(ABC):
     def state(self) -> State:
         """Return the present state (between two events if `follow` returned early)."""
 
+    @property
     @abstractmethod
-    def capture(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit: arrays, numbers and strings by name."""
+    def at_rest(self) -> bool:
+        """Whether a snapshot can be taken now: between rearrangements, or at a target."""
 
     @abstractmethod
-    def restore(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `capture` returned (for the same chain, seed and solver)."""
+    def snapshot(self) -> dict[str, Any]:
+        """Return how far the chain is, at rest: plain numbers and arrays by name.
 
-    def twin(self) -> Simulation | None:
+        The state as the solver knows it, theta, and counts; nothing of what is recorded.
+        """
+
+    @abstractmethod
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        """Go on from a snapshot of a simulation with the same start, seed and records.
+
+        Raises
+        ------
+        ValueError
+            If its shapes, ranges or counts cannot be those of such a simulation.
+        """
+
+    def come_to_rest(self, limits: Limits) -> Mapping[str, NDArray[Any]]:
+        """Let the rearrangement under way end, if the limits allow it; return what is logged."""
+        return {}
+
+    def perturbed(self) -> Simulation | None:
         """Return a simulation whose start is a few roundings off, to be taken the same way.
 
         None if rounding does not matter to this one, or nobody knows how it does.
@@ -338,6 +375,31 @@ class Simulation(ABC):
     def report(self) -> dict[str, Any]:
         """Return what only this solver knows: precision, enclosure radii, work counts."""
         return {}
+
+
+def require(holds: bool, otherwise: str) -> None:
+    """Raise `ValueError` with a sentence unless something holds of a snapshot."""
+    if not holds:
+        raise ValueError(otherwise)
+
+
+def same_kind(like: Any, given: Any, name: str = "it") -> Any:
+    """Return `given` if its names, types and shapes are those of `like`, else raise `ValueError`.
+
+    An array of `like` without rows stands for any number of them.
+    """
+    if isinstance(like, Mapping):
+        require(isinstance(given, Mapping) and like.keys() == given.keys(), f"{name} lacks a name")
+        for key, value in like.items():
+            same_kind(value, given[key], key)
+    elif isinstance(like, np.ndarray):
+        fits = isinstance(given, np.ndarray) and given.dtype == like.dtype
+        free = like.shape[:1] == (0,) and fits and given.ndim == like.ndim
+        alike = free and given.shape[1:] == like.shape[1:]
+        require(fits and (given.shape == like.shape or alike), f"{name} has another shape")
+    else:
+        require(type(given) is type(like), f"{name} is of another kind")
+    return given
 
 
 @dataclass(frozen=True, eq=False)
@@ -361,6 +423,8 @@ class Solver(ABC):
     """One line for humans."""
     needs_slips: ClassVar[bool] = True
     """Whether it refuses a chain that slides with theta, which only `sliding` follows."""
+    perturbs: ClassVar[bool] = False
+    """Whether its simulations know what a few roundings make of them; `Simulation.perturbed`."""
     records: ClassVar[tuple[str, ...]] = RECORDS
     no_more: ClassVar[str] = ""
     """What its simulations can record, and why no more."""
@@ -465,26 +529,25 @@ def advance(
     """
     start, before = done, simulation.tally.events
     parts: list[Mapping[str, NDArray[Any]]] = []
+    begun: Mapping[str, NDArray[Any]] = {}
     held = 0  # bytes
     watched = take is not None or limits.bytes is not None
-    targets = 2 if watched else 1024  # of the next stretch
-    stop, reason = Stop.DONE, ""
+    longest = max(_LONGEST_STRETCH // simulation.state().n, 1)
+    ended = Ending(Stop.DONE)
     while done < until:
         left = limits.after(simulation.tally.events - before)
         if limits.bytes is not None and held > limits.bytes:
-            stop, reason = Stop.BUDGET, limits.full
+            ended = Ending(Stop.BUDGET, limits.full)
             break
         if (early := left.stop(0)) is not None:
-            stop, reason = early, left.reason(early)
+            ended = Ending(early, left.reason(early))
             break
-        begin = time.perf_counter()
-        pause = begin + _STRETCH_SECONDS if watched else math.inf
-        stretch = simulation.follow(
-            drive, done + 1, min(targets, until - done), replace(left, pause=pause)
-        )
-        faster = _STRETCH_SECONDS / max(time.perf_counter() - begin, 1e-9)
-        targets = min(max(int(stretch.completed * faster), 1), 8 * targets, _LONGEST_STRETCH)
-        done += stretch.completed
+        if watched:
+            left = replace(left, pause=time.perf_counter() + _STRETCH_SECONDS)
+        # what may be full at any time is looked at often
+        most = longest if limits.bytes is None else min(2 + done - start, longest)
+        stretch = simulation.follow(drive, done + 1, min(most, until - done), left)
+        done, begun = done + stretch.completed, stretch.begun
         told = None
         if take is not None:
             told = take(stretch)
@@ -492,10 +555,10 @@ def advance(
             parts.append(stretch.recorded)
             held += sum(values.nbytes for values in stretch.recorded.values())
         if stretch.stop.final or stretch.stop is Stop.DEADLINE:
-            stop, reason = stretch.stop, stretch.reason
+            ended = Ending(stretch.stop, stretch.reason)
             break
         if told and done < until:
-            stop, reason = Stop.LIMIT, told
+            ended = Ending(Stop.LIMIT, told)
             break
     recorded = {"x_G": np.empty(0)} | joined(parts)
-    return Stretch(done - start, recorded, stop, reason)
+    return Stretch(done - start, recorded, *ended, begun)

@@ -17,9 +17,7 @@ from typing import Any
 
 from exactcreep.laws import prediction
 from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
-from exactcreep.solvers.auto import choose
 from exactcreep.solvers.registry import rearrange, solver_named
 from exactcreep.studies.fates.fate import fate
 from exactcreep.studies.thresholds.criteria import threshold
@@ -125,15 +123,6 @@ def mean_velocity(n: int, *, members: int, seconds: float) -> Iterator[Answer]:
         spent["sliding"] = (by_limit if good else math.nan, words)
         spent["Verlet"] = of_verlet(share, runs)
         spent["exact"] = sampled(share, best, 0)
-        begin = time.process_time()
-        try:
-            chosen = choose(chain, drive, accuracy=share).name
-            choosing = time.process_time() - begin
-            cost, words = spent[chosen]
-            cost = {"law": by_law, "sliding": by_limit}.get(chosen, cost)  # its pilot knows more
-            spent["auto"] = (choosing + cost, f"{choosing:.2g} s to choose {chosen}; {words}")
-        except InputError as refused:
-            spent["auto"] = (math.nan, str(refused))
         for method, (cost, words) in spent.items():
             yield Answer(question, n, method, cost, words)
 

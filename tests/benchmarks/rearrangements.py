@@ -144,11 +144,10 @@ def _wandering(
     solver = solver_named("verlet" if options else "exact", options)
     simulation = solver.simulation(chain, states[0], 0, ())
     path = Path([end])
-    fresh = simulation.capture()
     simulation.follow(path, 1, 1, Limits(50))  # compiles
     times = []
     while sum(times) < least or len(times) < 3:
-        simulation.restore(fresh)
+        simulation = solver.simulation(chain, states[0], 0, ())
         begin = time.thread_time()
         simulation.follow(path, 1, 1)
         times.append(time.thread_time() - begin)

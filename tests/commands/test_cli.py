@@ -7,7 +7,9 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -272,16 +274,16 @@ def test_a_stale_checkpoint_is_told_by_the_exit_status_beside_the_result(
     command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run = ("run", "two-sliders-cycles", "--json", "--checkpoint", "a.ckpt", "--every", "0")
-    write, calls = checkpoint.write_file, []
+    add, calls = checkpoint.Checkpoint._add, []
 
-    def full_after_the_first(*arguments: object, **options: object) -> None:
-        calls.append(arguments)
+    def full_after_the_first(kept: checkpoint.Checkpoint, content: Mapping[str, Any]) -> None:
+        calls.append(content)
         if len(calls) > 1:
             raise InputError("checkpoint", "a.ckpt", "cannot be written: No space left on device")
-        write(*arguments, **options)
+        add(kept, content)
 
     with monkeypatch.context() as patch:
-        patch.setattr(checkpoint, "write_file", full_after_the_first)
+        patch.setattr(checkpoint.Checkpoint, "_add", full_after_the_first)
         done = command(*run, "--out", "a.nc")
     assert done.code == 4
     assert done.err.count("No space left on device") == 1

@@ -147,7 +147,7 @@ ARGUMENTS = ["seed", "solver", "start", "record", "burn_in", "max_events", "max_
 
 @pytest.mark.filterwarnings("ignore::exactcreep.AccuracyWarning")
 @FUZZ
-@given(st.sampled_from(ARGUMENTS), WILD, st.sampled_from(["exact", "verlet", "certified", "auto"]))
+@given(st.sampled_from(ARGUMENTS), WILD, st.sampled_from(["exact", "verlet", "certified"]))
 def test_a_wild_argument_of_a_run_is_used_or_refused(
     tmp_path_factory: pytest.TempPathFactory, name: str, value: Any, solver: str
 ) -> None:
@@ -158,8 +158,6 @@ def test_a_wild_argument_of_a_run_is_used_or_refused(
     call = {"solver": solver, name: value} if name != "solver" else {name: value}
     if name == "every":
         call["checkpoint"] = tmp_path_factory.mktemp("kept") / "a.ckpt"
-    if solver == "auto":
-        call.setdefault("max_seconds", 1)
     refusal(lambda: creep(CHAIN, RUN, **call))
 
 

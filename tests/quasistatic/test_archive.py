@@ -41,7 +41,7 @@ def test_a_result_of_the_archive_is_read_or_refused_with_advice(number: int, kno
         assert found.state == known.state
         assert (found.recorded["x_G"] == known.recorded["x_G"]).all()
         return
-    advice = f"is an 'exactcreep result {number}'.*read it with the version that wrote it"
+    advice = "read it with the version that wrote it"
     with pytest.raises(InputError, match=advice):
         Creep.load(RESULTS[number])
 

@@ -1,55 +1,97 @@
-"""Checkpoints: a run goes on from its file bit for bit, and a damaged file is refused."""
+"""Checkpoints: a run goes on from its file bit for bit, and a file that is none is refused."""
 
+import copy
 import math
 import os
+import random
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, InputError, Outcome, creep
+from exactcreep import Cycles, GaussianSteps, InputError, Outcome, State, creep
+from exactcreep import Path as Targets
 from exactcreep.quasistatic import checkpoint as checkpoints
-from exactcreep.quasistatic.checkpoint import Checkpoint, CheckpointWarning
+from exactcreep.quasistatic.checkpoint import VERSION, Checkpoint, CheckpointWarning, packed
 from exactcreep.quasistatic.creep import resume, run_members
 from exactcreep.quasistatic.experiment import Experiment
-from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, same
+from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE, same
+
+ALL = (*RECORDS, "rearrangements", "slip_table")
+THIRTY = THREE.__class__(30, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+LONG = THREE.__class__(100, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+RUNS: list[dict[str, Any]] = [
+    {"chain": SIX, "drive": Cycles("0.005", 20), "seed": 5, "record": ALL},
+    {"chain": TWO, "drive": Cycles("0.01", 300), "seed": 1, "record": ("x_G",), "twin": True},
+    {"chain": TWO_SURE, "drive": Cycles("0.001", 700), "record": ("tension",)},
+    {"chain": THIRTY, "drive": GaussianSteps("0.004", 6), "seed": 2, "record": ALL},
+    {"chain": LONG, "drive": Cycles("0.02", 1), "seed": 2, "record": ALL},
+    {"chain": SIX, "drive": Targets(["0.004", "-0.004", 0, "0.004"]), "record": ALL,
+     "start": State.perturbed(SIX, "1.5", start_seed=4)},
+    {"chain": SIX, "drive": Cycles("0.003", 4), "solver": "verlet", "dt": "0.05", "record": ALL},
+    {"chain": TWO, "drive": Cycles("0.002", 900), "accuracy": "0.01", "record": ("x_G",)},
+    {"chain": SIX, "drive": Cycles("0.003", 90), "solver": "sliding", "record": ("x", "slips")},
+    {"chain": SIX, "drive": Cycles("0.003", 9), "solver": "sliding", "exact": True},
+    {"chain": THREE, "drive": Cycles("0.0015", 4), "solver": "reference", "record": ALL},
+    {"chain": THREE, "drive": Cycles("0.0015", 2), "solver": "mpmath", "record": ALL},
+    {"chain": THREE, "drive": Cycles("0.0015", 4), "solver": "certified", "record": ALL},
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("solver", "options"),
-    [
-        ("exact", {}),
-        ("verlet", {"dt": "0.05"}),
-        ("reference", {}),
-        ("mpmath", {"digits": 30}),
-        ("certified", {"digits": 30}),
-    ],
-)
-def test_a_run_goes_on_from_its_checkpoint_bit_for_bit(
-    tmp_path: Path, solver: str, options: dict
-) -> None:
-    small = solver in ("reference", "mpmath", "certified")
-    chain, drive = (THREE, Cycles("0.0015", 4)) if small else (SIX, Cycles("0.005", 20))
-    run = {"seed": 5, "solver": solver, "record": RECORDS, **options}
-    whole = creep(chain, drive, **run)
+@pytest.fixture(autouse=True)
+def _quietly() -> Iterator[None]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
+
+
+@pytest.mark.parametrize("run", RUNS, ids=range(len(RUNS)))
+def test_runs_stopped_at_random_events_go_on_bit_for_bit(tmp_path: Path, run: dict) -> None:
+    whole, rng = creep(**run), random.Random(7)
     file = tmp_path / "run.ckpt"
-    part = creep(chain, drive, max_events=whole.event_count // 3, checkpoint=file, **run)
-    assert part.outcome is Outcome.LIMIT
-    part = resume(file, max_events=whole.event_count // 2)
-    assert part.outcome is Outcome.LIMIT
-    assert part.event_count < whole.event_count
+    stops = sorted(rng.sample(range(1, max(whole.event_count, 6)), 5))
+    creep(**run, max_events=stops[0], checkpoint=file, every=0)
+    for stop in stops[1:]:
+        part = resume(file, max_events=stop, every=0)
+        assert part.outcome is Outcome.LIMIT or same(part, whole)
+    assert same(resume(file), whole)
+    assert same(resume(file), whole)  # what is finished stays finished
+
+
+def test_a_run_in_mid_avalanche_goes_on_from_the_rest_before(tmp_path: Path) -> None:
+    run = {"chain": LONG, "drive": Cycles("0.02", 1), "record": ALL, "seed": 2}
+    whole, file = creep(**run), tmp_path / "run.ckpt"
+    for most in (whole.event_count // 2, whole.event_count - 5):
+        part = creep(**run, max_events=most, checkpoint=file, every=0, force=True)
+        assert part.event_count >= most
+        assert same(resume(file), whole)
+
+
+def test_recorded_rows_are_added_and_never_written_again(tmp_path: Path) -> None:
+    file, run = tmp_path / "run.ckpt", {"chain": SIX, "drive": Cycles("0.01", 150), "record": ALL}
+    before, sizes = b"", []
+
+    def watch(progress: Any) -> None:
+        nonlocal before
+        now = file.read_bytes()
+        assert now.startswith(before)
+        before = now
+        sizes.append(len(now))
+
+    whole = creep(**run, checkpoint=file, every=0.01, progress=watch)
+    recorded = sum(values.nbytes for values in whole.recorded.values())
+    assert len(set(sizes)) > 5
+    assert file.stat().st_size < 1.5 * recorded + len(set(sizes)) * 2**17
     assert same(resume(file), whole)
 
 
-def test_what_is_finished_stays_finished(tmp_path: Path) -> None:
-    file = tmp_path / "run.ckpt"
-    whole = creep(SIX, Cycles("0.005", 20), record=RECORDS, checkpoint=file)
-    assert same(resume(file), whole)
-    assert same(resume(file), whole)
-
-
-def test_a_checkpoint_keeps_every_kind_of_value() -> None:
+def test_a_record_keeps_every_kind_of_value() -> None:
     content = {
         "rationals": [Fraction(1, 3), Fraction(-(7**200), 3**99)],
         "numbers": (2**200, -5, 0.1, math.inf, True, None),
@@ -60,85 +102,166 @@ def test_a_checkpoint_keeps_every_kind_of_value() -> None:
             "o": np.array([Fraction(1, 7), 0.5], dtype=object),
             "empty": np.empty((0, 3)),
         },
-        "scalar": np.float64(1 / 3),
     }
-    back = checkpoints.from_bytes(checkpoints.to_bytes(content))
+    (back,), *_ = checkpoints._records(memoryview(checkpoints.to_bytes(content)), "it")
     assert back["rationals"] == content["rationals"]
     assert back["numbers"] == content["numbers"]
-    assert back["scalar"] == content["scalar"]
     for name, array in content["arrays"].items():
         assert np.array_equal(back["arrays"][name], array)
         assert back["arrays"][name].dtype == array.dtype
     assert np.signbit(back["arrays"]["f"][0, 1])
 
 
-def test_a_checkpoint_damaged_anywhere_is_refused_in_one_sentence(tmp_path: Path) -> None:
-    file = tmp_path / "run.ckpt"
-    creep(TWO, Cycles("0.01", 3), checkpoint=file)
-    good = file.read_bytes()
-    generator = np.random.default_rng(1)
-    for place in generator.integers(0, len(good), 200).tolist():
+def test_a_file_damaged_anywhere_is_refused_or_goes_on_from_a_record_before(tmp_path: Path) -> None:
+    file, whole = tmp_path / "run.ckpt", creep(TWO, Cycles("0.01", 3))
+    creep(TWO, Cycles("0.01", 3), checkpoint=file, every=0)
+    good, rng = file.read_bytes(), np.random.default_rng(1)
+    refused = 0
+    for place in rng.integers(0, len(good), 200).tolist():
         bad = bytearray(good)
-        bad[place] ^= 1 << int(generator.integers(8))
+        bad[place] ^= 1 << int(rng.integers(8))
         file.write_bytes(bad)
-        with pytest.raises(InputError, match="checkpoint = "):
-            resume(file)
-    for length in (0, 5, 30, len(good) // 2, len(good) - 1):
+        with suppress(InputError):
+            assert same(resume(file), whole)
+            refused -= 1
+        refused += 1
+    assert refused > 190
+    for length in (0, 5, 30, 60):
         file.write_bytes(good[:length])
         with pytest.raises(InputError, match=r"not a checkpoint|truncated"):
             resume(file)
-    now = checkpoints.VERSION
-    for version in (now - 1, now + 1):  # older and newer
-        other = good.replace(b"checkpoint %d\n" % now, b"checkpoint %d\n" % version, 1)
+    for length in range(len(good) - 400, len(good), 20):  # as a writer leaves it that is killed
+        file.write_bytes(good[:length])
+        with pytest.warns(CheckpointWarning, match="ends within a record"):
+            assert same(resume(file), whole)
+        assert same(resume(file), whole)
+    for version in (VERSION - 1, VERSION + 1):
+        other = good.replace(b"checkpoint %d\n" % VERSION, b"checkpoint %d\n" % version, 1)
         file.write_bytes(other)
-        with pytest.raises(InputError, match=f"{version}; this program reads version {now}"):
+        with pytest.raises(InputError, match=f"{version}; this program reads version {VERSION}"):
             resume(file)
-    file.write_bytes(good + b"more")
-    with pytest.raises(InputError, match="checksum"):
-        resume(file)
     for path in (tmp_path, tmp_path / "none"):
         with pytest.raises(InputError, match="must be a file"):
             resume(path)
 
 
-def test_a_checkpoint_that_cannot_be_written_leaves_the_last_one(
+def sealed(records: list[Any]) -> bytes:
+    """Return a file of these records, whose checksums match."""
+    data, digest = [checkpoints._LINE], b""
+    for record in records:
+        pieces, digest = packed(record, digest)
+        data += pieces
+    return b"".join(map(bytes, data))
+
+
+def places(value: Any, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the ways to all numbers, texts and arrays in a tree."""
+    if isinstance(value, dict):
+        for key in value:
+            yield from places(value[key], (*way, key))
+    elif isinstance(value, list):
+        for k, one in enumerate(value):
+            yield from places(one, (*way, k))
+    else:
+        yield way
+
+
+def mutated(value: Any, rng: random.Random) -> Any:
+    """Return another value in its place: another number, shape or kind."""
+    wild: list[Any] = [None, -1, 2**62, 2**70, 1e300, math.nan, "x", [], {}, np.zeros(3)]
+    if isinstance(value, np.ndarray) and value.size and value.dtype.kind in "fi":
+        whole = value.copy()
+        kind = rng.randrange(4)
+        if kind == 0:
+            return whole[:-1] if rng.random() < 0.5 else np.concatenate([whole, whole])
+        place = tuple(rng.randrange(size) for size in whole.shape)
+        wide = 2**61 if whole.dtype == np.int64 else 99
+        numbers = [77, -9, wide] if whole.dtype.kind == "i" else [1e9, -7.5, math.nan, math.inf]
+        whole[place] = rng.choice(numbers)
+        return whole
+    if type(value) is int and rng.random() < 0.7:
+        return value + rng.choice([-3, 1000, 7])
+    return rng.choice(wild)
+
+
+@pytest.mark.parametrize("number", [0, 2, 5, 6, 8, 12])
+def test_a_crafted_snapshot_gets_a_sentence_in_time(tmp_path: Path, number: int) -> None:
+    """Half of what matters is behind the checksum: shapes, ranges, counts, and the physics."""
+    run, file, rng = RUNS[number], tmp_path / "run.ckpt", random.Random(number)
+    whole = creep(**run)
+    creep(**run, max_events=whole.event_count // 2, checkpoint=file, every=0)
+    records = checkpoints._records(memoryview(file.read_bytes()), "it")[0]
+    assert same(resume(file), whole)
+    ways = list(places(records[-1]))
+    others: list[Any] = []
+    for _ in range(50):
+        crafted = copy.deepcopy(records)
+        *way, last = rng.choice(ways)
+        here = crafted[-1]
+        for key in way:
+            here = here[key]
+        here[last] = mutated(here[last], rng)
+        file.write_bytes(sealed(crafted))
+        begin = time.process_time()
+        with suppress(InputError):
+            others.append((way, last, resume(file, max_seconds=3)))
+        assert time.process_time() - begin < 5
+    refused = 50 - len(others)
+    # what is not refused is what nothing else tells: times, counts of work, what rounding left
+    assert refused >= (30 if run.get("solver") == "certified" else 40)
+    assert all(result.half_cycles <= whole.drive.half_cycles for *_, result in others)
+
+
+def test_the_snapshots_that_once_hurt_the_kernel_are_refused(tmp_path: Path) -> None:
+    run, file = RUNS[0], tmp_path / "run.ckpt"
+    creep(**run, max_events=400, checkpoint=file, every=0)
+    records = checkpoints._records(memoryview(file.read_bytes()), "it")[0]
+    for name, place, value, sentence in (
+        ("whole", (0, 0), 1000, "draws are not its slips"),
+        ("whole", (0, 1), -5, "a draw"),
+        ("counts", (0,), -1, "count is out of range"),
+        ("counts", (1,), 2**62, "count is out of range"),
+        ("numbers", (0, 2), 50.0, "forces and tensions"),
+        ("numbers", (4, 1), 0.7, "coefficients"),
+        ("numbers", (5, 0), 1e6, "thresholds"),
+        ("numbers", (1, 3), math.nan, "not finite"),
+        ("theta", (0,), 0.0, "."),
+    ):
+        crafted = copy.deepcopy(records)
+        crafted[-1]["run"]["simulation"][name][place] = value
+        file.write_bytes(sealed(crafted))
+        with pytest.raises(InputError, match=sentence):
+            resume(file)
+
+
+def test_a_full_disk_leaves_what_was_there_and_the_run_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file = tmp_path / "run.ckpt"
-    whole = creep(TWO, Cycles("0.01", 3), checkpoint=file)
+    file, whole = tmp_path / "run.ckpt", creep(SIX, Cycles("0.005", 20))
+    creep(SIX, Cycles("0.005", 20), checkpoint=file)
+    before, sync, calls = file.read_bytes(), os.fsync, []
 
     def full(descriptor: int) -> None:
+        calls.append(descriptor)
+        if len(calls) > 2:  # the file is begun, and its folder knows of it
+            raise OSError(28, "No space left on device")
+        sync(descriptor)
+
+    def at_once(descriptor: int) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(os, "fsync", full)
+    monkeypatch.setattr(os, "fsync", at_once)
     with pytest.raises(InputError, match="No space left"):
         creep(TWO, Cycles("0.01", 4), checkpoint=file, force=True)
-    monkeypatch.undo()
-    assert same(resume(file), whole)
-    assert [path.name for path in tmp_path.iterdir()] == ["run.ckpt"]
-
-
-@pytest.mark.parametrize("repaired", [True, False])
-def test_a_run_goes_on_and_tries_again_when_its_checkpoint_cannot_be_written(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, repaired: bool
-) -> None:
-    whole = creep(SIX, Cycles("0.005", 20))
-    file, written, write = tmp_path / "run.ckpt", [], checkpoints.write_file
-
-    def sometimes_full(*arguments, **options) -> None:
-        written.append(len(written))
-        if len(written) in (2, 3) or (not repaired and len(written) > 3):
-            raise InputError("checkpoint", str(file), "cannot be written: No space left on device")
-        write(*arguments, **options)
-
-    monkeypatch.setattr(checkpoints, "write_file", sometimes_full)
-    with pytest.warns(CheckpointWarning, match="No space left on device; the run goes on") as seen:
-        result = creep(SIX, Cycles("0.005", 20), checkpoint=file, every=0)
-    assert len(written) > 4
-    assert same(result, whole)
+    assert file.read_bytes() == before
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.warns(
+        CheckpointWarning, match="resume goes on from what it holds; the run"
+    ) as seen:
+        result = creep(SIX, Cycles("0.005", 20), checkpoint=file, every=0, force=True)
     assert len(seen) == 1
+    assert same(result, whole)
     monkeypatch.undo()
-    assert (resume(file, max_events=0).half_cycles == 40) == repaired
     assert same(resume(file), whole)
 
 
@@ -153,19 +276,9 @@ def test_of_two_runs_with_one_checkpoint_the_second_does_not_begin(tmp_path: Pat
     assert same(resume(file), whole)
 
 
-def test_a_checkpoint_of_many_members_is_written_when_it_is_due_and_not_for_each(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    write, written = checkpoints.write_file, []
-
-    def counted(*arguments: object, **options: object) -> None:
-        written.append(arguments)
-        write(*arguments, **options)
-
-    monkeypatch.setattr(checkpoints, "write_file", counted)
+def test_a_checkpoint_of_many_members_holds_each_of_them(tmp_path: Path) -> None:
     members = [Experiment.of(TWO, Cycles("0.01", 2), seed=seed) for seed in range(9)]
     whole = run_members(members, checkpoint=Checkpoint(tmp_path / "run.ckpt", 10**9))
-    assert len(written) == 2
     saved = Checkpoint.read(tmp_path / "run.ckpt")
     again = run_members(saved.experiments, checkpoint=saved)
     assert all(map(same, again, whole))
@@ -173,7 +286,7 @@ def test_a_checkpoint_of_many_members_is_written_when_it_is_due_and_not_for_each
         resume(tmp_path / "run.ckpt")
 
 
-@pytest.mark.parametrize("content", [{}, {"members": [{}], "note": {}}, {"members": 7, "note": {}}])
+@pytest.mark.parametrize("content", [{}, {"experiments": [{}], "note": {}}, {"experiments": 7}])
 def test_a_checkpoint_of_something_else_is_refused(tmp_path: Path, content: dict) -> None:
     (tmp_path / "other.ckpt").write_bytes(checkpoints.to_bytes(content))
     with pytest.raises(InputError, match="is not a checkpoint of a run"):

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
-import os
 import random
 import re
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,8 +14,6 @@ import pytest
 
 from exactcreep import Chain, Creep, Cycles, InputError, TemperatureRecord, creep, load_scene
 from exactcreep.quasistatic import netcdf as files
-from exactcreep.quasistatic.checkpoint import from_bytes
-from exactcreep.quasistatic.creep import resume
 from exactcreep.quasistatic.netcdf import netcdf
 
 THREE = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
@@ -44,12 +41,6 @@ def mutations(data: bytes, count: int, seed: int) -> Iterator[bytes]:
         ])  # fmt: skip
 
 
-def used() -> float:
-    """Return the processor's time of this process and of those that it has waited for."""
-    spent = os.times()
-    return sum(spent[:4])
-
-
 def told(read: Callable[[], Any]) -> str:
     """Return the sentence that refuses a file; "" if it was read."""
     try:
@@ -59,39 +50,16 @@ def told(read: Callable[[], Any]) -> str:
     return ""
 
 
-def test_a_sealed_file_damaged_anywhere_is_refused(certified: Creep, tmp_path: Path) -> None:
+def test_a_file_damaged_anywhere_is_refused(certified: Creep, tmp_path: Path) -> None:
     certified.save(tmp_path / "run.nc")
-    good, elsewhere = (tmp_path / "run.nc").read_bytes(), files._read_elsewhere
-    files._read_elsewhere = lambda name: (_ for _ in ()).throw(ValueError("it has no seal"))
-    try:
-        for bad in mutations(good, 300, 1):
-            (tmp_path / "bad.nc").write_bytes(bad)
-            said = told(lambda: Creep.load(tmp_path / "bad.nc"))
-            assert re.search("checksum does not match|it has no seal", said) or bad == good
-    finally:
-        files._read_elsewhere = elsewhere
-    assert Creep.load(tmp_path / "run.nc").x_G == certified.x_G
-
-
-@pytest.mark.parametrize("count", [2, pytest.param(300, marks=pytest.mark.slow)])
-def test_reading_a_damaged_file_without_a_seal_ends(
-    certified: Creep, tmp_path: Path, count: int
-) -> None:
-    certified.save(tmp_path / "run.nc")
-    body = (tmp_path / "run.nc").read_bytes()[: -files._SEAL_LENGTH]
-    zeros = body[:600] + bytes(4000) + body[4600:]
-    (tmp_path / "bad.nc").write_bytes(body)
-    assert Creep.load(tmp_path / "bad.nc").x_G == certified.x_G
-    refused, took = [], []
-    for bad in [zeros, *mutations(body, count, 2)]:
+    good = (tmp_path / "run.nc").read_bytes()
+    for bad in mutations(good, 300, 1):
         (tmp_path / "bad.nc").write_bytes(bad)
-        before = used()
-        refused.append(told(lambda: Creep.load(tmp_path / "bad.nc")))
-        took.append(used() - before)
-    assert refused[0]
-    assert all(len(sentence) < 400 for sentence in refused)
-    print(f"{sum(map(bool, refused))} of {len(refused)} refused; at most {max(took):.2f} s")
-    assert max(took) < 6  # of the processor's time; the reading process is given 4
+        said = told(lambda: Creep.load(tmp_path / "bad.nc"))
+        assert (
+            re.search("checksum does not match|does not end with a checksum", said) or bad == good
+        )
+    assert Creep.load(tmp_path / "run.nc").x_G == certified.x_G
 
 
 CLAIMS = {
@@ -120,16 +88,11 @@ def test_a_claim_that_would_cost_unbounded_time_is_refused(
 def test_a_file_too_short_for_its_values_is_refused(tmp_path: Path) -> None:
     with files.h5py.File(tmp_path / "bad.nc", "w") as file:
         file.create_dataset("x", shape=(10**12,), dtype="f8", chunks=(10**6,))
+    made = (tmp_path / "bad.nc").read_bytes()
+    seal = b"\nexactcreep sha256 %s\n" % hashlib.sha256(made).hexdigest().encode()
+    (tmp_path / "bad.nc").write_bytes(made + seal)
     said = told(lambda: Creep.load(tmp_path / "bad.nc"))
     assert "it is too short for the 1000000000000 values of x" in said
-
-
-def test_a_damaged_checkpoint_is_refused(tmp_path: Path) -> None:
-    creep(THREE, Cycles("0.01", 4), checkpoint=tmp_path / "a.ckpt")
-    good = (tmp_path / "a.ckpt").read_bytes()
-    for bad in mutations(good, 300, 3):
-        assert told(partial(from_bytes, bad)) or bad == good
-    assert resume(tmp_path / "a.ckpt").half_cycles == 8
 
 
 def test_damaged_scenes_and_records_are_read_or_refused(tmp_path: Path) -> None:

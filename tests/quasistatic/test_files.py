@@ -205,7 +205,7 @@ with full_disk("picture"):
 with full_disk("sweep"):
     assert status([*sweep, "."]) == 2
 with full_disk("checkpoint"):
-    write_file("it", checkpoint.pieces({"values": np.zeros(9000)}), "checkpoint")
+    write_file("it", checkpoint.to_bytes({"values": np.zeros(9000)}), "checkpoint")
 with full_disk("reproduce"):
     class Blank:
         name = "it"

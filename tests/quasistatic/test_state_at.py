@@ -9,8 +9,8 @@ import pytest
 
 from exactcreep import Chain, Creep, Cycles, GaussianSteps, InputError, creep, resume
 from exactcreep.model.state import State
-from exactcreep.quasistatic.measurement import _MOST_SAVED
 from exactcreep.quasistatic.result import load_members, save_members
+from exactcreep.quasistatic.run import _MOST_SAVED
 
 CHAIN = Chain(6, 1000, "0.5", "0.6", "1/100", tan_alpha="1/4")
 TWO = Chain(2, 1000, "0.5", "0.6", "1/100", tan_alpha="1/4")

@@ -419,7 +419,7 @@ def test_a_level_chain_that_pulls_itself_together_stays_its_own_mirror_image(giv
 
 
 @pytest.mark.parametrize("exact", [False, True])
-def test_capture_and_restore_go_on_bit_for_bit(exact):
+def test_a_snapshot_goes_on_bit_for_bit(exact):
     chain = chain_of(6, Fraction(1, 5))
     drive = GaussianSteps("0.004", 60)
     record = ("x_G", "x", "slips")
@@ -427,7 +427,7 @@ def test_capture_and_restore_go_on_bit_for_bit(exact):
     first = Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, record)
     assert first.follow(drive, 1, 25).completed == 25
     second = Sliding(exact=exact).simulation(chain, State.relaxed(chain), 0, record)
-    second.restore(first.capture())
+    second.restore(first.snapshot())
     rest = second.follow(drive, 26, 35).recorded
     for name in record:
         assert rest[name].tolist() == recorded[name][25:].tolist()

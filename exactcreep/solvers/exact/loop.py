@@ -479,13 +479,13 @@ def prepare(cell, count, deviate, scalars):
 
 @compiled
 def follow(
-    cell, count, deviate, clock, series, scalars, log, theta, theta_low, travel, max_events,
+    cell, count, deviate, clock, series, scalars, log, theta, theta_low, targets, max_events,
     max_work, single,
 ):  # fmt: skip
     """Take the chain along the targets; return why it came back, and how many it reached.
 
-    The targets are ``l0 theta`` as two floats; `travel` is filled with the sum of all displacements
-    at each that is reached. Returns soon after `max_events` further events, or after `max_work`,
+    The targets are ``l0 theta`` as two floats; `targets` is filled at each that is reached, see
+    `rows.AtTargets`. Returns soon after `max_events` further events, or after `max_work`,
     events and the work of clusters; if `single`, after the first rearrangement of all.
     `layout.BUDGET` also comes back once several sliders move and there are no `series`.
     """
@@ -514,7 +514,7 @@ def follow(
                     min(stop_at, now.events + 2 * slips_at_most),
                 )  # fmt: skip
             if not _ramp(cell, now, log, theta[reached], theta_low[reached]):
-                travel[reached] = now.total + now.total_low
+                rows.at_target(cell, count, now, targets, reached)
                 reached += 1
                 now.target += 1
         elif stage == at.LONE:

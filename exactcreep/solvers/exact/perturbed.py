@@ -20,17 +20,8 @@ from exactcreep.model.chain import Chain
 from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact.layout import TENSION_TOLERANCE, compiled, inlined
 from exactcreep.solvers.exact.loop import follow
-from exactcreep.solvers.exact.rest import (
-    PLACE,
-    PLACE_LOW,
-    TENSION,
-    TENSION_LOW,
-    Origin,
-    Workspace,
-    place,
-    placed,
-    roomier,
-)
+from exactcreep.solvers.exact.rest import Origin, Workspace, place, placed, roomier
+from exactcreep.solvers.exact.rows import PLACE, PLACE_LOW, TENSION, TENSION_LOW, AtTargets
 
 COPIES = 6
 OFF = 2.0**-51
@@ -107,8 +98,9 @@ def rounding_error(
     if direction != 0 and n > 1:
         high, low = np.array([np.inf * direction]), np.zeros(1)
     numbers, end = origin.numbers.copy(), np.empty(n)
+    nothing = AtTargets.of(1, (), numbers, 0.0, 0.0)
     differs, distance = run_copies(
-        *work, work.now.copy(), numbers, origin.state.draws, high, low, np.empty(1), 1, True,
+        *work, work.now.copy(), numbers, origin.state.draws, high, low, nothing, 1, True,
         log, numbers[TENSION_LOW].copy(), end, _mirrored(chain, origin),
     )  # fmt: skip
     if n <= at.LONGEST_SHORT:
@@ -130,7 +122,7 @@ def _mirrored(chain: Chain, origin: Origin) -> bool:
 @compiled
 def run_copies(
     cell, count, deviate, clock, series, scalars, log, begun, numbers, draws, theta, theta_low,
-    travel, at_once, single, rows, low, end, mirrored,
+    targets, at_once, single, rows, low, end, mirrored,
 ):  # fmt: skip
     """Follow a rearrangement again, and its copies; see `rounding_error`.
 
@@ -160,7 +152,7 @@ def run_copies(
         row, differs = 0, -1
         while row < rows.size and differs < 0:
             reason, _ = follow(
-                cell, count, deviate, clock, series, scalars, log, theta, theta_low, travel,
+                cell, count, deviate, clock, series, scalars, log, theta, theta_low, targets,
                 at_once, at_once, single,
             )  # fmt: skip
             differs, row = _compared(log.events, now.logged, rows, row)

@@ -29,7 +29,7 @@ from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact import loop
 from exactcreep.solvers.exact.layout import compiled, inlined
-from exactcreep.solvers.exact.solver import ExactSimulation
+from exactcreep.solvers.exact.solver import MOST_WORK, ExactSimulation
 
 MOST_PERIOD = 1000
 """Cycles: a longer period is not found."""
@@ -248,7 +248,7 @@ def _count(count, now, search):
 
 
 @compiled
-def settle(work, high, low, travel, searches, memory, most_work):
+def settle(work, high, low, targets, searches, memory, most_work):
     """Follow cycles until the chain has settled, has had its cycles, or the work is done.
 
     `high` and `low`: ``l0 theta`` at the ends of both half-cycles, as two floats. Returns as
@@ -263,7 +263,7 @@ def settle(work, high, low, travel, searches, memory, most_work):
             return at.BUDGET
         half = search.reached
         reason, reached = loop.follow(
-            cell, count, deviate, clock, series, scalars, log, high[half:], low[half:], travel,
+            cell, count, deviate, clock, series, scalars, log, high[half:], low[half:], targets,
             left, left, False,
         )  # fmt: skip
         search.reached += reached
@@ -310,7 +310,7 @@ class Recurrence:
         self.simulation.make_room()  # else `settle` might have to be compiled twice
         self.drive = drive
         self._memory = Memory.of(chain)
-        self._targets = *self.simulation.targets(drive, 1, 2), np.empty(2)
+        self._targets = *self.simulation.targets(drive, 1, 2), self.simulation.at_targets(2, ())
         self._searches = np.zeros(1, dtype=SEARCH)
         search = self._search = self._searches[0]
         total, low = self.simulation.work.now[["total", "total_low"]][0].item()
@@ -398,8 +398,8 @@ class Recurrence:
         simulation = self.simulation
         begun = simulation.tally.events
         while True:
-            reason = simulation.paced(
-                lambda work, most: settle(work, *self._targets, self._searches, self._memory, most)
+            reason = settle(
+                simulation.work, *self._targets, self._searches, self._memory, MOST_WORK
             )
             if reason == at.DONE:
                 return Stop.DONE, ""

@@ -1,4 +1,4 @@
-"""A state at rest as the compiled loop of `loop` keeps it, and back again.
+"""Convert a `State` to the arrays of the compiled loop and back, without losing a bit.
 
 Numbers that float64 does not hold travel as two floats whose sum they are.
 """
@@ -16,14 +16,14 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout as at
+from exactcreep.solvers.exact import rows
 from exactcreep.solvers.exact.draws import KEPT
-from exactcreep.solvers.exact.layout import Log, Tables, compiled, inlined
+from exactcreep.solvers.exact.layout import Log, Tables, compiled
 from exactcreep.solvers.exact.loop import prepare
+from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
 from exactcreep.solvers.exact.two_floats import split, split_ratio, two_sum
 from exactcreep.solvers.tables import REARRANGEMENT_TABLE, SLIP_TABLE
 
-TENSION, TENSION_LOW, PLACE, PLACE_LOW, HELD, HELD_LOW = range(6)
-"""Rows of `Origin.numbers`; the tensions leave the last column free."""
 _ROWS = 4099
 """Of the tables, at least, between two calls of the loop; not a multiple of a cache's ways."""
 _ALONE = 2
@@ -167,10 +167,10 @@ def _room(n: int, logging: int) -> Workspace:
 
 def _log(n: int, m: int, logging: int) -> Log:
     events = 4 * n + 256 if logging & at.LOGS_EVENTS else 0
-    rows = 2 * n + _ROWS
+    most = 2 * n + _ROWS
     tables = Tables(
-        rearrangements=np.empty(rows, dtype=REARRANGEMENT_TABLE.dtype),
-        slips=np.empty(rows, dtype=SLIP_TABLE.dtype),
+        rearrangements=np.empty(most, dtype=REARRANGEMENT_TABLE.dtype),
+        slips=np.empty(most, dtype=SLIP_TABLE.dtype),
         used=np.zeros(2, dtype=np.int64),
         track=np.zeros((at.TRACKS, m)),
         sums=np.zeros(1, dtype=at.UNDER_WAY),
@@ -197,20 +197,13 @@ def _series(n: int) -> NDArray[np.float64]:
 
 def _aligned(*shapes: tuple[int, int]) -> list[NDArray[np.float64]]:
     """Return tables that begin at a multiple of 64 bytes; their sizes are multiples of 8."""
-    room = np.zeros(sum(rows * columns for rows, columns in shapes) + 8)
+    room = np.zeros(sum(height * columns for height, columns in shapes) + 8)
     begin = -room.ctypes.data % 64 // 8
     tables = []
-    for rows, columns in shapes:
-        tables.append(room[begin : begin + rows * columns].reshape(rows, columns))
-        begin += rows * columns
+    for height, columns in shapes:
+        tables.append(room[begin : begin + height * columns].reshape(height, columns))
+        begin += height * columns
     return tables
-
-
-@inlined
-def _increased(sums, value, low):
-    """Add two floats to a sum, and what rounds and their own low part to its error."""
-    total, rounded = two_sum(sums[0], value)
-    return total, sums[1] + (rounded + low)
 
 
 @compiled
@@ -231,7 +224,7 @@ def place(cell, count, deviate, scalars, numbers, draws):
         low += error
         if n > 1 and (k == 0 or k == n - 1):  # the ends without theta
             way = 1.0 if k == 0 else -1.0
-            force, low = _increased((force, low), way * now.theta, way * now.theta_low)
+            force, low = rows.increased((force, low), way * now.theta, way * now.theta_low)
         cell[at.FORCE, i] = force
         cell[at.REST, i] = force
         cell[at.FORCE_LOW, i] = low
@@ -257,28 +250,16 @@ def place(cell, count, deviate, scalars, numbers, draws):
 
 @compiled
 def _read(
-    cell, count, scalars, numbers, load, load_low, drawn,
+    cell, count, scalars, begun, load, load_low, drawn,
     tensions, displacements, coefficients, draws,
 ):  # fmt: skip
     """Write the present state to the last four; without disorder the loop renews no coefficient."""
     now = scalars[0]
     for k in range(draws.size):
         i = k + at.PAD
-        displacements[k] = cell[at.TRAVEL, i] + (cell[at.TRAVEL_LOW, i] + cell[at.X, i])
+        displacements[k] = rows.displacement(cell, i)
         draws[k] = count[at.DRAWS, i]
         renewed = now.constant == 1 and draws[k] > drawn[k]
         coefficients[k] = now.mean if renewed else cell[at.COEFFICIENT, i]
-    # each is what displacements and theta have made of it
     for k in range(tensions.size):
-        i = k + at.PAD
-        right, left = cell[at.TRAVEL, i + 1], -cell[at.TRAVEL, i]
-        right_low = cell[at.TRAVEL_LOW, i + 1] + cell[at.X, i + 1]
-        left_low = -(cell[at.TRAVEL_LOW, i] + cell[at.X, i])
-        sums = numbers[TENSION, k], numbers[TENSION_LOW, k]
-        sums = _increased(sums, right, right_low)
-        sums = _increased(sums, left, left_low)
-        sums = _increased(sums, -numbers[PLACE, k + 1], -numbers[PLACE_LOW, k + 1])
-        sums = _increased(sums, numbers[PLACE, k], numbers[PLACE_LOW, k])
-        sums = _increased(sums, -now.theta, -now.theta_low)
-        total, error = _increased(sums, load, load_low)
-        tensions[k] = total + error
+        tensions[k] = rows.tension(cell, now, begun, load, load_low, k)

@@ -11,14 +11,98 @@ displacement: that both add up to the change of elastic energy shows that each s
 from __future__ import annotations
 
 import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact.layout import inlined
-from exactcreep.solvers.exact.two_floats import plus
+from exactcreep.solvers.exact.two_floats import plus, two_sum
 
 _BOUNDLESS = 2**60
 _LEAST_FRESH = 64
 """Rearrangements, at least, until the elastic energy is summed anew: its rounding grows no more."""
+
+TENSION, TENSION_LOW, PLACE, PLACE_LOW, HELD, HELD_LOW = range(6)
+"""Rows of what a simulation began with; the tensions leave the last column free."""
+
+
+class AtTargets(NamedTuple):
+    """What the loop writes at every target; an array without rows is not written."""
+
+    total: NDArray[np.float64]  # of all displacements; always
+    doubts: NDArray[np.int64]  # undecided comparisons so far, and avalanches that were too long
+    x: NDArray[np.float64]
+    tension: NDArray[np.float64]
+    slips: NDArray[np.int64]  # since the target before
+    begun: NDArray[np.float64]  # the start, see `TENSION`
+    load: float  # l0 theta then, as two floats
+    load_low: float
+
+    @classmethod
+    def of(
+        cls, count: int, record: tuple[str, ...], begun: NDArray[Any], load: float, low: float
+    ) -> AtTargets:
+        """Return room for what is to be recorded at `count` targets."""
+        n = begun.shape[1]
+        x, tension, slips = (count if name in record else 0 for name in ("x", "tension", "slips"))
+        whole = np.empty(count, np.int64), np.empty((slips, n), np.int64)
+        places, tensions = np.empty((x, n)), np.empty((tension, n - 1))
+        return cls(np.empty(count), whole[0], places, tensions, whole[1], begun, load, low)
+
+    def part(self, first: int) -> AtTargets:
+        """Return the rows from `first` on."""
+        kept = [rows[first:] for rows in self[:5]]
+        return AtTargets._make([*kept, *self[5:]])
+
+
+@inlined
+def increased(sums, value, low):
+    """Add two floats to a sum, and what rounds and their own low part to its error."""
+    total, rounded = two_sum(sums[0], value)
+    return total, sums[1] + (rounded + low)
+
+
+@inlined
+def displacement(cell, i):
+    """Return the displacement of the slider in column i since the start of the simulation."""
+    return cell[at.TRAVEL, i] + (cell[at.TRAVEL_LOW, i] + cell[at.X, i])
+
+
+@inlined
+def tension(cell, now, begun, load, load_low, k):
+    """Return the tension below slider k: what displacements and theta have made of the first."""
+    i = k + at.PAD
+    right, left = cell[at.TRAVEL, i + 1], -cell[at.TRAVEL, i]
+    right_low = cell[at.TRAVEL_LOW, i + 1] + cell[at.X, i + 1]
+    left_low = -(cell[at.TRAVEL_LOW, i] + cell[at.X, i])
+    sums = begun[TENSION, k], begun[TENSION_LOW, k]
+    sums = increased(sums, right, right_low)
+    sums = increased(sums, left, left_low)
+    sums = increased(sums, -begun[PLACE, k + 1], -begun[PLACE_LOW, k + 1])
+    sums = increased(sums, begun[PLACE, k], begun[PLACE_LOW, k])
+    sums = increased(sums, -now.theta, -now.theta_low)
+    total, error = increased(sums, load, load_low)
+    return total + error
+
+
+@inlined
+def at_target(cell, count, now, targets, q):
+    """Write what is asked for at the target that has just been reached."""
+    targets.total[q] = now.total + now.total_low
+    targets.doubts[q] = now.undecided + now.long
+    if targets.x.shape[0] > 0:
+        for k in range(now.n):
+            targets.x[q, k] = displacement(cell, k + at.PAD)
+    if targets.tension.shape[0] > 0:
+        for k in range(now.n - 1):
+            load, low = targets.load, targets.load_low
+            targets.tension[q, k] = tension(cell, now, targets.begun, load, low, k)
+    if targets.slips.shape[0] > 0:
+        for k in range(now.n):
+            targets.slips[q, k] = count[at.SLIPS, k + at.PAD]
+            count[at.SLIPS, k + at.PAD] = 0
 
 
 @inlined

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -26,14 +25,39 @@ from exactcreep.solvers import tables
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error
-from exactcreep.solvers.exact.rest import Origin, Workspace, dilation, placed, rational, roomier
+from exactcreep.solvers.exact.rest import (
+    Origin,
+    Workspace,
+    dilation,
+    placed,
+    rational,
+    roomier,
+)
+from exactcreep.solvers.exact.rows import AtTargets
 from exactcreep.solvers.exact.two_floats import split, split_ratio, two_product
 from exactcreep.solvers.field.certified import Certified
-from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Start, Stretch, Tally
+from exactcreep.solvers.solver import (
+    Ending,
+    Rearrangement,
+    Simulation,
+    Solver,
+    Start,
+    Stretch,
+    Tally,
+    require,
+    same_kind,
+)
 from exactcreep.solvers.warm_up import compiled
 
-_MOST_WORK = 2**22  # of one call of the compiled loop: some hundredths of a second
+MOST_WORK = 2**21
+"""Of one call of the compiled loop, in units of about 5 ns: a hundredth of a second."""
 _NUDGE = 2.0**-50  # of a twin: four roundings, as rounding goes on along the run
+_KEPT = (
+    layout.FORCE, layout.FORCE_LOW, layout.TRAVEL, layout.TRAVEL_LOW, layout.COEFFICIENT,
+    layout.EXCESS, layout.DOUBTED,
+)  # fmt: skip
+_TALLY = ["rearrangements", "events", "slips", "below", "undecided", "long"]
+_COUNTED = [*_TALLY, "steps", "tests", "roots", "work", "calm", "retry", "target"]
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
 _USED: dict[int, list[Workspace]] = {}
 """By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
@@ -62,7 +86,6 @@ class ExactSimulation(Simulation):
         self.chain = chain
         self.record = record
         self.origin = Origin.of(chain, state)
-        self._pace = 2**14  # work of one call of the compiled loop
         self.work = placed(chain, self.origin, seed, _logging(record), used)
 
     @property
@@ -77,20 +100,17 @@ class ExactSimulation(Simulation):
 
     def cell(self, row: int) -> NDArray[np.float64]:
         """Return a row of `layout`'s cells at the present time, shape (n,)."""
-        return self._present.cell[row, PAD : PAD + self.chain.n]
+        return self._present.cell[row, self._own]
+
+    @property
+    def _own(self) -> slice:
+        """The columns of the chain's sliders."""
+        return slice(PAD, PAD + self.chain.n)
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
         """Counts since the start."""
-        now = self.work.now
-        return Tally(
-            rearrangements=now["rearrangements"].item(),
-            events=now["events"].item(),
-            slips=now["slips"].item(),
-            draws_below_mu_d=now["below"].item(),
-            undecided=now["undecided"].item(),
-            long_rearrangements=now["long"].item(),
-        )
+        return Tally(*self.work.now[_TALLY][0].item())
 
     @property
     def seed(self) -> int:
@@ -125,66 +145,48 @@ class ExactSimulation(Simulation):
         """Take the chain to targets `first` .. `first + count - 1`; see `Simulation.follow`."""
         high, low = self.targets(drive, first, count, self.seed)
         self.work.now["target"] = first
-        travel = np.empty(count)
-        rows: dict[str, list[Any]] = {
-            name: [] for name in ("x", "tension", "slips") if name in self.record
-        }
+        targets = self.at_targets(count, self.record)
         logs = [tables.record_arrays({name: ()}, 1) for name in self.record if name in _LOGS]
-        begun = events = self.events
-        done, reason = 0, layout.DONE
-        stop: Stop | None = None
-        while stop is None:
-            here = slice(done, done + 1 if rows else count)
-            left = begun + limits.events_left - events
-            reason, reached = self._advance(high[here], low[here], travel[here], left)
+        begun = self.events
+        done, ended = 0, Ending(Stop.DONE)
+        while done < count:
+            left = begun + limits.events_left - self.events
+            self._room_for_more()
+            reason, reached = loop.follow(
+                *self.work, high[done:], low[done:], targets.part(done), left, MOST_WORK, False
+            )
             done += reached
-            logs.append(self._drain_tables())
-            if rows and reached:
-                tensions, displacements, *_ = self.origin.read(self._present)
-                slips = self.work.tally[layout.SLIPS, PAD : PAD + self.chain.n].copy()
-                known = {"x": displacements, "tension": tensions, "slips": slips}
-                for name, values in rows.items():
-                    values.append(known[name])
-                self.work.tally[layout.SLIPS] = 0
-            events = self.events
+            if logs:
+                logs.append(self._drain_tables())
             if reason in (layout.RUNAWAY, layout.ENDLESS):
+                ended = self.ending(reason)
                 break
-            stop = Stop.DONE if done == count else limits.stop(events - begun)
-        recorded: dict[str, NDArray[Any]] = {"x_G": travel[:done] / self.chain.n}
-        recorded |= tables.record_arrays(rows, self.chain.n) | tables.joined(logs)
-        if stop is not None:
-            return Stretch(done, recorded, stop, limits.reason(stop))
-        return Stretch(done, recorded, *self.ending(reason))
+            if done < count and (stop := limits.stop(self.events - begun)) is not None:
+                ended = Ending(stop, limits.reason(stop))
+                break
+        known = targets._asdict() | {"x_G": targets.total / self.chain.n}
+        names = dict.fromkeys(("x_G", *self.record))
+        recorded = {name: known[name][:done] for name in names if name not in _LOGS}
+        return Stretch(done, recorded | tables.joined(logs), *ended, doubts=targets.doubts[:done])
 
-    def ending(self, reason: int, told: str = _ENDLESS) -> tuple[Stop, str]:
+    def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
+        """Return room for what the loop writes at `count` targets."""
+        return AtTargets.of(count, record, self.origin.numbers, *self.origin.load)
+
+    def ending(self, reason: int, told: str = _ENDLESS) -> Ending:
         """Return why the chain goes no further, and a sentence: `told` if nothing is proved."""
         if reason == layout.RUNAWAY:
-            return Stop.RUNAWAY, NEVER_STOPS
+            return Ending(Stop.RUNAWAY, NEVER_STOPS)
         if self._never_rests():
-            return Stop.RUNAWAY, NEVER_RESTS
-        return Stop.LIMIT, told
+            return Ending(Stop.RUNAWAY, NEVER_RESTS)
+        return Ending(Stop.LIMIT, told)
 
-    def _advance(self, *targets: NDArray[np.float64] | int, single: bool = False) -> Any:
-        """Run the compiled loop for a moment: the arguments of `loop.follow` up to `max_events`.
-
-        `layout.BUDGET` comes back after these, or what takes some hundredths of a second.
-        """
-        return self.paced(lambda work, pace: loop.follow(*work, *targets, pace, single))
-
-    def paced(self, run: Callable[[Workspace, int], Any]) -> Any:
-        """Return what `run` does with as much work as takes some hundredths of a second."""
+    def _room_for_more(self) -> None:
+        """Be ready for several sliders that move together, if they do."""
         if self.work.series is None and self.work.now["stage"][0] == layout.CLUSTER:
             self.make_room()
-        begin = time.perf_counter()
-        result = run(self.work, self._pace)
-        seconds = time.perf_counter() - begin
-        if seconds > 0.1:
-            self._pace = max(self._pace // 2, 1)
-        elif seconds < 0.01 and self._pace < _MOST_WORK:
-            self._pace *= 2
-        return result
 
-    def single(self, direction: int, most: int, at_once: int = _MOST_WORK) -> Iterator[int]:
+    def single(self, direction: int, most: int, at_once: int = MOST_WORK) -> Iterator[int]:
         """Rearrange as the chain stands, else where theta makes it; yield why the loop came back.
 
         That is soon after `most` events or, each time, `at_once`; to ask for more lets it go on.
@@ -193,11 +195,12 @@ class ExactSimulation(Simulation):
         high, low = self.load()
         if direction != 0 and self.chain.n > 1:
             high, low = np.inf * direction, 0.0
-        target = np.array([high]), np.array([low]), np.empty(1)
+        target = np.array([high]), np.array([low]), self.at_targets(1, ())
         reason = layout.BUDGET
         while reason in _GOES_ON:
             left = min(most - self.events, at_once)
-            reason, _ = self._advance(*target, left, single=True)
+            self._room_for_more()
+            reason, _ = loop.follow(*self.work, *target, left, MOST_WORK, True)
             yield reason
 
     def make_room(self) -> None:
@@ -251,68 +254,89 @@ class ExactSimulation(Simulation):
         theta = dilation(self.chain, self.load())
         return State.owning(*self.origin.read(self._present), theta)
 
-    def _kept(self) -> dict[str, NDArray[Any]]:
-        """Return the arrays that decide how it goes on, as plain numbers, by name."""
-        work = self.work
-        kept: dict[str, NDArray[Any]] = {
-            "cell": work.cell,
-            "tally": work.tally,
-            "real": work.now.view(np.float64)[: layout.REALS],
-            "whole": work.now.view(np.int64)[layout.REALS :],
+    @property
+    def at_rest(self) -> bool:
+        """Whether no slider moves, and none is left to be started."""
+        return bool(self.work.now["stage"][0] == layout.AT_REST)
+
+    def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
+        """Let the rearrangement under way end, if the limits allow it; return what is logged."""
+        begun, logs = self.events, []
+        high, low = self.load()
+        target = np.array([high]), np.array([low]), self.at_targets(1, ())
+        reason = layout.BUDGET
+        while not self.at_rest and reason in _GOES_ON and limits.stop(self.events - begun) is None:
+            self._room_for_more()
+            left = begun + limits.events_left - self.events
+            reason, _ = loop.follow(*self.work, *target, left, MOST_WORK, True)
+            logs.append(self._drain_tables())
+        return tables.joined(logs)
+
+    def snapshot(self) -> dict[str, Any]:
+        """Return how far the chain is, at rest; see `Simulation.snapshot`."""
+        work, own = self.work, self._own
+        taken: dict[str, Any] = {
+            "numbers": work.cell[list(_KEPT), own],  # a copy
+            "whole": work.tally[: layout.EVENT, own].copy(),
+            "theta": np.array(self.load()),
+            "total": np.array(work.now[["total", "total_low"]][0].item()),
+            "counts": np.array(work.now[_COUNTED][0].item(), dtype=np.int64),
         }
         if work.log.tables is not None:
-            kept |= {"track": work.log.tables.track, "sums": work.log.tables.sums.view(np.float64)}
-        return kept
+            taken["energy"] = work.log.tables.sums.view(np.float64).copy()
+        return taken
 
-    def capture(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit."""
-        captured = {name: array.copy() for name, array in self._kept().items()}
-        # in the middle of a long avalanche sliders stand where they were at different times
-        if self.work.clock is not None and self.work.now["local"][0]:
-            captured["clock"] = self.work.clock.copy()
-        tension, tension_low, place, place_low, *_ = self.origin.numbers.copy()
-        captured |= {
-            "start_tension": tension[:-1],
-            "start_tension_low": tension_low[:-1],
-            "start_displacement": place,
-            "start_displacement_low": place_low,
-            "start_theta": np.array(split(rational(self.origin.state.theta))),
-        }
-        return captured
-
-    def restore(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `capture` returned."""
-        for name, array in self._kept().items():
-            array[...] = captured[name]
-        work = self.work
-        work.now["logging"] = _logging(self.record)
-        if work.clock is not None:
-            layout.forget(work.clock, self.chain.n)
-            work.clock[...] = captured.get("clock", work.clock)
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        """Go on from a snapshot; see `Simulation.restore`."""
+        work, own, chain = self.work, self._own, self.chain
+        like = self.snapshot()  # what records no tables needs no energies
+        names = like.keys() | (snapshot.keys() - {"energy"})
+        taken = same_kind(like, {name: snapshot.get(name) for name in names})
+        counts, numbers = taken["counts"], taken["numbers"]
+        require((counts >= 0).all() and (counts < 2**60).all(), "a count is out of range")
+        require((taken["whole"] >= 0).all() and (taken["whole"] < 2**60).all(), "so is a draw")
+        require(all(np.isfinite(taken[name]).all() for name in ("numbers", "theta", "total")),
+                "a number is not finite")  # fmt: skip
+        work.cell[list(_KEPT), own] = numbers
+        work.cell[layout.REST, own] = work.cell[layout.FORCE, own]
+        work.tally[: layout.EVENT, own] = taken["whole"]
+        now = work.now
+        now["theta"], now["theta_low"] = taken["theta"]
+        now["total"], now["total_low"] = taken["total"]
+        for name, count in zip(_COUNTED, counts, strict=True):
+            now[name] = count
+        now["stage"] = layout.AT_REST
+        if work.log.tables is not None:
+            work.log.tables.sums.view(np.float64)[:] = taken["energy"]
         loop.prepare(work.cell, work.tally, work.deviate, work.now)
+        state, scale = self.state(), 1.0 + abs(numbers).max()
+        made = np.diff(state.tensions, prepend=0.0, append=0.0) + chain.sin_alpha
+        if chain.n > 1:
+            made[[0, -1]] += np.array([1.0, -1.0]) * self.load()[0]
+        close = 2.0**-40 * (scale + abs(self.load()[0]))
+        forces, low = numbers[0], numbers[[1, 3]]
+        above = state.coefficients.astype(np.float64) - nearest_float(chain.mu_d)
+        excess = np.maximum(above, 0.0) * chain.cos_alpha
+        require((abs(forces - made) <= close).all(), "forces and tensions do not belong together")
+        require((abs(low) <= close).all(), "forces are not what was rounded")
+        require((abs(numbers[5] - excess) <= close).all(), "thresholds are not the coefficients'")
+        total = abs(now["total"][0] - state.displacements.sum()) <= chain.n * close
+        require(bool(total), "displacements do not add up")
 
-        def whole(name: str) -> NDArray[Any]:
-            high, low = captured[name], captured[name + "_low"]
-            if not np.any(low):
-                return np.array(high, dtype=np.float64)
-            pairs = zip(high.tolist(), low.tolist(), strict=True)
-            return np.array([Fraction(one) + Fraction(other) for one, other in pairs])
+    def copied(self, record: tuple[str, ...]) -> ExactSimulation:
+        """Return a simulation that goes on from here bit for bit, and records something else."""
+        other = ExactSimulation(self.chain, self.origin.state, self.seed, record)
+        if self.work.series is not None:
+            other.make_room()
+        mine, its = self.work, other.work
+        its.cell[:], its.tally[:], its.deviate[:] = mine.cell, mine.tally, mine.deviate
+        if mine.clock is not None and its.clock is not None:
+            its.clock[:] = mine.clock
+        its.now[:] = mine.now
+        its.now["logging"], its.now["logged"] = _logging(record), 0
+        return other
 
-        begun = replace(
-            self.origin.state,
-            tensions=whole("start_tension"),
-            displacements=whole("start_displacement"),
-            theta=sum(Fraction(float(part)) for part in captured["start_theta"]),
-        )
-        self.origin = Origin.of(self.chain, begun)
-
-    def logged(self) -> ExactSimulation:
-        """Return a simulation that goes on from here bit for bit, and records events."""
-        twin = ExactSimulation(self.chain, self.origin.state, 0, ("events",))
-        twin.restore(self.capture())
-        return twin
-
-    def twin(self) -> ExactSimulation | None:
+    def perturbed(self) -> ExactSimulation | None:
         """Return a simulation whose tensions at the start are `_NUDGE` off, to either side.
 
         What mirrors itself goes on doing so.
@@ -324,7 +348,8 @@ class ExactSimulation(Simulation):
         off = [_NUDGE * largest * (-1) ** min(i, n - 2 - i) for i in range(n - 1)]
         given = zip(begun.tensions.tolist(), off, strict=True)
         tensions = np.array([rational(t) + Fraction(d) for t, d in given])
-        return ExactSimulation(self.chain, replace(begun, tensions=tensions), self.seed, ())
+        start = replace(begun, tensions=tensions)
+        return ExactSimulation(self.chain, start, self.seed, ("tension", "slips"))
 
     @property
     def evidence(self) -> Evidence:
@@ -428,6 +453,7 @@ class Exact(Solver):
     """
 
     escalate: bool = False
+    perturbs: ClassVar[bool] = True
     name: ClassVar[str] = "exact"
     summary: ClassVar[str] = "event by event in closed form, float64, compiled"
 
@@ -454,7 +480,7 @@ class Exact(Solver):
         logs: list[NDArray[Any]] = []
         outcome, told = Outcome.AT_REST, ""
         late = limits.at < math.inf and limits.passed()  # then there is one event all the same
-        at_once = 1 if late else _MOST_WORK
+        at_once = 1 if late else MOST_WORK
         for reason in simulation.single(direction, limits.events_left, at_once):
             logs.append(simulation.drain())
             stop = limits.stop(simulation.events) if reason in _GOES_ON else None

@@ -3,16 +3,15 @@
 A calculation that meets an undecided comparison, or ends with fewer digits than were asked for,
 starts again at twice the precision: from the last state that is known exactly in Q(c), or from
 the beginning. At the stated limit what is still undecided is settled by the model's rules
-and counted, and the result says so. Events of a half-cycle that was cut short before precision had
-to be raised are not handed out again: they are right, and their radii wider than without the cut.
+and counted, and the result says so.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from copy import copy
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 from exactcreep.limits import NO_LIMITS, Limits, Stop
@@ -29,6 +28,7 @@ from exactcreep.solvers.field.reference import (
     completed,
     mechanics_report,
     one_by_one,
+    require_plain,
 )
 from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
 from exactcreep.solvers.reference import ChainIntegrator
@@ -38,11 +38,10 @@ from exactcreep.solvers.solver import (
     Start,
     Stretch,
     Tally,
+    require,
 )
-from exactcreep.solvers.tables import LOGS
 
-_BALLS = ("tensions", "displacements", "theta")  # the numbers of a state that are balls
-_PLAIN = ("anchor", "anchor_target", "settles", "restarts", "handed_out", "repeated", "behind")
+_PLAIN = ("anchor", "anchor_target", "settles", "restarts")
 GUARD_BITS = 128
 """Beyond the digits that were asked for, to begin with."""
 
@@ -261,9 +260,6 @@ class CertifiedSimulation(FieldSimulation):
         self.solver = solver
         self.restarts = 0
         self.settles = False  # at the precision limit
-        # rows of the half-cycle under way in earlier calls, and how many are to come once more
-        self.handed_out = dict.fromkeys(LOGS, 0)
-        self.repeated = dict.fromkeys(LOGS, 0)
         # on the way back to where a comparison was undecided: the next target, and what is known
         # of the last one that was reached
         self.behind: int | None = None
@@ -276,48 +272,38 @@ class CertifiedSimulation(FieldSimulation):
             self.anchor = self.mechanics.captured()
         self.anchor_target: list[Any] = [q, self.theta_target]
 
-    def _to_target(self, drive: Drive, q: int, rows: dict[str, list[Any]]) -> Stop | None:
+    def _to_target(
+        self, drive: Drive, q: int, limits: Limits, early: Callable[[], Stop | None]
+    ) -> Stop | None:
         if self.anchor_target[0] < 0:
             self.anchor_target[0] = q - 1
-        kept = {name: len(values) for name, values in rows.items()}
         while True:
             try:
-                stop = self._catch_up(drive, q)
+                stop = self._catch_up(drive, q, limits, early)
                 if stop is None:
-                    stop = super()._to_target(drive, q, rows)
+                    stop = super()._to_target(drive, q, limits, early)
                 break
             except Undecided:
-                for name, values in rows.items():
-                    del values[kept[name] :]
                 self._go_back()
-        for name in LOGS:
-            logged, begin = rows.get(name, []), kept.get(name, 0)
-            new = len(logged) - begin
-            again = min(new, self.repeated[name])  # handed out before, and not once more
-            del logged[begin : begin + again]
-            self.repeated[name] -= again
-            self.handed_out[name] += new - again
         if stop is None:
-            self.handed_out = dict.fromkeys(LOGS, 0)
             with self.mechanics.arithmetic.active():
                 self.known = self.mechanics.state(), replace(self.tally)
             if self.mechanics.exact is not None:
                 self._drop_anchor(q)
         return stop
 
-    def _arrive(self, target: Any, rows: dict[str, list[Any]]) -> None:
+    def _arrive(self, target: Any) -> None:
         if not self.settles:
             require_digits(self.mechanics, self.solver.digits)
-        super()._arrive(target, rows)
+        super()._arrive(target)
 
     def _go_back(self) -> None:
         """Start again from the anchor with more bits."""
         self.restarts += 1
         bits = self.mechanics.arithmetic.bits
         self.settles = bits >= self.solver.most_bits
-        more = balls_of(min(self.leap * bits, self.solver.most_bits))
-        with more.active():
-            self.mechanics = self.kind(self.start, more, assume=self.settles)
+        self._begin(min(self.leap * bits, self.solver.most_bits))
+        with self.mechanics.arithmetic.active():
             self.mechanics.take_over(self.anchor)
             if self.mechanics.exact is not None:
                 self.mechanics.renew()
@@ -325,7 +311,13 @@ class CertifiedSimulation(FieldSimulation):
         reached, self.theta_target = self.anchor_target
         self.behind = reached + 1
         self.avalanche, self.undecided = None, self.tally.undecided
-        self.repeated = dict(self.handed_out)
+        self.begun = self._rows()
+
+    def _begin(self, bits: int) -> None:
+        """Take another precision."""
+        arithmetic = balls_of(bits)
+        with arithmetic.active():
+            self.mechanics = self.kind(self.start, arithmetic, assume=self.settles)
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         self.tally = self.mechanics.tally
@@ -334,10 +326,13 @@ class CertifiedSimulation(FieldSimulation):
             self.tally = Tally() if self.known is None else self.known[1]
         return stretch
 
-    def _catch_up(self, drive: Drive, q: int) -> Stop | None:
+    def _catch_up(
+        self, drive: Drive, q: int, limits: Limits, early: Callable[[], Stop | None]
+    ) -> Stop | None:
         """Come again to the half-cycle towards q; return why that is not done, None if it is."""
         while self.behind is not None and self.behind < q:
-            stop = super()._to_target(drive, self.behind, self._rows())
+            stop = super()._to_target(drive, self.behind, limits, early)
+            self.begun = self._rows()
             if stop is not None:
                 return stop
             self.behind += 1
@@ -355,35 +350,25 @@ class CertifiedSimulation(FieldSimulation):
         """Proved, unless a tie had to be assumed at the precision limit."""
         return Evidence.of(self.tally.undecided, Evidence.PROVED)
 
-    def capture(self) -> dict[str, Any]:
-        return super().capture() | {
-            **{name: copy(getattr(self, name)) for name in _PLAIN},
-            "known": self._known_as_plain() if self.behind is not None else None,
-        }
+    @property
+    def at_rest(self) -> bool:
+        """Whether it stands at a target."""
+        return self.behind is None and super().at_rest
 
-    def _known_as_plain(self) -> dict[str, Any] | None:
-        if self.known is None:
-            return None
-        state, tally = self.known
-        plain = self.mechanics.arithmetic.plain
-        fields = {name: plain(getattr(state, name)) for name in _BALLS}
-        fields |= {"coefficients": state.coefficients, "draws": state.draws}
-        return {"state": fields, "tally": asdict(tally)}
+    def snapshot(self) -> dict[str, Any]:
+        return super().snapshot() | {name: copy(getattr(self, name)) for name in _PLAIN}
 
-    def restore(self, captured: Mapping[str, Any]) -> None:
-        arithmetic = balls_of(int(captured["bits"]))
-        with arithmetic.active():
-            self.mechanics = self.kind(self.start, arithmetic, assume=bool(captured["settles"]))
-        super().restore(captured)
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        bits, like = snapshot.get("bits"), self.anchor
+        least, most = self.solver.arithmetic().bits, self.solver.most_bits
+        require(type(bits) is int and least <= bits <= most, "it is of another precision")
+        self.settles = bool(snapshot.get("settles"))
+        self._begin(int(snapshot["bits"]))
+        super().restore(snapshot)
+        require_plain(like, snapshot["anchor"])
+        require(len(snapshot["anchor_target"]) == 2, "it has no anchor")
         for name in _PLAIN:
-            setattr(self, name, copy(captured[name]))
-        self.known = None
-        if captured["known"] is not None:
-            number = arithmetic.from_plain
-            fields = dict(captured["known"]["state"])
-            with arithmetic.active():
-                fields |= {name: number(fields[name]) for name in _BALLS}
-            self.known = State(**fields), Tally(**captured["known"]["tally"])
+            setattr(self, name, copy(snapshot[name]))
 
     def report(self) -> dict[str, Any]:
         """Return precision, enclosure radius, bits lost, ties assumed and work counts."""

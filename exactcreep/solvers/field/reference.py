@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, ClassVar
+
+import numpy as np
 
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.contacts import Event
@@ -26,13 +28,16 @@ from exactcreep.motion.first_event import SearchLimit
 from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.rows import Avalanche
 from exactcreep.solvers.solver import (
+    Ending,
     Rearrangement,
     Simulation,
     Solver,
     Start,
     Stretch,
+    require,
+    same_kind,
 )
-from exactcreep.solvers.tables import record_arrays, rows_of
+from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
 
 
 class FieldSolver(Solver):
@@ -126,7 +131,11 @@ def mechanics_report(mechanics: ChainIntegrator) -> dict[str, Any]:
 
 
 class FieldSimulation(Simulation):
-    """A simulation by `ChainIntegrator`."""
+    """A simulation by `ChainIntegrator`.
+
+    Rows of events on the way to a target are handed over once it is reached: an arithmetic that
+    does not decide a comparison begins again with more digits.
+    """
 
     kind: ClassVar[type[ChainIntegrator]] = ChainIntegrator
 
@@ -136,6 +145,7 @@ class FieldSimulation(Simulation):
         with arithmetic.active():
             self.mechanics = self.kind(start, arithmetic)
         self.tally = self.mechanics.tally
+        self.begun = self._rows()  # rows on the way to the next target
         self.avalanche: Avalanche | None = None
         self.undecided = 0  # up to the end of the last rearrangement
         self.theta_target: Fraction | None = None
@@ -143,46 +153,57 @@ class FieldSimulation(Simulation):
             self.theta_target = exact_number(start.state.theta, "theta")
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
-        self.limits = limits
-        self.begun = self.tally.events
-        rows = self._rows()
-        done, reason = 0, ""
-        stop: Stop | None = None
-        while stop is None:
+        before = self.tally.events
+        rows, doubts = self._rows(), []
+
+        def early() -> Stop | None:
+            return limits.stop(self.tally.events - before)
+
+        ended, done = Ending(Stop.DONE), 0
+        while done < count:
             try:
-                stop = self._to_target(drive, first + done, rows)
+                stop = self._to_target(drive, first + done, limits, early)
             except SearchLimit as limit:
-                stop, reason = Stop.LIMIT, str(limit)
+                ended = Ending(Stop.LIMIT, str(limit))
+                break
             if stop is None:
                 done += 1
-                stop = Stop.DONE if done == count else self._early()
-        if stop is Stop.RUNAWAY:
-            reason = self.mechanics.proof
-        recorded = record_arrays(rows, self.start.chain.n)
-        return Stretch(done, recorded, stop, reason or limits.reason(stop))
-
-    def _early(self) -> Stop | None:
-        """Return why `follow` has to come back; None: it need not."""
-        return self.limits.stop(self.tally.events - self.begun)
+                doubts.append(self.tally.undecided)
+                for name, values in self.begun.items():
+                    rows[name] += values
+                self.begun = self._rows()
+                stop = early() if done < count else None
+            if stop is not None:
+                proof = self.mechanics.proof if stop is Stop.RUNAWAY else ""
+                ended = Ending(stop, proof or limits.reason(stop))
+                break
+        n = self.start.chain.n
+        logged = {name: values for name, values in self.begun.items() if name in LOGS and values}
+        return Stretch(
+            done, record_arrays(rows, n), *ended, record_arrays(logged, n),
+            np.array(doubts, dtype=np.int64),
+        )  # fmt: skip
 
     def _rows(self) -> dict[str, list[Any]]:
         """Return an empty list for everything that is recorded; see `record_arrays`."""
         return {name: [] for name in ("x_G", *self.record)}
 
-    def _to_target(self, drive: Drive, q: int, rows: dict[str, list[Any]]) -> Stop | None:
+    def _to_target(
+        self, drive: Drive, q: int, limits: Limits, early: Callable[[], Stop | None]
+    ) -> Stop | None:
         """Take the chain to target q, and return why it was not reached; None: it was."""
         mechanics = self.mechanics
-        mechanics.limits = self.limits
+        mechanics.limits = limits
         with mechanics.arithmetic.active():
             target = drive.exact_target(q, self.start.seed)
             while True:
                 try:
                     for event in mechanics.rearrangement():
                         if event is not None:
-                            self._log(event, q, rows)
+                            self._log(event, q)
                         if mechanics.flow is None:
-                            self._log_rest(rows)
-                        if event is None and (stop := self._early()) is not None:
+                            self._log_rest()
+                        if event is None and (stop := early()) is not None:
                             return stop
                 except OutOfTime:
                     return Stop.DEADLINE
@@ -190,7 +211,7 @@ class FieldSimulation(Simulation):
                     return Stop.RUNAWAY
                 if not mechanics.ramp(self._way(target), target):
                     break
-            self._arrive(target, rows)
+            self._arrive(target)
         return None
 
     def _way(self, target: Fraction) -> int:
@@ -204,7 +225,7 @@ class FieldSimulation(Simulation):
             mechanics.way = mechanics.arithmetic.sign(ahead)
         return mechanics.way
 
-    def _arrive(self, target: Fraction, rows: dict[str, list[Any]]) -> None:
+    def _arrive(self, target: Fraction) -> None:
         mechanics = self.mechanics
         mechanics.way = 0
         self.theta_target = target
@@ -216,12 +237,13 @@ class FieldSimulation(Simulation):
             "slips": mechanics.slips,
         }
         for name, value in reached.items():
-            if name in rows:
-                rows[name].append(copy(value))
+            if name in self.begun:
+                self.begun[name].append(copy(value))
         mechanics.slips[:] = 0
 
-    def _log(self, event: Event, q: int, rows: dict[str, list[Any]]) -> None:
-        if rows.keys().isdisjoint(("events", "rearrangements", "slip_table")):
+    def _log(self, event: Event, q: int) -> None:
+        rows = self.begun
+        if rows.keys().isdisjoint(LOGS):
             return
         mechanics, arithmetic = self.mechanics, self.mechanics.arithmetic
         number, theta = mechanics.tally.rearrangements - 1, mechanics.known_theta()
@@ -238,39 +260,82 @@ class FieldSimulation(Simulation):
         slips = self.avalanche.take(event, mechanics.known_moves(), coefficient, arithmetic)
         rows.get("slip_table", []).extend(slips)
 
-    def _log_rest(self, rows: dict[str, list[Any]]) -> None:
+    def _log_rest(self) -> None:
         mechanics, undecided = self.mechanics, self.mechanics.tally.undecided
-        if self.avalanche is not None and "rearrangements" in rows:
+        if self.avalanche is not None and "rearrangements" in self.begun:
             row = self.avalanche.row(mechanics.chain, mechanics.arithmetic, undecided)
-            rows["rearrangements"].append(row)
+            self.begun["rearrangements"].append(row)
         self.avalanche, self.undecided = None, undecided
 
     def state(self) -> State:
         with self.mechanics.arithmetic.active():
             return self.mechanics.state()
 
-    def capture(self) -> dict[str, Any]:
-        arithmetic, avalanche = self.mechanics.arithmetic, self.avalanche
+    @property
+    def at_rest(self) -> bool:
+        """Whether it stands at a target."""
+        return self.mechanics.flow is None and self.theta_target is not None
+
+    def snapshot(self) -> dict[str, Any]:
+        arithmetic = self.mechanics.arithmetic
         with arithmetic.active():
             return {
                 "bits": arithmetic.bits,
                 "theta_target": self.theta_target,
                 "mechanics": self.mechanics.captured(),
-                "avalanche": avalanche and avalanche.captured(arithmetic.plain),
                 "undecided": self.undecided,
             }
 
-    def restore(self, captured: Mapping[str, Any]) -> None:
-        self.theta_target = captured["theta_target"]
-        known, number = captured["avalanche"], self.mechanics.arithmetic.from_plain
-        with self.mechanics.arithmetic.active():
-            self.mechanics.take_over(captured["mechanics"])
-            self.avalanche = known and Avalanche.restored(known, number)
-        self.undecided = int(captured["undecided"])
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        like = self.snapshot()
+        require(like.keys() == snapshot.keys(), "the snapshot lacks a name")
+        taken = snapshot["mechanics"]
+        require_plain(like["mechanics"], taken)
+        arithmetic = self.mechanics.arithmetic
+        require(snapshot["bits"] == arithmetic.bits, "it is of another precision")
+        self.theta_target = snapshot["theta_target"]
+        require(isinstance(self.theta_target, Fraction), "it does not stand at a target")
+        with arithmetic.active():
+            self.mechanics.take_over(taken)
+        self.undecided = int(snapshot["undecided"])
         self.tally = self.mechanics.tally
 
     def report(self) -> dict[str, Any]:
         return mechanics_report(self.mechanics)
+
+
+_MOST_EXPONENT = 2**20
+"""Of a number in a snapshot: far beyond what a chain can come to."""
+
+
+def require_plain(like: Mapping[str, Any], given: Any) -> None:
+    """Raise `ValueError` unless `given` can be what `ChainIntegrator.captured` returns, as `like` is."""
+    require(isinstance(given, Mapping) and like.keys() == given.keys(), "a name is missing")
+    for name, value in like.items():
+        if isinstance(value, np.ndarray):
+            same_kind(value, given[name], name)
+        elif name == "tally":
+            same_kind(value, given[name], name)
+            require(all(0 <= count < 2**60 for count in given[name].values()), "a count is not")
+        elif isinstance(value, list) and name in ("tensions", "displacements", "forces"):
+            require(len(value) == len(given[name]), f"{name} has another length")
+    require(given["flow"] is None, "it is not at rest")
+    _require_bounded(given)
+
+
+def _require_bounded(value: Any) -> None:
+    """Raise `ValueError` if a number has an exponent, or a list a length, without measure."""
+    if isinstance(value, Mapping):
+        value = list(value.values())
+    if isinstance(value, np.ndarray):
+        good = value.dtype.kind in "fiub" and (value.dtype.kind != "f" or not np.isnan(value).any())
+        require(bool(good), "an array holds no numbers")
+    elif isinstance(value, tuple) and value and all(type(part) is int for part in value):
+        exponents = value[1::2] if len(value) in (2, 4) else ()
+        require(max(map(abs, exponents), default=0) < _MOST_EXPONENT, "a number is without measure")
+    elif isinstance(value, (list, tuple)):
+        for part in value:
+            _require_bounded(part)
 
 
 @dataclass(frozen=True)

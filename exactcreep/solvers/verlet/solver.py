@@ -27,7 +27,16 @@ from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.rows import Avalanche
-from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Start, Stretch, Tally
+from exactcreep.solvers.solver import (
+    Rearrangement,
+    Simulation,
+    Solver,
+    Start,
+    Stretch,
+    Tally,
+    require,
+    same_kind,
+)
 from exactcreep.solvers.tables import (
     EVENT_TABLE,
     LOGS,
@@ -53,6 +62,8 @@ _ENDINGS = {
     steps.INFINITE: (Stop.LIMIT, _INFINITE),
 }
 """Why the compiled steps return for good; else they want to be called again."""
+_REALS = ("base", "displacement", "coefficient", "threshold")
+_COUNTS = ("steps", "rearrangements", "events", "slips", "below", "undecided", "target")
 
 
 def _constants(start: Start, dt: float, locate: bool) -> Constants:
@@ -207,21 +218,15 @@ class _Ledger:
         self._undecided[0] = self._undecided[1]
         return [avalanche.row(self._chain, FLOAT64, self._undecided[1])]
 
-    def captured(self) -> dict[str, Any]:
-        return {
-            "theta": self._theta,
-            "tensions": self._tensions.copy(),
-            "undecided": list(self._undecided),
-            "avalanche": self._avalanche and self._avalanche.captured(FLOAT64.plain),
-        }
+    def snapshot(self) -> dict[str, Any]:
+        """Return what is known at rest."""
+        theta, undecided = np.array([self._theta]), np.array(self._undecided)
+        return {"theta": theta, "tensions": self._tensions.copy(), "undecided": undecided}
 
-    def restore(self, captured: Mapping[str, Any]) -> None:
-        """Take over what `captured` returned."""
-        self._theta = float(captured["theta"])
-        self._tensions[:] = captured["tensions"]
-        self._undecided = list(captured["undecided"])
-        known = captured["avalanche"]
-        self._avalanche = known and Avalanche.restored(known, FLOAT64.from_plain)
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        """Take over what `snapshot` returned."""
+        self._theta, self._tensions[:] = float(snapshot["theta"][0]), snapshot["tensions"]
+        self._undecided = snapshot["undecided"].tolist()
 
 
 class VerletSimulation(Simulation):
@@ -244,8 +249,6 @@ class VerletSimulation(Simulation):
         targets = drive.targets(first, count, self.seed)
         rows = TargetRows.empty(record, count, self.chain.n)
         logs: list[dict[str, NDArray[Any]]] = []
-        tables = [name for name in ("rearrangements", "slip_table") if name in record]
-        kept = [name for table in tables for name in LOGS[table].columns]
         now = arrays.now[0]
         done = 0
         begun = events = int(now["events"])
@@ -256,17 +259,23 @@ class VerletSimulation(Simulation):
             own = rows.part(done)
             code, more = steps.follow(self.fixed, arrays, targets[done:], first + done, budget, own)
             done += more
-            written = self._written()
-            if "events" in record:
-                logs.append(EVENT_TABLE.arrays(written))
-            if tables:
-                found = self._ledger.take(written, moves=now["phase"] == steps.MOVING)
-                logs.append({name: found[name] for name in kept})
+            logs.append(self._tables())
             events = int(now["events"])
             stop, reason = _ENDINGS.get(code, (None, ""))
             stop = stop or limits.stop(events - begun)
         recorded = rows.recorded(record, done) | joined(logs)
         return Stretch(done, recorded, stop, reason or limits.reason(stop))
+
+    def _tables(self) -> dict[str, NDArray[Any]]:
+        """Return the rows of tables that are complete, and make room for others."""
+        written, record = self._written(), self.record
+        rows = EVENT_TABLE.arrays(written) if "events" in record else {}
+        tables = [name for name in ("rearrangements", "slip_table") if name in record]
+        if tables:
+            moves = self.arrays.now["phase"][0] == steps.MOVING
+            found = self._ledger.take(written, moves=moves)
+            rows |= {name: found[name] for table in tables for name in LOGS[table].columns}
+        return rows
 
     def _written(self) -> NDArray[Any]:
         """Return the rows of events that have been written down, and make room for others."""
@@ -286,27 +295,59 @@ class VerletSimulation(Simulation):
         """Return the present velocities."""
         return _velocities(self.fixed, self.arrays)
 
-    def capture(self) -> dict[str, Any]:
-        arrays = self.arrays
+    @property
+    def at_rest(self) -> bool:
+        return bool(self.arrays.now["phase"][0] == steps.AT_REST)
+
+    def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
+        arrays, logs = self.arrays, []
+        now = arrays.now[0]
+        begun, code = int(now["events"]), steps.PAUSED
+        while not self.at_rest and _ENDINGS.get(code) is None and not limits.passed():
+            now["spent"] = 0
+            code = steps.advance(self.fixed, arrays, begun + limits.events_left)
+            logs.append(self._tables())
+        return joined(logs)
+
+    def snapshot(self) -> dict[str, Any]:
+        sliders, now = self.arrays.sliders, self.arrays.now[0]
         return {
-            "origin": self.fixed.origin,
-            "tables": self._ledger.captured(),
-            "movers": arrays.movers.copy(),
-            "lanes": arrays.lanes.copy(),
-            **{"slider_" + name: arrays.sliders[name].copy() for name in SLIDER.names or ()},
-            **{"now_" + name: arrays.now[name][0].item() for name in NOW.names or ()},
+            "sliders": np.array([sliders[name] for name in _REALS]),
+            "whole": np.array([sliders["draws"], sliders["slips"]]),
+            "place": np.array([now["shift"], now["theta"]]),
+            "counts": np.array([now[name] for name in _COUNTS]),
+            "tables": self._ledger.snapshot(),
         }
 
-    def restore(self, captured: Mapping[str, Any]) -> None:
-        arrays = self.arrays
-        self.fixed = self.fixed._replace(origin=float(captured["origin"]))
-        arrays.movers[:] = captured["movers"]
-        arrays.lanes[:] = captured["lanes"]
-        for name in SLIDER.names or ():
-            arrays.sliders[name] = captured["slider_" + name]
-        for name in NOW.names or ():
-            arrays.now[name] = captured.get("now_" + name, 0)
-        self._ledger.restore(captured["tables"])
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
+        taken, arrays, fixed = same_kind(self.snapshot(), snapshot), self.arrays, self.fixed
+        counts = [taken["counts"], taken["whole"], taken["tables"]["undecided"]]
+        require(all((each >= 0).all() for each in counts), "a count is negative")
+        require(all((each < 2**60).all() for each in counts), "a count is too large")
+        numbers = [
+            taken["sliders"],
+            taken["place"],
+            *map(taken["tables"].get, ("theta", "tensions")),
+        ]
+        require(all(np.isfinite(each).all() for each in numbers), "a number is not finite")
+        sliders, now = arrays.sliders, arrays.now[0]
+        for names, rows in ((_REALS, taken["sliders"]), (("draws", "slips"), taken["whole"])):
+            for name, row in zip(names, rows, strict=True):
+                sliders[name] = row
+        now["shift"], now["theta"] = taken["place"]
+        for name, count in zip(_COUNTS, taken["counts"], strict=True):
+            now[name] = count
+        now["phase"] = steps.AT_REST
+        held = sliders["threshold"][1 : fixed.n + 1]
+        arrays.lanes[steps.CEILING, 1 : fixed.n + 1] = held
+        self._ledger.restore(taken["tables"])
+        drawn = sliders["coefficient"][1 : fixed.n + 1]
+        close = 2.0**-40 * (1.0 + abs(taken["sliders"]).max() + abs(fixed.origin))
+        apart = held - np.maximum(drawn, fixed.mu_d) * fixed.cosine
+        require((abs(apart) <= close).all(), "thresholds are not the coefficients'")
+        shift = fixed.l0 * now["theta"] - fixed.origin
+        ends = np.array([now["shift"], sliders["base"][0], sliders["base"][fixed.n]]) - shift
+        require((abs(ends) <= close + 2.0**-40 * abs(shift)).all(), "theta is not the ends'")
 
     def report(self) -> dict[str, Any]:
         """Return the time step, how events are found, and the number of steps."""

@@ -104,7 +104,7 @@ def _approach(course: Recurrence) -> tuple[str, dict[str, Any]] | None:
     if not late - middle >= _STEADY * (middle - early) > 0:
         return None
     ahead = steps[-1] * steps.size * late / (late - early)
-    simulation, chain = course.simulation.logged(), course.simulation.chain
+    simulation, chain = course.simulation.copied(("events",)), course.simulation.chain
     drive, log, forces = Cycles(course.drive.amplitude, 1), [], []
     for half in (1, 2):
         recorded = simulation.follow(drive, 2 * course.cycles + half, 1).recorded
@@ -135,7 +135,7 @@ def _approach(course: Recurrence) -> tuple[str, dict[str, Any]] | None:
 
 def _one_period(course: Recurrence, period: int) -> tuple[float, Period]:
     """Return by how much x_G moves in the period that follows, and its rearrangements."""
-    simulation = course.simulation.logged()
+    simulation = course.simulation.copied(("events",))
     before = simulation.state().displacements
     first = 2 * course.cycles + 1
     events = simulation.follow(Cycles(course.drive.amplitude, period), first, 2 * period).recorded

@@ -27,7 +27,7 @@ from exactcreep import (
     laws,
     rearrange,
 )
-from exactcreep.limits import Limits, Stop
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.motion.replay import Replay
 from exactcreep.solvers.exact import loop as kernel
 from exactcreep.solvers.exact.solver import ExactSimulation
@@ -382,7 +382,7 @@ def test_other_threads_go_on_while_the_compiled_loop_runs():
     beside.start()
     begin = time.perf_counter()
     # one call: what lies between two calls lets other threads in anyway
-    targets = high, np.zeros(high.size), np.empty(high.size)
+    targets = high, np.zeros(high.size), simulation.at_targets(high.size, ())
     kernel.follow(*simulation.work, *targets, 10**9, 10**9, False)
     end = time.perf_counter()
     over.set()
@@ -400,7 +400,7 @@ def test_scaling_the_length_unit_scales_the_amplitude():
     assert np.array_equal(short.displacements, long.displacements)
 
 
-def test_captured_simulations_go_on_bit_for_bit():
+def test_simulations_go_on_bit_for_bit_from_a_snapshot():
     chain = paper_chain(8)
     drive = Cycles("0.006", 6)
     whole, _ = followed(chain, drive, seed=2)
@@ -408,7 +408,8 @@ def test_captured_simulations_go_on_bit_for_bit():
     done = first.follow(drive, 1, 12, Limits(3333)).completed
     assert 0 < done < 12
     second = ExactSimulation(chain, State.relaxed(chain, 2), 2)
-    second.restore(first.capture())
+    first.come_to_rest(NO_LIMITS)
+    second.restore(first.snapshot())
     while done < 12:
         done += second.follow(drive, 1 + done, 12 - done, Limits(500)).completed
     assert np.array_equal(whole.state().displacements, second.state().displacements)
@@ -491,8 +492,8 @@ def test_two_sliders_ask_for_the_code_of_clusters_once_both_move(
         advance(simulation, Cycles("0.01", 20), 40)
     assert (lone.work.series is not None) == together
     assert (lone.tally.events > 2 * lone.tally.rearrangements) == together
-    known = prepared.capture()
-    assert all(np.array_equal(values, known[name]) for name, values in lone.capture().items())
+    known = prepared.snapshot()
+    assert all(np.array_equal(values, known[name]) for name, values in lone.snapshot().items())
 
 
 @pytest.mark.parametrize(

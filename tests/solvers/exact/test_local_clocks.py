@@ -10,7 +10,6 @@ import pytest
 
 from exactcreep import Chain, Cycles, State, rearrange
 from exactcreep.limits import Limits
-from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.exact import layout
 from exactcreep.solvers.exact import local_clocks as clocks
 from exactcreep.solvers.exact.solver import ExactSimulation
@@ -45,11 +44,8 @@ def pairs(chain: Chain, count: int, events: int) -> Iterator[tuple[ExactSimulati
     run = simulation(chain, whole=True)
     for _ in range(count):
         rows(run, events)
-        captured = run.capture()
-        pair = simulation(chain), simulation(chain, whole=True)
-        for found in pair:
-            retry = found.work.now["retry"][0]
-            found.restore(captured)
+        pair = run.copied(("events",)), run.copied(("events",))
+        for found, retry in zip(pair, (0, 2**62), strict=True):
             found.work.now["retry"][0] = retry
         yield pair
 
@@ -162,18 +158,16 @@ def test_the_mirror_image_of_long_avalanches_is_the_same_bit_for_bit(n: int) -> 
     assert np.array_equal(sliders[0][:shared][alone], n + 1 - sliders[1][:shared][alone])
 
 
-def test_a_long_avalanche_goes_on_bit_for_bit_from_a_checkpoint_in_its_middle() -> None:
+def test_a_long_avalanche_goes_on_bit_for_bit_from_a_copy_in_its_middle() -> None:
     chain = paper_chain(300)
     through = simulation(chain)
     rows(through, 200_000)
-    first = simulation(chain)
-    first.restore(through.capture())
+    first = through.copied(("events",))
     events = rows(through, 2000)
     pieces: list[tuple[int, ...]] = []
     inside = 0
     while len(pieces) < len(events):
-        second = simulation(chain)
-        second.restore(from_bytes(to_bytes(first.capture())))
+        second = first.copied(("events",))
         pieces += rows(second, 101)
         inside += int(second.work.now["local"][0])
         first = second

@@ -62,8 +62,9 @@ def test_a_call_of_the_compiled_loop_ends_with_its_work_even_if_nothing_happens(
     # on the slope mu_d the whole chain slides on and on, and is asked whether it ever stops
     n = 40
     chain = Chain(n, 1000, "0.0217", "0.665", tan_alpha="0.0217")
-    work = ExactSimulation(chain, State.relaxed(chain), 0).work
-    targets = np.array([-1000.0 * 30]), np.zeros(1), np.empty(1)
+    simulation = ExactSimulation(chain, State.relaxed(chain), 0)
+    work = simulation.work
+    targets = np.array([-1000.0 * 30]), np.zeros(1), simulation.at_targets(1, ())
     allowed, calls, calm = 40_000, 0, 0
     while work.now["events"][0] < 100_000:
         spent, events = work.now["work"][0], work.now["events"][0]

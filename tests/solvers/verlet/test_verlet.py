@@ -36,10 +36,10 @@ def run(chain, drive, *, seed=3, budget=10**9, interrupted=False, record=RECORD,
         done += stretch.completed
         if stretch.stop.final:
             break
-        if interrupted:
-            captured = simulation.capture()
-            simulation = solver.simulation(chain, State.relaxed(chain, seed + 1), seed, record)
-            simulation.restore(captured)
+        if interrupted and simulation.at_rest:
+            snapshot = simulation.snapshot()
+            simulation = solver.simulation(chain, State.relaxed(chain, seed), seed, record)
+            simulation.restore(snapshot)
     recorded = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return simulation, recorded, stretch
 

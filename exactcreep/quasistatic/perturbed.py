@@ -1,0 +1,124 @@
+"""How far the trajectory of a run can be trusted: a copy whose start is a few roundings off.
+
+Where disorder makes nearby chains part, rounding decides after some half-cycles what happens: the
+statistics are right then, and the trajectory is one of many. A perturbed copy with the same
+disorder goes the same way until it has parted; as that is mostly soon, it costs little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from exactcreep.limits import Limits
+from exactcreep.model.outcome import Evidence
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
+from exactcreep.solvers.solver import Simulation, Stretch, require
+
+TRUSTED = 1e-9
+"""What `TENSION_TOLERANCE` is for a rearrangement, for `Creep.trusted_half_cycles`."""
+MOST_EVENTS = 2**14
+"""A copy that was not asked for goes along for so many events."""
+_FIRST, _LONGEST = 64, 2**14  # targets at once
+
+
+class PerturbedCopy:
+    """Compares a run with its perturbed copy, and says from where on the run is undecided.
+
+    Attributes
+    ----------
+    needs : tuple of str
+        What the run has to record.
+    doubted_from : int
+        The first target from which on the run is undecided, 0 if it is not.
+    trusted : int
+        The last target up to which the copy has agreed to `TRUSTED`.
+    parted : bool
+        Whether it has ceased to.
+    """
+
+    def __init__(self, experiment: Experiment, simulation: Simulation) -> None:
+        self.drive, self._asked = experiment.drive, experiment.twin
+        self.copy = simulation.perturbed()
+        self.needs = () if self.copy is None else ("tension", "slips")
+        self.doubted_from, self.trusted, self.checked = 0, 0, 0
+        self.parted, self.followed = False, self.copy is not None
+        self.known = False  # whether the simulation says at each target if it is decided
+
+    def next(self, done: int) -> int:
+        """Return the next target at which the run is compared."""
+        if self.copy is not None:
+            return done + min(max(_FIRST, done), _LONGEST)
+        if self.known or self.doubted_from:  # each target says for itself whether it is decided
+            return done + (1 << 62)
+        return max(self.checked + max(1, self.checked // 4), done + 1)
+
+    def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
+        """Take the copy to the same targets, and see where it ceases to be where the run is."""
+        done = first + stretch.completed - 1
+        self.known = stretch.doubts is not None
+        if stretch.doubts is not None:
+            self._doubt(first, stretch.doubts > 0)
+        elif done >= min(self.next(self.checked), self.drive.half_cycles):
+            undecided = simulation.evidence is Evidence.UNDECIDED
+            self._doubt(self.checked + 1, np.array([undecided]))
+            self.checked = done
+        if self.copy is not None:
+            self._compare(self.copy, stretch, first)
+
+    def _doubt(self, first: int, doubtful: Any) -> None:
+        if doubtful.any():
+            begin = first + int(np.argmax(doubtful))
+            self.doubted_from = min(self.doubted_from or begin, begin)
+
+    def _compare(self, copy: Simulation, stretch: Stretch, first: int) -> None:
+        left = None if self._asked else max(MOST_EVENTS - copy.tally.events, 0)
+        other = copy.follow(self.drive, first, stretch.completed, Limits(left))
+        here, there = stretch.recorded, other.recorded
+        both = slice(other.completed)
+        tensions, slips = here["tension"][both], here["slips"][both]
+        largest = np.abs(tensions).max(axis=1, initial=1.0)
+        apart = np.abs(tensions - there["tension"]).max(axis=1, initial=0.0) / largest
+        apart[(slips != there["slips"]).any(axis=1)] = np.inf
+        if other.stop.final:
+            apart = np.append(apart, np.inf)
+        self._doubt(first, apart > TENSION_TOLERANCE)
+        agrees = apart <= TRUSTED
+        self.parted = not agrees.all()
+        self.trusted = first - 1 + (int(np.argmin(agrees)) if self.parted else len(agrees))
+        if self.parted or other.completed < stretch.completed:
+            self.copy, self.followed = None, False
+
+    @property
+    def trusted_up_to(self) -> int | None:
+        """Up to which target the run can be trusted at the least, None if that is not known."""
+        return self.trusted if self.parted or self.followed else None
+
+    def kept(self) -> dict[str, Any]:
+        """Return what a snapshot keeps of it."""
+        names = ("doubted_from", "trusted", "checked", "parted", "followed")
+        copy: Any = {}  # at its start
+        if self.copy is None or self.copy.at_rest:
+            copy = self.copy and self.copy.snapshot()
+        return {name: getattr(self, name) for name in names} | {"copy": copy}
+
+    def restore(self, kept: Mapping[str, Any], done: int) -> None:
+        """Take over what `kept` returned after `done` targets, or raise `ValueError`."""
+        require(self.kept().keys() == kept.keys(), "the perturbed copy is incomplete")
+        counts = [kept[name] for name in ("doubted_from", "trusted", "checked")]
+        whole = all(type(count) is int and 0 <= count <= done for count in counts)
+        flags = [kept["parted"], kept["followed"]]
+        require(whole and all(type(flag) is bool for flag in flags), "what is trusted is not known")
+        (self.doubted_from, self.trusted, self.checked), (self.parted, self.followed) = (
+            counts,
+            flags,
+        )
+        if kept["copy"] is None:
+            self.copy = None
+        else:
+            require(self.copy is not None and self.followed, "there is no perturbed copy")
+            if kept["copy"] and self.copy is not None:
+                self.copy.restore(kept["copy"])

@@ -1,0 +1,66 @@
+"""Where a run leaves the model's physical range: springs without length, sliders that cross."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.disorder import LARGEST_DEVIATE
+from exactcreep.model.enclosure import enclosure, floats
+from exactcreep.model.numbers import nearest_float
+from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.solvers.solver import Simulation, Stretch, require
+
+
+class PhysicalRange:
+    """Counts the targets at which a run has left it."""
+
+    def __init__(self, experiment: Experiment) -> None:
+        self.experiment = experiment
+        self.theta_beyond_one = 0
+        self.crossings = 0
+        self._gaps = _narrow_gaps(experiment)
+        self.needs = () if self._gaps is None else ("x",)
+
+    def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
+        """Look at the targets from `first` on."""
+        experiment = self.experiment
+        if experiment.widest >= 1:
+            theta = experiment.drive.targets(first, stretch.completed, experiment.seed)
+            self.theta_beyond_one += int(np.count_nonzero(np.abs(theta) >= 1))
+        if self._gaps is not None:
+            gaps = self._gaps + np.diff(floats(stretch.recorded["x"]), axis=1)
+            self.crossings += int(np.count_nonzero((gaps <= 0).any(axis=1)))
+
+    def kept(self) -> dict[str, Any]:
+        """Return what a snapshot keeps of it."""
+        return {"theta_beyond_one": self.theta_beyond_one, "crossings": self.crossings}
+
+    def restore(self, kept: Mapping[str, Any], done: int) -> None:
+        """Take over what `kept` returned after `done` targets, or raise `ValueError`."""
+        require(self.kept().keys() == kept.keys(), "counts are missing")
+        for name, count in kept.items():
+            require(type(count) is int and 0 <= count <= done, f"{name} is out of range")
+            setattr(self, name, count)
+
+
+def _narrow_gaps(experiment: Experiment) -> NDArray[np.float64] | None:
+    """Return the distances of neighbours less the differences of their displacements: constants.
+
+    None if springs are so long that sliders cannot cross: no resting chain holds a tension beyond
+    the sum of its limits, n (mu_s + |tan_alpha|) cos(alpha). Twice that, with the largest random
+    coefficients, is taken.
+    """
+    chain, initial = experiment.chain, experiment.initial
+    if chain.n == 1:
+        return None
+    limit = chain.mu_s + LARGEST_DEVIATE * chain.sigma_mu + abs(chain.tan_alpha)
+    tensions, l0 = floats(initial.tensions), nearest_float(chain.l0)
+    most = 2 * chain.n * nearest_float(limit) + float(np.abs(tensions).max())
+    if (1 - experiment.widest) * l0 > most:
+        return None
+    length = (1 + nearest_float(enclosure(initial.theta).middle)) * l0
+    return length + tensions - np.diff(floats(initial.displacements))
