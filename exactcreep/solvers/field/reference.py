@@ -309,7 +309,7 @@ _MOST_EXPONENT = 2**20
 
 
 def require_plain(like: Mapping[str, Any], given: Any) -> None:
-    """Raise `ValueError` unless `given` can be what `ChainIntegrator.captured` returns, as `like` is."""
+    """Raise `ValueError` unless `given` can be what `captured` returns, as `like` is."""
     require(isinstance(given, Mapping) and like.keys() == given.keys(), "a name is missing")
     for name, value in like.items():
         if isinstance(value, np.ndarray):
