@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from exactcreep.motion.arithmetic import Undecided, balls_of
-from exactcreep.motion.state_set import orthogonal
+from exactcreep.motion.state_set import StateSet, orthogonal
 
 
 def turned(random, groups, size):
@@ -77,3 +77,18 @@ def test_a_box_holds_what_is_so_thin_that_its_square_is_zero(thin):
 def test_a_set_too_wide_for_floats_is_not_enclosed():
     with pytest.raises(Undecided, match="not enclosed"):
         orthogonal(np.full((2, 3), 1e308), np.zeros(2))
+
+
+@pytest.mark.parametrize("size", [1.0, 2.0**-70, 2.0**-900])
+def test_balls_are_as_wide_as_the_set_and_hardly_wider(size):
+    with balls_of(1200).active():
+        radii = [flint.arb(size) * k / 7 for k in (1, 5, 3)]
+        states = StateSet(radii[:2], {1: radii[2]}, radii[0])
+        widths = [states.of_forces(), states.of_speeds()[1:], np.array([states.of_theta()])]
+        for width, given in zip(widths, (radii[:2], radii[2:], radii[:1]), strict=True):
+            middles = balls_of(1200).zeros(len(given))
+            for ball, radius in zip(states.widened(middles, width), given, strict=True):
+                assert radius <= ball.rad() <= radius * (1 + flint.arb(1e-6))
+        assert (states.of_displacements() < 1e-200).all()  # nothing has moved
+        (widest,) = states.balls([states.width()[0]])
+        assert max(radii, key=float) <= widest
