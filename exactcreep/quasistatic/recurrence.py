@@ -20,6 +20,7 @@ from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
 from exactcreep.model.numbers import exact_number, nearest_float
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.solver import Simulation, Stretch, require, same_kind
+from exactcreep.solvers.statistics import falls_like_inverse_square
 
 NEAR = 2.0**-40
 """How nearly what returns does so, in units of what is largest."""
@@ -27,6 +28,7 @@ LONGEST_PERIOD = 1000
 """Cycles: how far back the tensions at the end are looked for."""
 _REMEMBERED = 1024  # cycles, at least, whose ends are kept
 _MOST_KEPT = 2**21  # numbers of all of them
+_APPROACH = 64  # equal cycles: fewer do not show how tensions approach theirs
 _NOTED = 64  # the longest period that is noted of cycles that are forgotten
 _X_G, _SLIPS, _TENSIONS = 0, 1, 2  # columns of the ends of cycles
 
@@ -158,6 +160,30 @@ class RecurrenceObserver:
             return Settled(period, since, off, self._velocity(period))
         return None
 
+    def approaching(self) -> tuple[int, float] | None:
+        """Return since when tensions approach a cycle like 1/k, and their last change; else None.
+
+        Equal numbers of slips in many cycles, a slider that stays, and ever smaller changes.
+        """
+        slips = np.diff(self.ends[:, _SLIPS])
+        alike = slips.size - 1 - _last(slips != slips[-1:])
+        if self.chain.sigma_mu != 0 or alike < _APPROACH or self._moved(alike).all():
+            return None
+        changes = np.diff(self.ends[-(alike // 2) :, _TENSIONS:], axis=0)
+        steps = np.abs(changes).max(axis=1, initial=0.0)
+        if not falls_like_inverse_square(steps):
+            return None
+        return self.cycles - alike, float(steps[-1])
+
+    def _moved(self, period: int) -> NDArray[np.int64]:
+        """Return which way each slider has moved, 0 if no further than rounding can take it."""
+        end, begin = self.ends[-1], self.ends[-1 - period]
+        change = np.cumsum(end[_TENSIONS:] - begin[_TENSIONS:])
+        change = np.concatenate([[0.0], change])
+        change += (end[_X_G] - begin[_X_G]) - change.mean()
+        rounding = nearest_float(int(end[_SLIPS] - begin[_SLIPS]) * self.chain.rounding)
+        return np.where(np.abs(change) > rounding, np.sign(change), 0).astype(np.int64)
+
     def _apart(self, period: int, near: float) -> float:
         """Return how far apart the tensions are after a period, 0 if they may be the same."""
         if not self.known:
@@ -169,16 +195,11 @@ class RecurrenceObserver:
 
     def _velocity(self, period: int) -> Enclosure | None:
         """Return the mean displacement per half-cycle; None unless every slider has advanced."""
-        end, begin = self.ends[-1], self.ends[-1 - period]
-        change = np.cumsum(end[_TENSIONS:] - begin[_TENSIONS:])
-        change = np.concatenate([[0.0], change])
-        change += (end[_X_G] - begin[_X_G]) - change.mean()
-        rounding = nearest_float(int(end[_SLIPS] - begin[_SLIPS]) * self.chain.rounding)
-        if not ((change > rounding).all() or (change < -rounding).all()):
+        if abs(self._moved(period).sum()) < self.chain.n:
             return None
         if len(self.known) > period:
             return self.known[-1][0].rate(self.known[-1 - period][0], 2 * period)
-        moved = Fraction(float(end[_X_G])) - Fraction(float(begin[_X_G]))
+        moved = Fraction(float(self.ends[-1, _X_G])) - Fraction(float(self.ends[-1 - period, _X_G]))
         return Enclosure(moved / (2 * period), Fraction(0))
 
     def kept(self) -> dict[str, Any]:

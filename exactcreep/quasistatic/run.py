@@ -209,6 +209,10 @@ class ObservedRun:
                 return Behaviour(Outcome.AT_REST)
             return self._drifting(advanced, None)
         settled = self.recurrence.settled()
+        if settled is None and (approach := self.recurrence.approaching()):
+            cycle, change = approach
+            reason = f"locked in the limit: tensions still change by {change:.1e} m g per cycle"
+            return Behaviour(Outcome.CYCLING, cycle, reason, doubtful=True, velocity=STILL)
         if settled is None:
             found = self._drifting(advanced, begin.done // 2)
             unclear = all_burn_in and self.experiment.chain.sigma_mu == 0

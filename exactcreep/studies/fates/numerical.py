@@ -25,11 +25,11 @@ from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.solvers.exact.recurrence import MOST_PERIOD, PATIENCE, Recurrence
+from exactcreep.solvers.statistics import falls_like_inverse_square
 from exactcreep.studies.fates.result import Fate, Period
 from exactcreep.studies.trajectory import rearrangements
 
 _SAYING = 0.1  # seconds between two reports of progress
-_STEADY = 0.9  # how steadily the inverse root of the changes has to grow
 
 
 def refuse_sliding(chain: Chain) -> None:
@@ -99,11 +99,9 @@ def _approach(course: Recurrence) -> tuple[str, dict[str, Any]] | None:
     steps = course.steps(alike // 2)
     if alike < PATIENCE:
         return None
-    # what grows like k where the steps fall like 1/k^2
-    early, middle, late = steps[[0, steps.size // 2, -1]] ** -0.5
-    if not late - middle >= _STEADY * (middle - early) > 0:
+    if not falls_like_inverse_square(steps):
         return None
-    ahead = steps[-1] * steps.size * late / (late - early)
+    ahead = steps[-1] * steps.size / (1 - (steps[-1] / steps[0]) ** 0.5)
     simulation, chain = course.simulation.copied(("events",)), course.simulation.chain
     drive, log, forces = Cycles(course.drive.amplitude, 1), [], []
     for half in (1, 2):

@@ -60,6 +60,17 @@ def test_the_fate_of_a_marginal_start_is_locked_undecided_and_says_why(number: i
     assert found.summary()["marginal"]
 
 
+@pytest.mark.parametrize(("more", "number", "cycles"), [("1.225", 1, 2000), ("1.235", 14, 3000)])
+def test_a_run_does_not_call_creeping_what_is_locked_in_the_limit(
+    more: str, number: int, cycles: int
+) -> None:
+    amplitude = AMPLITUDE * Fraction(more) / Fraction("1.225")
+    run = creep(EIGHT, amplitude, cycles, start=start(number))
+    assert (run.outcome, run.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
+    assert (run.velocity, run.velocity_error, run.direction) == (0, 0, "none")
+    assert "locked in the limit" in run.reason
+
+
 def test_only_an_approach_is_marginal() -> None:
     assert not fate(captions(5), "0.000759", solver="exact").marginal  # returns bit for bit
     assert not fate(captions(4), "0.00095", solver="exact").marginal  # to within rounding

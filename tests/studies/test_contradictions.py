@@ -1,0 +1,126 @@
+"""What creep, fate, survival and threshold say of random chains does not contradict each other."""
+
+import random
+from collections import Counter
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, InputError, Outcome
+from exactcreep.laws.stopping import stopping_time
+from exactcreep.studies.fates.survival import start_of
+from tests.questions import creep, fate, half_life, survival, threshold
+
+CYCLES = 600
+ARRESTED = {Outcome.AT_REST, Outcome.CYCLING}
+
+
+def drawn(number: int) -> tuple[Chain, Fraction]:
+    """Return a random chain of up to eight sliders, and an amplitude from rest to steady creep."""
+    draw = random.Random(number)
+    n, sigma = draw.randint(2, 8), draw.choice(["0", "0.01"])
+    mu_s = draw.choice(["0.6", f"{draw.uniform(0.53, 0.75):.3f}"])
+    slope = draw.choice(["0", "0.25", f"{draw.uniform(0, 0.4):.3f}", f"{draw.uniform(0, 0.02):.4f}"])
+    chain = Chain(n, 1000, "0.5", mu_s, sigma, tan_alpha=slope)
+    law = n * (0.5 - float(chain.tan_alpha)) / 2
+    rest = min(float(chain.mu_s), n * (float(chain.mu_s) - float(chain.tan_alpha)) / 2)
+    scale = draw.choice([law, rest]) * chain.cos_alpha / 1000
+    return chain, Fraction(f"{draw.uniform(0.8, 1.6) * scale:.9f}")
+
+
+def contradictions(number: int) -> tuple[list[str], str]:
+    """Return what two answers about one chain contradict each other in, and what it does."""
+    chain, amplitude = drawn(number)
+    lasted = survival(chain, amplitude, starts=3, cycles=CYCLES, seed=number, workers=1)
+    found = []
+
+    def differ(what: str, one: object, other: object) -> None:
+        found.append(f"{number}: {what}: {one} and {other}")
+
+    for k, record in enumerate(lasted.records, 1):
+        start, seed = start_of(chain, "1e-3", number, k)
+        run = creep(chain, amplitude, CYCLES, start=start, seed=seed, record=("x_G",))
+        x_g = np.append(run.experiment.initial.displacements.mean(), run.recorded["x_G"][1::2])
+        arrested = lasted.arrested[k - 1]
+        periods = x_g[record.settled_after :: max(record.period, 1)]
+        # what is locked in the limit still drifts, by less than any slip
+        drift = chain.excess / chain.n if record.marginal else 1e-9
+        if arrested and np.abs(periods - periods[0]).max() > drift:
+            differ("the last advance of survival, and a later one", record.last_advance, periods)
+        if arrested and run.outcome not in ARRESTED:
+            differ("outcomes of survival and creep", record.outcome, run.outcome.value)
+        near = drift / CYCLES if record.marginal else 1e-9 * max(1, abs(run.velocity))
+        if arrested and abs(run.velocity) > near and record.settled_after < CYCLES / 20:
+            differ("an arrested start and its velocity", record.outcome, run.velocity)
+        if record.outcome == "creeping" and run.outcome is not Outcome.CREEPING:
+            differ("outcomes of survival and creep", record.outcome, run.outcome.value)
+        if run.outcome is Outcome.AT_REST and record.outcome != "at_rest":
+            differ("outcomes of survival and creep", record.outcome, run.outcome.value)
+        if bool(run.metastable) != (
+            run.outcome is Outcome.CREEPING
+            and stopping_time(chain, amplitude).cycles < max(10**6, 100 * CYCLES)
+        ):
+            differ("metastable and the time it lasts", run.metastable, run.outcome.value)
+        if chain.sigma_mu == 0:
+            own = fate(chain, amplitude, start=start, cycles=CYCLES, solver="exact")
+            mine = (own.outcome.value, own.last_advance, own.marginal)
+            if mine != (record.outcome, record.last_advance, record.marginal):
+                differ("fate and survival", mine, record)
+            if own.settled_after is not None and own.settled_after + 3 * own.period < CYCLES:
+                if own.outcome is not run.outcome:
+                    differ("fate and creep", own.outcome.value, run.outcome.value)
+                if abs(own.velocity - run.velocity) > near and (
+                    not own.marginal or own.settled_after < CYCLES / 20
+                ):
+                    differ("the velocities of fate and creep", own.velocity, run.velocity)
+                if own.direction != run.direction:
+                    differ("the directions of fate and creep", own.direction, run.direction)
+    return found, "+".join(sorted({record.outcome for record in lasted.records}))
+
+
+@pytest.mark.parametrize("first", [0, pytest.param(40, marks=pytest.mark.slow)])
+def test_no_two_answers_about_a_random_chain_contradict_each_other(first: int) -> None:
+    seen, found = Counter[str](), []
+    for number in range(first, 300 if first else 40):
+        against, outcomes = contradictions(number)
+        found += against
+        seen[outcomes] += 1
+    assert found == []
+    assert {"at_rest", "creeping", "cycling", "limit"} <= set(seen)
+
+
+def straddled(number: int) -> tuple[Chain, Fraction, Fraction] | None:
+    """Return a chain without disorder, an amplitude at which it does not creep and a higher one."""
+    chain, _ = drawn(number)
+    if chain.sigma_mu != 0 or not 2 <= chain.n <= 4 or chain.tan_alpha == 0:
+        return None
+    scale = Fraction(chain.cos_alpha / 1000) * chain.mu_s
+    low, high = scale * Fraction(2, 5), scale * 3
+    idle = [fate(chain, a, solver="exact").outcome in ARRESTED for a in (low, high)]
+    return (chain, low, high) if idle == [True, False] else None
+
+
+@pytest.mark.slow
+def test_a_threshold_lies_between_fates_of_two_kinds() -> None:
+    cases = [case for case in map(straddled, range(300)) if case is not None]
+    assert len(cases) > 20
+    for chain, low, high in cases:
+        edge = threshold(chain, bracket=(low, high), solver="exact", digits=6)
+        below, above = (fate(chain, a, solver="exact") for a in (edge.lower, edge.upper))
+        assert below.outcome in ARRESTED, (chain, edge)
+        assert above.outcome not in ARRESTED, (chain, edge)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [3, 8, 21])
+def test_a_half_life_counts_what_survival_calls_creeping(number: int) -> None:
+    chain = Chain(6, 1000, "0.5", "0.6", tan_alpha=f"0.{20 + number}")
+    try:
+        found = half_life(chain, 200, starts=12, digits=2, seed=number)
+    except InputError as refused:
+        pytest.skip(str(refused))
+    for amplitude, share in found.shares.items():
+        again = survival(chain, Fraction(amplitude), starts=12, cycles=200, seed=number)
+        assert again.creeping == share
+        assert share.starts + again.arrested.sum() <= 12
