@@ -21,7 +21,8 @@ def drawn(number: int) -> tuple[Chain, Fraction]:
     draw = random.Random(number)
     n, sigma = draw.randint(2, 8), draw.choice(["0", "0.01"])
     mu_s = draw.choice(["0.6", f"{draw.uniform(0.53, 0.75):.3f}"])
-    slope = draw.choice(["0", "0.25", f"{draw.uniform(0, 0.4):.3f}", f"{draw.uniform(0, 0.02):.4f}"])
+    steep = draw.choice([0.4, 0.02])
+    slope = draw.choice(["0", "0.25", f"{draw.uniform(0, steep):.4f}"])
     chain = Chain(n, 1000, "0.5", mu_s, sigma, tan_alpha=slope)
     law = n * (0.5 - float(chain.tan_alpha)) / 2
     rest = min(float(chain.mu_s), n * (float(chain.mu_s) - float(chain.tan_alpha)) / 2)

@@ -48,6 +48,7 @@ from exactcreep.solvers.exact.recurrence import NO_ADVANCE
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import TangentSimulation
 from exactcreep.solvers.solver import Start, advance
+from exactcreep.solvers.statistics import falls_like_inverse_square
 from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.trajectory import LoggedRearrangement, rearrangements
 
@@ -64,6 +65,7 @@ _BETTER = 2.0**-8  # how much more nearly it has to return than after a shorter 
 _CLOSER = 0.25  # how much more nearly before it is tried once more
 _LEAST = 2.0**-100  # half width of the joint set
 _ROOM = 4.0  # how much larger than needed the joint set is
+_APPROACH = 64  # equal cycles: fewer do not show how shapes approach theirs
 _SQUARINGS = 12  # of a matrix, for a bound of its norm
 
 
@@ -134,7 +136,32 @@ class _Proof:
             if known is not None:
                 return known
         reason = self.doubt or f"not settled within {self.drive.cycles} cycles"
-        return self._fate(Outcome.LIMIT, self.drive.cycles, reason)
+        return self._approach() or self._fate(Outcome.LIMIT, self.drive.cycles, reason)
+
+    def _approach(self) -> Fate | None:
+        """Return the fate if the shapes approach a cycle like 1/k; no ball contains such a cycle.
+
+        See `exactcreep.studies.fates.numerical`.
+        """
+        last = before = len(self.halves) // 2
+        while before > 0 and self._cycle(before) == self._cycle(last):
+            before -= 1
+        slips = [one for half in self._cycle(last) for one in half]
+        slipping = {n for one in slips for _, sliders, _ in one for n in sliders}
+        if last - before < _APPROACH or len(slipping) == self.chain.n:
+            return None
+        shapes = np.array(self.shapes[-(last - before) // 2 :])
+        steps = np.abs(np.diff(shapes, axis=0)).max(axis=1)
+        if not falls_like_inverse_square(steps):
+            return None
+        reason = (
+            f"locked in the limit: forces that change by {steps[-1]:.1e} m g per cycle, falling as"
+            " 1/cycles^2; that they go on so is not proved"
+        )
+        itinerary = tuple((q, one) for q, half in enumerate(self._cycle(last), 1) for one in half)
+        known: dict[str, Any] = {"settled_after": before, "period": 1, "advance": 0.0}
+        known |= {"marginal": True, "itinerary": itinerary}
+        return self._fate(Outcome.CYCLING, before, reason, **known)
 
     def _look(self) -> None:
         """Note where the chain is at the end of a cycle."""

@@ -60,6 +60,18 @@ def test_the_fate_of_a_marginal_start_is_locked_undecided_and_says_why(number: i
     assert found.summary()["marginal"]
 
 
+@pytest.mark.slow
+def test_certified_says_the_same_of_it_and_that_it_is_no_proof() -> None:
+    found = fate(EIGHT, AMPLITUDE, start=start(12), cycles=80)
+    floats = fate(EIGHT, AMPLITUDE, start=start(12), cycles=300, solver="exact")
+    assert (found.solver, found.outcome, found.marginal) == ("certified", Outcome.CYCLING, True)
+    assert found.evidence is Evidence.UNDECIDED
+    assert "not proved" in found.reason
+    assert (found.settled_after, found.last_advance) == (7, 7)
+    assert (floats.settled_after, floats.last_advance) == (7, 7)
+    assert found.itinerary == floats.itinerary
+
+
 @pytest.mark.parametrize(("more", "number", "cycles"), [("1.225", 1, 2000), ("1.235", 14, 3000)])
 def test_a_run_does_not_call_creeping_what_is_locked_in_the_limit(
     more: str, number: int, cycles: int
