@@ -152,7 +152,8 @@ def test_run_show_and_plan_say_alike_how_far_a_course_is_followed(
     assert Creep.load(kept).course == result.course
     assert status(f"plan {scene} --json".split()) == 0
     told = json.loads(capsys.readouterr().out)
-    assert (told["course"], told["trusted_half_cycles"]) == (course, result.trusted_half_cycles)
+    assert told["course"].endswith(course)
+    assert told["trusted_half_cycles"] == result.trusted_half_cycles
 
 
 @pytest.mark.parametrize(
