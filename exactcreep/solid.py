@@ -152,10 +152,6 @@ class Solid:
         daily = self._daily(2 * positive_number(time_unit, "time_unit"))
         return float(velocity) * nearest_float(daily * DAYS_PER_YEAR)
 
-    def per_half_cycle(self, millimetres_per_day: Any, period: Number) -> Any:
-        """Return a velocity in mm/day as a dimensionless displacement per half-cycle."""
-        return _times(millimetres_per_day, 1 / self._daily(period))
-
     def _daily(self, period: Number) -> Fraction:
         """Return what one dimensionless unit per half-cycle is in mm/day."""
         half_cycle = positive_number(period, "period") / 2

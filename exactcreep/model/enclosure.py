@@ -125,7 +125,7 @@ def is_finite(value: Any) -> bool:
 
 def as_float(value: Any) -> float:
     """Return the float64 nearest to a number."""
-    return nearest_float(enclosure(value).middle)
+    return nearest_float(exact_value(value))
 
 
 def floats(array: NDArray[Any]) -> NDArray[np.float64]:

@@ -43,7 +43,6 @@ _FEWEST_REGULAR = 10  # readings from which on there is a usual step
 _GAP = 1.5  # a step longer than so many usual ones is a gap
 _DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?")
 _DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})\2(\d{4})(?:(?:T| +)(\d{1,2})(:.*))?")
-_ZONE = re.compile(r".*[T ].*(Z|[+-]\d\d(:?\d\d)?)")
 _MISSING = frozenset({"", "-", "--", "na", "n/a", "nan", "nat", "null", "none", "missing", "<na>"})
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
-from exactcreep.model.enclosure import enclosure
+from exactcreep.model.enclosure import as_float
 from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
@@ -127,7 +127,7 @@ class Experiment:
     @property
     def theta(self) -> float:
         """The dilation at which the chain starts."""
-        return 0.0 if self.start is None else nearest_float(enclosure(self.start.theta).middle)
+        return 0.0 if self.start is None else as_float(self.start.theta)
 
     @cached_property
     def widest(self) -> float:

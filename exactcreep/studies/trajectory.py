@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.contacts import Event, Itinerary
 from exactcreep.model.drive import Path
-from exactcreep.model.enclosure import enclosure
+from exactcreep.model.enclosure import exact_value
 from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence
 from exactcreep.quasistatic.experiment import Experiment
@@ -239,7 +239,7 @@ def apart(own: Sequence[Any] | NDArray[Any], other: Sequence[Any] | NDArray[Any]
     Of numbers with a radius, it is that of their middles.
     """
     pairs = zip(own, other, strict=True)
-    gaps = [abs(enclosure(a).middle - enclosure(b).middle) for a, b in pairs]
+    gaps = [abs(exact_value(a) - exact_value(b)) for a, b in pairs]
     return nearest_float(max(gaps)) if gaps else math.nan
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from exactcreep import Chain, Creep, Cycles, Drive, Experiment, InputError, Path, State
 from exactcreep.limits import Stop
-from exactcreep.model.enclosure import enclosure, floats
+from exactcreep.model.enclosure import exact_value, floats
 from exactcreep.model.numbers import nearest_float
 from exactcreep.solvers.solver import Stretch, advance
 
@@ -85,8 +85,8 @@ def remainder_error(result: Creep) -> float:
     In rational arithmetic, of the final tension and dilation.
     """
     chain, state, begin = result.chain, result.state, result.experiment.initial
-    stretched = Fraction(float(state.tensions[0])) + chain.l0 * enclosure(state.theta).middle
-    before = Fraction(begin.tensions[0]) + chain.l0 * enclosure(begin.theta).middle
+    stretched = Fraction(float(state.tensions[0])) + chain.l0 * exact_value(state.theta)
+    before = Fraction(begin.tensions[0]) + chain.l0 * exact_value(begin.theta)
     period = 2 * Fraction(chain.excess)
     left = (stretched - before) / period
     return nearest_float(abs(left - round(left)) * period)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from exactcreep.display import shows_progress
 from exactcreep.limits import Limits, OutOfTime, Stop
 from exactcreep.model import disorder
-from exactcreep.model.enclosure import as_claimed, enclosure
+from exactcreep.model.enclosure import as_claimed, enclosure, exact_value
 from exactcreep.model.numbers import InputError, Number
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
@@ -32,7 +32,7 @@ from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import run_members
 from exactcreep.quasistatic.result import Creep, load_members
 from exactcreep.solvers.solver import Rearrangement
-from exactcreep.studies.audits.motion import ACCURACY, Auditor, EnoughFindings, Finding, exact
+from exactcreep.studies.audits.motion import ACCURACY, Auditor, EnoughFindings, Finding
 from exactcreep.studies.trajectory import rearrangements
 
 _NOT_WHOLE = (ArithmeticError, LookupError, TypeError, ValueError)  # what damaged logs raise
@@ -194,7 +194,7 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
     auditor = Auditor(chain, result.initial, seed, arithmetic, digits, most)
     with _followed(auditor):
         auditor.begin(result.initial)
-        auditor.load = float(chain.l0 * abs(exact(result.theta)))
+        auditor.load = float(chain.l0 * abs(exact_value(result.theta)))
         error = 4 * 2.0**-52 * auditor.load if arithmetic is FLOAT64 else 0.0
         auditor.room = auditor.floor() + error
         auditor.place = (0, None)
@@ -312,7 +312,7 @@ def _compare_end(auditor: Auditor, state: State) -> None:
     present = auditor.state
     _same(auditor, "the final tension", present.tensions, state.tensions)
     _same(auditor, "the final displacement", present.displacements, state.displacements)
-    off = abs(exact(present.theta) - exact(state.theta)) * auditor.chain.l0
+    off = abs(exact_value(present.theta) - exact_value(state.theta)) * auditor.chain.l0
     rounding = 2.0**-49 * auditor.load + auditor.accuracy * (auditor.arithmetic is not FLOAT64)
     text = "the final theta is not where the drive took it"
     auditor.within("state", text, float(off), rounding)
@@ -325,7 +325,7 @@ def _compare_end(auditor: Auditor, state: State) -> None:
 def _same(auditor: Auditor, what: str, made: NDArray[Any], given: NDArray[Any]) -> None:
     """Compare numbers as well as errors of events add up."""
     for here, there in zip(made.tolist(), given.tolist(), strict=True):
-        known, value = enclosure(there), exact(here)
+        known, value = enclosure(there), exact_value(here)
         allowed = max(ACCURACY if isinstance(there, float) else 0.0, auditor.accuracy)
         room = allowed * (1 + len(auditor.radii)) ** 0.5 * auditor.scale + auditor.room
         room += 2.0**-50 * abs(float(value)) * (auditor.arithmetic is FLOAT64)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 from exactcreep.limits import NO_LIMITS
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, EventKind
-from exactcreep.model.enclosure import enclosure, floats
+from exactcreep.model.enclosure import enclosure, exact_value, floats
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
@@ -111,11 +110,11 @@ class Auditor:
         pairs = enumerate(start.draws.tolist())
         drawn = [float(self.contacts.coefficient(n + 1, k - 1)) for n, k in pairs]
         self.state = State(
-            tensions=arithmetic.vector(map(exact, start.tensions.tolist())),
-            displacements=arithmetic.vector(map(exact, start.displacements.tolist())),
+            tensions=arithmetic.vector(map(exact_value, start.tensions.tolist())),
+            displacements=arithmetic.vector(map(exact_value, start.displacements.tolist())),
             coefficients=start.coefficients if chain.sigma_mu == 0 else np.array(drawn),
             draws=start.draws,
-            theta=arithmetic.number(exact(start.theta)),
+            theta=arithmetic.number(exact_value(start.theta)),
         )
         self.scale = float(max(self.thresholds().tolist()))
         self.accuracy = ACCURACY if arithmetic is FLOAT64 else 10.0 ** -min(digits, 300)
@@ -233,7 +232,7 @@ class Auditor:
                     text = f"slider {n + 1} stays at rest beyond its threshold {when}"
                     self.within("static", text, beyond, self.room)
             allowed = ACCURACY * self.scale
-            span = nearest_float(exact(phase.span))
+            span = nearest_float(exact_value(phase.span))
             if span > _LONGEST:
                 self.find("motion", f"no slider moves for {span:.3g} tau_dyn", span, _LONGEST)
                 raise EnoughFindings
@@ -332,7 +331,7 @@ class Watches:
         self.sliders = np.concatenate([movers, resting, resting])
         self.directions = flow.signs[movers][:, None]
         rooms = [
-            [nearest_float(exact(replay.threshold(m) - side * flow.forces[m]))]
+            [nearest_float(exact_value(replay.threshold(m) - side * flow.forces[m]))]
             for side in (1, -1)
             for m in resting.tolist()
         ]
@@ -384,8 +383,3 @@ class Watches:
                 middle = (a + b) / 2
                 waiting += [(a, middle), (middle, b)]
         return 0.0, -1, False
-
-
-def exact(value: Any) -> Fraction:
-    """Return the middle of what is known of a number."""
-    return enclosure(value).middle

@@ -39,7 +39,7 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Itinerary
 from exactcreep.model.drive import Cycles
-from exactcreep.model.enclosure import Enclosure, enclosure
+from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
 from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
@@ -385,7 +385,7 @@ def logged(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
     """
     times = recorded["event_time"]
     if times.dtype == object:
-        middles = [enclosure(time).middle for time in times.tolist()]
+        middles = [exact_value(time) for time in times.tolist()]
         recorded = {**recorded, "event_time": np.array([*middles, None], dtype=object)[:-1]}
     return rearrangements(recorded)
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from exactcreep.model.enclosure import enclosure
+from exactcreep.model.enclosure import exact_value
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, balls_of
 from exactcreep.motion.itinerary import Retracer
 from exactcreep.studies.thresholds.horizon import Question
@@ -48,4 +48,4 @@ def deciding_amplitude(
     except (ArithmeticError, KeyError):  # it is the itinerary of no chain: rounding had made it
         return None
     way = 1 if event.half_cycle % 2 else -1
-    return way * enclosure(load).middle / question.chain.l0
+    return way * exact_value(load) / question.chain.l0
