@@ -29,6 +29,8 @@ from exactcreep.model.readings import ABSOLUTE_ZERO, DATES, gaps_in, is_date, re
 
 LIKE_KELVIN = (180, 400)
 """Weather and roofs lie between these in kelvin, and below the first in degrees Celsius."""
+COLDEST = Fraction(-90)
+"""No weather was colder in degrees Celsius; -99.9 marks what is missing in many a file."""
 CHOICES = {
     "unit": ("C", "K"),
     "decimal": (".", ","),
@@ -119,7 +121,8 @@ class TemperatureRecord(Listed):
     Warns
     -----
     RecordWarning
-        If temperatures said to be in degrees Celsius look like kelvin, or the other way round.
+        If temperatures said to be in degrees Celsius look like kelvin, or the other way round, or
+        one is so low that it must mark a missing reading.
 
     Notes
     -----
@@ -371,8 +374,9 @@ def _check_options(options: Mapping[str, Any]) -> None:
 
 
 def _doubt(temperatures: Sequence[Fraction], unit: str, shown: str) -> None:
-    """Warn if all temperatures look like those of another unit."""
+    """Warn if temperatures look like those of another unit, or like no temperatures."""
     low, high = LIKE_KELVIN
+    coldest = float(COLDEST - ABSOLUTE_ZERO["C"] + ABSOLUTE_ZERO[unit])
     least, most = float(min(temperatures)), float(max(temperatures))
     other = {"C": "kelvin", "K": "degrees Celsius"}[unit]
     if (low < least and most < high) if unit == "C" else most < low:
@@ -380,6 +384,12 @@ def _doubt(temperatures: Sequence[Fraction], unit: str, shown: str) -> None:
         warnings.warn(
             f"the temperatures of {shown}, from {least:g} to {most:g}, are said to be in {said}"
             f' (unit = "{unit}") and look like {other}',
+            RecordWarning,
+            stacklevel=4,
+        )
+    elif least < coldest:
+        warnings.warn(
+            f"{shown} holds {least:g} {unit}, colder than any weather: a mark of missing readings?",
             RecordWarning,
             stacklevel=4,
         )

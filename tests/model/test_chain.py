@@ -139,6 +139,17 @@ def test_the_arrays_of_a_state_are_its_own_and_cannot_be_written():
         state.tensions[0] = 1.0
 
 
+def test_a_solver_s_own_arrays_become_read_only_with_the_state_that_takes_them():
+    arrays = np.zeros(2), np.zeros(3), np.full(3, 0.6), np.ones(3, dtype=np.int64)
+    state = State.owning(*arrays, 0.0)
+    for array, kept in zip(
+        arrays, (state.tensions, state.displacements, state.coefficients, state.draws), strict=True
+    ):
+        assert kept is array
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 1
+
+
 def test_a_seeded_start_is_reproducible_bounded_and_keyed_by_its_own_seed():
     chain = Chain(30, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
     one = State.perturbed(chain, "1e-6", start_seed=1, seed=4)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from exactcreep.model import deviates, disorder
 from exactcreep.model.chain import Chain
+from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import GaussianSteps
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
@@ -167,6 +168,8 @@ def test_seeded_tensions_are_distinct_for_all_seeds_and_lie_between_minus_one_an
 def test_without_disorder_a_coefficient_is_the_rational_mu_s():
     chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
     assert disorder.static_coefficient(chain, 8, 2, 77) == Fraction(3, 5)
+    assert Contacts(chain, 8).coefficient(2, 77) == Fraction(3, 5)
+    assert Contacts(CHAIN, 7).coefficient(100, 77) == disorder.static_coefficient(CHAIN, 7, 100, 77)
     assert State.relaxed(chain).coefficients.tolist() == [0.6, 0.6, 0.6]
 
 

@@ -440,6 +440,12 @@ def test_temperatures_that_look_like_those_of_another_unit_are_doubted(write):
         TemperatureRecord(write("time,temperature\n0,10\n1,12\n"), KAPPA, 283, unit="K")
 
 
+def test_a_mark_of_missing_readings_that_is_a_number_is_doubted(write):
+    marked = write("time,temperature\n0,12\n1,-999\n2,13\n")
+    with pytest.warns(RecordWarning, match=r"-99\.9 C, colder than any weather: a mark of missing"):
+        TemperatureRecord(marked, KAPPA, 10, scale="0.1")
+
+
 def test_a_result_has_the_dates_of_its_record_and_keeps_them(write, tmp_path):
     zoned = [f"{hour}+01:00" for hour in HOURS]
     rows = "".join(f"{hour},{10 * (k % 3)}\n" for k, hour in enumerate(zoned))
