@@ -51,7 +51,7 @@ def _keys_of(make: Callable[..., Any]) -> dict[str, bool]:
 _TABLES = ("chain", "drive", "run", "physical")
 _IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_theta"}
 """Keys of ``[drive]`` beside ``[physical]``: temperatures (K) for dilations."""
-_RUN_KEYS = ("solver", "seed", "burn_in", "record", "start")
+_RUN_KEYS = ("solver", "seed", "burn_in", "accuracy", "record", "start")
 _START_KEYS = ("tensions", "theta", "size", "seed")
 _SOLVERS = [solver for solver in SOLVERS.values() if is_dataclass(solver)]
 _OPTIONS = {key for solver in _SOLVERS for key in signature(solver).parameters}

@@ -168,6 +168,7 @@ def run(
     locate: bool | None = None,
     digits: str | None = None,
     seed: str | None = None,
+    accuracy: str | None = None,
     record: list[str] | None = None,
     checkpoint: Path | None = None,
     session: Session,
@@ -191,14 +192,17 @@ def run(
     Parameters
     ----------
     solver : NAME
-        exact, reference, mpmath, certified, verlet, sliding, or auto: the cheapest that suffices.
-        Default: what the scene names, else exact.
+        exact, reference, mpmath, certified, verlet or sliding. Default: what the scene names, else
+        exact.
     dt : DT
         Time step of verlet, unit tau_dyn.
     locate : bool
         Let verlet find events inside a step.
     digits : int
         Decimal digits of mpmath and certified.
+    accuracy : X
+        End as soon as the mean velocity is known to this relative error, at 95 %; the cycles of the
+        scene are the most.
     record : NAMES
         x_G, x, tension, slips, events; repeatable or with commas; or none.
     checkpoint : path
@@ -208,7 +212,9 @@ def run(
     """
     from exactcreep.quasistatic.checkpoint import Checkpoint
 
-    given = run_settings(solver=solver, dt=dt, locate=locate, digits=digits, seed=seed)
+    given = run_settings(
+        solver=solver, dt=dt, locate=locate, digits=digits, seed=seed, accuracy=accuracy
+    )
     if record is not None:
         names = [name for entry in record for name in entry.split(",") if name]
         given["run.record"] = [] if names == ["none"] else names

@@ -1,0 +1,101 @@
+"""A run that goes on until its velocity is known, held against runs thirty times as long."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Cycles, GaussianSteps, InputError, Outcome, Path, creep
+from exactcreep.quasistatic.creep import AccuracyWarning
+from exactcreep.quasistatic.velocity import FIRST_LOOK, next_look
+from exactcreep.scene import Scene
+
+SIX = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+SURE = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+
+
+def test_a_run_ends_at_the_first_look_at_which_its_velocity_is_known_well_enough() -> None:
+    drive, looks = Cycles("0.002", 20_000), [FIRST_LOOK]
+    run = creep(SIX, drive, seed=1, accuracy="0.02")
+    while looks[-1] < run.half_cycles:
+        looks.append(next_look(looks[-1]))
+    assert run.half_cycles == looks[-1] < drive.half_cycles
+    assert run.report["accuracy_reached"]
+    assert run.report["relative_error"] == 1.96 * run.velocity_error / run.velocity <= 0.02
+    for look in looks[:-1]:
+        with pytest.warns(AccuracyWarning, match="not 0.02"):
+            shorter = creep(SIX, Cycles("0.002", look // 2), seed=1, accuracy="0.02")
+        assert shorter.report["relative_error"] > 0.02 or math.isnan(
+            shorter.report["relative_error"]
+        )
+    # how often it is looked at changes no bit of the way
+    assert run.state == creep(SIX, drive, seed=1).state_at(run.half_cycles)
+
+
+def test_a_chain_that_settles_needs_no_longer_run() -> None:
+    run = creep(SURE, Cycles("0.001", 10**6), accuracy="1e-9")
+    assert (run.half_cycles, run.velocity_error) == (FIRST_LOOK, 0.0)
+    assert run.report["relative_error"] == 0.0
+    rest = creep(SURE, Cycles("0.00001", 10**6), accuracy="0.5")
+    assert (rest.outcome, rest.velocity) == (Outcome.AT_REST, 0.0)
+    assert rest.half_cycles == FIRST_LOOK
+
+
+def test_a_run_too_short_says_what_it_reached() -> None:
+    with pytest.warns(AccuracyWarning, match="relative error at 95 % is not known, not 0.001"):
+        run = creep(SIX, Cycles("0.002", 20), accuracy="0.001")
+    assert run.half_cycles == 40
+    assert run.report["accuracy_reached"] is False
+
+
+@pytest.mark.parametrize("accuracy", [0, 1, -1, "2", "nan", "wide", True])
+def test_an_accuracy_outside_0_to_1_is_refused(accuracy: object) -> None:
+    with pytest.raises(InputError, match="accuracy"):
+        creep(SIX, Cycles("0.01", 2), accuracy=accuracy)
+
+
+def test_the_mean_along_a_path_is_of_that_path() -> None:
+    with pytest.raises(InputError, match="Cycles or GaussianSteps"):
+        creep(SIX, Path(["0.001", 0]), accuracy="0.1")
+
+
+def test_a_scene_may_ask_for_an_accuracy_and_auto_names_what_replaces_it() -> None:
+    chain = {"n": 2, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"}
+    scene = {"chain": chain, "drive": {"kind": "cycles", "amplitude": "0.001", "cycles": 900}}
+    asked = Scene.from_mapping(scene | {"run": {"accuracy": "0.01"}}).experiment()
+    assert asked.accuracy == 0.01
+    for replacement in ("exactcreep plan", "accuracy = X"):
+        with pytest.raises(InputError, match=replacement):
+            Scene.from_mapping(scene | {"run": {"solver": "auto"}}).experiment()
+
+
+@pytest.mark.slow
+def test_velocities_lie_within_the_accuracy_as_often_as_is_said() -> None:
+    """Scenes are drawn; those whose velocity never becomes known are counted, not left out."""
+    rng, within, unknown = np.random.default_rng(5), [], 0
+    for scene in range(100):
+        n = int(rng.choice([2, 3, 4, 6]))
+        tan_alpha, sigma = rng.uniform(0.1, 0.35), rng.choice(["0.005", "0.01", "0.03"])
+        chain = Chain(n, 1000, "0.5", "0.6", sigma, tan_alpha=tan_alpha)
+        amplitude = float(rng.uniform(0.4, 2)) * 1e-3 * n
+        accuracy = float(rng.choice([0.05, 0.02, 0.01]))
+        cyclic = rng.random() < 0.7
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            drive = Cycles(amplitude, 10**5) if cyclic else GaussianSteps(amplitude, 10**5)
+            run = creep(chain, drive, seed=scene, accuracy=accuracy, record=(), max_events=10**7)
+            if not run.report["accuracy_reached"]:
+                unknown += 1
+                continue
+            steps = 30 * (run.half_cycles // 2)
+            much = Cycles(amplitude, steps) if cyclic else GaussianSteps(amplitude, 2 * steps)
+            long = creep(chain, much, seed=1000 + scene, record=())
+        room = math.hypot(accuracy * abs(long.velocity), 1.96 * (long.velocity_error or 0.0))
+        within.append(abs(run.velocity - long.velocity) <= room)
+    print(f"{sum(within)} of {len(within)} within; {unknown} scenes were not known so well")
+    # 95 % of some 90 scenes; more, as looks are few and the error is within what was asked
+    assert sum(within) >= 0.93 * len(within)
+    assert unknown < 25
