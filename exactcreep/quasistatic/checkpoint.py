@@ -277,11 +277,15 @@ def to_bytes(content: Mapping[str, Any]) -> bytes:
     return b"".join([_LINE, *packed(content)[0]])
 
 
+def from_bytes(data: bytes | memoryview, name: str = "checkpoint") -> dict[str, Any]:
+    """Return what the first record of a file holds, or raise `InputError`; `name` is the file's."""
+    content: dict[str, Any] = _records(memoryview(data), name)[0][0]
+    return content
+
+
 def read(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return what the first record of a file holds, or raise `InputError`."""
-    name = os.fspath(path)
-    content: dict[str, Any] = _records(_content(path, name), name)[0][0]
-    return content
+    return from_bytes(_content(path, os.fspath(path)), os.fspath(path))
 
 
 def _content(path: str | os.PathLike[str], name: str) -> memoryview:

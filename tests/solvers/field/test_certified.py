@@ -20,7 +20,7 @@ from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.field import certified, set_integrator
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.reference import FieldSimulation
-from exactcreep.solvers.solver import Start
+from exactcreep.solvers.solver import Start, Stretch
 from exactcreep.solvers.tables import LOGS, joined
 from tests.paper import event_rows, paper_chain
 
@@ -351,19 +351,18 @@ def test_a_slider_past_its_graze_by_a_hair_is_proved_to_start(k):
     solver = Certified(digits=20)
     simulation = solver.simulation(chain, State.relaxed(chain), 0, ("events",))
     stretch = simulation.follow(Cycles("0.01", 1), 1, 1, Limits(4))
-    assert event_rows(stretch)[1] == (1, 0, 1, 1)
+    assert event_rows(Stretch(0, stretch.whole))[1] == (1, 0, 1, 1)
     assert simulation.evidence is Evidence.PROVED
 
 
-@pytest.mark.parametrize("tangent", ["1/4", "0.51"], ids=["at rest", "runaway"])
 @pytest.mark.parametrize("sigma_mu", ["0", "0.01"])
 @pytest.mark.parametrize("n", [2, 3])
-@pytest.mark.parametrize("max_events", [10, 57, 10**6])
-def test_a_checkpoint_loses_nothing_of_a_ball(n, sigma_mu, tangent, max_events):
-    chain = Chain(n, 1000, "1/2", "3/5", sigma_mu, tan_alpha=tangent)
-    simulation, _ = followed(chain, Cycles("0.004", 1), 20, max_events=max_events)
+@pytest.mark.parametrize("cycles", [1, 2])
+def test_a_snapshot_loses_nothing_of_a_ball(n, sigma_mu, cycles):
+    chain = Chain(n, 1000, "1/2", "3/5", sigma_mu, tan_alpha="1/4")
+    simulation, _ = followed(chain, Cycles("0.004", cycles), 20)
     other = Certified(digits=20).simulation(chain, State.relaxed(chain, 3), 3, ("x",))
-    other.restore(from_bytes(to_bytes(simulation.capture())))
+    other.restore(from_bytes(to_bytes(simulation.snapshot())))
     assert str(other.report()) == str(simulation.report())
     before, after = simulation.state(), other.state()
     for name in ("tensions", "displacements"):
