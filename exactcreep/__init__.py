@@ -5,12 +5,12 @@ What is simulated: `Chain`, `State`, and a `Drive` (`Cycles`, `GaussianSteps`, `
 that `load_scene` reads is a `Scene`. `rearrange` (a `Rearrangement`, whose motion is a `Solution`)
 and `iterate` (one `Event` after the other) follow one rearrangement, `creep` (a `Creep`) a whole
 drive, `sweep` a grid of them; `resume` goes on from a checkpoint. `fate` (a `Fate`) follows a chain
-until it has settled, `survival` (a `Survival`) many starts of one. `threshold`, `compare`, `plan`
-and `audit` ask what a user asks, and answer with a `Threshold` (where creep is chaotic a `HalfLife`
-or an `Intercept`), a dataset over `Method` and seed, a `Plan` and an `Audit`; `physical` turns a
-solid in SI units into the chain of a `Solid`, and `Solid.creep` a record of temperatures into a
-`Descent` in millimetres. `laws` are the formulas of the paper, `disorder` the numbers that are
-drawn.
+until it has settled, `survival` (a `Survival`) many starts of one. `threshold` (a `Threshold`),
+where creep is chaotic `half_life` (a `HalfLife`), and with disorder `intercept` (an `Intercept`)
+look for the amplitude above which a chain creeps. `compare`, `plan` and `audit` answer with a
+dataset over `Method` and seed, a `Plan` and an `Audit`; `physical` turns a solid in SI units into
+the chain of a `Solid`, and `Solid.creep` a record of temperatures into a `Descent` in millimetres.
+`laws` are the formulas of the paper, `disorder` the numbers that are drawn.
 
 Results say how well they are known (`Evidence`) and why they ended (`Outcome`). Long computations
 tell a callable their `Progress`. Bad input raises `InputError`, Ctrl-C `Interrupted` with what was

@@ -38,10 +38,10 @@ from .studies.fates.survival import Survival as Survival, survival as survival
 from .studies.trajectory import Method as Method
 from .studies.plan import Plan as Plan, plan as plan
 from .studies.sweep import sweep as sweep
-from .studies.thresholds.criteria import threshold as threshold
-from .studies.thresholds.half_life import HalfLife as HalfLife
+from .studies.thresholds.half_life import HalfLife as HalfLife, half_life as half_life
 from .studies.thresholds.horizon import GivenUp as GivenUp
-from .studies.thresholds.intercept import Intercept as Intercept
+from .studies.thresholds.intercept import Intercept as Intercept, intercept as intercept
 from .studies.thresholds.results import Threshold as Threshold
+from .studies.thresholds.threshold import threshold as threshold
 
 __version__: str

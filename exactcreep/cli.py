@@ -57,7 +57,8 @@ def program(wanted: Collection[str]) -> typer.Typer:
             words = help_of(made)
         else:
             told = public(name.replace("-", "_"))
-            called = questions.question(name, *made) if name in wanted else told
+            question = name.replace("-", "_")
+            called = questions.question(question, *made) if name in wanted else told
             words = help_of(called)
         app.command(name, help=words)(called if name in wanted else _nothing)
     return app

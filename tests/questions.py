@@ -27,11 +27,9 @@ def survival(chain: Chain, amplitude: Any, **options: Any) -> Survival:
 
 def threshold(chain: Chain, **options: Any) -> Any:
     """Ask for the edges of lasting creep, or with `cycles` of creep after so many."""
-    if "cycles" not in options:
-        options = {"criterion": "lasting", **options}
-    return exactcreep.threshold(chain, **options)
+    return exactcreep.threshold(chain, after=options.pop("cycles", None), **options)
 
 
 def half_life(chain: Chain, cycles: int, **options: Any) -> Any:
     """Ask for the amplitude at which half of the starts still creep after so many cycles."""
-    return exactcreep.threshold(chain, criterion="survival", cycles=cycles, **options)
+    return exactcreep.half_life(chain, cycles=cycles, **options)

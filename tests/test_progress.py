@@ -21,7 +21,7 @@ from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.scene import load_scene
 from exactcreep.studies.compare import compare
 from exactcreep.studies.sweep import sweep
-from exactcreep.studies.thresholds.criteria import threshold
+from exactcreep.studies.thresholds.threshold import threshold
 
 CHAIN = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
 DRIVE = Cycles("0.01", 40)

@@ -26,7 +26,9 @@ _PACKAGE = Path(exactcreep.__file__).parent
 _UNSEEN = ("Hearer", "Executor")
 """Annotations of what a command line cannot give."""
 _METAVARS = {"int": "K", "number": "X", "pair": "LO HI", "path": "FILE", "str": "NAME"}
-_FLAGS = {"low": ("--from",), "high": ("--to",), "settings": ("--set",)}
+_FLAGS = {
+    "low": ("--from",), "high": ("--to",), "settings": ("--set",), "after": ("--after", "--cycles")
+}  # fmt: skip
 SHARED = {
     "run": ("RUN.nc", "What exactcreep run --out wrote."),
     "solver": ("NAME", "Default: what the scene names, else exact."),

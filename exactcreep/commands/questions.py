@@ -126,10 +126,10 @@ QUESTIONS: dict[str, tuple[str, ...]] = {
         "thresholds:draw_threshold",
         "Output",
         "--n 3 --digits 40",
-        "--n 5 --cycles 20 --windows --refine 3 --json",
-        "--n 6 --plot survival.png",
-        "--n 30 --sigma-mu 0.01 --fit 1.3 2",
+        "--n 5 --after 20 --windows --refine 3 --json",
     ),
+    "half-life": ("thresholds:draw_threshold", "Output", "--n 6 --plot survival.png"),
+    "intercept": ("thresholds:draw_threshold", "Output", "--n 30 --sigma-mu 0.01 --fit 1.3 2"),
     "fate": (
         "fates:draw_fate",
         "Drawing",

@@ -20,7 +20,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import rearrange, solver_named
 from exactcreep.studies.fates.fate import fate
-from exactcreep.studies.thresholds.criteria import threshold
+from exactcreep.studies.thresholds.threshold import threshold
 from tests.benchmarks.measurements import Velocity, burned_in, velocity_costs
 from tests.benchmarks.rearrangements import Rearrangements
 from tests.paper import captions, paper_chain
@@ -158,7 +158,7 @@ def itineraries(singles: Rearrangements, *, count: int) -> Iterator[Answer]:
 def thresholds(n: int = 3) -> Iterator[Answer]:
     """Yield what the digits of the amplitude cost at which a chain without disorder creeps."""
     chain = captions(n)
-    threshold(chain, cycles=20, digits=5)  # compiles
+    threshold(chain, after=20, digits=5)  # compiles
     for digits in DIGITS:
         edge, seconds = timed(partial(threshold, chain, cycles=20, digits=digits))
         yield Answer(f"threshold to {digits} digits", n, "certified", seconds, edge.evidence.value)

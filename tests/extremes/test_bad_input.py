@@ -194,10 +194,10 @@ def test_a_wild_solid_is_a_solid_or_a_sentence(name: str, value: Any) -> None:
 
 
 @FUZZ
-@given(st.sampled_from(["cycles", "digits", "points", "refine", "seeds", "solver", "windows"]),
+@given(st.sampled_from(["after", "digits", "points", "refine", "seeds", "solver", "windows"]),
        WILD)  # fmt: skip
 def test_a_wild_argument_of_a_threshold_is_used_or_refused(name: str, value: Any) -> None:
-    few = {"cycles": 2, "digits": 3, "points": 4, "solver": "exact"}
+    few = {"after": 2, "digits": 3, "points": 4, "solver": "exact"}
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         value = -abs(value)  # large numbers are slow, not wrong
     pair = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
@@ -209,7 +209,7 @@ def test_a_wild_argument_of_a_threshold_is_used_or_refused(name: str, value: Any
 def test_a_wild_amplitude_of_a_threshold_is_tried_refused_or_given_up(
     name: str, value: Any, other: Any
 ) -> None:
-    few = {"cycles": 2, "digits": 3, "points": 4, "solver": "exact"}
+    few = {"after": 2, "digits": 3, "points": 4, "solver": "exact"}
     pair = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
     chosen = (value, other) if name == "bracket" else value
     with suppress(GivenUp):

@@ -228,7 +228,7 @@ def held_against(chain: Chain, amplitude: Fraction, seed: int) -> Outcome:
     points = [amplitude * k / 4 for k in range(2, 7)]
     fates = [fate(chain, a, solver="exact").outcome for a in points]
     idle = [one in (Outcome.CYCLING, Outcome.AT_REST) for one in fates]
-    given = {"criterion": "lasting", "solver": "exact", "digits": 6, "windows": True}
+    given = {"solver": "exact", "digits": 6, "windows": True}
     if idle[0] and not all(idle):
         found = threshold(chain, low=points[0], high=points[-1], points=4, **given)
         called = [sum(1 if e.begins else -1 for e in found.windows if e.middle < a) for a in points]

@@ -14,12 +14,13 @@ from typing import Any
 
 import xarray as xr
 
+from exactcreep.display import shows_progress
 from exactcreep.limits import Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
-from exactcreep.studies.fates.numerical import refuse_sliding
+from exactcreep.progress import Hearer, Progress, reporter
 from exactcreep.studies.fates.survival import SIZE, Share, survival
-from exactcreep.studies.thresholds.amplitudes import Span, bisected
+from exactcreep.studies.thresholds.amplitudes import Span, bisected, require_sense
 from exactcreep.studies.thresholds.results import Measured, single_values
 
 _STEP = Fraction(23, 20)  # from one amplitude of the scan to the next
@@ -51,11 +52,11 @@ class HalfLife(Measured):
 
     Examples
     --------
-    >>> from exactcreep import Chain, threshold
+    >>> from exactcreep import Chain, half_life
     >>> chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    >>> half = threshold(chain, criterion="survival", starts=20, cycles=50)
-    >>> half.low < half.amplitude < half.high
-    True
+    >>> found = half_life(chain, starts=20, cycles=50)
+    >>> found.evidence.value, found.shares[min(found.shares)].share
+    ('computed', 0.0)
     """
 
     starts: int
@@ -100,20 +101,28 @@ class _Tried:
     say: Callable[..., None]
     shares: dict[Fraction, Share] = field(default_factory=dict)
     directions: dict[Fraction, dict[str, int]] = field(default_factory=dict)
+    expected: int = 0
+    """How many amplitudes the search may take, at the most, for its progress."""
 
     def share(self, amplitude: Fraction) -> Share:
         """Return which part still creeps at an amplitude."""
         if amplitude not in self.shares:
             self.limits.require()
+            done = len(self.shares)
+
+            def followed(progress: Progress) -> None:
+                part = done + progress.done / max(progress.total, 1)
+                self.say("amplitudes", part, max(self.expected, done + 1), "amplitudes")
+
             found = survival(
-                self.chain, amplitude, max_seconds=self.limits.seconds_left, **self.given
-            )
+                self.chain, amplitude, max_seconds=self.limits.seconds_left, progress=followed,
+                **self.given,
+            )  # fmt: skip
             if found.reason:
                 raise OutOfTime(self.limits.reason(Stop.DEADLINE))
             self.shares[amplitude] = found.creeping
             ways = {way: share.starts for way, share in found.directions.items()}
             self.directions[amplitude] = ways
-            self.say("amplitudes", len(self.shares), 0, "amplitudes")
         return self.shares[amplitude]
 
     def fewer(self, amplitude: Fraction) -> bool:
@@ -167,32 +176,82 @@ class _Tried:
         return outer
 
 
+def _expected(span: Span, width: Fraction) -> int:
+    """Return how many amplitudes a search may take, at the most."""
+    scan = 2
+    if span.bracket is None:
+        low, high = span.scans[0][0], span.scans[-1][1]
+        scan = math.ceil(math.log(high / max(low, high / 10**6)) / math.log(_STEP)) + 2
+    return scan + math.ceil(math.log2(1 / width)) + 2 * _REFINED
+
+
+@shows_progress
 def half_life(
     chain: Chain,
-    span: Span,
-    limits: Limits,
-    say: Callable[..., None],
     *,
+    cycles: Number = 4000,
     starts: Number = 40,
     size: Number = SIZE,
-    cycles: Number = 4000,
     seed: Number = 0,
+    low: Number | None = None,
+    high: Number | None = None,
+    bracket: tuple[Number, Number] | None = None,
     digits: Number = 3,
     workers: Number | None = None,
+    progress: Hearer = None,
+    max_seconds: Number | None = None,
 ) -> HalfLife:
-    """Return the amplitude at which half of the starts still creep after `cycles` cycles.
+    """Return the amplitude at which half of many starts still creep after `cycles` cycles.
 
-    The arguments are those of `threshold`. Where the share crosses one half more than once, it is
-    one of the crossings. Out of time, what is known is returned.
+    From six sliders on creep is chaotic, and just above its first edge a transient: there is no
+    edge from which on it lasts. The amplitude grows with `cycles`.
+
+    Parameters
+    ----------
+    chain : Chain
+        Without disorder.
+    cycles : int
+        The horizon; see `survival`.
+    starts : int
+    size : number
+        Tensions of a start are uniform in (-size, size), unit m g.
+    seed : int
+        Of the starts.
+    low, high : number, optional
+        Ends of the scan; default 1/2 and 2 times Eq. (seuil), as of `threshold`.
+    bracket : pair of numbers, optional
+        Instead of a scan: fewer than half creep at the first, more at the second.
+    digits : int
+        Bisection ends at a relative width of ``10**-digits``.
+    workers : int, optional
+        Threads, default one for each processor.
+    progress : bool or callable, optional
+        A callable is called with a `Progress`; else as for `creep`.
+    max_seconds : number, optional
+        Come back after so much wall time with what is known; `reason` then says so.
+
+    Returns
+    -------
+    HalfLife
+        The amplitude, its interval of 95 %, and the share at every amplitude that was tried. Where
+        the share crosses one half more than once, it is one of the crossings.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or the share does not pass one half.
+        If an argument is out of range, the question has no sense for the chain, or the share does
+        not pass one half.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain
+    >>> half = half_life(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25"), cycles=50, starts=20)
+    >>> half.low < half.amplitude < half.high
+    True
     """
-    refuse_sliding(chain)
-    if chain.n < 2:
-        raise InputError("n", chain.n, "must be at least 2: one slider has no spring")
+    require_sense(chain, "half_life")
+    limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
+    span = Span.of(chain, low, high, bracket)
     width = Fraction(1, 10 ** whole_number(digits, "digits", least=1, most=12))
     given = {
         "starts": whole_number(starts, "starts", least=1),
@@ -200,6 +259,7 @@ def half_life(
         "seed": whole_number(seed, "seed", least=0),
     }
     tried = _Tried(chain, {**given, "size": size, "workers": workers}, limits, say)
+    tried.expected = _expected(span, width)
     at, fewer, more, reason = None, None, None, ""
     try:
         below, above = tried.bracket(span)

@@ -7,7 +7,6 @@ such creep, but its velocity can be measured, and Eq. (seuil) is a law of where 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,16 +15,17 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats
 
+from exactcreep.display import shows_progress
 from exactcreep.laws import LAWS, law_values
 from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.outcome import Outcome
+from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import creep
-from exactcreep.studies.fates.numerical import refuse_sliding
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
-from exactcreep.studies.thresholds.amplitudes import two_numbers
+from exactcreep.studies.thresholds.amplitudes import require_sense, two_numbers
 from exactcreep.studies.thresholds.results import Measured, single_values
 
 FEWEST_POINTS = 8
@@ -66,9 +66,9 @@ class Intercept(Measured):
 
     Examples
     --------
-    >>> from exactcreep import Chain, threshold
+    >>> from exactcreep import Chain, intercept
     >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
-    >>> line = threshold(chain, criterion="intercept", cycles=200)
+    >>> line = intercept(chain, cycles=200)
     >>> round(line.intercept / line.law_seuil, 1), line.evidence.value
     (1.3, 'undecided')
     """
@@ -97,33 +97,66 @@ class Intercept(Measured):
         return xr.Dataset(columns, {"amplitude": self.amplitudes}, about)
 
 
+@shows_progress
 def intercept(
     chain: Chain,
-    limits: Limits,
-    say: Callable[..., None],
     *,
-    fit: Any = ("1.2", "2"),
-    points: Number = 12,
     cycles: Number = 400,
+    points: Number = 12,
+    fit: tuple[Number, Number] = ("1.2", "2"),
     size: Number = SIZE,
     seed: Number = 0,
+    progress: Hearer = None,
+    max_seconds: Number | None = None,
 ) -> Intercept:
     """Return the amplitude at which the straight part of v(A) meets zero.
 
-    The arguments are those of `threshold`. Amplitude k, from 1, has the start and the disorder of
-    start k of `survival`. Out of time, the velocities that are known are returned, and the line
-    through them if they are 8 or more.
+    That is what one reads off the paper's figures, and what Eq. (seuil) is a law of. It is the only
+    threshold of a chain with disorder, and makes sense for long chains without.
+
+    Parameters
+    ----------
+    chain : Chain
+    cycles : int
+        Of each amplitude.
+    points : int
+        Amplitudes, at least 8. Amplitude k, from 1, has the start and the disorder of start k of
+        `survival`.
+    fit : pair of numbers
+        Range of the line in units of Eq. (seuil).
+    size : number
+        Tensions of a start are uniform in (-size, size), unit m g.
+    seed : int
+        Of starts, and of the disorder.
+    progress : bool or callable, optional
+        A callable is called with a `Progress`; else as for `creep`.
+    max_seconds : number, optional
+        Come back after so much wall time with the velocities that are known, and the line through
+        them if they are 8 or more; `reason` then says so.
+
+    Returns
+    -------
+    Intercept
+        With its standard error, the chi2 of the line, and the law beside it.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or Eq. (seuil) is not positive.
+        If an argument is out of range, the question has no sense for the chain, or Eq. (seuil) is
+        not positive.
+
+    Examples
+    --------
+    >>> from exactcreep import Chain
+    >>> chain = Chain(2, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")
+    >>> line = intercept(chain, cycles=100)
+    >>> line.amplitudes.size, line.law_seuil < line.amplitudes[0]
+    (12, True)
     """
-    refuse_sliding(chain)
+    require_sense(chain, "intercept")
+    limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     if not abs(chain.tan_alpha) < chain.mu_d:
         raise InputError("tan_alpha", chain.tan_alpha, "must be less than mu_d in size")
-    if chain.n < 2:
-        raise InputError("n", chain.n, "must be at least 2: one slider has no spring")
     low, high = map(nearest_float, two_numbers(fit, "fit", positive=True))
     count = whole_number(points, "points", least=FEWEST_POINTS, most=10_000)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)

@@ -94,13 +94,13 @@ class Difference:
 
 @dataclass(frozen=True, repr=False)
 class Threshold(Shown):
-    """An edge of what a chain does, by the criterion horizon or lasting, with the laws beside it.
+    """An edge of what a chain does, with the laws beside it.
 
     Attributes
     ----------
     chain : Chain
     criterion : str
-        ``horizon`` or ``lasting``; see `threshold`.
+        ``lasting``: for ever; ``horizon``: in a given cycle (`after` of `threshold`).
     cycles : int
         Of ``horizon``: in the last of them the chain has to advance. Of ``lasting``: in so many it
         has to settle.

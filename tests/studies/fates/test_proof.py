@@ -133,8 +133,7 @@ def test_the_set_that_was_followed_is_the_one_that_floats_made() -> None:
 
 def test_the_lasting_edge_of_three_sliders_is_that_of_the_horizon() -> None:
     lasting, horizon = (
-        threshold(captions(3), criterion=criterion, digits=20, points=200)
-        for criterion in ("lasting", "horizon")
+        threshold(captions(3), after=after, digits=20, points=200) for after in (None, 20)
     )
     assert (lasting.lower, lasting.upper) == (horizon.lower, horizon.upper)
     assert lasting.evidence is Evidence.PROVED
@@ -145,7 +144,7 @@ def test_the_lasting_edge_of_three_sliders_is_that_of_the_horizon() -> None:
 @pytest.mark.slow
 def test_five_sliders_creep_for_ever_from_later_than_they_pass_a_horizon() -> None:
     found = threshold(
-        captions(5), criterion="lasting", digits=20, bracket=("0.0007597", "0.00075971")
+        captions(5), digits=20, bracket=("0.0007597", "0.00075971")
     )
     assert found.evidence is Evidence.PROVED
     below, above = found.fates

@@ -12,8 +12,8 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.thresholds import results
-from exactcreep.studies.thresholds.criteria import threshold
 from exactcreep.studies.thresholds.results import Threshold
+from exactcreep.studies.thresholds.threshold import threshold
 from exactcreep.studies.trajectory import rearrangements
 from tests.paper import captions
 
@@ -28,7 +28,7 @@ def test_two_sliders_to_a_thousand_digits_by_the_search_alone(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(results, "laws_beside", None)
-    found = threshold(captions(2), cycles=20, digits=1000)
+    found = threshold(captions(2), after=20, digits=1000)
     lower, upper = bounds(found)
     # (mu_s - tan) cos / l0 = 0.35 * 4 / sqrt(17) / 1000, enclosed by integer square roots
     square = Fraction(35 * 4, 100 * 1000) ** 2 / 17
@@ -42,13 +42,13 @@ def test_two_sliders_to_a_thousand_digits_by_the_search_alone(
 
 
 def test_a_thousand_digits_of_three_sliders_cost_two_deciding_runs_and_one_for_stability() -> None:
-    found = threshold(captions(3), cycles=20, digits=1000, bracket=("0.00045", "0.00046"))
+    found = threshold(captions(3), after=20, digits=1000, bracket=("0.00045", "0.00046"))
     assert found.evidence is Evidence.PROVED
     assert found.report["deciding_runs"] <= 3
 
 
 def test_the_two_slider_law_is_the_threshold() -> None:
-    found = threshold(captions(2), cycles=20, digits=60)
+    found = threshold(captions(2), after=20, digits=60)
     assert found.law_two_sliders is not None
     lower, upper = bounds(found)
     law = Fraction(found.law_two_sliders)
@@ -57,7 +57,7 @@ def test_the_two_slider_law_is_the_threshold() -> None:
 
 def test_a_start_tension_lowers_the_threshold_by_its_size_exactly() -> None:
     chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12")
-    found = threshold(chain, cycles=20, digits=100, start_tension="-0.03", low="1e-5", high="1e-3")
+    found = threshold(chain, after=20, digits=100, start_tension="-0.03", low="1e-5", high="1e-3")
     lower, upper = bounds(found)
     assert lower <= (Fraction(11, 65) - Fraction(3, 100)) / 1000 <= upper
     assert found.evidence is Evidence.PROVED
@@ -66,7 +66,7 @@ def test_a_start_tension_lowers_the_threshold_by_its_size_exactly() -> None:
 def test_a_threshold_that_is_a_decimal_is_decided_exactly() -> None:
     """At the threshold itself the slider stays, and that is known in Q(c)."""
     chain = Chain(2, 1000, "0.775", "0.8", tan_alpha="3/4")  # mu_s c - s = 0.64 - 0.6
-    found = threshold(chain, cycles=20, digits=30)
+    found = threshold(chain, after=20, digits=30)
     lower, upper = bounds(found)
     assert lower <= Fraction("0.00004") < upper
     assert upper - lower <= lower / 10**30
@@ -74,15 +74,15 @@ def test_a_threshold_that_is_a_decimal_is_decided_exactly() -> None:
 
 
 def test_a_bracket_that_float64_does_not_resolve() -> None:
-    wide = threshold(captions(2), cycles=20, digits=40)
+    wide = threshold(captions(2), after=20, digits=40)
     lower, upper = bounds(wide)
-    narrow = threshold(captions(2), cycles=20, digits=40, bracket=(lower - lower / 10**25, upper))
+    narrow = threshold(captions(2), after=20, digits=40, bracket=(lower - lower / 10**25, upper))
     assert bounds(narrow) == (lower, upper)
 
 
 def test_beyond_mu_d_the_chain_runs_away_above_its_first_slip() -> None:
     chain = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.55")
-    found = threshold(chain, cycles=20, digits=30)
+    found = threshold(chain, after=20, digits=30)
     lower, upper = bounds(found)
     square = (Fraction(1, 20) / 1000) ** 2 / (1 + Fraction("0.55") ** 2)
     assert lower**2 < square < upper**2
@@ -90,7 +90,7 @@ def test_beyond_mu_d_the_chain_runs_away_above_its_first_slip() -> None:
 
 
 def test_three_sliders_to_forty_digits_are_proved() -> None:
-    found = threshold(captions(3), cycles=20, digits=40)
+    found = threshold(captions(3), after=20, digits=40)
     lower, upper = bounds(found)
     assert found.evidence is Evidence.PROVED
     assert found.outcome_at_lower is Outcome.AT_REST
@@ -102,7 +102,7 @@ def test_three_sliders_to_forty_digits_are_proved() -> None:
 
 @pytest.mark.parametrize("n", [3, 4, 5])
 def test_an_edge_is_theta_c_of_the_event_that_decides_there(n: int) -> None:
-    found = threshold(captions(n), cycles=20, digits=30, points=300)
+    found = threshold(captions(n), after=20, digits=30, points=300)
     assert found.deciding_event is not None
     sides = found.deciding_event.at_lower, found.deciding_event.at_upper
     event = min((side for side in sides if side is not None), key=lambda side: side.half_cycle)
@@ -114,15 +114,15 @@ def test_an_edge_is_theta_c_of_the_event_that_decides_there(n: int) -> None:
 
 
 def test_four_sliders_cycle_for_ever_below_and_that_is_proved() -> None:
-    found = threshold(captions(4), cycles=20, digits=20)
+    found = threshold(captions(4), after=20, digits=20)
     assert found.outcome_at_lower is Outcome.CYCLING
     assert found.outcome_evidence is Evidence.PROVED
 
 
 def _agree(n: int, digits: int) -> None:
-    certified = threshold(captions(n), cycles=20, digits=digits)
-    mpmath = threshold(captions(n), cycles=20, digits=digits, solver="mpmath")
-    floats = threshold(captions(n), cycles=20, digits=12, solver="exact")
+    certified = threshold(captions(n), after=20, digits=digits)
+    mpmath = threshold(captions(n), after=20, digits=digits, solver="mpmath")
+    floats = threshold(captions(n), after=20, digits=12, solver="exact")
     assert bounds(certified) == bounds(mpmath)
     assert certified.evidence is Evidence.PROVED
     assert mpmath.evidence is Evidence.COMPUTED
@@ -133,8 +133,8 @@ def _agree(n: int, digits: int) -> None:
 
 
 def test_float64_claims_no_digits_that_it_has_lost() -> None:
-    proved = threshold(captions(5), cycles=20, points=300)
-    low, high = bounds(threshold(captions(5), cycles=20, points=300, digits=12, solver="exact"))
+    proved = threshold(captions(5), after=20, points=300)
+    low, high = bounds(threshold(captions(5), after=20, points=300, digits=12, solver="exact"))
     lower, upper = bounds(proved)
     assert low <= lower < upper <= high
 
@@ -151,6 +151,6 @@ def test_three_arithmetics_agree(n: int) -> None:
 
 @pytest.mark.slow
 def test_more_digits_continue_fewer() -> None:
-    few, many = (threshold(captions(3), cycles=20, digits=digits) for digits in (25, 60))
+    few, many = (threshold(captions(3), after=20, digits=digits) for digits in (25, 60))
     (lower, upper), (low, high) = bounds(few), bounds(many)
     assert lower <= low < high <= upper

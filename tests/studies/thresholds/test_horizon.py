@@ -15,12 +15,12 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.studies.thresholds import results
-from exactcreep.studies.thresholds.criteria import threshold
 from exactcreep.studies.thresholds.horizon import transient
 from exactcreep.studies.thresholds.results import Edge, Threshold
+from exactcreep.studies.thresholds.threshold import threshold
 from tests.paper import captions
 
-FLOAT = {"solver": "exact", "digits": 9, "cycles": 20}
+FLOAT = {"solver": "exact", "digits": 9, "after": 20}
 
 
 def pythagorean() -> Chain:
@@ -101,7 +101,7 @@ class TestMoreSliders:
     def test_a_transient_that_dies_later_is_followed_to_its_end(self) -> None:
         """Eleven cycles do not return this chain; they come closer by a fifth each time."""
         chain = Chain(4, "1/7", "0.9", "1.05", tan_alpha="0.045")
-        found = threshold(chain, points=200, **FLOAT | {"cycles": 11})
+        found = threshold(chain, points=200, **FLOAT | {"after": 11})
         assert found.outcome_at_lower is Outcome.CYCLING
         assert found.outcome_evidence is Evidence.COMPUTED
 
@@ -137,7 +137,7 @@ class TestMoreSliders:
     def test_the_root_of_the_condition_that_decides_lies_where_float64_has_put_the_edge(
         self,
     ) -> None:
-        root = threshold(captions(4), digits=60, solver="mpmath", cycles=20)
+        root = threshold(captions(4), digits=60, solver="mpmath", after=20)
         assert root.report["deciding_runs"] <= 4  # it is a root, and not bisected for
         assert encloses(threshold(captions(4), **FLOAT), Fraction(root.lower or 0))
 
@@ -210,7 +210,7 @@ class TestRefusals:
 
     def test_a_chain_with_disorder_has_no_single_threshold(self) -> None:
         with pytest.raises(InputError, match="sigma_mu"):
-            threshold(Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"), cycles=20)
+            threshold(Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"), after=20)
 
 
 def test_the_command_prints_one_object_with_every_key(
@@ -236,7 +236,7 @@ def test_the_command_prints_one_object_with_every_key(
 
 def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditions() -> None:
     # the third edge: two itineraries change within 5e-12 of each other, creep at the second
-    found = threshold(captions(3), windows=True, refine=3, points=100, digits=40, cycles=20)
+    found = threshold(captions(3), windows=True, refine=3, points=100, digits=40, after=20)
     assert found.windows is not None
     third = found.windows[2]
     assert third.evidence is Evidence.PROVED
@@ -258,11 +258,11 @@ class Hurry:
 def interrupted(monkeypatch: pytest.MonkeyPatch, asked: int) -> Threshold:
     limits = Limits(interrupted=Hurry(asked))
     monkeypatch.setattr(Limits, "of", lambda max_seconds: limits)
-    return threshold(captions(3), digits=20, points=100, cycles=20, max_seconds=1)
+    return threshold(captions(3), digits=20, points=100, after=20, max_seconds=1)
 
 
 def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = threshold(captions(3), digits=20, points=100, cycles=20)
+    whole = threshold(captions(3), digits=20, points=100, after=20)
     assert whole.reason == ""
     widths: list[Fraction] = []
     complete = False
@@ -290,7 +290,7 @@ def test_a_search_out_of_time_keeps_the_bracket_it_has(monkeypatch: pytest.Monke
 
 def test_a_search_of_many_cycles_comes_back_in_time() -> None:
     begin = time.process_time()
-    found = threshold(captions(8), max_seconds=1, **FLOAT | {"cycles": 2000})
+    found = threshold(captions(8), max_seconds=1, **FLOAT | {"after": 2000})
     assert found.reason == "max_seconds = 1 was reached"
     assert time.process_time() - begin < 5
     with pytest.raises(InputError, match="max_seconds"):

@@ -1,4 +1,4 @@
-"""The search for edges, the amplitudes at which creep begins or ends, to any number of digits.
+"""The amplitude above which a chain creeps: edges, to any number of digits.
 
 A scan in float64 finds where the answer to a question changes; bisection narrows the edge as far as
 float64 tells. One event differs across the edge, and tells where it lies (see `deciding_event`).
@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from exactcreep.display import shows_progress
 from exactcreep.limits import Limits, OutOfTime
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
@@ -23,9 +24,17 @@ from exactcreep.model.enclosure import magnitude
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
+from exactcreep.progress import Hearer, reporter
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import advance
-from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
+from exactcreep.studies.thresholds.amplitudes import (
+    Bracket,
+    Span,
+    bisected,
+    require_sense,
+    text_of,
+    unit_of,
+)
 from exactcreep.studies.thresholds.deciding_event import deciding_amplitude
 from exactcreep.studies.thresholds.horizon import Observation, Question, transient, weaker
 from exactcreep.studies.thresholds.lasting import MOST_CYCLES, Lasting, side_by_side
@@ -41,31 +50,110 @@ _LATER = (4, 16, 64)  # times the cycles, after which a transient may be over
 _SEED_SIZE = Fraction(1, 10**6)  # of seeded tensions: far below a slip, far above rounding
 
 
-def lowest_edge(
-    criterion: str,
+@shows_progress
+def threshold(
     chain: Chain,
-    span: Span,
-    limits: Limits,
-    say: Callable[..., None],
     *,
-    cycles: Number = 20,
+    after: int | None = None,
     digits: Number = 15,
+    low: Number | None = None,
+    high: Number | None = None,
     points: Number = 1000,
+    bracket: tuple[Number, Number] | None = None,
     windows: bool = False,
     refine: Number = 0,
     start_tension: Number = 0,
     seeds: Number = 0,
     solver: str = "certified",
+    progress: Hearer = None,
+    max_seconds: Number | None = None,
 ) -> Threshold:
-    """Return the lowest edge of a chain, by the criterion horizon or lasting; see `threshold`."""
-    lasting = criterion == "lasting"
+    """Return the amplitude of temperature cycles above which a chain creeps for ever.
+
+    Or, with `after`, above which it advances in cycle `after`: exact and reproducible, but no more
+    than it says, as the chain may lock a little later. Long chains creep chaotically: see
+    `half_life`; chains with disorder: see `intercept`.
+
+    Parameters
+    ----------
+    chain : Chain
+        Without disorder; without `after` of at most five sliders.
+    after : int, optional
+        Full cycles +A, -A, in the last of which x_G has to advance by more than 1e-6. Default: the
+        chain creeps for ever; see `fate`.
+    digits : int
+        Significant digits of the bracket.
+    low, high : number, optional
+        Ends of the scan; default 1/2 and 2 times Eq. (seuil). If nothing creeps up to there (or the
+        law is not positive), the default scan goes on to N (mu_s c - s)/l0; if the chain creeps at
+        its lower end, as it may from a start with tensions, it begins at 0.
+    points : int
+        Equal steps of the scan.
+    bracket : pair of numbers, optional
+        Instead of a scan: the chain does not creep at the first, and creeps at the second.
+    windows : bool
+        Whether to list all edges of the scan.
+    refine : int
+        How many windows to give to all digits; the others have float accuracy.
+    start_tension : number
+        Of every spring, at theta = 0; default none, the relaxed chain.
+    seeds : int
+        With `after`: also find the threshold from so many starts with seeded tensions, uniform in
+        (-size, size) with size ``|start_tension|``, or 1e-6.
+    solver : str
+        Which decides about the bracket: ``certified``, ``exact`` (float64: at most 12 digits, and a
+        wider bracket where rounding does not tell so many), or, with `after`, ``mpmath``.
+    progress : bool or callable, optional
+        A callable is called with a `Progress`; else as for `creep`.
+    max_seconds : number, optional
+        Come back after so much wall time with what is known; `reason` then says so.
+
+    Returns
+    -------
+    Threshold
+        `lower` and `upper`, how well they are known, and which of the laws beside it is about the
+        same thing.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of range, the question has no sense for the chain, a bracket is empty
+        or does not straddle an edge, or nothing creeps in the scan.
+    GivenUp
+        If a run comes to a limit of its solver.
+
+    Notes
+    -----
+    Guarantee: if `evidence` is `PROVED`, the chain provably does not creep (with `after`: not
+    advance in that cycle) at `lower`, and does at `upper`. It is the first edge of the scan: no
+    claim is made between its points.
+
+    With ``mu_s = mu_d`` the chain slides with theta and the threshold is N m/(2 l0), exactly. For
+    ``tan_alpha < 0`` the mirror image is meant. Creep may go either way: down the incline, or up it
+    as chains of even N do near ``tan_alpha = 0``; `direction` says which was found. On the level a
+    chain that starts symmetric never creeps.
+
+    Examples
+    --------
+    Two relaxed sliders creep from (mu_s c - s)/l0 on:
+
+    >>> from exactcreep import Chain
+    >>> found = threshold(Chain(2, 1000, "0.5", "0.6", tan_alpha="5/12"), digits=12)
+    >>> found.lower, found.criterion, found.evidence.value
+    ('0.00016923076923076', 'lasting', 'proved')
+    """
+    lasting = after is None
+    require_sense(chain, "threshold" if lasting else "threshold after")
+    limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
+    span = Span.of(chain, low, high, bracket)
     known = [name for name in MOST_DIGITS if name in SOLVERS and not (lasting and name == "mpmath")]
     if not isinstance(solver, str) or solver not in known:
         raise InputError("solver", solver, "must be " + " or ".join(known))
     if not isinstance(windows, bool):
         raise InputError("windows", windows, "must be true or false")
     size = exact_number(start_tension, "start_tension")
-    most = MOST_CYCLES if lasting else whole_number(cycles, "cycles", least=1, most=10**7)
+    most = MOST_CYCLES if after is None else whole_number(after, "after", least=1, most=10**7)
+    criterion = "lasting" if lasting else "horizon"
     asked = Threshold(
         chain=chain,
         criterion=criterion,
@@ -77,8 +165,10 @@ def lowest_edge(
     steps = whole_number(points, "points", least=1, most=10**7)
     count = whole_number(refine, "refine", least=0)
     number = whole_number(seeds, "seeds", least=0, most=10**6)
-    if count and not windows:
-        raise InputError("refine", refine, "needs windows")
+    for name, value, missing in (("refine", count, not windows), ("seeds", number, lasting)):
+        if value and missing:
+            needed = "windows" if name == "refine" else "after: from some start creep lasts longest"
+            raise InputError(name, value, f"needs {needed}")
     if span.bracket is not None and windows:
         raise InputError("windows", windows, "needs a scan, and a bracket skips it")
     if chain.n == 1:
