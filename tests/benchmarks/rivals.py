@@ -1,28 +1,35 @@
-"""One rearrangement by general-purpose integrators, written as their users would write it.
+"""General-purpose integrators as solvers, written as their users would write them.
 
 Between two events the sliders that move obey Eqs. (dynamic_eq1)-(dynamic_eqN); the contact rules
 switch from one set of movers to the next. Both rivals integrate the movers with their own event
 detection (a velocity reaches zero, a neighbour reaches its threshold), stop at the event, and go on
-with the new set. Nothing of `exactcreep.motion` or `exactcreep.solvers` is used; the static
-coefficients are the keyed ones, drawn before the clock starts.
+with the new set. Nothing of `exactcreep.motion` is used. Imported, they are methods of `compare`:
+``Method("scipy", rtol=1e-9)``, ``Method("heyoka", tol=1e-9)``.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
-import heyoka
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from exactcreep.model.chain import Chain
-from exactcreep.model.contacts import Itinerary
-from exactcreep.model.disorder import static_coefficient
+from exactcreep.limits import NO_LIMITS, Limits, Stop
+from exactcreep.model.contacts import Contacts, Event, EventKind
+from exactcreep.model.drive import Drive
 from exactcreep.model.state import State
+from exactcreep.solvers.registry import SOLVERS
+from exactcreep.solvers.solver import Rearrangement, Simulation, Solver, Start, Stretch, Tally
+from exactcreep.solvers.tables import record_arrays, rows_of
+
+try:
+    import heyoka
+except ImportError:  # the extra `bench`
+    heyoka = None
 
 LONGEST = 1000.0
 MOST_EVENTS = 5000
@@ -34,56 +41,33 @@ class Failed(Exception):
 
 @dataclass
 class Task:
-    """A chain at theta_c, with the slider that starts, and the thresholds it will draw.
+    """A chain at theta_c: forces, friction, thresholds, and the sliders that start.
 
-    Attributes
-    ----------
-    forces : ndarray, shape (n,)
-        Non-frictional forces at theta_c.
-    first : tuple of (slider, sign)
-        Slider from 0.
-    thresholds : list of list of float
-        For each slider the threshold that holds, then those of the next draws.
+    `draw` returns the next threshold of a slider, from 0.
     """
 
     n: int
     friction: float
     forces: NDArray[np.float64]
-    first: tuple[tuple[int, int], ...]
-    thresholds: list[list[float]]
-
-    @classmethod
-    def of(cls, chain: Chain, initial: State, itinerary: Itinerary, seed: int, ahead: int) -> Task:
-        """Return the task that begins at `initial` with the first event of `itinerary`."""
-        thresholds = []
-        for n in range(1, chain.n + 1):
-            held = int(initial.draws[n - 1]) - 1
-            stops = sum(kind == "stop" and n in sliders for kind, sliders, _ in itinerary)
-            coefficients = [
-                float(static_coefficient(chain, seed, n, held + k))
-                for k in range(stops + 1 + (ahead if stops else 0))
-            ]
-            mu_d = float(chain.mu_d)
-            thresholds.append([max(mu, mu_d) * chain.cos_alpha for mu in coefficients])
-        _, sliders, signs = itinerary[0]
-        first = tuple((n - 1, sign) for n, sign in zip(sliders, signs, strict=True))
-        return cls(chain.n, chain.friction, initial.forces(chain), first, thresholds)
+    first: list[int]
+    thresholds: NDArray[np.float64]
+    draw: Callable[[int], float]
 
 
 @dataclass
 class Course:
-    """What an integration came to: the sequence of events, and how far each slider has moved."""
+    """What an integration gives: its events with their times, and how far each slider moved."""
 
-    itinerary: list[tuple[str, tuple[int, ...], tuple[int, ...]]] = field(default_factory=list)
+    events: list[tuple[str, int, int, float]] = field(default_factory=list)
     moved: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
 
 Flight = Callable[
     [NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
-    tuple[NDArray[np.float64], NDArray[np.float64], int],
+    tuple[NDArray[np.float64], NDArray[np.float64], int, float],
 ]
 """From (displacements, velocities, signs, thresholds) to displacements and velocities at the next
-event, and the slider that has it."""
+event, the slider that has it, and the time until then."""
 
 
 def rearranged(task: Task, fly: Flight) -> Course:
@@ -94,36 +78,32 @@ def rearranged(task: Task, fly: Flight) -> Course:
     Failed
         If the integrator finds no event where there must be one.
     """
-    n = task.n
+    n, time = task.n, 0.0
     x, v, sign = np.zeros(n), np.zeros(n), np.zeros(n)
-    drawn = [0] * n
-    threshold = np.array([row[0] for row in task.thresholds])
-    course = Course()
+    threshold, course = task.thresholds, Course()
 
-    def start(i: int, direction: float) -> None:
-        sign[i] = direction
-        course.itinerary.append(("start", (i + 1,), (int(direction),)))
+    def start(i: int, force: float) -> None:
+        sign[i] = math.copysign(1.0, force)
+        course.events.append(("start", i, int(sign[i]), time))
 
-    for i, direction in task.first:
-        start(i, direction)
+    for i in task.first:
+        start(i, task.forces[i])
     while sign.any():
-        if len(course.itinerary) > MOST_EVENTS:
+        if len(course.events) > MOST_EVENTS:
             raise Failed("too many events")
-        x, v, i = fly(x, v, sign, threshold)
+        x, v, i, span = fly(x, v, sign, threshold)
+        time += span
         left = x[i - 1] - x[i] if i > 0 else 0.0
         right = x[i + 1] - x[i] if i < n - 1 else 0.0
         force = task.forces[i] + left + right
         if sign[i] == 0.0:
-            start(i, math.copysign(1.0, force))
+            start(i, force)
             continue
-        course.itinerary.append(("stop", (i + 1,), (int(sign[i]),)))
+        course.events.append(("stop", i, int(sign[i]), time))
         sign[i] = v[i] = 0.0
-        drawn[i] += 1
-        if drawn[i] >= len(task.thresholds[i]):
-            raise Failed("other sliders move than in truth")
-        threshold[i] = task.thresholds[i][drawn[i]]
+        threshold[i] = task.draw(i)
         if abs(force) > threshold[i]:
-            start(i, math.copysign(1.0, force))
+            start(i, force)
     course.moved = x
     return course
 
@@ -137,7 +117,7 @@ def with_scipy(task: Task, rtol: float) -> Course:
         v: NDArray[np.float64],
         sign: NDArray[np.float64],
         threshold: NDArray[np.float64],
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float]:
         moving = np.flatnonzero(sign)
         p = moving.size
         low, high = max(moving[0] - 1, 0), min(moving[-1] + 2, n)  # with a neighbour at either end
@@ -185,7 +165,7 @@ def with_scipy(task: Task, rtol: float) -> Course:
         end = done.y_events[which][0]
         x, v = x.copy(), v.copy()
         x[moving], v[moving] = end[:p], end[p:]
-        return x, v, owners[which]
+        return x, v, owners[which], float(done.t_events[which][0])
 
     return rearranged(task, fly)
 
@@ -226,7 +206,7 @@ class _Window:
         return cls(integrator, size)
 
 
-class Heyoka:
+class Windows:
     """heyoka's adaptive Taylor integrator with terminal events, compiled once for each length.
 
     A window holds the movers and a neighbour at either end; windows come in a few lengths, so that
@@ -253,7 +233,7 @@ class Heyoka:
         v: NDArray[np.float64],
         sign: NDArray[np.float64],
         threshold: NDArray[np.float64],
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], int, float]:
         n = self.n
         moving = np.flatnonzero(sign)
         low, high = max(int(moving[0]) - 1, 0), min(int(moving[-1]) + 2, n)
@@ -290,4 +270,126 @@ class Heyoka:
             raise Failed(f"no event: {outcome}")
         x, v = x.copy(), v.copy()
         x[inner], v[inner] = integrator.state[0::2], integrator.state[1::2]
-        return x, v, low + (-outcome - 1) // 3
+        return x, v, low + (-outcome - 1) // 3, float(integrator.time)
+
+
+class RivalSimulation(Simulation):
+    """A chain on its way along a drive, in float64: ramp to theta_c, rearrange, repeat."""
+
+    def __init__(self, start: Start, record: tuple[str, ...], rearrange: Any) -> None:
+        self.chain, self.record, self.rearranged = start.chain, record, rearrange
+        self.contacts = Contacts(start.chain, start.seed)
+        self.seed, self.tally = start.seed, Tally()
+        self.theta = float(start.state.theta)
+        self.tensions = start.state.tensions.astype(float)
+        self.x = start.state.displacements.astype(float)
+        self.draws = np.array(start.state.draws)
+        self.thresholds = np.array([self._threshold(i, -1) for i in range(start.chain.n)])
+
+    def _threshold(self, i: int, ahead: int = 0) -> float:
+        mu = float(self.contacts.coefficient(i + 1, int(self.draws[i]) + ahead))
+        return max(mu, float(self.chain.mu_d)) * self.chain.cos_alpha
+
+    def _drawn(self, i: int) -> float:
+        self.draws[i] += 1
+        return self._threshold(i, -1)
+
+    def _forces(self) -> NDArray[np.float64]:
+        around = np.concatenate([[0.0], self.tensions, [0.0]])
+        return np.diff(around) + self.chain.sin_alpha
+
+    def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
+        """Take the chain to some targets."""
+        rows: dict[str, list[Any]] = {name: [] for name in ("x_G", *self.record)}
+        l0, begin, q = float(self.chain.l0), self.tally.events, first
+        stop = None
+        while q < first + count and stop is None:
+            target = float(drive.targets(q, 1, self.seed)[0])
+            way = 1.0 if target >= self.theta else -1.0
+            forces = self._forces()
+            # a dilation takes l0 dtheta from every tension: only the ends of the chain feel it
+            rooms = {0: self.thresholds[0] + way * forces[0],
+                     self.chain.n - 1: self.thresholds[-1] - way * forces[-1]}  # fmt: skip
+            least = min(rooms.values())
+            if self.theta * way + least / l0 > target * way:
+                self.tensions -= l0 * (target - self.theta)
+                self.theta = target
+                values = {"x_G": self.x.mean(), "x": self.x.copy(), "tension": self.tensions.copy()}
+                for name in rows.keys() & values.keys():
+                    rows[name].append(values[name])
+                q += 1
+                continue
+            self.theta += way * least / l0
+            self.tensions -= way * least
+            starting = [i for i, room in rooms.items() if room == least]
+            task = Task(self.chain.n, self.chain.friction, self._forces(), starting,
+                        self.thresholds, self._drawn)  # fmt: skip
+            try:
+                self._log(self.rearranged(task), q, rows)
+            except Failed as failure:
+                arrays = record_arrays(rows, self.chain.n)
+                return Stretch(q - first, arrays, Stop.LIMIT, str(failure))
+            stop = limits.stop(self.tally.events - begin)
+        reason = limits.reason(stop or Stop.DONE)
+        arrays = record_arrays(rows, self.chain.n)
+        return Stretch(q - first, arrays, stop or Stop.DONE, reason)
+
+    def _log(self, course: Course, q: int, rows: dict[str, list[Any]]) -> None:
+        for number, (kind, i, sign, time) in enumerate(course.events):
+            if "events" in rows:
+                event = Event(time, EventKind(kind), (i + 1,), (sign,), 0.0)
+                place = (q, self.tally.rearrangements, number, self.theta)
+                rows["events"] += rows_of(event, *place)
+            self.tally.slips += kind == "stop"
+        self.tally.events += len(course.events)
+        self.tally.rearrangements += 1
+        self.x += course.moved
+        self.tensions += np.diff(course.moved)
+
+    def state(self) -> State:
+        """Return the present state."""
+        raise NotImplementedError
+
+    def capture(self) -> dict[str, Any]:
+        """Return nothing: a rival is not resumed."""
+        raise NotImplementedError
+
+    def restore(self, captured: Mapping[str, Any]) -> None:
+        """Refuse: a rival is not resumed."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class SciPy(Solver):
+    """SciPy's `solve_ivp` with terminal events."""
+
+    rtol: float = 1e-9
+    name: ClassVar[str] = "scipy"
+    summary: ClassVar[str] = "SciPy's DOP853"
+    records: ClassVar[tuple[str, ...]] = ("x_G", "x", "tension", "events")
+
+    def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
+        """Refuse: only runs are compared."""
+        raise NotImplementedError
+
+    def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
+        """Return a simulation from a start."""
+        return RivalSimulation(start, record, lambda task: with_scipy(task, float(self.rtol)))
+
+
+@dataclass(frozen=True)
+class Heyoka(SciPy):
+    """heyoka's adaptive Taylor integrator with terminal events."""
+
+    tol: float = 1e-9
+    name: ClassVar[str] = "heyoka"
+    summary: ClassVar[str] = "heyoka's Taylor integrator"
+
+    def simulation_from(self, start: Start, record: tuple[str, ...]) -> Simulation:
+        """Return a simulation from a start."""
+        return RivalSimulation(start, record, Windows(start.chain.n, float(self.tol)).rearrange)
+
+
+SOLVERS["scipy"] = SciPy
+if heyoka is not None:
+    SOLVERS["heyoka"] = Heyoka

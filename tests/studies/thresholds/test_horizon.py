@@ -175,7 +175,7 @@ class TestRefusals:
             ("--n 3 --l0 0", "l0"),
             ("--n 3 --l0 -5", "l0"),
             ("--n 3 --points 0", "points"),
-            ("--n 3 --cycles 0", "cycles"),
+            ("--n 3 --cycles 0", "after"),
             ("--n 3 --bracket 0.0004 0.0004", "bracket"),
             ("--n 3 --bracket 0.0001 0.0002", "bracket"),
             ("--n 3 --bracket 0.0004 0.0005 --from 0.0001", "bracket"),
@@ -187,7 +187,7 @@ class TestRefusals:
             ("--n 3 --mu-s 0.5 --cycles 20 --windows", "windows"),
             ("--n 3 --mu-s 0.5 --cycles 20 --seeds 2", "seeds"),
             ("--n 3 --solver verlet", "solver"),
-            ("--n 3 --tan-alpha 0", "tan_alpha"),
+            ("--n 3 --tan-alpha 0", "to"),
         ],
     )
     def test_bad_input_is_refused_in_one_sentence(
