@@ -187,7 +187,7 @@ class TestRefusals:
             ("--n 3 --mu-s 0.5 --cycles 20 --windows", "windows"),
             ("--n 3 --mu-s 0.5 --cycles 20 --seeds 2", "seeds"),
             ("--n 3 --solver verlet", "solver"),
-            ("--n 3 --tan-alpha 0", "to"),
+            ("--n 3 --tan-alpha 0", "tan_alpha"),
         ],
     )
     def test_bad_input_is_refused_in_one_sentence(
