@@ -75,7 +75,7 @@ def kernel_of_this_interpreter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_there_is_a_notebook_of_every_subject() -> None:
-    assert [path.name[:2] for path in NOTEBOOKS] == [f"{k:02}" for k in range(1, 13)]
+    assert [path.name[:2] for path in NOTEBOOKS] == [f"{k:02}" for k in range(1, 14)]
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
