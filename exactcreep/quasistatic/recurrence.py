@@ -129,7 +129,9 @@ class RecurrenceObserver:
                 return self.forgotten + steps.size - period
             last = _last(np.abs(steps[period:] - steps[:-period]) > close)
         tensions = self.ends[:, _TENSIONS:]
-        apart = np.abs(tensions[period:] - tensions[:-period]).max(axis=1, initial=0.0)
+        changes = tensions[period:] - tensions[:-period]
+        forces = np.diff(changes, axis=1, prepend=0.0, append=0.0)
+        apart = np.abs(forces).max(axis=1)
         last = max(last, _last(apart > self._close))
         if last >= 0:
             return self.forgotten + last + 1
