@@ -10,8 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
 from exactcreep.cli import status
+from exactcreep.figures import style
+from tests.pictures import assert_shows_data
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -83,3 +86,19 @@ def ignores_ctrl_c() -> Iterator[None]:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
     yield
     signal.signal(signal.SIGINT, before)
+
+
+@pytest.fixture
+def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
+    """Return the list of the figures that are written to files."""
+    kept: list[Figure] = []
+    write: Callable[..., None] = style.save_picture
+
+    def save(figure: Figure, path: object) -> None:
+        if str(path) != "unused.png":
+            write(figure, path)
+        assert_shows_data(figure)
+        kept.append(figure)
+
+    monkeypatch.setattr(style, "save_picture", save)
+    return kept

@@ -33,7 +33,7 @@ from exactcreep.laws import LAWS
 from exactcreep.model.numbers import exact_number
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
-from tests.figures.conftest import assert_shows_data, ink
+from tests.pictures import assert_shows_data, ink
 
 pytestmark = pytest.mark.xdist_group("figures")  # they share the data of `tiny`
 

@@ -19,7 +19,7 @@ from exactcreep import (
     rearrange,
 )
 from exactcreep.figures.runs import draw_run
-from tests.figures.conftest import assert_shows_data
+from tests.pictures import assert_shows_data
 
 CHAIN = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 
