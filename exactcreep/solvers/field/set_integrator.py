@@ -282,9 +282,11 @@ class SetIntegrator(ChainIntegrator):
 
         None if it is another motion, or the neighbour may start before it ends.
         """
-        n, end = self.chain.n, 0 if flow.signs[0] else self.chain.n - 1
-        alone = n > 1 and not self.mirrored and np.count_nonzero(flow.signs) == 1
-        if not alone or [*self.crossed] != [end]:
+        n = self.chain.n
+        if len(self.crossed) != 1 or self.mirrored or n == 1 or np.count_nonzero(flow.signs) > 1:
+            return None
+        (end,) = self.crossed
+        if end not in (0, n - 1):
             return None
         beside, way = abs(end - 1), int(flow.signs[end])
         length = 2 * self.arithmetic.number(self.crossed[end]) * self.cosine
