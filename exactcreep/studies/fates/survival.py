@@ -146,7 +146,9 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     probability below 0.05) it lasts until half of these have, too; if the rest is not exponential
     either, no interval is given. A cut at an arrest leaves the distribution of later
     exponential lifetimes as it is, whatever came before, so that the interval (chi-squared, of all
-    cycles lived after the cut) covers the rate as often as it says.
+    cycles lived after the cut) covers the rate as often as it says. Where most starts are censored,
+    early arrests may outnumber the later ones and reach beyond the cut: at a horizon of 0.4 mean
+    lifetimes, with 20 or 38 % of early ones, it covered 83 %.
 
     Examples
     --------
