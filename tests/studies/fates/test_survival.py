@@ -304,4 +304,5 @@ def test_the_command_prints_draws_and_writes_what_the_function_returns(
         assert np.array_equal(written["last_advance"], found.dataset()["last_advance"])
     shown = command(*words).out
     assert f"deaths {found.lifetimes.size} " in " ".join(shown.split())
-    assert command(*words, "--max-seconds", "0").code == 3
+    endless = ("--n", "6", "--amplitude", "0.0012", "--starts", "2", "--cycles", "1000000")
+    assert command("survival", *endless, "--max-seconds", "0").code == 3
