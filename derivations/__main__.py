@@ -81,10 +81,13 @@ def _shown(proof: Proof, lines: Iterable[Line]) -> list[str]:
     return text
 
 
-def _leading_to(entry: Entry) -> list[Line]:
+def _leading_to(entry: Entry, model: Model) -> list[Line]:
     """Return the lines of a chapter up to the last one that an entry rests on."""
-    lines = entry.derive().lines
-    used = {id(line) for line in entry.backing()[1]} if entry.backed else set()
+    lines = entry.derive(model).lines
+    try:
+        used = {id(line) for line in entry.backing(model)[1]} if entry.backed else set()
+    except Exception:  # a changed premise leaves it nothing to rest on
+        return lines
     last = max((k for k, line in enumerate(lines) if id(line) in used), default=-1)
     return lines[: last + 1]
 
@@ -114,25 +117,12 @@ def _table() -> Iterator[str]:
         yield "".join("x " if premise in carried else ". " for premise in PREMISES) + name
 
 
-def _faults(model: Model, chapters: Sequence[str], chosen: Sequence[Entry]) -> Iterator[str]:
-    """Yield everything that does not hold under a model."""
-    for name in chapters:
-        yield from proof_of(name, model).faults
-    for entry in chosen:
-        yield from entry.faults(model)
-
-
 def main(given: Sequence[str] | None = None) -> int:
     """Run the audit; return 0 if everything holds, 1 if something does not, 2 for bad input."""
     arguments = _arguments(given)
     only, everything = arguments.only, entries()
     named = [e for e in everything if only in (None, e.chapter, e.label, e.name)]
-    chapters = (
-        list(CHAPTERS)
-        if only is None
-        else list(dict.fromkeys([only] if only in CHAPTERS else [entry.chapter for entry in named]))
-    )
-    if not chapters:
+    if not named and only not in CHAPTERS:
         print(f"--only {only}: no label, name or chapter of the ledger", file=sys.stderr)
         return 2
     source = None
@@ -147,7 +137,24 @@ def main(given: Sequence[str] | None = None) -> int:
         return 0
     started = time.process_time()
     model = PREMISES[arguments.premise] if arguments.premise else MODEL
-    faults = list(_faults(model, chapters, named))
+    whole = only is None or only in CHAPTERS
+    parts = (
+        [
+            (proof, proof.lines)
+            for name in CHAPTERS
+            if only in (None, name)
+            for proof in [proof_of(name, model)]
+        ]
+        if whole
+        else [(entry.derive(model), _leading_to(entry, model)) for entry in named]
+    )
+    faults = [
+        f"{proof.title}: {line.text}: {line.fault}"
+        for proof, lines in parts
+        for line in lines
+        if line.fault
+    ]
+    faults += [fault for entry in named for fault in entry.faults(model)]
     for fault in faults:
         print(f"refuted: {fault}", file=sys.stderr)
     if faults:
@@ -157,16 +164,12 @@ def main(given: Sequence[str] | None = None) -> int:
     if arguments.json:
         print(json.dumps([entry.as_json() for entry in named], indent=1, ensure_ascii=False))
     else:
-        proofs = {name: proof_of(name) for name in chapters}
-        for name, proof in proofs.items():
-            if arguments.show or only == name:
-                print("\n".join(_shown(proof, proof.lines)), end="\n\n")
+        if arguments.show or only is not None:
+            print("\n\n".join("\n".join(_shown(*part)) for part in parts), end="\n\n")
         for entry in named:
-            if only in (entry.name, entry.label):
-                print("\n".join(_shown(proof_of(entry.chapter), _leading_to(entry))))
             print("\n".join(_row(entry, whole=only is not None)))
         counts = Counter(entry.verdict for entry in named)
-        standings = Counter(line.standing for proof in proofs.values() for line in proof.lines)
+        standings = Counter(line.standing for _, lines in parts for line in lines)
         print(
             f"\n{len(named)} statements: "
             + ", ".join(f"{counts[verdict]} {verdict}" for verdict in sorted(counts))

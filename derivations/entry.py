@@ -176,7 +176,9 @@ class Entry:
         """The chapter, and the argument or the line that the entry rests on."""
         if self.why or self.backed is None:
             return f"{self.chapter}: {self.why}"
-        return f"{self.chapter}: " + "; ".join(line.text for line in self.backing()[1][-1:])
+        return f"{self.chapter}: " + "; ".join(
+            line.text.rstrip(" =:") for line in self.backing()[1][-1:]
+        )
 
     def as_json(self) -> dict[str, object]:
         """Return the entry as a JSON object."""

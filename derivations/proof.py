@@ -6,7 +6,7 @@ name the lines they rest on by using their values.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any
@@ -120,13 +120,6 @@ class Proof:
             return self.__dict__["named"][name].value
         except KeyError:
             raise AttributeError(f"{name}: no such line") from None
-
-    @property
-    def faults(self) -> Iterator[str]:
-        """What does not hold."""
-        for line in self.lines:
-            if line.fault:
-                yield f"{self.title}: {line.text}: {line.fault}"
 
 
 Derive = Callable[..., Proof]

@@ -56,7 +56,7 @@ def test_every_line_of_a_chapter_holds(name: str) -> None:
     proof = proof_of(name)
     assert len(proof.lines) >= 3
     assert proof.assumptions
-    assert list(proof.faults) == []
+    assert [line.text for line in proof.lines if line.fault] == []
     assert all(line.why for line in proof.lines if line.standing in ("checked", "argued"))
 
 
@@ -230,6 +230,11 @@ def test_every_premise_refutes_what_depends_on_it_and_nothing_else() -> None:
     assert "coefficients kept" not in table["critical_angle"]
 
 
+def test_what_does_not_depend_on_a_premise_is_not_refuted_with_it() -> None:
+    for name in ("turning_points", "threshold_of_size", "hertz_stiffness", "dist_mud"):
+        assert main(["--only", name, "--premise", "gravity x 7"]) == 0
+
+
 @pytest.mark.parametrize("name", ["pivots", "shakedown", "slip", "runaway", "modes"])
 def test_a_chapter_falls_with_the_premises_it_takes(name: str) -> None:
     fallen = {
@@ -266,7 +271,7 @@ def test_a_changed_premise_lists_all_that_it_refutes(capsys: pytest.CaptureFixtu
     assert main(["--only", "critical_angle", "--premise", "gravity x 7"]) == 1
     said = capsys.readouterr()
     assert "proved" not in said.out
-    assert said.err.count("refuted: ") > 10
+    assert said.err.count("refuted: ") >= 5
     assert "critical_angle: the printed formula does not earn its verdict" in said.err
 
 
