@@ -82,14 +82,15 @@ def _shown(proof: Proof, lines: Iterable[Line]) -> list[str]:
 
 
 def _leading_to(entry: Entry, model: Model) -> list[Line]:
-    """Return the lines of a chapter up to the last one that an entry rests on."""
-    lines = entry.derive(model).lines
+    """Return the lines of a part up to the last one that an entry rests on."""
+    proof = entry.derive(model)
+    lines = proof.lines
     try:
         used = {id(line) for line in entry.backing(model)[1]} if entry.backed else set()
     except Exception:  # a changed premise leaves it nothing to rest on
         return lines
     last = max((k for k, line in enumerate(lines) if id(line) in used), default=-1)
-    return lines[: last + 1]
+    return lines[max(start for start in proof.starts if start <= max(last, 0)) : last + 1]
 
 
 def _row(entry: Entry, whole: bool) -> Iterator[str]:

@@ -99,6 +99,8 @@ class RationalChain:
 
     def ramp(self, change: Q) -> None:
         """Change y by `change`, through every slip on the way (at threshold a slider stays)."""
+        if self.push != [-1, 1] or (self.mu_s is not None and self.move <= 0):
+            raise ValueError("theta must drive both ends outwards, and a slip lead somewhere")
         if self.n > 1 and change:
             (self._slide if self.mu_s is None else self._slip)(abs(change), 1 if change > 0 else -1)
         self.y += change

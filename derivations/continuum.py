@@ -79,6 +79,7 @@ def derive(p: Proof, model: Model) -> None:
     p.show("which no longer knows N", sp.diff(velocity, N), 0)
     p.show("threshold: A* =", thresholds.derive(model).sliding.subs(l0, spring), least, "least")
 
+    p.part()
     hertz = p.show(
         "beads: Hertz' force Y R**(1/2) delta**(3/2), up to a number; stiffness",
         sp.diff(Y * sp.sqrt(R) * depth ** sp.Rational(3, 2), depth),

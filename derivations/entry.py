@@ -146,8 +146,6 @@ class Entry:
         except Refuted as trouble:
             return [f"{self.name}: {trouble}"]
         except Exception as trouble:
-            if model is MODEL:
-                raise
             return [f"{self.name}: cannot be decided: {trouble!r}"]
         said += [(f"it rests on: {line.text}", not line.fault) for line in used]
         return [f"{self.name}: {fault}" for fault, fine in said if not bool(fine)]

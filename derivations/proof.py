@@ -70,6 +70,8 @@ class Proof:
     model : Model
     lines : list of Line
     named : dict of str to Line
+    starts : list of int
+        Where parts begin that do not rest on the lines before them.
     """
 
     title: str
@@ -77,6 +79,11 @@ class Proof:
     model: Model
     lines: list[Line] = field(default_factory=list)
     named: dict[str, Line] = field(default_factory=dict)
+    starts: list[int] = field(default_factory=lambda: [0])
+
+    def part(self) -> None:
+        """Begin a part that does not rest on the lines before it."""
+        self.starts.append(len(self.lines))
 
     def _add(self, line: Line, name: str) -> None:
         self.lines.append(line)
@@ -135,8 +142,6 @@ def chapter(title: str, *assumptions: str) -> Callable[[Callable[[Proof, Model],
             try:
                 write(proof, model)
             except Exception as trouble:
-                if model is MODEL:
-                    raise
                 fault = f"{trouble!r}"
                 proof.proved("the derivation comes to its end", lambda: False, fault)
             return proof
