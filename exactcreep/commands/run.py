@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import warnings
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -137,8 +138,11 @@ class Session:
                     save_members(summary.results, self.out, force=self.force)
                     written.append(self.out)
                 except Occupied:  # another program has taken the name during the run
-                    other = free_name(self.out)
-                    save_members(summary.results, other)
+                    other = None
+                    while other is None:  # a third one may take the next name at the same time
+                        with suppress(Occupied):
+                            save_members(summary.results, free := free_name(self.out))
+                            other = free
                     allowed = f"was made by another program meanwhile; this result is in {other}"
                     failure = Occupied("out", str(self.out), allowed)
             if self.plot is not None:

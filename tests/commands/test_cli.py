@@ -16,7 +16,7 @@ import pytest
 from exactcreep import Creep, InputError, resume
 from exactcreep.cli import status
 from exactcreep.commands.answer import grouped
-from exactcreep.quasistatic import checkpoint
+from exactcreep.quasistatic import checkpoint, files
 from exactcreep.quasistatic import creep as loop
 from exactcreep.quasistatic.result import load_members
 from tests.conftest import Command
@@ -307,6 +307,31 @@ def test_of_two_runs_with_one_output_the_second_saves_under_another_name(
     assert "was made by another program meanwhile; this result is in a-2.nc" in done.err
     assert (tmp_path / "a.nc").read_bytes() == b"of another program"
     assert Creep.load(tmp_path / "a-2.nc").half_cycles == done.json["half_cycles"]
+
+
+def test_of_three_results_under_one_name_none_is_lost(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    members, free, taken = loop.run_members, files.free_name, []
+
+    def meanwhile(*arguments: object, **options: object) -> object:
+        (tmp_path / "a.nc").write_bytes(b"of a second program")
+        return members(*arguments, **options)
+
+    def just_taken(path: Path) -> Path:
+        name = free(path)
+        if not taken:
+            (tmp_path / name.name).write_bytes(b"of a third program")
+        taken.append(name)
+        return name
+
+    monkeypatch.setattr(loop, "run_members", meanwhile)
+    monkeypatch.setattr(files, "free_name", just_taken)
+    done = command("run", "two-sliders-cycles", "--json", "--out", "a.nc")
+    assert done.code == 2
+    assert "this result is in a-3.nc" in done.err
+    assert (tmp_path / "a-2.nc").read_bytes() == b"of a third program"
+    assert Creep.load(tmp_path / "a-3.nc").half_cycles == done.json["half_cycles"]
 
 
 def size(path: Path) -> int:
