@@ -347,14 +347,25 @@ class RivalSimulation(Simulation):
         self.tensions += np.diff(course.moved)
 
     def state(self) -> State:
-        """Return the present state."""
+        """Return the present state, at rest."""
+        held = [
+            self.contacts.coefficient(i + 1, int(k) - 1) for i, k in enumerate(self.draws.tolist())
+        ]
+        return State(
+            tensions=self.tensions.copy(), displacements=self.x.copy(), theta=self.theta,
+            coefficients=np.array(held, dtype=float), draws=self.draws.copy(),
+        )  # fmt: skip
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether it rests: a call ends between two rearrangements."""
+        return True
+
+    def snapshot(self) -> dict[str, Any]:
+        """Refuse: a rival is not resumed."""
         raise NotImplementedError
 
-    def capture(self) -> dict[str, Any]:
-        """Return nothing: a rival is not resumed."""
-        raise NotImplementedError
-
-    def restore(self, captured: Mapping[str, Any]) -> None:
+    def restore(self, snapshot: Mapping[str, Any]) -> None:
         """Refuse: a rival is not resumed."""
         raise NotImplementedError
 

@@ -164,7 +164,7 @@ class ExactSimulation(Simulation):
             if done < count and (stop := limits.stop(self.events - begun)) is not None:
                 ended = Ending(stop, limits.reason(stop))
                 break
-        known = targets._asdict() | {"x_G": targets.total / self.chain.n}
+        known = targets._asdict() | {"x_G": targets.total[:done] / self.chain.n}
         names = dict.fromkeys(("x_G", *self.record))
         recorded = {name: known[name][:done] for name in names if name not in _LOGS}
         return Stretch(done, recorded | tables.joined(logs), *ended, doubts=targets.doubts[:done])
