@@ -173,7 +173,7 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
     ]
     keys = [key.rpartition(".")[2] for key in settings[0]]
     names = (*keys, "velocity", "paper", "outcome", "slips", "")
-    say_table(names, rows, right=("paper", "slips"))
+    say_table(names, rows, right=("paper", "slips"), folded=keys)
     missing = len(settings) - len(results)
     say(
         f"{len(results)} members: {counted(row[2] for row in told)}"

@@ -25,15 +25,15 @@ def course_of(results: Sequence[Creep]) -> str:
         whole = all(one.half_cycles == one.drive.half_cycles for one in results)
         least = min(one.half_cycles for one in results)
         far = "to the end" if whole else f"for the first {least} {targets}s"
-        return f"a twin that starts a few roundings off takes the same course {far}"
+        return f"a copy that starts a few roundings off takes the same course {far}"
     ends = sorted({one.followed or 0 for one in lost})
     to = f"{targets} {ends[0]}" + (f" to {ends[-1]}" if len(ends) > 1 else "")
-    of = f" of {len(lost)} runs" if many and len(lost) < len(results) else ""
+    of = f" ({len(lost)} of {len(results)} runs)" if many and len(lost) < len(results) else ""
     rules = any(one.undecided or one.long_rearrangements for one in lost)
-    decides = "rounding or a rule" if rules else "rounding"
+    tie = ", or a rule has settled a comparison" if rules else ""
     return (
-        f"the course{'s' * many} (x_G(t), events){of} {'are' if many else 'is'} followed"
-        f" to {to} and undecided beyond, where {decides} picks one of many"
+        f"beyond {to}{of} rounding errors have grown as large as slips{tie}:"
+        " trust averages of x_G(t) and events only"
     )
 
 

@@ -67,11 +67,11 @@ def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_wo
     assert run.undecided_from - 1 <= run.followed == run.trusted_half_cycles < 150
     worth, course = run.course.split("; ")
     assert worth.startswith("outcome and velocity are statistics")
-    assert f"followed to half-cycle {run.followed} and undecided beyond" in course
+    assert f"beyond half-cycle {run.followed} rounding errors have grown as large as slips" in course
     assert run.summary()["course"] == run.course
     short = creep(SIX, GaussianSteps("0.01", 20), seed=1)
     assert "of unknown error" in short.course
-    assert f"to target {short.followed} and" in short.course
+    assert f"beyond target {short.followed} rounding" in short.course
     locked = creep(Chain(5, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.000759", 150))
     assert locked.undecided_from
     assert locked.course.startswith("outcome and velocity are what the course ended in")
@@ -104,7 +104,7 @@ def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agre
     run = creep(level, Cycles("0.003", 10), twin=True)
     assert run.undecided > 0
     assert run.followed == run.undecided_from - 1 < (run.trusted_half_cycles or 0)
-    assert "rounding or a rule" in run.course
+    assert "or a rule has settled a comparison" in run.course
 
 
 def test_nothing_is_said_of_a_course_that_was_not_looked_at() -> None:
@@ -122,13 +122,13 @@ def test_several_runs_are_told_of_together() -> None:
     runs = [creep(SIX, Cycles("0.01", 40), seed=seed) for seed in range(4)]
     told = known_of(runs)
     ends = [run.followed for run in runs]
-    assert f"are followed to half-cycle {min(ends)} to {max(ends)} and undecided" in told
-    assert "statistics, the latter of unknown errors; the courses" in told
+    assert f"beyond half-cycle {min(ends)} to {max(ends)} rounding errors" in told
+    assert "statistics, the latter of unknown errors; beyond half-cycle" in told
     long = creep(SIX, GaussianSteps("0.01", 1000), seed=2)
     assert long.velocity_error > 0
     assert "with their standard errors (of 4 not known)" in known_of([*runs, long])
     pair = creep(Chain(2, 1000, "1/2", "3/5", tan_alpha="1/4"), Cycles("0.001", 20))
-    assert "(x_G(t), events) of 4 runs are followed" in known_of([*runs, pair])
+    assert "(4 of 5 runs) rounding errors have grown" in known_of([*runs, pair])
 
 
 def test_other_courses_have_other_positions_and_the_same_velocity_within_their_errors() -> None:
