@@ -19,7 +19,7 @@ from typing import Any
 
 from exactcreep import interrupts
 from exactcreep.display import shows_progress
-from exactcreep.limits import MEMORY, NO_LIMITS, Limits
+from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.enclosure import enclosure
@@ -379,6 +379,8 @@ def _advance(
             why = limits.full
         if not why and (early := left.stop(0)) is not None:
             why = left.reason(early)
+            if early is Stop.DEADLINE:  # what has been reached is saved at rest
+                _rest(run, simulation, NO_LIMITS)
         if not why and limits.events is None:
             why = _endless(run.experiment.chain, events - reached_with)
         if why:
