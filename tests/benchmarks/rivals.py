@@ -3,14 +3,15 @@
 Between two events the sliders that move obey Eqs. (dynamic_eq1)-(dynamic_eqN); the contact rules
 switch from one set of movers to the next. Both rivals integrate the movers with their own event
 detection (a velocity reaches zero, a neighbour reaches its threshold), stop at the event, and go on
-with the new set. Nothing of `exactcreep.motion` is used. Imported, they are methods of `compare`:
-``Method("scipy", rtol=1e-9)``, ``Method("heyoka", tol=1e-9)``.
+with the new set. Nothing of `exactcreep.motion` is used. `registered` makes them methods of
+`compare`: ``Method("scipy", rtol=1e-9)``, ``Method("heyoka", tol=1e-9)``.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -401,6 +402,15 @@ class Heyoka(SciPy):
         return RivalSimulation(start, record, Windows(start.chain.n, float(self.tol)).rearrange)
 
 
-SOLVERS["scipy"] = SciPy
-if heyoka is not None:
-    SOLVERS["heyoka"] = Heyoka
+RIVALS: dict[str, type[Solver]] = {"scipy": SciPy} | ({} if heyoka is None else {"heyoka": Heyoka})
+
+
+@contextmanager
+def registered() -> Iterator[None]:
+    """Let the rivals be solvers by name."""
+    SOLVERS.update(RIVALS)
+    try:
+        yield
+    finally:
+        for name in RIVALS:
+            del SOLVERS[name]

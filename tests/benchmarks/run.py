@@ -14,9 +14,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # run as a script, not as a 
 import xarray as xr
 
 from exactcreep import Cycles, Experiment, Method, compare
-from exactcreep.solvers.registry import SOLVERS
 from exactcreep.studies.comparison import advice, table
-from tests.benchmarks import rivals
+from tests.benchmarks.rivals import RIVALS, registered
 from tests.paper import paper_chain
 
 AMPLITUDES = {2: "0.01", 6: "0.01", 30: "0.005"}
@@ -27,10 +26,11 @@ def contest(n: int, *, seeds: int, events: int) -> xr.Dataset:
     """Return what every method is worth on one of the paper's chains."""
     methods = [Method("exact"), Method("verlet", dt="0.01"), Method("scipy", rtol=1e-9)]
     methods.append(Method("verlet", dt="0.1", locate=True))
-    if rivals.Heyoka.name in SOLVERS:
+    if "heyoka" in RIVALS:
         methods.append(Method("heyoka", tol=1e-9))
     experiment = Experiment.of(paper_chain(n), Cycles(AMPLITUDES[n], 100))
-    return compare(experiment, methods, seeds=seeds, events=events)
+    with registered():
+        return compare(experiment, methods, seeds=seeds, events=events)
 
 
 if __name__ == "__main__":

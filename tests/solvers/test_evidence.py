@@ -67,7 +67,7 @@ def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_wo
     assert run.undecided_from - 1 <= run.followed == run.trusted_half_cycles < 150
     worth, course = run.course.split("; ")
     assert worth.startswith("outcome and velocity are statistics")
-    assert f"beyond half-cycle {run.followed} rounding errors have grown as large as slips" in course
+    assert f"beyond half-cycle {run.followed} rounding errors have grown as large" in course
     assert run.summary()["course"] == run.course
     short = creep(SIX, GaussianSteps("0.01", 20), seed=1)
     assert "of unknown error" in short.course

@@ -1,8 +1,9 @@
 """What a chain does in the last of so many cycles, at one amplitude.
 
-A run of `cycles` full cycles from the start: does x_G advance by more than 1e-6 in the last of
-them? That is exact and can be made again, but no more than it says: the chain may lock a little
-later, and for ever; see `lasting`.
+A run of `cycles` full cycles from the start: does x_G advance down the incline by more than 1e-6 in
+the last of them? That is exact and can be made again, but no more than it says: the chain may lock
+a little later, and for ever; see `lasting`. An advance uphill is not asked for: relaxing from its
+start, a chain that locks moves up, too, by less and less.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class Observation(NamedTuple):
 
 @dataclass(frozen=True)
 class Question:
-    """Does x_G advance in the last cycle at this amplitude?"""
+    """Does x_G advance down the incline in the last cycle at this amplitude?"""
 
     chain: Chain
     cycles: int
@@ -76,7 +77,7 @@ class Question:
         stretch = self._followed(simulation, amplitude)
         if stretch.stop is Stop.RUNAWAY:
             return True
-        return abs(_last_advance(stretch).middle) > ADVANCE
+        return self._last_advance(stretch).middle > ADVANCE
 
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
         """Return a solver's answer, and what happened."""
@@ -85,12 +86,11 @@ class Question:
         simulation = algorithm.simulation(self.chain, self.start, 0, record)
         stretch = self._followed(simulation, amplitude)
         evidence = simulation.evidence
-        creeps, way = stretch.stop is Stop.RUNAWAY, self.chain.tan_alpha
+        creeps = stretch.stop is Stop.RUNAWAY
         if not creeps:
-            known = _last_advance(stretch)
-            way = known.middle
-            creeps = abs(way) > ADVANCE
-            if abs(abs(way) - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
+            known = self._last_advance(stretch)
+            creeps = known.middle > ADVANCE
+            if abs(known.middle - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
                 evidence = Evidence.UNDECIDED
         log = logged(stretch.recorded)
         tensions = [self.start.tensions, *stretch.recorded["tension"]][-3:]
@@ -101,7 +101,7 @@ class Question:
         room = Fraction(len(log), 2**50)
         returned = all(abs(one.middle) <= one.radius + room for one in changes)
         outcome = _last_outcome(last, evidence, returned=returned)
-        direction = direction_of(way if creeps else 0, self.chain.tan_alpha)
+        direction = direction_of(self.chain.tan_alpha * creeps, self.chain.tan_alpha)
         return Observation(creeps, evidence, log, *outcome, change, direction=direction)
 
     def _followed(self, simulation: Simulation, amplitude: Fraction) -> Stretch:
@@ -128,11 +128,11 @@ class Question:
             raise GivenUp(f"{run}: {stretch.reason}")
         return stretch
 
-
-def _last_advance(stretch: Stretch) -> Enclosure:
-    """Return by how much x_G moves in the last cycle."""
-    values = stretch.recorded["x_G"].tolist()
-    return _difference(*(enclosure(x) for x in ([0, *values][-3], values[-1])))
+    def _last_advance(self, stretch: Stretch) -> Enclosure:
+        """Return by how much x_G moves down the incline in the last cycle."""
+        values = stretch.recorded["x_G"].tolist()
+        begin, end = (enclosure(x) for x in ([0, *values][-3], values[-1]))
+        return _difference(end, begin) if self.chain.tan_alpha < 0 else _difference(begin, end)
 
 
 def _difference(a: Enclosure, b: Enclosure) -> Enclosure:

@@ -79,8 +79,8 @@ def threshold(
     chain : Chain
         Without disorder; without `after` of at most five sliders.
     after : int, optional
-        Full cycles +A, -A, in the last of which x_G has to advance by more than 1e-6. Default: the
-        chain creeps for ever; see `fate`.
+        Full cycles +A, -A, in the last of which x_G has to advance down the incline by more than
+        1e-6. Default: the chain creeps for ever, down or up; see `fate`.
     digits : int
         Significant digits of the bracket.
     low, high : number, optional
@@ -129,9 +129,9 @@ def threshold(
     claim is made between its points.
 
     With ``mu_s = mu_d`` the chain slides with theta and the threshold is N m/(2 l0), exactly. For
-    ``tan_alpha < 0`` the mirror image is meant. Creep may go either way: down the incline, or up it
-    as chains of even N do near ``tan_alpha = 0``; `direction` says which was found. On the level a
-    chain that starts symmetric never creeps.
+    ``tan_alpha < 0`` the mirror image is meant. Creep for ever may go either way: down the incline,
+    or up it as chains of even N do near ``tan_alpha = 0``; `direction` says which was found. On the
+    level a chain that starts symmetric never creeps.
 
     Examples
     --------

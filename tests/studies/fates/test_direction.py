@@ -143,10 +143,17 @@ def test_a_threshold_says_which_creep_begins_there() -> None:
     down = threshold(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25"), points=50, digits=12)
     assert down.direction == "downhill"
     assert down.summary()["fate_at_upper"]["direction"] == "downhill"
-    later = threshold(chain, cycles=100, bracket=("0.00132", "0.00144"), digits=3, solver="exact")
-    run = creep(chain, later.upper, 100, record="x_G")
-    assert run.recorded["x_G"][-1] < run.recorded["x_G"][-3] - 1e-6
-    assert later.direction == "uphill"
+
+
+def test_a_threshold_after_so_many_cycles_means_creep_downhill() -> None:
+    """Relaxing from the start eight sliders move up, by less and less: no creep."""
+    chain = Chain(8, 1000, "0.5", "0.6", tan_alpha="0.25")
+    edge = threshold(chain, cycles=20, bracket=("0.0010751", "0.0010753"), digits=5, solver="exact")
+    ends = edge.lower, edge.upper
+    below, above = (creep(chain, x, 20, record="x_G").recorded["x_G"] for x in ends)
+    assert below[-1] < below[-3] - 1e-6
+    assert above[-1] > above[-3] + 1e-6
+    assert edge.direction == "downhill"
 
 
 def test_on_the_level_starts_without_symmetry_have_a_half_life() -> None:
