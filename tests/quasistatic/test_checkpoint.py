@@ -74,7 +74,7 @@ def test_a_run_in_mid_avalanche_goes_on_from_the_rest_before(tmp_path: Path) -> 
 
 
 def test_recorded_rows_are_added_and_never_written_again(tmp_path: Path) -> None:
-    file, run = tmp_path / "run.ckpt", {"chain": SIX, "drive": Cycles("0.01", 150), "record": ALL}
+    file, run = tmp_path / "run.ckpt", {"chain": SIX, "drive": Cycles("0.01", 50), "record": ALL}
     before, sizes = b"", []
 
     def watch(progress: Any) -> None:
