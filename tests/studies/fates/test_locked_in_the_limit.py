@@ -95,7 +95,8 @@ def test_only_an_approach_is_marginal() -> None:
 @pytest.mark.parametrize("chain", [EIGHT, captions(7)], ids=["N=8", "N=7"])
 def test_no_marginal_start_advances_again_in_a_time_twenty_times_as_long(chain: Chain) -> None:
     """Each is followed 20 times longer than it took to be called marginal."""
-    amplitude = AMPLITUDE if chain is EIGHT else AMPLITUDE / Fraction("1.225") * Fraction("1.28")
+    shorter = AMPLITUDE / Fraction("1.225") * Fraction("1.28") * 7 / 8  # the law goes like N
+    amplitude = AMPLITUDE if chain is EIGHT else shorter
     cycles, followed = 1000, 0
     early = survival(chain, amplitude, starts=40, cycles=cycles)
     late = survival(chain, amplitude, starts=40, cycles=20 * cycles)
