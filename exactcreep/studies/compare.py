@@ -39,10 +39,10 @@ from exactcreep.quasistatic.creep import Interrupted, PhysicsWarning, creep
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.tables import LENGTH, NUMBER
+from exactcreep.studies.event_log import LoggedEvent
 from exactcreep.studies.trajectory import (
     MOST_EVENTS,
     Agreement,
-    LoggedEvent,
     Method,
     Trajectory,
     agree,

@@ -18,7 +18,7 @@ from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.solver import ExactSimulation
 from exactcreep.solvers.solver import Stretch
-from exactcreep.studies.trajectory import rearrangements
+from exactcreep.studies.event_log import rearrangements
 from tests.extremes.hard_experiments import energy_ledger, remainder_error
 
 PAIR = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")

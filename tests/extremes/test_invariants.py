@@ -33,7 +33,7 @@ from exactcreep import (
 from exactcreep import Path as ThetaPath
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.studies.trajectory import numbered, rearrangements
+from exactcreep.studies.event_log import numbered, rearrangements
 from tests.processes import finished
 
 pytestmark = pytest.mark.filterwarnings(f"ignore::{PhysicsWarning.__module__}.PhysicsWarning")

@@ -27,7 +27,7 @@ from exactcreep.solvers.tables import (
     RearrangementRow,
     SlipRow,
 )
-from exactcreep.studies.trajectory import rearrangements
+from exactcreep.studies.event_log import rearrangements
 from tests.paper import paper_chain
 
 BOTH = ("rearrangements", "slip_table")

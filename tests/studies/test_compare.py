@@ -31,14 +31,8 @@ from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
 from exactcreep.studies.compare import TIME_STEPS, ladder
 from exactcreep.studies.comparison import advice, interval_of_mean, order, rate_of, spread, table
-from exactcreep.studies.trajectory import (
-    LoggedRearrangement,
-    Trajectory,
-    agree,
-    apart,
-    drive_with_rests,
-    trajectory,
-)
+from exactcreep.studies.event_log import LoggedRearrangement
+from exactcreep.studies.trajectory import Trajectory, agree, apart, drive_with_rests, trajectory
 
 CHAIN = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 DRIVE = ThetaPath(["0.001", "-0.001", "0.001"])

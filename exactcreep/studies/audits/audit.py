@@ -33,7 +33,7 @@ from exactcreep.quasistatic.creep import run_members
 from exactcreep.quasistatic.result import Creep, load_members
 from exactcreep.solvers.solver import Rearrangement
 from exactcreep.studies.audits.motion import ACCURACY, Auditor, EnoughFindings, Finding
-from exactcreep.studies.trajectory import rearrangements
+from exactcreep.studies.event_log import rearrangements
 
 _NOT_WHOLE = (ArithmeticError, LookupError, TypeError, ValueError)  # what damaged logs raise
 _EXTRA_BITS = 64  # of the replay beyond those of the log

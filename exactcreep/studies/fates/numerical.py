@@ -26,8 +26,8 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.solvers.exact.recurrence import MOST_PERIOD, PATIENCE, Recurrence
 from exactcreep.solvers.statistics import falls_like_inverse_square
+from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.result import Fate, Period
-from exactcreep.studies.trajectory import rearrangements
 
 _SAYING = 0.1  # seconds between two reports of progress
 

@@ -49,8 +49,8 @@ from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import TangentSimulation
 from exactcreep.solvers.solver import Start, advance
 from exactcreep.solvers.statistics import falls_like_inverse_square
+from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.result import Fate
-from exactcreep.studies.trajectory import LoggedRearrangement, rearrangements
 
 HalfCycle = tuple[Itinerary, ...]
 """The itineraries of the rearrangements of one half-cycle."""

@@ -14,8 +14,8 @@ from fractions import Fraction
 from exactcreep.model.enclosure import exact_value
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, balls_of
 from exactcreep.motion.itinerary import Retracer
+from exactcreep.studies.event_log import LoggedRearrangement, first_difference, numbered
 from exactcreep.studies.thresholds.horizon import Question
-from exactcreep.studies.trajectory import LoggedRearrangement, first_difference, numbered
 
 _BITS_LOST = 64  # and a quarter of one for every event
 

@@ -24,9 +24,9 @@ from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
+from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.proof import logged, lone
 from exactcreep.studies.fates.result import Fate
-from exactcreep.studies.trajectory import LoggedRearrangement
 
 _MOST_EVENTS = 10**6  # for each slider (at least 20), then a run is given up: no edge is so far up
 ADVANCE = Fraction(1, 10**6)

@@ -11,11 +11,11 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.solvers.exact.recurrence import Recurrence
+from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.numerical import numerical_fate
 from exactcreep.studies.fates.proof import proved_fate
 from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.thresholds.horizon import Observation, Question
-from exactcreep.studies.trajectory import LoggedRearrangement
 
 MOST_CYCLES = 10_000
 """Of a float64 course whose fate is asked for."""

@@ -16,8 +16,8 @@ from exactcreep.model.enclosure import enclosure
 from exactcreep.model.numbers import Shown, nearest_float, plain_data
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
+from exactcreep.studies.event_log import LoggedEvent
 from exactcreep.studies.fates.result import Fate
-from exactcreep.studies.trajectory import LoggedEvent
 
 _OF_A_SIDE = "outcome", "evidence", "settled_after", "period", "advance", "direction", "reason"
 

@@ -27,6 +27,7 @@ from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import advance
+from exactcreep.studies.event_log import first_difference, numbered
 from exactcreep.studies.thresholds.amplitudes import (
     Bracket,
     Span,
@@ -39,7 +40,6 @@ from exactcreep.studies.thresholds.deciding_event import deciding_amplitude
 from exactcreep.studies.thresholds.horizon import Observation, Question, transient, weaker
 from exactcreep.studies.thresholds.lasting import MOST_CYCLES, Lasting, side_by_side
 from exactcreep.studies.thresholds.results import Difference, Edge, Threshold
-from exactcreep.studies.trajectory import first_difference, numbered
 
 MOST_DIGITS = {"certified": 5_000, "mpmath": 300, "exact": 12}
 """Digits of an amplitude that each solver is asked to tell."""

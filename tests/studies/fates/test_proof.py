@@ -11,9 +11,9 @@ import pytest
 from exactcreep import Cycles, Evidence, Outcome, creep, fate, threshold
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.motion.arithmetic import Undecided
+from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates import proof as fate_proof
 from exactcreep.studies.fates.result import Fate
-from exactcreep.studies.trajectory import rearrangements
 from tests.oracle.rearrangement import integrate
 from tests.paper import captions
 

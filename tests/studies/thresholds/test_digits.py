@@ -11,10 +11,10 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.quasistatic.creep import creep
+from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.thresholds import results
 from exactcreep.studies.thresholds.results import Threshold
 from exactcreep.studies.thresholds.threshold import threshold
-from exactcreep.studies.trajectory import rearrangements
 from tests.paper import captions
 
 

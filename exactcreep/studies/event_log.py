@@ -1,0 +1,83 @@
+"""The events of a run as it recorded them, and the first in which two runs differ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import groupby, zip_longest
+from typing import Any, NamedTuple
+
+from numpy.typing import NDArray
+
+from exactcreep.model.contacts import Event, Itinerary
+from exactcreep.model.numbers import InputError
+from exactcreep.solvers.tables import logged_events
+
+
+class LoggedRearrangement(NamedTuple):
+    """One rearrangement of a run: the target on whose ramp it happened, from 1, and theta_c.
+
+    The residuals of its events are not recorded, and zero.
+    """
+
+    half_cycle: int
+    theta: Any
+    events: tuple[Event, ...]
+
+    @property
+    def itinerary(self) -> Itinerary:
+        """What happened, without when."""
+        return tuple(event.signature for event in self.events)
+
+
+class LoggedEvent(NamedTuple):
+    """One event of a run, and its place: from 1, from 0, and from 0 within its rearrangement."""
+
+    half_cycle: int
+    rearrangement: int
+    number: int
+    event: Event
+
+    @property
+    def signature(self) -> tuple[Any, ...]:
+        """Where and what, without when."""
+        return (*self[:3], *self.event.signature)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the event by names, ready for JSON."""
+        kind, sliders, signs = self.event.signature
+        time = float(self.event.time)
+        what = {"kind": kind, "sliders": list(sliders), "signs": list(signs), "time": time}
+        return dict(zip(self._fields[:3], self[:3], strict=True)) | what
+
+
+def rearrangements(recorded: Mapping[str, NDArray[Any]]) -> list[LoggedRearrangement]:
+    """Return the rearrangements in the recorded ``event_...`` columns, or raise `InputError`."""
+    if "event_time" not in recorded:
+        raise InputError("record", list(recorded), "must include events")
+    out: list[LoggedRearrangement] = []
+    for _, group in groupby(logged_events(recorded), key=lambda pair: pair[0].rearrangement):
+        rows, events = zip(*group, strict=True)
+        out.append(LoggedRearrangement(rows[0].half_cycle, rows[0].theta, events))
+    return out
+
+
+def numbered(log: Sequence[LoggedRearrangement]) -> list[LoggedEvent]:
+    """Return all events of a run in order, with their places."""
+    return [
+        LoggedEvent(rearrangement.half_cycle, r, j, event)
+        for r, rearrangement in enumerate(log)
+        for j, event in enumerate(rearrangement.events)
+    ]
+
+
+def first_difference(
+    own: Sequence[LoggedEvent], other: Sequence[LoggedEvent]
+) -> tuple[int, LoggedEvent | None, LoggedEvent | None] | None:
+    """Return how many events two runs share, and the first that differ (None: no more events).
+
+    None if the runs have the same events.
+    """
+    for i, (a, b) in enumerate(zip_longest(own, other)):
+        if a is None or b is None or a.signature != b.signature:
+            return i, a, b
+    return None
