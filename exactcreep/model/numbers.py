@@ -103,11 +103,12 @@ class Shown:
 
     def __repr__(self) -> str:
         facts = self._facts().items()
-        known = (f"{name}={shown(value)}" for name, value in facts if not _is_missing(value))
+        known = (f"{name}={shown(value)}" for name, value in facts if not is_missing(value))
         return f"{self.shown_as or type(self).__name__}({', '.join(known)})"
 
 
-def _is_missing(value: Any) -> bool:
+def is_missing(value: Any) -> bool:
+    """Return whether a value says nothing: None, or an empty text."""
     return value is None or (isinstance(value, str) and value == "")
 
 
@@ -227,7 +228,10 @@ def nearest_float(value: Fraction) -> float:
 
 
 def plain_data(about: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a mapping as JSON can hold it: a number that is not finite is None."""
+    """Return a mapping as JSON can hold it: a number that is not finite is None.
+
+    What has a summary is told by it.
+    """
     return {str(key): _plain(value) for key, value in about.items()}
 
 
@@ -238,6 +242,10 @@ def _plain(value: Any) -> Any:
         return [_plain(part) for part in value]
     if isinstance(value, np.generic):
         return _plain(value.item())
+    if isinstance(value, Enum):
+        return _plain(value.value)
+    if hasattr(value, "summary"):
+        return value.summary()
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value if isinstance(value, (str, int, float)) or value is None else str(value)

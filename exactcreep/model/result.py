@@ -1,0 +1,95 @@
+"""What every computation returns: numbers by name, a labelled dataset, a table in a notebook."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import fields
+from functools import cached_property
+from html import escape
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+
+from exactcreep.model.enclosure import same, same_numbers
+from exactcreep.model.numbers import Shown, is_missing, plain_data, shown
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Result(Shown):
+    """Base of results, which are frozen dataclasses (``eq=False, repr=False``).
+
+    A subclass names in `told` what its summary holds, or overrides `_numbers`; what it shows in one
+    line (`_facts`), and its dataset if it has arrays, are its own too where these are not enough.
+
+    Notes
+    -----
+    Two results are equal if they are of one class and hold the same values, nan among them,
+    whatever the time they took.
+    """
+
+    told: ClassVar[tuple[str, ...]] = ()
+    """Attributes that the summary holds; default: all fields."""
+
+    def _numbers(self) -> Mapping[str, Any]:
+        """Return what the summary holds, not yet as plain data."""
+        return {name: getattr(self, name) for name in self.told or _names(self)}
+
+    def summary(self) -> dict[str, Any]:
+        """Return the numbers by name, ready for JSON: a number that is not finite is None."""
+        return plain_data(self._numbers())
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """The summary as attributes of a dataset, lists and mappings as JSON; None is left out."""
+        known = {name: value for name, value in self.summary().items() if value is not None}
+        texts = {name: json.dumps(value) for name, value in known.items()
+                 if isinstance(value, (bool, list, dict))}  # fmt: skip
+        made: xr.Dataset = import_module("xarray").Dataset(attrs=known | texts)
+        return made
+
+    def _facts(self) -> Mapping[str, Any]:
+        return self._numbers()
+
+    def _repr_html_(self) -> str:
+        rows = [
+            f"<tr><th style='text-align:left'>{escape(name)}</th><td>{escape(text)}</td></tr>"
+            for name, value in self._facts().items()
+            if not is_missing(value)
+            for text in [value if isinstance(value, str) else shown(value)]
+        ]
+        return f"<table><caption>{type(self).__name__}</caption>{''.join(rows)}</table>"
+
+    def _compared(self) -> Mapping[str, Any]:
+        """Return what two results are compared by."""
+        return {name: getattr(self, name) for name in _names(self) if name != "seconds"}
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, type(self)):
+            return NotImplemented
+        return alike(self._compared(), other._compared())
+
+    __hash__ = None  # type: ignore[assignment] # what they hold can be changed
+
+
+def _names(result: Any) -> tuple[str, ...]:
+    return tuple(field.name for field in fields(result))
+
+
+def alike(a: Any, b: Any) -> bool:
+    """Return whether two values are the same; of arrays, mappings and lists what is in them.
+
+    Two nan are the same; so are a list and a tuple of the same values.
+    """
+    if hasattr(a, "identical"):
+        return hasattr(b, "identical") and bool(a.identical(b))
+    if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):
+        return type(a) is type(b) and same_numbers(a, b)
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        return a.keys() == b.keys() and all(alike(a[name], b[name]) for name in a)
+    if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
+        return len(a) == len(b) and all(map(alike, a, b))
+    return same(a, b)
