@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from exactcreep.laws import LAWS, pivots
+from exactcreep.laws import pivots, solid_velocity, threshold_amplitude
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import (
@@ -244,7 +244,8 @@ class Solid:
         The formula after Eq. (vitessecontinue), for a continuous solid; zero or negative means
         that friction does not hold it.
         """
-        return float(LAWS["delta_T_star"].printed(kappa=self.kappa, **self._dimensionless()))
+        known = self._dimensionless()
+        return float(threshold_amplitude(**known | {"l0": known["l0"] * self.kappa}))
 
     def continuum_velocity(self, temperature_amplitude: Number, period: Number) -> float:
         """Return Eq. (vitessecontinue) in mm/day for temperature cycles; negative below Delta T*.
@@ -257,7 +258,7 @@ class Solid:
             Of a whole cycle, s.
         """
         amplitude = self.dilation(temperature_amplitude)
-        law = LAWS["vitessecontinue"].printed(amplitude=amplitude, **self._dimensionless())
+        law = solid_velocity(amplitude=amplitude, **self._dimensionless())
         downhill = -1 if self.chain.tan_alpha < 0 else 1
         return downhill * float(self.millimetres_per_day(float(law), period))
 

@@ -17,6 +17,7 @@ from typer.cli import get_docs_for_click
 from typer.main import get_command
 
 import exactcreep
+from derivations.entry import LEDGER
 from derivations.ledger import CHAPTERS, entries, premises, proof_of, value
 from derivations.model import PREMISES
 from exactcreep.cli import COMMANDS, program
@@ -195,25 +196,18 @@ def _formula(text):
 
 
 def laws(_):
-    """Return every law: its formula, forms and standing, with links to entry and proof."""
+    """Return every law: its formula, standing and functions, with a link to the proof."""
     parts = []
-    for law in exactcreep.laws.LAWS.values():
-        forms = {"printed": law.printed, "corrected": law.corrected, "exact": law.exact}
-        module = law.derivation.split(",")[0].rpartition("/")[2].removesuffix(".py")
-        parts += [
-            f"(law-{law.label})=\n## {law.label}",
-            f"$$\n{law.latex}\n$$",
-            f"{law.place}; **{law.verdict}**; {law.units}. Proof: [{proof_of(module).title}]"
-            f"(#proof-{module}); [all that is said of the paper](ledger.md).",
-            _table(
-                ["form", "formula", "takes"],
-                [
-                    (name, f"`{form.text}`", ", ".join(f"`{p}`" for p in form.required))
-                    for name, form in forms.items()
-                    if form is not None
-                ],
-            ),
-        ]
+    for entry in entries():
+        code = LEDGER[entry.name].get("law", {})
+        if code:
+            parts += [
+                f"(law-{entry.name})=\n## {entry.name}",
+                f"$$\n{plain_latex(entry.formula)}\n$$",
+                f"{entry.place}; **{entry.verdict}**. Proof: [{proof_of(entry.chapter).title}]"
+                f"(#proof-{entry.chapter}); [all that is said of the paper](ledger.md).",
+                _table(["form", "function"], [(form, f"`{name}`") for form, name in code.items()]),
+            ]
     return "\n\n".join(parts)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from exactcreep.cli import status
-from exactcreep.laws import LAWS, prediction
+from exactcreep.laws import prediction, threshold_amplitude
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.temperature_record import TemperatureRecord
@@ -56,7 +56,7 @@ def test_the_critical_temperature_change_is_the_printed_formula():
     margin = 0.5 * math.cos(SLOPE) - math.sin(SLOPE)
     printed = 9.80665 * 11340 * 3 / (2 * 16e9 * 29e-6) * margin
     assert solid.critical_temperature_change == pytest.approx(printed, rel=1e-14, abs=0)
-    law = LAWS["seuil"].printed(n=20, l0=solid.chain.l0, mu_d=0.5, tan_alpha=0.25)
+    law = threshold_amplitude(n=20, l0=solid.chain.l0, mu_d=0.5, tan_alpha=0.25)
     assert solid.dilation(solid.critical_temperature_change) == pytest.approx(law, rel=1e-14, abs=0)
 
 

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from exactcreep.figures.style import DASHED, INKS, Style, picture
-from exactcreep.figures.tables import Data, Point, Table
-from exactcreep.laws import LAWS, law_values
+from exactcreep.figures.tables import LAWS, Data, Point, Table
+from exactcreep.laws import law_values
 
 VELOCITY = r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle$  ($g\,\tau_\mathrm{dyn}^2$)"
 SLOPE = r"$\tan\alpha$"
@@ -154,14 +154,14 @@ def draw_plateaus(
     """Draw a law over tan(alpha) plateau by plateau, with jumps where the pivot changes."""
     n, friction = int(parameters["n"]), Fraction(parameters["mu_d"])
     law = getattr(LAWS[equation], form)
-    given = {name: parameters[name] for name in law.required if name in parameters}
     for i in range(2, n + 2):
         low = max(friction * (1 - Fraction(2 * (i - 1), n)), Fraction(0))
         high = friction * (1 - Fraction(2 * (i - 2), n))
         if high <= 0:
             break
         slopes = [low + (high - low) * Fraction(k, 24) for k in range(25)]
-        values = [float(law(**{**given, "tan_alpha": slope, "i": i})) for slope in slopes]
+        given = [{**parameters, "tan_alpha": slope, "i": i} for slope in slopes]
+        values = [law_values(law, at)[0] for at in given]
         axes.plot([float(slope) for slope in slopes], values, **style)
         style["label"] = None
 

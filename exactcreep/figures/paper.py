@@ -24,8 +24,14 @@ from exactcreep.figures.drawing import (
     Picture,
 )
 from exactcreep.figures.style import DASHED, DASHES, GUIDE, INKS, Style
-from exactcreep.figures.tables import Data, Point, Table, series
-from exactcreep.laws import LAWS, law_values
+from exactcreep.figures.tables import LAWS, Data, Point, Table, series
+from exactcreep.laws import (
+    critical_angle,
+    law_values,
+    plateau_ends,
+    threshold_amplitude,
+    threshold_width,
+)
 from exactcreep.model.numbers import InputError
 
 _LAW = "velocity_th_2_gaussienne_corrected"
@@ -105,8 +111,7 @@ def angle(figure: Figure, data: Data, tables: list[Table]) -> None:
     label = f"{drawing.LIMIT}: " + r"$\tilde{l}_0\sigma_\theta\,I(h)$"
     drawing.draw_law(axes, _LAW, *over, "exact", label=label)
     drawing.draw_points(axes, table.rows, "tan_alpha", **drawing.RANDOM, label="computed")
-    low, high = (law_values(LAWS[f"alpha_c_{end}"].printed, table.parameters)[0]
-                 for end in ("minus", "plus"))  # fmt: skip
+    low, high = plateau_ends(**{name: table.parameters[name] for name in ("mu_d", "sigma_mu")})
     for place, name, side, apart in (
         (low, r"$\alpha_\mathrm{c}^-$", "left", 2),
         (high, r"$\alpha_\mathrm{c}^+$", "right", -2),
@@ -152,7 +157,7 @@ def amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
         return 1 / law_values(LAWS[_PLATEAU].printed, row.parameters)[0]
 
     drawing.draw_points(bottom, rows, "sigma_theta", ratio, **drawing.RANDOM)
-    (star,) = law_values(LAWS["threshold_th_2_gaussienne_corrected"].printed, parameters)
+    (star,) = law_values(threshold_width, parameters | {"mu_d": parameters["mu_s"]})
     for axes in (top, bottom):
         axes.axvline(star, **GUIDE, zorder=0)
     top.annotate(r"$\sigma_\theta^*$", (star, 20.0), xytext=(3, 0), textcoords="offset points")
@@ -207,12 +212,11 @@ def plateaus(figure: Figure, data: Data, tables: list[Table]) -> None:
 
 def _mark_angles(axes: Axes, n: int, parameters: Mapping[str, Any]) -> None:
     """Mark the printed critical angles and the windows of two pivots below each."""
-    law = LAWS["critical_angle"].printed
     friction, static = (parameters[name] for name in ("mu_d", "mu_s"))
     width = float(2 * (static - friction) / n)
     height = -1.4 if n == 6 else -2.8
     for i in range(2, n + 1):
-        upper = float(law(n=n, i=i, mu_d=friction, mu_s=static))
+        upper = float(critical_angle(n=n, i=i, mu_d=friction, mu_s=static))
         if upper <= 0:
             continue
         name = r"two stable pivots, up to $\alpha^*_{N,i}$" if n == 6 and i == 2 else None
@@ -251,11 +255,11 @@ def chain_amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
     drawing.draw_points(axes, cycles.rows, "amplitude", **CYCLES, label="cycles, computed")
     label = "random dilations, computed"
     drawing.draw_points(axes, random.rows, "sigma_theta", **RANDOM, label=label)
-    for name, text, side, apart in (
-        ("seuil", r"$A_\theta^*$", "right", -3),
-        ("sigma_theta_star", r"$\sigma_\theta^*$", "left", 3),
+    for threshold, text, side, apart in (
+        (threshold_amplitude, r"$A_\theta^*$", "right", -3),
+        (threshold_width, r"$\sigma_\theta^*$", "left", 3),
     ):
-        (place,) = law_values(LAWS[name].printed, chain)
+        (place,) = law_values(threshold, chain)
         axes.plot([place, place], [-3, 34], **GUIDE)
         axes.annotate(text, (place, 29), xytext=(apart, 0), textcoords="offset points", ha=side)
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
@@ -293,11 +297,11 @@ def size(figure: Figure, data: Data, tables: list[Table]) -> None:
         tables, ("vitesse_seuil", "vitesse_seuil_random"), (PRINTED, _RANDOM_LAW), (46, 66),
         strict=True,
     ):  # fmt: skip
-        form, parameters = LAWS[label].printed, table.parameters
+        parameters = table.parameters
         # the continuous i of Eq. (critical_angle): N + 3 - 2i = N tan(alpha)/mu_d
         slope = parameters["tan_alpha"] / parameters["mu_d"]
-        used = {key: parameters[key] for key in form.required}
-        smooth = [float(form(**used | {"n": n}, i=(n + 3 - n * slope) / 2)) for n in sizes]
+        form, between = LAWS[label].printed, [{"n": n, "i": (n + 3 - n * slope) / 2} for n in sizes]
+        smooth = [law_values(form, parameters | place)[0] for place in between]
         axes.plot(sizes, smooth, **style, label=f"{drawing.law_name(label)}, continuous $i$")
         tight = [(n, value) for n in sizes if n <= longest
                  for value in law_values(LAWS[label].exact, parameters | {"n": n})]  # fmt: skip

@@ -16,7 +16,7 @@ from matplotlib.ticker import MaxNLocator
 from exactcreep.figures.drawing import EXACT, LIMIT, VELOCITY, draw_points, mean_law
 from exactcreep.figures.style import INKS, new_figure, setting_text, symbol_of
 from exactcreep.figures.tables import Point, points_of
-from exactcreep.laws import LAWS, law_values
+from exactcreep.laws import law_values, sliding_velocity, sliding_velocity_random
 from exactcreep.model.numbers import InputError
 
 _MOST_FAMILIES = 16  # that a legend can name
@@ -117,7 +117,8 @@ def _law(given: Mapping[str, Any]) -> float:
     if not {"n", "tan_alpha", "mu_d"} <= set(given):  # a solid's contacts vary
         return math.nan
     if given["n"] >= 2 and 0 <= given["tan_alpha"] < given["mu_d"]:
-        for size, name in (("amplitude", "vitesse_seuil"), ("sigma_theta", "vitesse_seuil_random")):
+        laws = {"amplitude": sliding_velocity, "sigma_theta": sliding_velocity_random}
+        for size, law in laws.items():
             if given.get(size):
-                return mean_law(law_values(LAWS[name].exact, given))
+                return mean_law(law_values(law, given))
     return math.nan

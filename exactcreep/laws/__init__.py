@@ -1,56 +1,60 @@
 """What theory predicts: the paper's formulas, their corrections and the exact laws behind them.
 
-``LAWS[label]`` is the law of the paper's equation ``label`` (formulas without a label have a name
-of their own). Each law has a ``printed`` form, and a ``corrected`` and an ``exact`` form where they
-exist (``None`` where they do not)::
+Every law is a function of the numbers that describe a chain and its drive, by name::
 
     >>> from fractions import Fraction
-    >>> LAWS["seuil"].printed(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(7, 24))
-    Fraction(3, 1000)
-
-``EDGES[label]`` is a theorem beyond the paper: an amplitude of cycles between two fates of a chain.
-
-Every form takes keyword arguments out of one vocabulary, :data:`VOCABULARY`, which describes the
-chain and its drive; a form uses what it contains (``form.required``, ``form.optional``) and a
-description of the same chain may name the rest. Velocities are ``tau_th <v_G>``, the displacement
-of the centre of mass per half-cycle (cycles) or per target (random dilations), in units of
-``g tau_dyn**2``; amplitudes are dimensionless dilations.
+    >>> critical_angle(n=7, i=3, mu_d=Fraction(1, 2), mu_s=Fraction(3, 5))
+    Fraction(8, 35)
 
 Numbers decide the arithmetic: mpmath numbers give mpmath numbers of their own context, arrays
 broadcast to float64 arrays, floats give floats, and rationals (``int``, ``Fraction``) stay rational
 as long as the result is rational. Which side of a boundary a rational, a float (its exact binary
-value) or an mpmath number stands on is always decided exactly.
-
-Abbreviations: ``c = cos(alpha)``, ``s = sin(alpha)``, ``m = mu_d c - s``, ``a = mu_s c - s``,
-``D = (mu_s - mu_d) c``, ``L = l0 amplitude``.
+value) or an mpmath number stands on is always decided exactly. Units and symbols are those of
+`exactcreep.laws.paper`; what is proved of an equation stands in ``derivations/ledger.toml``.
 """
 
-from exactcreep.laws.closed_forms import gaussian_integral, staircase_two_sliders
-from exactcreep.laws.forms import VOCABULARY, Form, Law, law_values
-from exactcreep.laws.operands import cosine
-from exactcreep.laws.paper import LAWS, critical_amplitude
-from exactcreep.laws.plateaus import PivotWindow, pivot, pivot_window, pivots
-from exactcreep.laws.theorems import EDGES, Theorem, at_rest_amplitude, edges
-from exactcreep.laws.velocities import Prediction, prediction
+from exactcreep.laws.arithmetic import cosine
+from exactcreep.laws.paper import (
+    PivotWindow,
+    creep_velocity,
+    creep_velocity_random,
+    critical_angle,
+    law_values,
+    onset_amplitude,
+    pivot,
+    pivot_force,
+    pivot_window,
+    pivots,
+    plateau_ends,
+    plateau_velocity,
+    plateau_velocity_random,
+    solid_velocity,
+    threshold_amplitude,
+    threshold_width,
+    two_sliders_velocity,
+    two_sliders_velocity_random,
+)
+from exactcreep.laws.staircase import staircase_two_sliders
+from exactcreep.laws.theorems import (
+    at_rest_amplitude,
+    edges,
+    locked_ends_amplitude,
+    no_lasting_creep_amplitude,
+)
+from exactcreep.laws.velocities import (
+    Prediction,
+    gaussian_integral,
+    prediction,
+    sliding_velocity,
+    sliding_velocity_random,
+)
 
 __all__ = [
-    "EDGES",
-    "LAWS",
-    "VOCABULARY",
-    "Form",
-    "Law",
-    "PivotWindow",
-    "Prediction",
-    "Theorem",
-    "at_rest_amplitude",
-    "cosine",
-    "critical_amplitude",
-    "edges",
-    "gaussian_integral",
-    "law_values",
-    "pivot",
-    "pivot_window",
-    "pivots",
-    "prediction",
-    "staircase_two_sliders",
-]
+    "PivotWindow", "Prediction", "at_rest_amplitude", "cosine", "creep_velocity",
+    "creep_velocity_random", "critical_angle", "edges", "gaussian_integral", "law_values",
+    "locked_ends_amplitude", "no_lasting_creep_amplitude", "onset_amplitude", "pivot",
+    "pivot_force", "pivot_window", "pivots", "plateau_ends", "plateau_velocity",
+    "plateau_velocity_random", "prediction", "sliding_velocity", "sliding_velocity_random",
+    "solid_velocity", "staircase_two_sliders", "threshold_amplitude", "threshold_width",
+    "two_sliders_velocity", "two_sliders_velocity_random",
+]  # fmt: skip

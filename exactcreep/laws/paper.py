@@ -1,317 +1,293 @@
-"""The formulas of the paper, each as printed, as corrected, and as the exact law behind it."""
+"""The formulas of the paper, each as a function, and the plateaus that the slope decides.
+
+`l0` is the natural length of a spring in units of g tau_dyn**2, `amplitude` and `sigma_theta` are
+those of the dilations, `i` is the index of a plateau: slider i - 1 rests during a dilation. A
+velocity is tau_th <v_G>, the advance of the centre of mass per half-cycle (cycles) or per target
+(random dilations), in units of g tau_dyn**2; amplitudes and thresholds are dimensionless.
+
+For two sliders the paper prints mu_s where these laws, at N = 2 and i = 2, have mu_d: Eqs.
+(threshold_th_2_cycle_corrected) and (threshold_th_2_gaussienne_corrected) are `threshold_amplitude`
+and `threshold_width` of ``mu_d=mu_s``. The threshold's temperature is its amplitude over kappa.
+
+``c = cos(alpha)``, ``s = sin(alpha)``, ``m = mu_d c - s``, ``a = mu_s c - s``,
+``D = (mu_s - mu_d) c``. Labels are those of the paper's equations; what is proved of each, and
+what is printed wrong, stands in ``derivations/ledger.toml``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from types import MappingProxyType
-from typing import Any
+import functools
+import math
+from collections.abc import Callable, Mapping
+from inspect import signature
+from typing import NamedTuple
 
-from exactcreep.laws.closed_forms import gaussian_integral, staircase_two_sliders
-from exactcreep.laws.forms import Form, Law, law_values
-from exactcreep.laws.operands import Number, positive_part, root_of_pi, square_root
+from mpmath.ctx_mp import MPContext
 
-_VELOCITY = "tau_th <v_G>, in g tau_dyn**2 per half-cycle or target"
-_AMPLITUDE = "dilation, dimensionless"
-_SLOPE = "tan(alpha)"
-_TWO = {"n": 2}
-_CLEAN = {"n": 2, "sigma_mu": 0}
+from exactcreep.laws.arithmetic import (
+    Number,
+    coerced,
+    cosine,
+    elementwise,
+    rational,
+    real,
+    require,
+    root_of_pi,
+)
 
 
-def _over_root_two(sigma_mu: Number) -> Number:
-    return sigma_mu / square_root(sigma_mu * 0 + 2)
+def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
+    """Return the one index i of the sliding limit's plateau, or the two where it is not unique.
+
+    Parameters
+    ----------
+    n : int
+    tan_alpha, mu_d : number
+        |tan_alpha| < mu_d; taken at their exact values, so that equality is decided exactly.
+
+    Returns
+    -------
+    tuple of int
+        ``(i,)`` with ``mu_d (1 - 2(i-1)/n) < tan_alpha < mu_d (1 - 2(i-2)/n)``, or ``(i, i + 1)``
+        at the edge between the two. Slider i - 1 rests while the chain dilates, slider n + 2 - i
+        while it contracts.
+
+    Raises
+    ------
+    ValueError
+        If |tan_alpha| >= mu_d (the chain can run away and has no pivot) or n < 1.
+
+    Notes
+    -----
+    Derivation: ``derivations/pivots.py`` and ``derivations/sliding_limit.py``; window of
+    Eq. (critical_angle) for mu_s -> mu_d.
+    """
+    count, slope, friction = int(n), rational(tan_alpha), rational(mu_d)
+    require(1 <= count == n, f"n must be a positive integer, not {n}")
+    inside = "tan_alpha must lie between -mu_d and mu_d for a pivot, not at"
+    require(abs(slope) < friction, f"{inside} {tan_alpha}")
+    # tan_alpha n / mu_d lies between n - 2i + 2 and n - 2i + 4
+    position = (count + 2 - count * slope / friction) / 2
+    lowest = math.ceil(position)
+    return (lowest, lowest + 1) if position == lowest else (lowest,)
 
 
-def _under_random_dilations(
-    n: Number, steps: Number, m: Number, l0: Number, sigma_theta: Number
+def pivot(n: int, tan_alpha: Number, mu_d: Number) -> int:
+    """Return the one index of `pivots`; raise ValueError where it is not unique, as `pivots`."""
+    found = pivots(n, tan_alpha, mu_d)
+    name = " or ".join(f"i = {i}" for i in found)
+    place = f"the sliding limit of n = {n} at tan_alpha = {tan_alpha}"
+    require(len(found) == 1, f"{place} is not unique: name {name}")
+    return found[0]
+
+
+_pivot = elementwise(pivot)
+_POSITIVE = ("n", "l0")
+
+
+def law(function: Callable[..., Number]) -> Callable[..., Number]:
+    """Return a formula that takes numbers of any kind, and gives one of their common arithmetic.
+
+    An index `i` that is not given is that of the sliding limit. n and l0 must be
+    positive (ValueError).
+    """
+    signed = signature(function)
+
+    @functools.wraps(function)
+    def of_any(*ordered: Number, **named: Number) -> Number:
+        taken = signed.bind(*ordered, **named)
+        taken.apply_defaults()
+        given = taken.arguments
+        if given.get("i", 0) is None:  # decided on the values as given, before any is rounded
+            plateau = {name: real(given[name], name) for name in ("n", "tan_alpha", "mu_d")}
+            given["i"] = _pivot(**plateau)
+        values = coerced(given)
+        for name in _POSITIVE:
+            require(name not in values or values[name] > 0, f"{name} must be positive")
+        return function(**values)
+
+    return of_any
+
+
+def law_values(
+    law: Callable[..., Number], parameters: Mapping[str, Number], bits: int | None = None
+) -> tuple[float, ...]:
+    """Return what a law gives for a description of a chain and its drive, as floats.
+
+    There are two values where the plateau is not unique, none where the slope has no plateau.
+    `parameters` are rationals by the names of laws; those that the law does not take are left
+    aside. With `bits` the law is evaluated so precisely before its value is rounded.
+    """
+    names = signature(law).parameters
+    given = {name: value for name, value in parameters.items() if name in names}
+    if bits is not None:
+        context = MPContext()
+        context.prec = bits
+        given = {name: context.mpf(v.numerator) / v.denominator for name, v in given.items()}
+    if "i" not in names or names["i"].default is names["i"].empty or "i" in given:
+        return (float(law(**given)),)
+    n, slope, friction = (parameters[name] for name in ("n", "tan_alpha", "mu_d"))
+    if abs(slope) >= friction:
+        return ()
+    return tuple(float(law(**given, i=i)) for i in pivots(int(n), slope, friction))
+
+
+def margin(mu: Number, tan_alpha: Number) -> Number:
+    """Return ``mu c - s``, m for the dynamical coefficient and a for the static one."""
+    return (mu - tan_alpha) * cosine(tan_alpha)
+
+
+def _excess(mu_d: Number, mu_s: Number, tan_alpha: Number) -> Number:
+    return (mu_s - mu_d) * cosine(tan_alpha)
+
+
+# --- slopes ---------------------------------------------------------------------------------------
+
+
+class PivotWindow(NamedTuple):
+    """The slopes between which the index i of a plateau is possible.
+
+    Slider i - 1 can rest during a dilation for ``lower <= tan_alpha <= upper``; between
+    `lower_alone` and `upper_alone` no other can: outside, the pivot depends on the chain's history.
+    """
+
+    lower: Number
+    lower_alone: Number
+    upper_alone: Number
+    upper: Number
+
+
+@law
+def critical_angle(*, n: Number, i: Number, mu_d: Number, mu_s: Number) -> Number:
+    """Return the slope ``mu_d (1 - 2(i-1)/N) + (mu_s - mu_d)/N``, Eq. (critical_angle)."""
+    return mu_d * (1 - 2 * (i - 1) / n) + (mu_s - mu_d) / n
+
+
+def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
+    """Return the slopes between which slider i - 1 can rest while the chain dilates.
+
+    Neighbouring windows overlap over a width 2 (mu_s - mu_d)/n: the upper edge is Eq.
+    (critical_angle) with i - 1 for i, and `lower_alone` is that equation itself.
+
+    Raises
+    ------
+    ValueError
+        If i is not an index of a plateau, 2 <= i <= n + 1.
+
+    Notes
+    -----
+    Derivation: ``derivations/pivots.py``.
+    """
+    require(2 <= i <= n + 1, f"i must be between 2 and n + 1 = {n + 1}, not {i}")
+    known = coerced({"mu_d": mu_d, "mu_s": mu_s, "n": n, "i": i})
+    middle = known["mu_d"] * (1 - 2 * (known["i"] - 1) / known["n"])
+    upper = known["mu_d"] * (1 - 2 * (known["i"] - 2) / known["n"])
+    half = (known["mu_s"] - known["mu_d"]) / known["n"]
+    return PivotWindow(middle - half, middle + half, upper - half, upper + half)
+
+
+def plateau_ends(*, mu_d: Number, sigma_mu: Number) -> tuple[float, float]:
+    """Return the ends of the plateau of two sliders, ``sigma_mu/sqrt(2)`` off 0 and off mu_d."""
+    width = float(sigma_mu) / math.sqrt(2)
+    return width, float(mu_d) - width
+
+
+# --- velocities and thresholds --------------------------------------------------------------------
+
+
+@law
+def plateau_velocity(
+    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, amplitude: Number, i: Number = None
 ) -> Number:
-    """Return the velocity of the sliding limit."""
-    width = l0 * sigma_theta
-    return steps * width * gaussian_integral(n * m / (2 * width))
+    """Return ``(N+3-2i) l0 A``, Eq. (vitesse); Eq. (velocity_th_2_cycle) for two sliders."""
+    return (n + 3 - 2 * i) * l0 * amplitude
 
 
-_STAIRCASE = Form(
-    "2D max(0, ceil((L - a)/(2D))): sigma_mu = 0, from the relaxed chain",
-    staircase_two_sliders,
-    _CLEAN,
-)
-_PHASE_AVERAGE = Form(
-    "max(0, l0 A - m): the mean over the phases r0 of the staircase",
-    lambda l0, amplitude, m: positive_part(l0 * amplitude - m),
-    _TWO,
-)
-_GAUSSIAN_TWO = Form(
-    "l0 sigma I(h), h = m/(l0 sigma): sliding limit, and the mean over phases",
-    lambda m, l0, sigma_theta: _under_random_dilations(2, 1, m, l0, sigma_theta),
-    _TWO,
-)
-_GAUSSIAN_TWO_SERIES = Form(
-    "l0 sigma/sqrt(pi) - (2/3) m: first two terms of l0 sigma I(h)",
-    lambda l0, sigma_theta, m: l0 * sigma_theta / root_of_pi(m) - 2 * m / 3,
-    _TWO,
-)
-_SLIDING = Form(
-    "(N+3-2i) max(0, l0 A - N m/2): exact in the sliding limit mu_s -> mu_d",
-    lambda steps, l0, amplitude, n, m: steps * positive_part(l0 * amplitude - n * m / 2),
-)
-_GAUSSIAN_CHAIN = Form(
-    "(N+3-2i) l0 sigma I(h), h = N m/(2 l0 sigma): exact in the sliding limit",
-    _under_random_dilations,
-)
+@law
+def plateau_velocity_random(
+    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, sigma_theta: Number, i: Number = None
+) -> Number:
+    """Return ``(N+3-2i) l0 sigma_theta/sqrt(pi)``, after Eq. (vitesse).
 
-_ALL = (
-    Law(
-        "alpha_c",
-        r"\tan\alpha_\mathrm{c} = \mu_\mathrm{d}",
-        _SLOPE,
-        "Sec. Two sliders, numerical results (inline)",
-        "derivations/runaway.py, critical slope",
-        "exact",
-        Form("mu_d", lambda mu_d: mu_d),
-    ),
-    Law(
-        "alpha_c_minus",
-        r"\tan\alpha_\mathrm{c}^- = \sigma_\mu/\sqrt{2}",
-        _SLOPE,
-        "Sec. Two sliders, analysis (inline)",
-        "derivations/two_sliders.py, lower end of the plateau",
-        "approximation",
-        Form("sigma_mu/sqrt(2)", _over_root_two),
-    ),
-    Law(
-        "alpha_c_plus",
-        r"\tan\alpha_\mathrm{c}^+ = \mu_\mathrm{d} - \sigma_\mu/\sqrt{2}",
-        _SLOPE,
-        "Sec. Two sliders, analysis (inline)",
-        "derivations/two_sliders.py, upper end of the plateau",
-        "approximation",
-        Form("mu_d - sigma_mu/sqrt(2)", lambda mu_d, sigma_mu: mu_d - _over_root_two(sigma_mu)),
-    ),
-    Law(
-        "velocity_th_2_cycle",
-        r"\tau_\mathrm{th}\langle v_G\rangle \simeq l_0 A_\theta",
-        _VELOCITY,
-        "Sec. Two sliders, Eq. (velocity_th_2_cycle)",
-        "derivations/two_sliders.py, plateau",
-        "approximation",
-        Form("l0 A", lambda l0, amplitude: l0 * amplitude, _TWO),
-        _PHASE_AVERAGE,
-        _STAIRCASE,
-    ),
-    Law(
-        "velocity_th_2_gaussian",
-        r"\tau_\mathrm{th}\langle v_G\rangle \approx l_0 \sigma_\theta/\sqrt{\pi}",
-        _VELOCITY,
-        "Sec. Two sliders, Eq. (velocity_th_2_gaussian)",
-        "derivations/gaussian.py, free motion",
-        "approximation",
-        Form("l0 sigma/sqrt(pi)", lambda l0, sigma_theta: l0 * sigma_theta / root_of_pi(l0), _TWO),
-        _GAUSSIAN_TWO_SERIES,
-        _GAUSSIAN_TWO,
-    ),
-    Law(
-        "velocity_th_2_cycle_corrected",
-        r"\tau_\mathrm{th}\langle v_G\rangle \simeq l_0 A_\theta"
-        r" - (\overline{\mu}_\mathrm{s}\cos\alpha - \sin\alpha)",
-        _VELOCITY,
-        "Sec. Two sliders, Eq. (velocity_th_2_cycle_corrected)",
-        "derivations/two_sliders.py, staircase and phase average",
-        "inconsistent",
-        Form("l0 A - a", lambda l0, amplitude, a: l0 * amplitude - a, _TWO),
-        _PHASE_AVERAGE,
-        _STAIRCASE,
-    ),
-    Law(
-        "threshold_th_2_cycle_corrected",
-        r"A_\theta^* = (\overline{\mu}_\mathrm{s}\cos\alpha - \sin\alpha)/l_0",
-        _AMPLITUDE,
-        "Sec. Two sliders, Eq. (threshold_th_2_cycle_corrected)",
-        "derivations/two_sliders.py, threshold",
-        "exact",
-        Form("a/l0", lambda a, l0: a / l0, _TWO),
-        None,
-        Form(
-            "a/l0: sigma_mu = 0, from the relaxed chain; (a - |r0|)/l0 from any other",
-            lambda a, l0: a / l0,
-            _CLEAN,
-        ),
-    ),
-    Law(
-        "velocity_th_2_gaussienne_corrected",
-        r"\tau_\mathrm{th}\langle v_G\rangle \approx \frac{l_0}{\sqrt{\pi}}\sigma_\theta"
-        r" - \frac{2}{3}(\overline{\mu}_\mathrm{s}\cos\alpha - \sin\alpha)",
-        _VELOCITY,
-        "Sec. Two sliders, Eq. (velocity_th_2_gaussienne_corrected)",
-        "derivations/gaussian.py, two sliders",
-        "inconsistent",
-        Form(
-            "l0 sigma/sqrt(pi) - (2/3) a",
-            lambda l0, sigma_theta, a: l0 * sigma_theta / root_of_pi(l0) - 2 * a / 3,
-            _TWO,
-        ),
-        _GAUSSIAN_TWO_SERIES,
-        _GAUSSIAN_TWO,
-    ),
-    Law(
-        "threshold_th_2_gaussienne_corrected",
-        r"\sigma_\theta^* = \frac{2\sqrt{\pi}}{3 l_0}"
-        r"(\overline{\mu}_\mathrm{s}\cos\alpha - \sin\alpha)",
-        _AMPLITUDE,
-        "Sec. Two sliders, Eq. (threshold_th_2_gaussienne_corrected)",
-        "derivations/gaussian.py, two sliders",
-        "inconsistent",
-        Form("2 sqrt(pi)/(3 l0) a", lambda a, l0: 2 * root_of_pi(l0) * a / (3 * l0), _TWO),
-        Form("2 sqrt(pi)/(3 l0) m", lambda m, l0: 2 * root_of_pi(l0) * m / (3 * l0), _TWO),
-    ),
-    Law(
-        "critical_angle",
-        r"\tan\alpha_{N,i}^* = \mu_\mathrm{d}\bigl[1 - 2\frac{i-1}{N}\bigr] + \frac{\Delta\mu}{N}",
-        _SLOPE,
-        "Sec. Large systems, Eq. (critical_angle)",
-        "derivations/pivots.py, critical angle",
-        "exact",
-        Form(
-            "mu_d (1 - 2(i-1)/N) + (mu_s - mu_d)/N",
-            lambda mu_d, mu_s, i, n: mu_d * (1 - 2 * (i - 1) / n) + (mu_s - mu_d) / n,
-        ),
-    ),
-    Law(
-        "vitesse",
-        r"\tau_\mathrm{th} v_{N,i}^* = (N+3-2i)\,l_0 A_\theta",
-        _VELOCITY,
-        "Sec. Large systems, Eq. (vitesse)",
-        "derivations/plateaus.py, plateau velocity",
-        "approximation",
-        Form("(N+3-2i) l0 A", lambda steps, l0, amplitude: steps * l0 * amplitude),
-        None,
-        _SLIDING,
-    ),
-    Law(
-        "vitesse_random",
-        r"\tau_\mathrm{th} v_{N,i}^* = (N+3-2i)\,l_0\sigma_\theta/\sqrt{\pi}",
-        _VELOCITY,
-        "Sec. Large systems, after Eq. (vitesse) (inline)",
-        "derivations/gaussian.py, free motion",
-        "approximation",
-        Form(
-            "(N+3-2i) l0 sigma/sqrt(pi)",
-            lambda steps, l0, sigma_theta: steps * l0 * sigma_theta / root_of_pi(l0),
-        ),
-        None,
-        _GAUSSIAN_CHAIN,
-    ),
-    Law(
-        "forcestatique",
-        r"f_{i-1\to i} + [N-(i-1)](\sin\alpha - \mu_\mathrm{d}\cos\alpha) = 0",
-        "force, in m g",
-        "Sec. Large systems, Eq. (forcestatique)",
-        "derivations/thresholds.py, end of a dilation",
-        "exact",
-        Form("(N+1-i) m", lambda n, i, m: (n + 1 - i) * m),
-    ),
-    Law(
-        "seuil",
-        r"A_\theta^* = \frac{N}{2 l_0}(\mu_\mathrm{d}\cos\alpha - \sin\alpha)",
-        _AMPLITUDE,
-        "Sec. Large systems, Eq. (seuil)",
-        "derivations/thresholds.py, threshold",
-        "approximation",
-        Form("N m/(2 l0)", lambda n, m, l0: n * m / (2 * l0)),
-        Form(
-            "(N m + D)/(2 l0): the whole chain is set in motion",
-            lambda n, m, D, l0: (n * m + D) / (2 * l0),
-        ),
-    ),
-    Law(
-        "vitesse_seuil",
-        r"\tau_\mathrm{th} v_{N,i}^* = (N+3-2i)\,l_0\Bigl[A_\theta"
-        r" - \frac{N}{2 l_0}(\mu_\mathrm{d}\cos\alpha - \sin\alpha)\Bigr]",
-        _VELOCITY,
-        "Sec. Large systems, Eq. (vitesse_seuil)",
-        "derivations/sliding_limit.py, cycles",
-        "exact",
-        Form(
-            "(N+3-2i) (l0 A - N m/2)",
-            lambda steps, l0, amplitude, n, m: steps * (l0 * amplitude - n * m / 2),
-        ),
-        _SLIDING,
-        _SLIDING,
-    ),
-    Law(
-        "sigma_theta_star",
-        r"\sigma_\theta^* = \frac{2}{3}\sqrt{\pi} A_\theta^*",
-        _AMPLITUDE,
-        "Sec. Large systems, before Eq. (vitesse_seuil_random) (inline)",
-        "derivations/gaussian.py, chains",
-        "exact",
-        Form("(2/3) sqrt(pi) N m/(2 l0)", lambda n, m, l0: root_of_pi(l0) * n * m / (3 * l0)),
-    ),
-    Law(
-        "vitesse_seuil_random",
-        r"\tau_\mathrm{th} v_{N,i}^* = (N+3-2i)\,l_0\Bigl[\frac{\sigma_\theta}{\sqrt{\pi}}"
-        r" - \frac{N}{3 l_0}(\mu_\mathrm{d}\cos\alpha - \sin\alpha)\Bigr]",
-        _VELOCITY,
-        "Sec. Large systems, Eq. (vitesse_seuil_random)",
-        "derivations/gaussian.py, chains",
-        "approximation",
-        Form(
-            "(N+3-2i) (l0 sigma/sqrt(pi) - N m/3)",
-            lambda steps, l0, sigma_theta, n, m: (
-                steps * (l0 * sigma_theta / root_of_pi(l0) - n * m / 3)
-            ),
-        ),
-        None,
-        _GAUSSIAN_CHAIN,
-    ),
-    Law(
-        "vitessecontinue",
-        r"\tau_\mathrm{th} v_G = L\frac{\tan\alpha}{\mu_\mathrm{d}}\Bigl[A_\theta"
-        r" - \frac{g\rho L}{2Y}(\mu_\mathrm{d}\cos\alpha - \sin\alpha)\Bigr]",
-        _VELOCITY,
-        "Sec. Discussion, Eq. (vitessecontinue)",
-        "derivations/continuum.py, solid",
-        "approximation",
-        Form(
-            "N l0 (tan(alpha)/mu_d) [A - N m/(2 l0)], with L = N l0 and g rho L/Y = N/l0",
-            lambda n, tan_alpha, mu_d, l0, amplitude, m: (
-                n * (tan_alpha / mu_d) * (l0 * amplitude - n * m / 2)
-            ),
-        ),
-        None,
-        _SLIDING,
-    ),
-    Law(
-        "delta_T_star",
-        r"\Delta T^* = \frac{g\rho L}{2Y\kappa}(\mu_\mathrm{d}\cos\alpha - \sin\alpha)",
-        "kelvin",
-        "Sec. Discussion, after Eq. (vitessecontinue)",
-        "derivations/continuum.py, solid",
-        "approximation",
-        Form(
-            "N m/(2 l0 kappa), with g rho L/Y = N/l0",
-            lambda n, m, l0, kappa: n * m / (2 * l0 * kappa),
-        ),
-        Form("(N m + D)/(2 l0 kappa)", lambda n, m, D, l0, kappa: (n * m + D) / (2 * l0 * kappa)),
-    ),
-    Law(
-        "largest_chain",
-        r"N^* = 2 l_0 A_\theta/(\mu_\mathrm{d}\cos\alpha - \sin\alpha)",
-        "number of sliders above which cycles no longer make the chain creep",
-        "Sec. Discussion, granular matter (inline)",
-        "derivations/thresholds.py, largest chain",
-        "approximation",
-        Form("2 l0 A/m", lambda l0, amplitude, m: 2 * l0 * amplitude / m),
-        Form(
-            "(2 l0 A - D)/m: the longest chain that is set in motion as a whole",
-            lambda l0, amplitude, m, D: (2 * l0 * amplitude - D) / m,
-        ),
-    ),
-)
+    For two sliders Eq. (velocity_th_2_gaussian).
+    """
+    return (n + 3 - 2 * i) * l0 * sigma_theta / root_of_pi(l0)
 
 
-LAWS: Mapping[str, Law] = MappingProxyType({law.label: law for law in _ALL})
-"""The laws of the paper by label."""
+@law
+def pivot_force(*, n: Number, i: Number, mu_d: Number, tan_alpha: Number) -> Number:
+    """Return the force on the pivot at the end of a dilation, ``(N+1-i) m``, Eq. (forcestatique).
+
+    In units of m g.
+    """
+    return (n + 1 - i) * margin(mu_d, tan_alpha)
 
 
-def critical_amplitude(parameters: Mapping[str, Any]) -> float:
-    """Return the critical amplitude A* of Eq. (seuil) for the parameters of a chain."""
-    return law_values(LAWS["seuil"].printed, parameters)[0]
+@law
+def threshold_amplitude(*, n: Number, l0: Number, mu_d: Number, tan_alpha: Number) -> Number:
+    """Return ``A* = N m/(2 l0)``, Eq. (seuil).
+
+    >>> from fractions import Fraction
+    >>> threshold_amplitude(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(7, 24))
+    Fraction(3, 1000)
+    """
+    return n * margin(mu_d, tan_alpha) / (2 * l0)
+
+
+@law
+def onset_amplitude(
+    *, n: Number, l0: Number, mu_d: Number, mu_s: Number, tan_alpha: Number
+) -> Number:
+    """Return ``(N m + D)/(2 l0)``, Eq. (seuil) corrected: the whole chain is set in motion."""
+    return (n * margin(mu_d, tan_alpha) + _excess(mu_d, mu_s, tan_alpha)) / (2 * l0)
+
+
+@law
+def threshold_width(*, n: Number, l0: Number, mu_d: Number, tan_alpha: Number) -> Number:
+    """Return ``sigma_theta* = (2/3) sqrt(pi) A*``, before Eq. (vitesse_seuil_random)."""
+    return root_of_pi(l0) * n * margin(mu_d, tan_alpha) / (3 * l0)
+
+
+@law
+def creep_velocity(
+    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, amplitude: Number, i: Number = None
+) -> Number:
+    """Return ``(N+3-2i) (l0 A - N m/2)``, Eq. (vitesse_seuil); it holds where not negative."""
+    return (n + 3 - 2 * i) * (l0 * amplitude - n * margin(mu_d, tan_alpha) / 2)
+
+
+@law
+def creep_velocity_random(
+    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, sigma_theta: Number, i: Number = None
+) -> Number:
+    """Return ``(N+3-2i) (l0 sigma_theta/sqrt(pi) - N m/3)``, Eq. (vitesse_seuil_random)."""
+    linear = l0 * sigma_theta / root_of_pi(l0)
+    return (n + 3 - 2 * i) * (linear - n * margin(mu_d, tan_alpha) / 3)
+
+
+@law
+def two_sliders_velocity(
+    *, l0: Number, mu_s: Number, tan_alpha: Number, amplitude: Number
+) -> Number:
+    """Return ``l0 A - a``, Eq. (velocity_th_2_cycle_corrected), as printed."""
+    return l0 * amplitude - margin(mu_s, tan_alpha)
+
+
+@law
+def two_sliders_velocity_random(
+    *, l0: Number, mu_s: Number, tan_alpha: Number, sigma_theta: Number
+) -> Number:
+    """Return ``l0 sigma_theta/sqrt(pi) - (2/3) a``, Eq. (velocity_th_2_gaussienne_corrected)."""
+    return l0 * sigma_theta / root_of_pi(l0) - 2 * margin(mu_s, tan_alpha) / 3
+
+
+# --- the solid, in the chain's units: L = N l0, g rho L/Y = N/l0 ----------------------------------
+
+
+@law
+def solid_velocity(
+    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, amplitude: Number
+) -> Number:
+    """Return ``N l0 (tan(alpha)/mu_d) (A - N m/(2 l0))``, Eq. (vitessecontinue); mu_d > 0."""
+    require(mu_d > 0, "mu_d must be positive")
+    return n * (tan_alpha / mu_d) * (l0 * amplitude - n * margin(mu_d, tan_alpha) / 2)

@@ -1,86 +1,82 @@
-"""Theorems beyond the paper: amplitudes of dilation cycles between the fates of a chain."""
+"""Theorems beyond the paper: amplitudes of dilation cycles between the fates of a chain.
+
+Derivation: ``derivations/shakedown.py``. Amplitudes are dimensionless, slopes of either sign.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
+from collections.abc import Sequence
 
-from exactcreep.laws.forms import Form, law_values
-from exactcreep.laws.operands import (
+from exactcreep.laws.arithmetic import (
     Number,
     coerced,
     cosine,
     elementwise,
     positive_part,
     rational,
+    require,
 )
+from exactcreep.laws.paper import law, law_values
 from exactcreep.model.chain import Chain
 
 
 def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Number]) -> Number:
     """Return the largest amplitude at which some state of a chain stays at rest through cycles.
 
+    At this amplitude itself such a state exists.
+
     Parameters
     ----------
     l0, tan_alpha : number
-        Natural length, slope (either sign).
     coefficients : sequence of number
         Effective static coefficients of sliders 1..N, N >= 2, kept since no slider slips.
 
     Returns
     -------
     number
-        ``min(w_1, w_N, (w_1 + ... + w_N - N |s|)/2)/l0`` with ``w_n = coefficients[n - 1] c``;
-        dimensionless.
+        ``min(w_1, w_N, (w_1 + ... + w_N - N |s|)/2)/l0`` with ``w_n = coefficients[n - 1] c``.
 
     Raises
     ------
     ValueError
         If there are fewer than two sliders, or no state is at rest even without cycles.
-
-    Notes
-    -----
-    Guarantee: exact; at this amplitude itself such a state exists.
-    Derivation: ``derivations/shakedown.py``, at rest.
     """
-    if len(coefficients) < 2:
-        raise ValueError("coefficients must be those of two sliders or more: one has no spring")
-    p = coerced(
-        {"l0": l0, "tan_alpha": tan_alpha} | {str(k): mu for k, mu in enumerate(coefficients)}
-    )
-    length, slope, *held = p.values()
+    require(len(coefficients) >= 2, "coefficients must be those of two sliders or more")
+    named = {str(k): mu for k, mu in enumerate(coefficients)}
+    length, slope, *held = coerced({"l0": l0, "tan_alpha": tan_alpha} | named).values()
+    require(length > 0, "l0 must be positive")
     sum_bound = (sum(held) - len(held) * abs(slope)) / 2
-    if sum_bound < 0:
-        raise ValueError(f"no state is at rest at tan_alpha = {tan_alpha}: friction is too small")
+    too_small = f"no state is at rest at tan_alpha = {tan_alpha}: friction is too small"
+    require(sum_bound >= 0, too_small)
     return min(held[0], held[-1], sum_bound) * cosine(slope) / length
 
 
-def _several(n: Number) -> int:
-    count = int(n)
-    if count != n or count < 2:
-        raise ValueError(f"n must be a whole number from 2 on, not {n}")
-    return count
-
-
+@law
 @elementwise
-def _at_rest(n: Number, l0: Number, mu_s: Number, tan_alpha: Number) -> Number:
-    return at_rest_amplitude(l0, tan_alpha, [mu_s] * _several(n))
+def no_lasting_creep_amplitude(*, n: Number, l0: Number, mu_d: Number, tan_alpha: Number) -> Number:
+    """Return ``min(mu_d c, N (mu_d c - |s|)/2)/l0``, not below 0, for n >= 2.
+
+    Below it no state creeps for ever, whatever the static coefficients >= mu_d of its contacts.
+    """
+    least = min(mu_d, _several(n) * (mu_d - abs(tan_alpha)) / 2)
+    return positive_part(least * cosine(tan_alpha) / l0)
 
 
+@law
 @elementwise
-def _no_lasting_creep(n: Number, l0: Number, mu_d: Number, tan_alpha: Number) -> Number:
-    margin = _several(n) * (mu_d - abs(tan_alpha)) / 2
-    return positive_part(min(mu_d, margin) * cosine(tan_alpha) / l0)
+def locked_ends_amplitude(
+    *, n: Number, l0: Number, mu_d: Number, mu_s: Number, tan_alpha: Number
+) -> Number:
+    """Return ``min(N (mu_s c - |s|)/2, mu_s c + D floor(mu_s/(mu_s - mu_d)))/l0`` for n >= 2.
 
-
-@elementwise
-def _locked_ends(n: Number, l0: Number, mu_d: Number, mu_s: Number, tan_alpha: Number) -> Number:
+    Up to it, and at it, there are locked cycles in which only sliders 1 and n slip; above it there
+    are none (sigma_mu = 0). 0: none at any amplitude; infinite: at every amplitude from mu_s c/l0
+    on, n = 3. Other locked cycles may exist above it. ValueError if mu_s < mu_d.
+    """
     count = _several(n)
     slope, friction, static = abs(rational(tan_alpha)), rational(mu_d), rational(mu_s)
-    if static < friction:
-        raise ValueError(f"mu_s must not be below mu_d, not {mu_s} below {mu_d}")
+    require(static >= friction, f"mu_s must not be below mu_d, not {mu_s} below {mu_d}")
     if count == 3 and 3 * slope <= static:
         return math.inf
     if count <= 3 or count * (static - slope) <= 2 * static:
@@ -90,76 +86,26 @@ def _locked_ends(n: Number, l0: Number, mu_d: Number, mu_s: Number, tan_alpha: N
     return min(n * (mu_s - abs(tan_alpha)) / 2, turning) * cosine(tan_alpha) / l0
 
 
-@dataclass(frozen=True)
-class Theorem:
-    """An amplitude of dilation cycles between fates of a chain; a theorem beyond the paper.
-
-    Attributes
-    ----------
-    label : str
-    statement : str
-        What holds below, above or at the amplitude, and for which chains.
-    derivation : str
-        File and part in ``derivations/``.
-    form : Form
-        The amplitude, dimensionless.
-    """
-
-    label: str
-    statement: str
-    derivation: str
-    form: Form
-
-
-_ALL = (
-    Theorem(
-        "at_rest",
-        "Up to this amplitude, and at it, some state stays at rest through all cycles; "
-        "above it none does (sigma_mu = 0, n >= 2)",
-        "derivations/shakedown.py, at rest",
-        Form("min(mu_s c, N (mu_s c - |s|)/2)/l0", _at_rest, {"sigma_mu": 0}),
-    ),
-    Theorem(
-        "no_lasting_creep",
-        "Below this amplitude no state creeps for ever, whatever the static coefficients "
-        ">= mu_d of its contacts (any sigma_mu, n >= 2)",
-        "derivations/shakedown.py, no lasting creep",
-        Form("min(mu_d c, N (mu_d c - |s|)/2)/l0, not below 0", _no_lasting_creep),
-    ),
-    Theorem(
-        "locked_ends",
-        "Up to this amplitude, and at it, there are locked cycles in which only sliders 1 "
-        "and n slip; above it there are none (sigma_mu = 0; 0: none at any amplitude, "
-        "infinite: at every amplitude from mu_s c/l0 on, n = 3). Other locked cycles may "
-        "exist above it",
-        "derivations/shakedown.py, ends",
-        Form(
-            "min(N (mu_s c - |s|)/2, mu_s c + D floor(mu_s/(mu_s - mu_d)))/l0",
-            _locked_ends,
-            {"sigma_mu": 0},
-        ),
-    ),
-)
-EDGES: Mapping[str, Theorem] = MappingProxyType({edge.label: edge for edge in _ALL})
-"""Theorems on the fate of a chain under cycles, by label."""
+def _several(n: Number) -> int:
+    count = int(n)
+    require(count == n and count >= 2, f"n must be a whole number from 2 on, not {n}")
+    return count
 
 
 def edges(chain: Chain) -> dict[str, float]:
-    """Return the amplitudes of `EDGES` of a chain, by label, without those that do not hold for it.
+    """Return the amplitudes between the fates of a chain, by the names of the theorems.
 
-    Parameters
-    ----------
-    chain : Chain
-
-    Returns
-    -------
-    dict of str to float
-        Dimensionless amplitudes; under disorder `no_lasting_creep` alone, nothing for n = 1.
+    ``at_rest`` and ``locked_ends`` hold without disorder alone, the first only where some state is
+    at rest; one slider has none.
     """
-    found = {}
-    for label, edge in EDGES.items():
-        try:
-            (found[label],) = law_values(edge.form, chain.parameters())
-        except ValueError:
-            continue
+    if chain.n < 2:
+        return {}
+    given, found = chain.parameters(), {}
+    clean = chain.sigma_mu == 0
+    if clean and abs(chain.tan_alpha) <= chain.mu_s:
+        at_rest = at_rest_amplitude(chain.l0, chain.tan_alpha, [chain.mu_s] * chain.n)
+        found["at_rest"] = float(at_rest)
+    (found["no_lasting_creep"],) = law_values(no_lasting_creep_amplitude, given)
+    if clean:
+        (found["locked_ends"],) = law_values(locked_ends_amplitude, given)
     return found

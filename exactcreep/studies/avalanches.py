@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from exactcreep.laws import critical_amplitude
+from exactcreep.laws import law_values, threshold_amplitude
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.creep import run_members
 from exactcreep.quasistatic.result import Creep
@@ -207,7 +207,7 @@ def study(
     for j, n in enumerate(sizes):
         for k, ratio in enumerate(ratios):
             scene = load_scene(SCENE).with_settings({"chain.n": n, "drive.cycles": cycles[j]})
-            star = critical_amplitude(scene.experiment().chain.parameters())
+            (star,) = law_values(threshold_amplitude, scene.experiment().chain.parameters())
             (run,) = run_members([scene.experiment({"drive.amplitude": ratio * star})])
             found[k, j] = avalanches_of(run)
             say(len(found), len(sizes) * len(ratios), "runs")

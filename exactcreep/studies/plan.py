@@ -145,7 +145,7 @@ class Plan(Shown):
     law : tuple of float
         The mean velocity by the theorem that decides, or of the paper's law; empty: none.
     theorems : mapping of str to float
-        Amplitudes of cycles between the fates of the chain, see `exactcreep.laws.EDGES`.
+        Amplitudes of cycles between the fates of the chain, see `exactcreep.laws.edges`.
     events : float
         Expected of the whole run, from its first ten half-cycles; nan: not known.
     seconds : float

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from exactcreep.cli import status
 from exactcreep.figures import sweep as grids
-from exactcreep.laws import LAWS
+from exactcreep.laws import sliding_velocity, sliding_velocity_random
 from exactcreep.model.numbers import InputError
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
@@ -36,8 +36,6 @@ def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit(
     (axes,) = drawn[0].axes
     assert axes.get_xlabel() == r"$\tan\alpha$"
     assert drawn[0].get_suptitle() == "two sliders"
-    law = LAWS["vitesse_seuil"].exact
-    assert law is not None
     for number, amplitude in enumerate((0.005, 0.01)):
         points = axes.containers[number]
         x, y = points.lines[0].get_data(orig=False)
@@ -49,7 +47,8 @@ def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit(
             one for one in axes.lines
             if one.get_color() == points.lines[0].get_color() and one.get_linestyle() == "--"
         ]  # fmt: skip
-        expected = [float(law(n=2, l0=1000, mu_d=0.5, tan_alpha=t, amplitude=amplitude)) for t in x]
+        given = {"n": 2, "l0": 1000, "mu_d": 0.5, "amplitude": amplitude}
+        expected = [float(sliding_velocity(**given, tan_alpha=t)) for t in x]
         np.testing.assert_allclose(line.get_ydata(orig=False), expected, rtol=1e-12, atol=0)
 
 
@@ -60,10 +59,8 @@ def test_the_line_of_random_dilations_is_their_own_law(drawn: list[Figure]) -> N
     grids.draw_sweep(sweep(scene, workers=1), "unused.png")
     (line,) = [one for one in drawn[0].axes[0].lines if len(one.get_xdata()) == 2
                and one.get_linestyle() == "--"]  # fmt: skip
-    law = LAWS["vitesse_seuil_random"].exact
-    assert law is not None
-    expected = [float(law(n=2, l0=1000, mu_d=0.5, tan_alpha=t, sigma_theta=0.01))
-                for t in (0.1, 0.2)]  # fmt: skip
+    given = {"n": 2, "l0": 1000, "mu_d": 0.5, "sigma_theta": 0.01}
+    expected = [float(sliding_velocity_random(**given, tan_alpha=t)) for t in (0.1, 0.2)]
     np.testing.assert_allclose(line.get_ydata(orig=False), expected, rtol=1e-12, atol=0)
 
 
@@ -116,14 +113,12 @@ def test_two_quantities_of_many_values_make_a_map_with_contours_of_the_law(
     np.testing.assert_array_equal(shown, velocity)
     assert bar.get_ylabel() == grids.VELOCITY
     # along a contour the law has the contour's value
-    law = LAWS["vitesse_seuil"].exact
-    assert law is not None
-    given = {"n": 2, "l0": 1000.0, "mu_d": 0.5, "mu_s": 0.6, "sigma_mu": 0.0}
+    given = {"n": 2, "l0": 1000.0, "mu_d": 0.5}
     checked = 0
     for level, path in zip(lines.levels, lines.get_paths(), strict=True):
         for slope, size in path.vertices[5:-5:9]:
             if 0.01 < slope < 0.39:
-                at = float(law(**given, tan_alpha=slope, amplitude=size))
+                at = float(sliding_velocity(**given, tan_alpha=slope, amplitude=size))
                 assert at == pytest.approx(level, abs=0.02 * np.nanmax(velocity))
                 checked += 1
     assert checked > 5

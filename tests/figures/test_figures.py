@@ -29,7 +29,7 @@ from exactcreep.figures.tables import (
     to_csv,
     with_control,
 )
-from exactcreep.laws import LAWS
+from exactcreep.laws import threshold_amplitude
 from exactcreep.model.numbers import exact_number
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
@@ -111,7 +111,7 @@ def test_the_random_dilations_of_the_size_figure_match_its_cycles() -> None:
 
 def test_the_amplitudes_of_jumps_lie_one_percent_from_the_law() -> None:
     amplitudes = load_scene("chain-jumps").vary["drive.amplitude"]
-    star = LAWS["seuil"].printed(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(1, 4))
+    star = threshold_amplitude(n=30, l0=1000, mu_d=Fraction(1, 2), tan_alpha=Fraction(1, 4))
     assert [round(float(a) / float(star), 12) for a in amplitudes] == [0.99, 1.01]
 
 

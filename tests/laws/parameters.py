@@ -10,7 +10,6 @@ from typing import Any
 from mpmath.ctx_mp import MPContext
 
 from exactcreep import laws
-from exactcreep.model.chain import Chain
 
 F = Fraction
 SLOPES = (F(3, 4), F(5, 12), F(8, 15), F(7, 24), F(20, 21), F(9, 40))
@@ -41,7 +40,6 @@ def random_parameters(random: Random) -> dict[str, Fraction | int]:
         "tan_alpha": tan,
         "amplitude": F(random.randint(1, 10**4), 10**6),
         "sigma_theta": F(random.randint(1, 10**4), 10**6),
-        "kappa": F(random.randint(1, 99), 10**7),
     }
 
 
@@ -52,10 +50,6 @@ def in_context(p: Mapping[str, Fraction | int]) -> dict[str, Any]:
     }
 
 
-def agree(one: Any, other: Any, digits: int = 50) -> bool:
-    scale = max(abs(one), abs(other), CONTEXT.mpf(10) ** -30)
-    return bool(abs(one - other) <= scale * CONTEXT.mpf(10) ** -digits)
-
-
-def chain_of(n: int, tan_alpha: Any, mu_s: Any = "0.6") -> Chain:
-    return Chain(n, 1000, "0.5", mu_s, tan_alpha=tan_alpha)
+def agree(value: Any, other: Any, digits: int = 50) -> bool:
+    scale = max(abs(value), abs(other), CONTEXT.mpf(10) ** -30)
+    return bool(abs(value - other) <= scale * CONTEXT.mpf(10) ** -digits)

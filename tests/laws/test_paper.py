@@ -1,33 +1,35 @@
-"""The laws of the paper against its own text, the derivations, and exact rational chains."""
+"""The laws of the paper against the ledger's LaTeX, rational chains, and what they refuse."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
-from pathlib import Path
+from functools import partial
+from inspect import signature
 from random import Random
 from typing import Any
 
+import mpmath
+import numpy as np
 import pytest
 import sympy as sp
 
 from derivations.chain import NotUnique, RationalChain
+from derivations.entry import LEDGER
 from derivations.ledger import entries
 from derivations.notation import read, symbol
 from exactcreep import laws
-from exactcreep.laws import LAWS
-from tests.laws.parameters import (
-    CONTEXT,
-    SLOPES,
-    F,
-    agree,
-    in_context,
-    random_parameters,
-)
+from exactcreep.laws import creep_velocity, pivots, sliding_velocity, threshold_amplitude
+from tests.laws.parameters import CONTEXT, SLOPES, F, agree, context, in_context, random_parameters
 
-ROOT = Path(__file__).parents[2]
 BY_NAME = {entry.name: entry for entry in entries()}
+CODE = {name: said["law"] for name, said in LEDGER.items() if "law" in said}
+"""The names in the code of the forms of each law."""
+LAWS = sorted({name for form in CODE.values() for name in form.values() if "(" not in name})
+CORRECTED = {label for label, form in CODE.items() if "corrected" in form}
+SEUIL = {"n": 3, "l0": 1, "mu_d": 0.5, "tan_alpha": 0.1}
+TIE = {"n": 4, "l0": 1, "mu_d": F(1, 2), "tan_alpha": F(1, 4), "amplitude": 3}
 
 
 def value_of(expression: Any, p: Mapping[str, Fraction | int]) -> Any:
@@ -36,7 +38,7 @@ def value_of(expression: Any, p: Mapping[str, Fraction | int]) -> Any:
     cosine = 1 / sp.sqrt(1 + tan**2)
     names = {
         "n": "N", "i": "i", "l0": "l_0", "mu_d": "mu_d", "mu_s": "mu_s", "sigma_mu": "sigma_mu",
-        "amplitude": "A_theta", "sigma_theta": "sigma_theta", "kappa": "kappa",
+        "amplitude": "A_theta", "sigma_theta": "sigma_theta",
     }  # fmt: skip
     values = {
         symbol(name): sp.Rational(p[key].numerator, p[key].denominator)
@@ -54,8 +56,9 @@ def value_of(expression: Any, p: Mapping[str, Fraction | int]) -> Any:
     return CONTEXT.mpf(str(number))
 
 
-def stated(text: str) -> Any:
+def stated(text: str | None) -> Any:
     """Return the right-hand side of a formula of the ledger, for the quantity it is about."""
+    assert text is not None
     formula = read(text).bound({})
     force = sp.Function("f")(symbol("i") - 1, symbol("i"))
     if formula.left.has(force):
@@ -64,52 +67,49 @@ def stated(text: str) -> Any:
     return formula.right.subs(symbol("A_theta_star"), seuil)
 
 
-@pytest.mark.parametrize("label", LAWS)
-def test_a_printed_law_is_what_the_paper_prints(label: str) -> None:
-    formula = BY_NAME[label].formula
-    assert formula is not None
-    right, random = stated(formula), Random(label)
-    for _ in range(12):
-        p = random_parameters(random)
-        two = "_th_2_" in label
-        given = in_context(p | ({"n": 2, "i": 2} if two else {}))
-        expected = value_of(right, p | ({"n": 2, "i": 2} if two else {}))
-        assert agree(LAWS[label].printed(**given), expected), (label, p)
+def coded(label: str, form: str, p: Mapping[str, Fraction | int]) -> Any:
+    """Return what the function gives that the ledger names, with 60 digits."""
+    name, _, replaced = CODE[label][form].partition("(")
+    law, given = getattr(laws, name), in_context(p)
+    if replaced:
+        assert replaced == "mu_d=mu_s)"
+        given["mu_d"] = given["mu_s"]
+    return law(**{key: given[key] for key in signature(law).parameters if key in given})
 
 
-@pytest.mark.parametrize("label", [label for label in LAWS if LAWS[label].corrected is not None])
+def cases(label: str) -> list[dict[str, Fraction | int]]:
+    """Return twelve random chains, of two sliders where the law is theirs."""
+    random, two = Random(label), {"n": 2, "i": 2} if "_th_2_" in label else {}
+    return [random_parameters(random) | two for _ in range(12)]
+
+
+@pytest.mark.parametrize("label", CODE)
+def test_a_law_is_what_the_paper_prints(label: str) -> None:
+    right = stated(BY_NAME[label].formula)
+    for p in cases(label):
+        assert agree(coded(label, "printed", p), value_of(right, p)), p
+
+
+@pytest.mark.parametrize("label", [*CORRECTED, "vitesse_seuil"])
 def test_a_corrected_law_is_what_the_derivations_prove(label: str) -> None:
-    entry, form = BY_NAME[label], LAWS[label].corrected
-    assert form is not None
-    text = entry.corrected_formula or (entry.formula if entry.verdict == "exact" else None)
-    if label == "delta_T_star":
-        text = BY_NAME["seuil"].corrected_formula  # divided by kappa
-    assert text is not None
-    right, random = stated(text), Random(label)
-    tested = 0
-    while tested < 12:
-        p = random_parameters(random)
-        if "_th_2_" in label:
-            p |= {"n": 2, "i": 2}
+    # Eq. (vitesse_seuil) is right as printed where it is positive
+    entry, form = BY_NAME[label], "corrected" if label in CORRECTED else "exact"
+    right, positive = stated(entry.corrected_formula or entry.formula), 0
+    for p in cases(label):
         expected = value_of(right, p)
-        if label == "delta_T_star":
-            expected /= in_context(p)["kappa"]
-        if (expected < 0 and "cycle" in label) or label == "vitesse_seuil":
+        positive += expected > 0
+        if CODE[label][form] == "sliding_velocity":
             expected = max(expected, CONTEXT.mpf(0))
-        tested += expected > 0 or tested > 8
-        assert agree(form(**in_context(p)), expected), (label, p)
+        assert agree(coded(label, form, p), expected), p
+    assert positive > 1
 
 
-def test_laws_carry_the_verdict_of_the_ledger_and_name_their_derivation() -> None:
-    for label, law in LAWS.items():
-        assert law.label == label
-        assert law.verdict == BY_NAME[label].verdict, label
-        file = law.derivation.split(",")[0]
-        assert (ROOT / file).is_file(), law.derivation
-        assert file == f"derivations/{BY_NAME[label].how.split(':')[0].split(';')[0]}.py", label
-        assert law.latex
-        assert law.units
-        assert law.place
+@pytest.mark.parametrize("label", ["alpha_c_minus", "alpha_c_plus"])
+def test_the_ends_of_the_plateau_of_two_sliders_are_those_of_the_paper(label: str) -> None:
+    right = stated(BY_NAME[label].formula)
+    for p in cases(label):
+        ends = laws.plateau_ends(mu_d=p["mu_d"], sigma_mu=p["sigma_mu"])
+        assert ends[label == "alpha_c_plus"] == pytest.approx(float(value_of(right, p)), rel=1e-14)
 
 
 def test_every_evaluable_labelled_equation_is_a_law() -> None:
@@ -117,35 +117,19 @@ def test_every_evaluable_labelled_equation_is_a_law() -> None:
         "spring_force", "static_friction", "dynamical_friction", "dynamic_eq1", "dynamic_eq",
         "dynamic_eqN", "static_eq1", "static_eq", "static_eqN", "dist_mud", "dist_theta",
     }  # fmt: skip
-    labels = {entry.label for entry in entries()} - {None}
-    assert labels - not_numbers <= set(LAWS)
-
-
-@pytest.mark.parametrize("label", ["velocity_th_2_cycle", "velocity_th_2_cycle_corrected"])
-def test_a_two_slider_law_refuses_other_chains(label: str) -> None:
-    p = {"l0": 1000, "mu_d": 0.5, "mu_s": 0.6, "tan_alpha": 0.25, "amplitude": 0.01}
-    exact = LAWS[label].exact
-    assert exact is not None
-    assert exact(**p) == exact(**p, n=2, sigma_mu=0)
-    for form in (LAWS[label].printed, LAWS[label].corrected, exact):
-        assert form is not None
-        with pytest.raises(ValueError, match="n must be 2"):
-            form(**p, n=3)
-    with pytest.raises(ValueError, match="sigma_mu"):
-        exact(**p, sigma_mu=0.01)
-    with pytest.raises(ValueError, match="tan_alpha"):
-        exact(**(p | {"tan_alpha": 0.5}))
+    assert {entry.label for entry in entries()} - {None} - not_numbers <= set(CODE)
 
 
 def test_the_sliding_law_is_the_exact_rational_chain() -> None:
-    random, cases, resting = Random(31), 0, 0
-    form = LAWS["vitesse_seuil"].exact
-    assert form is not None
+    random, found_cases, resting = Random(31), 0, 0
     for n in range(2, 13):
         for tan in SLOPES[:4]:
             mu_d = tan * F(random.randint(21, 80), 20)
             cosine = laws.cosine(tan)
             reach = n * (mu_d - tan) * F(random.randint(10, 90), 60)
+            law = partial(
+                sliding_velocity, n=n, l0=1, mu_d=mu_d, tan_alpha=tan, amplitude=reach * cosine
+            )
             chain = RationalChain(n, tan, mu_d)
             try:
                 chain.ramp(reach)
@@ -154,32 +138,170 @@ def test_the_sliding_law_is_the_exact_rational_chain() -> None:
                     chain.ramp(2 * reach)
             except NotUnique:
                 with pytest.raises(ValueError, match="not unique"):
-                    form(n=n, l0=1, mu_d=mu_d, tan_alpha=tan, amplitude=reach * cosine)
+                    law()
                 continue
             before = list(chain.x)
             chain.ramp(-2 * reach)
             chain.ramp(2 * reach)
-            found = form(n=n, l0=1, mu_d=mu_d, tan_alpha=tan, amplitude=reach * cosine)
-            assert {(b - a) * cosine for a, b in zip(before, chain.x, strict=True)} == {2 * found}
-            cases, resting = cases + 1, resting + (found == 0)
-    assert cases > 40
+            advances = {(b - a) * cosine for a, b in zip(before, chain.x, strict=True)}
+            assert advances == {2 * law()}
+            found_cases, resting = found_cases + 1, resting + (law() == 0)
+    assert found_cases > 40
     assert 5 < resting < 35
 
 
 def test_the_corrected_threshold_exceeds_the_printed_one_by_the_dropped_term() -> None:
-    seuil = LAWS["seuil"]
-    assert seuil.corrected is not None
-    p = {"n": 30, "l0": 1000, "mu_d": F(1, 2), "mu_s": F(3, 5), "tan_alpha": F(1, 4)}
-    printed, corrected = seuil.printed(**p), seuil.corrected(**p)
+    p = {"n": 30, "l0": 1000, "mu_d": F(1, 2), "tan_alpha": F(1, 4)}
+    printed, corrected = threshold_amplitude(**p), laws.onset_amplitude(**p, mu_s=F(3, 5))
     assert corrected / printed == pytest.approx(1 + 4 / 300, rel=1e-15)
     assert math.isclose(0.99 * printed, 0.00360165403178954466, rel_tol=1e-15)
     assert 1.01 * printed < corrected
 
 
-def test_the_exact_random_law_is_positive_where_the_printed_one_is_negative() -> None:
-    law = LAWS["vitesse_seuil_random"]
-    assert law.exact is not None
-    p = {"n": 30, "l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25, "sigma_theta": 0.002}
-    assert law.printed(**p) < 0 < law.exact(**p)
-    big = p | {"sigma_theta": 10.0}
-    assert law.exact(**big) == pytest.approx(law.printed(**big), rel=1e-6)
+# --- the pivot ------------------------------------------------------------------------------------
+
+
+def test_the_pivot_is_where_the_sliding_chain_pivots() -> None:
+    random = Random(77)
+    for n in range(2, 20):
+        for _ in range(6):
+            mu_d = F(random.randint(1, 40), 20)
+            tan = mu_d * F(random.randint(-59, 59), 60)
+            chain = RationalChain(n, tan, mu_d)
+            try:
+                chain.ramp(4 * n * mu_d)
+            except NotUnique:
+                low, high = pivots(n, tan, mu_d)
+                assert high == low + 1
+                continue
+            assert pivots(n, tan, mu_d) == (chain.pivot + 1,)
+
+
+@pytest.mark.parametrize(
+    ("n", "tan", "mu_d", "expected"),
+    [
+        (4, F(1, 4), F(1, 2), (2, 3)),
+        (4, 0.25, 0.5, (2, 3)),
+        (4, F(1, 4) + F(1, 10**50), F(1, 2), (2,)),
+        (4, F(1, 4) - F(1, 10**50), F(1, 2), (3,)),
+        (4, 0.3, 0.6, (2, 3)),
+        (3, F(1, 10), F(3, 10), (2, 3)),
+        (3, 0.1, 0.3, (2,)),  # a tenth in floats is not a tenth: the binary values decide
+    ],
+)
+def test_ties_of_the_pivot_are_decided_exactly(n: int, tan: Any, mu_d: Any, expected: Any) -> None:
+    assert pivots(n, tan, mu_d) == expected
+
+
+def test_a_tie_is_decided_before_rounding_and_a_plateau_that_is_named_counts() -> None:
+    named = [laws.plateau_velocity(**TIE, i=i) for i in pivots(4, F(1, 4), F(1, 2))]
+    assert named == [9, 3]
+    with pytest.raises(ValueError, match="i = 2 or i = 3"):
+        creep_velocity(**TIE | {"n": 3, "mu_d": F(3, 10), "tan_alpha": F(1, 10), "amplitude": 3.0})
+    slopes = np.linspace(0.01, 0.49, 25)
+    found = laws.plateau_velocity(n=6, l0=1, mu_d=0.5, tan_alpha=slopes, amplitude=1)
+    assert found.tolist() == [9 - 2 * laws.pivot(6, tan, 0.5) for tan in slopes.tolist()]
+
+
+def test_pivot_windows_overlap_by_the_derived_width() -> None:
+    mu_d, mu_s = F(1, 2), F(3, 5)
+    for n in range(2, 13):
+        for i in range(2, n + 1):
+            upper, lower = (laws.pivot_window(n, k, mu_d, mu_s) for k in (i, i + 1))
+            assert lower.upper - upper.lower == 2 * (mu_s - mu_d) / n
+            assert lower.upper == upper.lower_alone
+            assert lower.upper == laws.critical_angle(n=n, i=i, mu_d=mu_d, mu_s=mu_s)
+
+
+# --- arithmetic, and what is refused --------------------------------------------------------------
+
+
+def test_rationals_stay_rational_on_slopes_with_a_rational_cosine() -> None:
+    chain = {"n": 30, "l0": 1000, "mu_d": F(1, 2), "tan_alpha": F(7, 24)}
+    velocity = creep_velocity(**chain, amplitude=F(1, 100))
+    assert isinstance(velocity, Fraction)
+    assert velocity == (30 + 3 - 2 * laws.pivot(30, F(7, 24), F(1, 2))) * (10 - 3)
+
+
+@pytest.mark.parametrize("digits", [20, 50, 90])
+def test_precision_comes_from_the_operands_alone(digits: int) -> None:
+    ctx, before = context(digits), (mpmath.mp.prec, mpmath.mp.dps)
+    found = threshold_amplitude(n=30, l0=1000, mu_d=ctx.mpf("0.5"), tan_alpha=ctx.mpf("0.25"))
+    assert found.context is ctx
+    wide = context(digits + 20)
+    expected = wide.mpf(30) / 2000 / 4 / wide.sqrt(wide.mpf(17) / 16)
+    assert abs(wide.mpf(found._mpf_) - expected) < expected * wide.mpf(10) ** (2 - digits)
+    value = laws.gaussian_integral(ctx.mpf("0.25"))
+    assert value.context is ctx
+    error = abs(wide.mpf(value._mpf_) - laws.gaussian_integral(wide.mpf("0.25")))
+    assert error < wide.mpf(10) ** (1 - digits)
+    assert (mpmath.mp.prec, mpmath.mp.dps) == before
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_arrays_broadcast_to_the_scalar_values(name: str) -> None:
+    law = getattr(laws, name)
+    tans, sizes = np.array([0.07, 0.21, 0.29, 0.43])[:, None], np.array([3.0, 7.0, 30.0])
+    p = {
+        "n": sizes, "i": 2, "l0": 800.0, "mu_d": 0.5, "mu_s": 0.6, "r0": 0.0,
+        "tan_alpha": tans, "amplitude": 0.004, "sigma_theta": 0.003,
+    }  # fmt: skip
+    given = {key: value for key, value in p.items() if key in signature(law).parameters}
+    found = np.broadcast_to(np.asarray(law(**given)), (4, 3))
+    for (row, column), value in np.ndenumerate(found):
+        at = {"n": sizes[column], "tan_alpha": float(tans[row, 0])}
+        scalar = law(**given | {key: at[key] for key in at if key in given})
+        assert value == pytest.approx(scalar, rel=1e-14, abs=1e-300)
+
+
+def test_a_list_of_rationals_is_an_array() -> None:
+    given, slopes = {"n": 3, "l0": 1000, "mu_d": F(1, 2)}, [F(1, 4), F(1, 3)]
+    expected = [float(threshold_amplitude(tan_alpha=slope, **given)) for slope in slopes]
+    both = threshold_amplitude(tan_alpha=slopes, **given)
+    assert both.tolist() == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("value", ["0.5", None, True, 1j, [None], ["a"], np.array(["a"])])
+def test_a_value_that_is_no_number_is_refused_by_name(value: object) -> None:
+    with pytest.raises((TypeError, ValueError), match="mu_d"):
+        threshold_amplitude(**SEUIL | {"mu_d": value})
+
+
+@pytest.mark.parametrize(
+    ("call", "error", "match"),
+    [
+        (partial(threshold_amplitude, **SEUIL, mu=0.5), TypeError, "argument 'mu'"),
+        (partial(threshold_amplitude, n=3, l0=1, tan_alpha=0.1), TypeError, "'mu_d'"),
+        (partial(laws.critical_angle, n=3, mu_d=1, mu_s=1), TypeError, "'i'"),
+        (partial(threshold_amplitude, **SEUIL | {"mu_d": context(20).mpf(1), "l0": [1, 2]}),
+         TypeError, "do not mix"),
+        (partial(threshold_amplitude, **SEUIL | {"n": 0}), ValueError, "n must be positive"),
+        (partial(threshold_amplitude, **SEUIL | {"l0": [1, 0]}), ValueError, "l0 must be positive"),
+        (partial(laws.solid_velocity, **SEUIL | {"mu_d": 0}, amplitude=1), ValueError, "mu_d must"),
+        (partial(creep_velocity, **SEUIL | {"mu_d": 0}, amplitude=1), ValueError, "tan_alpha must"),
+        (partial(creep_velocity, **TIE), ValueError, "i = 2 or i = 3"),
+        (partial(laws.sliding_velocity_random, **SEUIL, sigma_theta=0), ValueError, "sigma_theta"),
+        (partial(laws.pivot_window, 5, 1, F(1, 2), F(3, 5)), ValueError, "i must be between"),
+        (partial(laws.pivot, 3, math.nan, 0.5), ValueError, "finite"),
+        (partial(laws.pivot, 3, math.inf, 0.5), ValueError, "finite"),
+        *((partial(pivots, 5, tan, F(1, 2)), ValueError, "tan_alpha")
+          for tan in (F(1, 2), F(3, 5), F(-1, 2))),
+        (partial(pivots, 5, 0, 0), ValueError, "tan_alpha"),
+        (partial(pivots, 0, F(1, 4), F(1, 2)), ValueError, "n must be"),
+        (partial(laws.staircase_two_sliders, 1000, 0.5, 0.6, 0.5, 0.01), ValueError, "tan_alpha"),
+        *((partial(laws.gaussian_integral, h), ValueError, "h must be finite")
+          for h in (-0.1, math.nan, math.inf)),
+        (partial(laws.at_rest_amplitude, 1000, F(7, 10), [F(3, 5)] * 4), ValueError, "no state is"),
+        (partial(laws.at_rest_amplitude, 1000, F(1, 10), [F(3, 5)]), ValueError, "two sliders or"),
+        (partial(laws.at_rest_amplitude, 0, 0, [1, 1]), ValueError, "l0 must be positive"),
+        (partial(laws.locked_ends_amplitude, n=4, l0=1, mu_d=0.5, mu_s=0.4, tan_alpha=0),
+         ValueError, "mu_s must not be below mu_d"),
+        (partial(laws.no_lasting_creep_amplitude, n=1, l0=1, mu_d=1, tan_alpha=0), ValueError,
+         "n must be a whole number"),
+    ],
+)  # fmt: skip
+def test_what_a_law_does_not_describe_is_refused(
+    call: Callable[[], Any], error: type[Exception], match: str
+) -> None:
+    with pytest.raises(error, match=match):
+        call()

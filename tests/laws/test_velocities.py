@@ -1,108 +1,142 @@
-"""What theory predicts for a chain and a drive."""
+"""The Gaussian integral against quadrature, and what theory predicts for a chain and a drive."""
 
 from __future__ import annotations
 
 from typing import Any
 
 import pytest
+import sympy as sp
 
+from derivations import gaussian
 from exactcreep import laws
-from exactcreep.laws import LAWS, law_values, prediction
+from exactcreep.laws import gaussian_integral, law_values, prediction
+from exactcreep.laws.velocities import Prediction
 from exactcreep.model.chain import Chain
-from exactcreep.model.drive import Cycles, GaussianSteps
+from exactcreep.model.drive import Cycles, Drive, GaussianSteps
 from exactcreep.model.drive import Path as Dilations
 from exactcreep.model.state import State
-from tests.laws.parameters import (
-    F,
-    chain_of,
-    in_context,
-)
+from tests.laws.parameters import CONTEXT, F, agree, in_context
+from tests.paper import captions
+
+ABOUT = {"l0": 1000, "mu_d": F(1, 2), "tan_alpha": F(23, 100)}
+DISORDERED = captions(2, "0.01")
 
 
-@pytest.mark.parametrize("drive", [Cycles("0.004", 100), GaussianSteps("0.003", 100)])
-def test_a_prediction_is_the_law_at_the_pivot_and_turns_with_the_incline(drive: Any) -> None:
-    label = "vitesse_seuil" if drive.cyclic else "vitesse_seuil_random"
+def predicted(chain: Chain, drive: Drive, **options: Any) -> Prediction:
+    found = prediction(chain, drive, **options)
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("h", ["0", "0.001", "0.3", "1.7", "6"])
+def test_the_gaussian_integral_agrees_with_quadrature(h: str) -> None:
+    expected = CONTEXT.mpf(gaussian.integral(CONTEXT.mpf(h), 48)._mpf_)
+    assert agree(gaussian_integral(CONTEXT.mpf(h)), expected, 44)
+    assert gaussian_integral(float(h)) == pytest.approx(float(expected), rel=4e-15)
+
+
+def test_the_gaussian_integral_has_the_derived_series() -> None:
+    proof = gaussian.derive()
+    terms = proof.mean_step, proof.slope, proof.curvature
+    zeroth, first, second = (CONTEXT.mpf(str(sp.N(term, 60))) for term in terms)
+    h = CONTEXT.mpf(10) ** -8
+    assert abs(gaussian_integral(h) - zeroth - first * h - second * h**2) < h**3
+    assert agree(gaussian_integral(CONTEXT.mpf(0)), 1 / CONTEXT.sqrt(CONTEXT.pi), 58)
+
+
+def test_the_exact_random_law_is_positive_where_the_printed_one_is_negative() -> None:
+    p = {"n": 30, "l0": 1000, "mu_d": 0.5, "tan_alpha": 0.25}
+    printed, exact = laws.creep_velocity_random, laws.sliding_velocity_random
+    assert printed(**p, sigma_theta=0.002) < 0 < exact(**p, sigma_theta=0.002)
+    big = {**p, "sigma_theta": 10.0}
+    assert exact(**big) == pytest.approx(printed(**big), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("drive", "size", "label", "printed", "exact"),
+    [
+        (Cycles("0.004", 100), {"amplitude": F(4, 1000)}, "vitesse_seuil",
+         laws.creep_velocity, laws.sliding_velocity),
+        (GaussianSteps("0.003", 100), {"sigma_theta": F(3, 1000)}, "vitesse_seuil_random",
+         laws.creep_velocity_random, laws.sliding_velocity_random),
+    ],
+)  # fmt: skip
+def test_a_prediction_is_the_law_at_the_pivot_and_turns_with_the_incline(
+    drive: Drive, size: dict[str, F], label: str, printed: Any, exact: Any
+) -> None:
     for n in range(2, 9):
-        chain = chain_of(n, "0.23")
-        size = {"amplitude": F(4, 1000)} if drive.cyclic else {"sigma_theta": F(3, 1000)}
-        described = chain.parameters() | size
-        i = laws.pivot(n, F(23, 100), F(1, 2))
-        found = prediction(chain, drive)
-        assert found is not None
+        chain = captions(n, tan_alpha="0.23")
+        known = ABOUT | size | {"n": n, "i": laws.pivot(n, F(23, 100), F(1, 2))}
+        found, up = predicted(chain, drive), predicted(chain.mirrored(), drive)
         assert found.label == label
-        known = {name: described[name] for name in LAWS[label].printed.required}
-        assert found.printed == (float(LAWS[label].printed(**known, i=i)),)
-        exact = LAWS[label].exact
-        assert exact is not None
-        assert found.sliding == (float(exact(**known, i=i)),)
-        up = prediction(chain.mirrored(), drive)
-        assert up is not None
+        assert found.printed == (float(printed(**known)),)
+        assert found.sliding == (float(exact(**known)),)
         assert up.printed == tuple(-value for value in found.printed)
         assert up.sliding == tuple(-value for value in found.sliding)
 
 
 def test_a_prediction_has_two_values_where_two_pivots_are_possible() -> None:
-    found = prediction(chain_of(4, "1/4"), Cycles("0.01", 1))
-    assert found is not None
+    found = predicted(captions(4), Cycles("0.01", 1))
     low, high = found.sliding
     assert high == 3 * low > 0
     assert len(found.printed) == 2
-    below = prediction(chain_of(4, "1/4"), Cycles("1e-5", 1))
-    assert below is not None
-    assert below.sliding == (0.0,)
+    assert predicted(captions(4), Cycles("1e-5", 1)).sliding == (0.0,)
 
 
 def test_two_relaxed_sliders_are_predicted_by_their_staircase_and_others_by_the_limit() -> None:
-    chain, drive = chain_of(2, "0.25"), Cycles("0.004", 1)
-    found = prediction(chain, drive)
-    assert found is not None
+    chain, drive = captions(2), Cycles("0.004", 1)
+    found = predicted(chain, drive)
     exact = laws.staircase_two_sliders(1000, F(1, 2), F(3, 5), F(1, 4), F(4, 1000))
     assert found.values == (found.staircase,) == (float(exact),)
     assert found.values != found.sliding
     for other, start in (
         (chain, State.prepared(chain, ["0.01"])),
-        (Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25"), None),
-        (chain_of(3, "0.24"), None),
+        (DISORDERED, None),
+        (captions(3, tan_alpha="0.24"), None),
     ):
-        limit = prediction(other, drive, start)
-        assert limit is not None
+        limit = predicted(other, drive, start=start)
         assert limit.staircase is None
         assert limit.values == limit.sliding
 
 
-def test_theory_says_rest_for_one_slider_and_without_dilations() -> None:
-    for chain, drive in (
-        (chain_of(1, "0.5"), Cycles("0.01", 1)),
-        (chain_of(1, "0.25"), GaussianSteps("0.01", 1)),
-        (chain_of(5, "0.25"), Cycles(0, 1)),
-        (chain_of(5, "0.25"), GaussianSteps(0, 1)),
-    ):
-        found = prediction(chain, drive)
-        assert found is not None
-        assert (found.printed, found.values) == ((), (0.0,))
+@pytest.mark.parametrize(
+    ("chain", "drive"),
+    [
+        (captions(1, tan_alpha="0.5"), Cycles("0.01", 1)),
+        (captions(1), GaussianSteps("0.01", 1)),
+        (captions(5), Cycles(0, 1)),
+        (captions(5), GaussianSteps(0, 1)),
+    ],
+)
+def test_theory_says_rest_for_one_slider_and_without_dilations(chain: Chain, drive: Drive) -> None:
+    found = predicted(chain, drive)
+    assert (found.printed, found.values) == ((), (0.0,))
 
 
 def test_theory_is_silent_on_a_path_and_where_the_chain_may_run_away() -> None:
-    assert prediction(chain_of(3, "0.25"), Dilations(["0.01", "0"])) is None
+    assert prediction(captions(3), Dilations(["0.01", "0"])) is None
     for slope in ("0.5", "0.55", "-0.5"):
-        assert prediction(chain_of(3, slope), Cycles("0.01", 1)) is None
-        assert law_values(LAWS["vitesse_seuil"].exact, chain_of(3, slope).parameters()) == ()
-    assert law_values(LAWS["vitesse"].corrected, {}) == ()
+        chain = captions(3, tan_alpha=slope)
+        assert prediction(chain, Cycles("0.01", 1)) is None
+        assert law_values(laws.sliding_velocity, chain.parameters() | {"amplitude": F(1)}) == ()
+
+
+def test_a_plateau_that_is_named_counts_instead_of_the_pivot() -> None:
+    given = ABOUT | {"n": F(6), "tan_alpha": F(1, 5), "amplitude": F(1, 100), "mu_s": F(1)}
+    values = [law_values(laws.plateau_velocity, given | {"i": i}) for i in (F(2), F(3))]
+    assert values == [(50.0,), (30.0,)]
+    assert law_values(laws.plateau_velocity, given) == (30.0,)
 
 
 def test_more_bits_give_the_float_nearest_to_the_law() -> None:
     # a hair above the threshold, where the difference of two floats loses digits
-    slope, hair = F(23, 100), F(1, 10**9)
-    chain = chain_of(3, slope)
-    star = 3 * (F(1, 2) - slope) * F(chain.cos_alpha) / 2000
-    drive = Cycles(star * (1 + hair), 1)
-    found, plain = prediction(chain, drive, bits=300), prediction(chain, drive)
-    assert found is not None
-    assert plain is not None
-    described = chain.parameters() | {"amplitude": drive.amplitude}
-    exact = LAWS["vitesse_seuil"].exact
-    assert exact is not None
-    precise = float(exact(**in_context({k: v for k, v in described.items() if k != "n"}), n=3))
+    chain = captions(3, tan_alpha="0.23")
+    star = 3 * F(27, 100) * F(chain.cos_alpha) / 2000
+    drive = Cycles(star * (1 + F(1, 10**9)), 1)
+    found, plain = predicted(chain, drive, bits=300), predicted(chain, drive)
+    precise = float(
+        laws.sliding_velocity(**in_context(ABOUT | {"amplitude": drive.amplitude}), n=3)
+    )
     assert found.sliding == (precise,)
     assert plain.sliding != found.sliding
     assert plain.sliding == pytest.approx(found.sliding, rel=1e-6, abs=0)

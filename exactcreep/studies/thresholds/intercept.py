@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from exactcreep.display import shows_progress
-from exactcreep.laws import LAWS, law_values
+from exactcreep.laws import law_values, plateau_velocity, threshold_amplitude
 from exactcreep.limits import Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
@@ -162,8 +162,8 @@ def intercept(
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)
     spread = exact_number(size, "size")
     about = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha), "amplitude": 1}
-    (law,) = law_values(LAWS["seuil"].printed, about)
-    slopes = law_values(LAWS["vitesse"].printed, about)
+    (law,) = law_values(threshold_amplitude, about)
+    slopes = law_values(plateau_velocity, about)
     amplitudes = law * np.linspace(low, high, count)
     measured: dict[int, tuple[float, float, float]] = {}
     downhill = math.copysign(1.0, nearest_float(chain.tan_alpha))

@@ -10,7 +10,7 @@ from typing import Any
 
 import xarray as xr
 
-from exactcreep.laws import LAWS, edges
+from exactcreep.laws import edges, onset_amplitude, threshold_amplitude
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import enclosure
 from exactcreep.model.numbers import Shown, nearest_float, plain_data
@@ -27,16 +27,14 @@ def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
     context = digits_of(math.ceil((digits + 10) * BITS_PER_DIGIT)).context
     rationals = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha)}
     numbers = {name: context.mpf(v.numerator) / v.denominator for name, v in rationals.items()}
-    forms = {"law_seuil": LAWS["seuil"].printed, "law_corrected": LAWS["seuil"].corrected}
-    forms["law_two_sliders"] = (
-        LAWS["threshold_th_2_cycle_corrected"].exact if chain.n == 2 else None
-    )
-    found: dict[str, str | None] = dict.fromkeys(forms)
-    for name, form in forms.items():
-        if form is not None:
-            value = form(**{one: numbers[one] for one in form.required})
-            found[name] = enclosure(value).text(digits)
-    return found
+    about = {name: numbers[name] for name in ("n", "l0", "mu_d", "tan_alpha")}
+    held = numbers["mu_s"]
+    values = {
+        "law_seuil": threshold_amplitude(**about),
+        "law_corrected": onset_amplitude(**about, mu_s=held),
+        "law_two_sliders": threshold_amplitude(**about | {"mu_d": held}) if chain.n == 2 else None,
+    }
+    return {name: v if v is None else enclosure(v).text(digits) for name, v in values.items()}
 
 
 def _beside(chain: Chain, compare: str, digits: int = 12) -> dict[str, Any]:

@@ -51,8 +51,7 @@ def test_two_relaxed_sliders_climb_the_staircase_for_two_thousand_rational_chain
     decided = 0
     while decided < 2000:
         chain, amplitude = random_pair(rng)
-        expected = laws.LAWS["velocity_th_2_cycle_corrected"].exact(
-            n=2,
+        expected = laws.staircase_two_sliders(
             l0=chain.l0,
             mu_d=chain.mu_d,
             mu_s=chain.mu_s,

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Evidence, Outcome, State
-from exactcreep.laws import LAWS
+from exactcreep.laws import law_values, threshold_amplitude
 from exactcreep.studies.fates.survival import start_of
 from tests.paper import captions
 from tests.questions import creep, fate, survival
 
 EIGHT = captions(8)
-AMPLITUDE = Fraction("1.225") * Fraction(LAWS["seuil"].printed(**EIGHT.parameters()))
+AMPLITUDE = Fraction("1.225") * Fraction(*law_values(threshold_amplitude, EIGHT.parameters()))
 SIZE = Fraction("1e-3")
 
 

@@ -1,4 +1,4 @@
-"""The arithmetic of the laws, which the numbers given decide: rationals, floats, arrays, mpmath."""
+"""The arithmetic of the laws: int, Fraction, float, array or mpmath in, the same type out."""
 
 from __future__ import annotations
 
@@ -22,12 +22,11 @@ def is_mpf(value: object) -> bool:
 
 def rational(value: Number) -> Fraction:
     """Return the exact value of a finite scalar."""
-    finite = value.context.isfinite if is_mpf(value) else math.isfinite
-    if not isinstance(value, int | Fraction) and not finite(value):
-        raise ValueError(f"{value} is not a finite number")
-    if is_mpf(value):
+    if is_mpf(value) and value.context.isfinite(value):
         numerator, denominator = libmp.to_rational(value._mpf_)
         return Fraction(int(numerator), int(denominator))
+    if not isinstance(value, int | Fraction) and not math.isfinite(value):
+        raise ValueError(f"{value} is not a finite number")
     return Fraction(value)
 
 
@@ -35,13 +34,10 @@ def real(value: Number, name: str) -> Number:
     """Return a real number, or an array of them; raise `TypeError` with its name for others."""
     if isinstance(value, np.ndarray | list | tuple):
         array = np.asarray(value)
-        if array.dtype == object and all(
-            isinstance(entry, int | float | Fraction) for entry in array.ravel()
-        ):
-            return array.astype(np.float64)
-        if array.dtype.kind not in "iuf":
+        rationals = all(isinstance(entry, int | float | Fraction) for entry in array.ravel())
+        if array.dtype.kind not in "iuf" and not (array.dtype == object and rationals):
             raise TypeError(f"{name} must hold real numbers, not {array.dtype}")
-        return array
+        return array.astype(np.float64)
     known = isinstance(value, int | float | Fraction | np.integer | np.floating) or is_mpf(value)
     if isinstance(value, bool) or not known:
         raise TypeError(f"{name} must be a real number or an array of them, not {value!r}")
@@ -49,14 +45,14 @@ def real(value: Number, name: str) -> Number:
 
 
 def coerced(given: Mapping[str, Number]) -> dict[str, Number]:
-    """Return the parameters brought to one arithmetic; rationals stay rational among themselves."""
+    """Return numbers brought to one arithmetic; rationals stay rational among themselves."""
     values = {name: real(value, name) for name, value in given.items()}
     contexts = [value.context for value in values.values() if is_mpf(value)]
     convert: Callable[[Number], Number] = Fraction
     if any(isinstance(value, np.ndarray) for value in values.values()):
         if contexts:
             raise TypeError("arrays and mpmath numbers do not mix: call the law once per number")
-        convert = _as_float64
+        convert = np.float64
     elif contexts:
         convert = contexts[-1].convert
     elif any(isinstance(value, float | np.floating) for value in values.values()):
@@ -64,8 +60,10 @@ def coerced(given: Mapping[str, Number]) -> dict[str, Number]:
     return {name: convert(value) for name, value in values.items()}
 
 
-def _as_float64(value: Number) -> Number:
-    return value.astype(np.float64) if isinstance(value, np.ndarray) else np.float64(value)
+def require(condition: Number, sentence: str) -> None:
+    """Raise `ValueError` unless a condition holds, everywhere if it is an array."""
+    if not np.all(condition):
+        raise ValueError(sentence)
 
 
 def elementwise(function: Callable[..., Number]) -> Callable[..., Number]:
@@ -73,9 +71,9 @@ def elementwise(function: Callable[..., Number]) -> Callable[..., Number]:
     over_arrays = np.vectorize(function, otypes=[np.float64])
 
     @functools.wraps(function)
-    def of_any(*arguments: Number, **named: Number) -> Number:
-        several = any(isinstance(one, np.ndarray) for one in (*arguments, *named.values()))
-        return (over_arrays if several else function)(*arguments, **named)
+    def of_any(*ordered: Number, **named: Number) -> Number:
+        several = any(isinstance(value, np.ndarray) for value in (*ordered, *named.values()))
+        return (over_arrays if several else function)(*ordered, **named)
 
     return of_any
 
@@ -85,8 +83,7 @@ def square_root(value: Number) -> Number:
     if is_mpf(value):
         return value.context.sqrt(value)
     if isinstance(value, Fraction | int):
-        roots = [math.isqrt(part) for part in value.as_integer_ratio()]
-        exact = Fraction(*roots)
+        exact = Fraction(*map(math.isqrt, value.as_integer_ratio()))
         return exact if exact * exact == value else math.sqrt(value)
     root = np.sqrt(value)
     return root if isinstance(value, np.ndarray) else float(root)

@@ -1,0 +1,64 @@
+"""The exact velocity of two sliders without disorder under cycles: a staircase of the amplitude."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from exactcreep.laws.arithmetic import (
+    Number,
+    cosine,
+    elementwise,
+    floor_of_surd,
+    positive_part,
+    rational,
+    require,
+)
+from exactcreep.laws.paper import law, margin
+
+
+@law
+@elementwise
+def staircase_two_sliders(
+    l0: Number, mu_d: Number, mu_s: Number, tan_alpha: Number, amplitude: Number, r0: Number = 0
+) -> Number:
+    """Return tau_th <v_G> of two sliders under dilation cycles, sigma_mu = 0, exactly.
+
+    Parameters
+    ----------
+    l0, mu_d, mu_s, tan_alpha, amplitude : number
+        The chain and the drive, 0 < tan_alpha < mu_d <= mu_s.
+    r0 : number, optional
+        x_2 - x_1 - l0 at theta = 0, in units of g tau_dyn**2 (conserved modulo 2D); 0 is the
+        relaxed chain.
+
+    Returns
+    -------
+    number
+        ``D`` times the number of rho in ``r0 + D + 2D Z`` with ``|rho| < l0 amplitude - m``; for
+        the relaxed chain ``2D max(0, ceil((l0 amplitude - a)/(2D)))``; ``max(0, l0 amplitude - m)``
+        where mu_s = mu_d. The number of slips is decided at the arguments' exact values.
+
+    Raises
+    ------
+    ValueError
+        If not 0 < tan_alpha < mu_d <= mu_s.
+
+    Notes
+    -----
+    Derivation: ``derivations/two_sliders.py``; exact form of Eq. (velocity_th_2_cycle_corrected),
+    whose mean over r0 is ``max(0, l0 amplitude - m)``.
+    """
+    friction, static, slope = rational(mu_d), rational(mu_s), rational(tan_alpha)
+    said = f"not at tan_alpha = {tan_alpha}, mu_d = {mu_d}, mu_s = {mu_s}"
+    known = "two sliders creep by this law for 0 < tan_alpha < mu_d <= mu_s"
+    require(0 < slope < friction <= static, f"{known}, {said}")
+    excess = static - friction
+    if excess == 0:
+        return positive_part(l0 * amplitude - margin(mu_d, tan_alpha))
+    # everything in units of 2D: 1/c = sqrt(1 + tan_alpha**2) is the only surd
+    radicand = 1 + slope * slope
+    reach, offset = rational(l0) * rational(amplitude) / (2 * excess), rational(r0) / (2 * excess)
+    friction_margin = (friction - slope) / (2 * excess)
+    first = floor_of_surd(-reach - offset, radicand, friction_margin - Fraction(1, 2)) + 1
+    last = -floor_of_surd(offset - reach, radicand, friction_margin + Fraction(1, 2)) - 1
+    return max(0, last - first + 1) * ((mu_s - mu_d) * cosine(tan_alpha))

@@ -1,0 +1,75 @@
+"""The staircase of two sliders against relays in rational arithmetic."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from random import Random
+
+from derivations import two_sliders
+from exactcreep import laws
+from exactcreep.laws import staircase_two_sliders
+from tests.laws.parameters import SLOPES, F, context
+
+SLIDING = {"l0": 10, "mu_d": F(1), "mu_s": F(1), "tan_alpha": F(3, 4)}
+
+
+def _case(random: Random) -> dict[str, Fraction]:
+    slope = random.choice(SLOPES)
+    mu_d = slope * F(random.randint(21, 60), 20)
+    return {
+        "l0": F(random.randint(1, 400)),
+        "mu_d": mu_d,
+        "mu_s": mu_d + F(random.randint(1, 40), 50),
+        "tan_alpha": slope,
+        "amplitude": F(random.randint(1, 300), 10_000),
+        "r0": F(random.randint(-40, 40), 41),
+    }
+
+
+def test_the_staircase_is_the_count_of_relays_in_rational_arithmetic() -> None:
+    random, creeping = Random(8), 0
+    for _ in range(500):
+        p = _case(random)
+        cosine = laws.cosine(p["tan_alpha"])
+        reach, r0 = p["l0"] * p["amplitude"] / cosine, p["r0"] / cosine
+        relays = two_sliders.staircase(p["tan_alpha"], p["mu_d"], p["mu_s"], reach, r0)
+        found = staircase_two_sliders(**p)
+        assert found == cosine * relays
+        assert isinstance(found, Fraction | int)
+        creeping += found > 0
+    assert 100 < creeping < 480
+
+
+def test_the_staircase_rests_exactly_at_its_threshold_and_creeps_above() -> None:
+    chain = {"l0": 7, "mu_d": F(1), "mu_s": F(6, 5), "tan_alpha": F(3, 4)}
+    edge = laws.threshold_amplitude(n=2, l0=7, mu_d=F(6, 5), tan_alpha=F(3, 4))
+    assert isinstance(edge, Fraction)
+    assert staircase_two_sliders(**chain, amplitude=edge) == 0
+    above = staircase_two_sliders(**chain, amplitude=edge + F(1, 10**60))
+    assert above == 2 * F(1, 5) * F(4, 5)
+
+
+def test_the_staircase_decides_next_to_an_irrational_threshold() -> None:
+    ctx, scale = context(80), 10**75
+    edge = (ctx.mpf(6) / 10 - ctx.mpf(1) / 4) / ctx.sqrt(ctx.mpf(17) / 16)
+    below = int(ctx.floor(edge * scale))
+    chain = {"l0": 1, "mu_d": F(1, 2), "mu_s": F(3, 5), "tan_alpha": F(1, 4)}
+    assert staircase_two_sliders(**chain, amplitude=F(below, scale)) == 0
+    assert staircase_two_sliders(**chain, amplitude=F(below + 1, scale)) > 0
+
+
+def test_the_mean_of_the_staircase_over_its_phase_is_the_corrected_law() -> None:
+    random, count = Random(12), 400
+    for _ in range(20):
+        p = _case(random)
+        excess = (p["mu_s"] - p["mu_d"]) * laws.cosine(p["tan_alpha"])
+        phases = [excess * (F(2 * k + 1, count) - 1) for k in range(count)]
+        total = sum(staircase_two_sliders(**p | {"r0": phase}) for phase in phases)
+        known = {name: p[name] for name in ("l0", "mu_d", "tan_alpha", "amplitude")}
+        expected = laws.sliding_velocity(n=2, **known)
+        assert abs(total / count - expected) <= 2 * excess / count * 2
+
+
+def test_without_a_static_excess_two_sliders_slide() -> None:
+    assert staircase_two_sliders(**SLIDING, amplitude=F(1, 10)) == 1 - F(1, 5)
+    assert staircase_two_sliders(**SLIDING, amplitude=F(1, 50)) == 0
