@@ -114,19 +114,16 @@ _BLOCK = 16  # contacts of a slider that are drawn together: one draw alone cost
 
 
 class Field(Protocol):
-    """What thresholds ask of an arithmetic."""
+    """What thresholds ask of an arithmetic: see `exactcreep.motion.arithmetic`."""
 
     def number(self, value: Any) -> Any:
         """Return a number of this arithmetic."""
-        ...
 
     def vector(self, values: Iterable[Any]) -> NDArray[Any]:
         """Return numbers of this arithmetic as a vector."""
-        ...
 
     def times_cosine(self, chain: Chain, value: Fraction) -> Any:
         """Return ``value cos(alpha)``; in float64 rounded once."""
-        ...
 
 
 class Contacts:
@@ -205,21 +202,6 @@ class Contacts:
     def _is_constant(self, coefficient: Any) -> bool:
         """Return whether `coefficient` stands for `mu_s`."""
         return self.chain.sigma_mu == 0 and float(coefficient) == self._mean
-
-    def excesses(
-        self, coefficients: NDArray[np.float64], low: NDArray[np.float64] | float = 0.0
-    ) -> NDArray[np.float64]:
-        """Return by how much static friction can exceed dynamical friction, unit ``m g``.
-
-        Of the coefficients as drawn, plus `low`; in float64, and with the roundings of the compiled
-        solver, whose thresholds are ``chain.friction`` plus these.
-        """
-        mu_d = nearest_float(self.chain.mu_d)
-        mu_d_low = nearest_float(self.chain.mu_d - Fraction(mu_d))
-        excess = np.maximum(((coefficients - mu_d) - mu_d_low) + low, 0.0) * self.chain.cos_alpha
-        if self.chain.sigma_mu == 0:
-            excess[coefficients == self._mean] = self.chain.excess
-        return np.asarray(excess)
 
 
 def _rational(coefficient: Any) -> Fraction:

@@ -6,7 +6,7 @@ import math
 import numbers
 import re
 from collections.abc import Mapping
-from decimal import Context, Decimal
+from decimal import Decimal
 from enum import Enum
 from fractions import Fraction
 from typing import Any, ClassVar, Protocol
@@ -74,17 +74,17 @@ def shown(value: Any) -> str:
     with 6 digits. Of long lists and arrays the first and the last values are shown.
     """
     if isinstance(value, Fraction):
-        nearest = nearest_float(value)
-        if math.isfinite(nearest) and Fraction(nearest) == value:
-            whole = value.denominator == 1 and abs(value) < 10**15
-            return str(value.numerator) if whole else repr(nearest)
-        top, bottom = (Decimal(part) for part in value.as_integer_ratio())
-        decimal = Context(prec=40, Emax=10**9, Emin=-(10**9)).divide(top, bottom)
-        text = str(decimal) if Fraction(decimal) == value else ratio_text(value)
-        return repr(text) if len(text) <= 60 else f"{nearest!r}..."
+        if value.denominator == 1 and abs(value) < 10**15:
+            return str(value.numerator)
+        near = nearest_float(value)
+        if math.isfinite(near) and value in (Fraction(near), Fraction(repr(near))):
+            return repr(near) if Fraction(near) == value else repr(repr(near))
+        text = ratio_text(value)
+        return repr(text) if len(text) <= 60 else f"{near!r}..."
     if isinstance(value, (list, tuple, np.ndarray)):
-        parts = [f"{float(part):.6g}" if isinstance(value, np.ndarray) else shown(part)
-                 for part in (value if len(value) <= 6 else (*value[:3], *value[-3:]))]  # fmt: skip
+        digits = isinstance(value, np.ndarray)
+        few = value if len(value) <= 6 else (*value[:3], *value[-3:])
+        parts = [f"{float(part):.6g}" if digits else shown(part) for part in few]
         if len(value) > 6:
             parts.insert(3, f"... {len(value)} values ...")
         return f"[{', '.join(parts)}]"
@@ -124,14 +124,12 @@ def exact_number(value: Any, field: str) -> Fraction:
         raise InputError(field, value, "must be a number, not a truth value")
     if isinstance(value, numbers.Integral):
         return Fraction(int(value))
-    if isinstance(value, (float, np.floating)):
-        if not math.isfinite(value):
-            raise InputError(field, float(value), "must be a finite number")
-        return Fraction(float(value))
-    if isinstance(value, Decimal):
-        if not value.is_finite():
+    if isinstance(value, np.floating):
+        value = float(value)
+    if isinstance(value, (float, Decimal)):
+        if not (value.is_finite() if isinstance(value, Decimal) else math.isfinite(value)):
             raise InputError(field, value, "must be a finite number")
-        return _from_text(str(value), value, field)
+        return Fraction(value) if isinstance(value, float) else _from_text(str(value), value, field)
     if isinstance(value, str):
         return _from_text(value.strip().replace("_", ""), value, field)
     raise InputError(

@@ -1,284 +1,159 @@
-"""The readings of a temperature record: entries of a table as exact numbers, or one refusal.
+"""The readings of a temperature record: columns of a table as times and exact temperatures.
 
-Everything that is wrong with a table is collected and refused at once, each kind of fault with its
-first lines, their number, and the option that would mend it.
+Entries that cannot be taken are faults. All faults of a table are refused together, each kind with
+its first rows, their number, and the option that would mend it.
 """
 
 from __future__ import annotations
 
-import gzip
-import io
 import itertools
 import math
 import re
-import zlib
-from collections.abc import Iterable, Sequence
-from datetime import datetime, timedelta
+from collections.abc import Sequence
 from fractions import Fraction
-from functools import lru_cache
 from importlib import import_module
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
-from exactcreep.model.reading import content_of, text_of
 
 if TYPE_CHECKING:
-    from exactcreep.model.temperature_record import TemperatureRecord
+    from pandas import Series
 
-MOST_BYTES = 64 * 2**20
-"""Size of a file of records, unpacked; more is another kind of file."""
-MOST_ROWS = 1_000_000
-"""A century of hours."""
-ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
 DATES = {
     "iso": "2024-01-31T13:00",
     "day first": "31.01.2024 13:00",
     "month first": "01/31/2024 13:00",
 }
-_EXAMPLES = 3  # lines that a message names; it gives the number of the others
+ABSOLUTE_ZERO = {"C": Fraction(-27315, 100), "K": Fraction(0)}
+GAP = 1.5
+"""A step longer than so many usual ones is a gap."""
+_EXAMPLES = 3  # rows that a message names; it gives the number of the others
 _FEWEST_REGULAR = 10  # readings from which on there is a usual step
-_GAP = 1.5  # a step longer than so many usual ones is a gap
 _DECIMAL = re.compile(r"[+-]?(\d+(\.\d*)?|\.\d+)([eE][+-]?\d{1,4})?")
-_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})\2(\d{4})(?:(?:T| +)(\d{1,2})(:.*))?")
-_MISSING = frozenset({"", "-", "--", "na", "n/a", "nan", "nat", "null", "none", "missing", "<na>"})
+_DATE = r"^(\d{1,2})([./-])(\d{1,2})\2(\d{4})(?:(?:T| +)(\d{1,2})(:.*))?$"
+_ZONE = r"[T ].*(?:Z|[+-]\d\d(?::?\d\d)?)$"
+_MISSING = ("", "-", "--", "na", "n/a", "nan", "nat", "null", "none", "missing", "<na>")
 
 
-def rows_of(record: TemperatureRecord) -> tuple[Iterable[tuple[Any, ...]], bytes]:
-    """Return the rows of a record's CSV file for `read`, and the bytes of the file."""
-    file = record.file
-    content = packed = content_of(Path(file), "file", MOST_BYTES)
-    if file.lower().endswith(".gz"):
-        try:
-            with gzip.open(io.BytesIO(packed)) as stream:
-                content = stream.read(MOST_BYTES + 1)
-        except (OSError, EOFError, zlib.error):
-            raise InputError("file", file, "must be packed by gzip, as its name says") from None
-        if len(content) > MOST_BYTES:
-            allowed = f"must have at most {MOST_BYTES // 2**20} MiB when it is unpacked"
-            raise InputError("file", file, allowed)
-    text = text_of(content, "file", file)
-    try:
-        table = import_module("pandas").read_csv(
-            io.StringIO(text), sep=record.delimiter, header=None, dtype=str,
-            keep_default_na=False, skip_blank_lines=False, skipinitialspace=True,
-        )  # fmt: skip
-    except ValueError as error:
-        empty = type(error).__name__ == "EmptyDataError"
-        why = "it must begin with a row that names the columns" if empty else str(error).strip()
-        raise InputError("file", file, f"must be a CSV file: {why}") from None
-    header = [name.strip() for name in table.iloc[0].tolist()]
-    places = []
-    for field, name in record.columns.items():
-        if header.count(name) != 1:
-            which = "named once among" if name in header else "one of"
-            allowed = f"must be {which} the columns of {file}: {', '.join(header[:12])}"
-            line = record.delimiter.join(header)
-            signs = [s for s in ";,\t|" if name in (part.strip() for part in line.split(s))]
-            allowed += "".join(f'; delimiter = "{s}" separates them' for s in signs[:1])
-            raise InputError(field, name, allowed)
-        places.append(header.index(name))
-    kept = table.iloc[1:][(table.iloc[1:] != "").any(axis="columns")]
-    columns = (kept.iloc[:, place].tolist() for place in places)
-    return zip((kept.index + 1).tolist(), *columns, strict=True), packed
+class Faults:
+    """What is wrong with the entries of a table, whose index numbers the rows."""
 
+    def __init__(self) -> None:
+        self.kinds: list[tuple[Series, str, str]] = []
 
-class _Faults(dict[tuple[str, str, str], list[tuple[Any, int]]]):
-    """What is wrong with entries: by column, by what it must be, and by what would mend it."""
-
-    def add(self, column: str, entry: Any, row: int, allowed: str, mend: str = "") -> None:
-        """Remember an entry."""
-        self.setdefault((column, allowed, mend), []).append((entry, row))
+    def add(self, entries: Series, allowed: str, mend: str = "") -> None:
+        """Remember faulty entries, what they must be, and the option that would mend them."""
+        if len(entries):
+            self.kinds.append((entries, allowed, mend))
 
     def refuse(self, counted: str, file: str) -> None:
-        """Raise one `InputError` with all of it, if there is anything."""
-        said = []
-        for (column, allowed, mend), places in self.items():
-            rows = ", ".join(str(row) for _, row in places[:_EXAMPLES])
-            more = f" and {len(places) - _EXAMPLES} more" if len(places) > _EXAMPLES else ""
+        """Raise one `InputError` with all faults in the order of their rows, if there are any."""
+        errors = []
+        for entries, allowed, mend in sorted(self.kinds, key=lambda kind: kind[0].index[0]):
+            rows = ", ".join(map(str, entries.index[:_EXAMPLES]))
+            more = f" and {len(entries) - _EXAMPLES} more" if len(entries) > _EXAMPLES else ""
             text = f"{allowed} in {counted} {rows}{more}" + (f" ({mend})" if mend else "")
-            said.append(InputError(column, places[0][0], text))
-        if said:
-            allowed = "; ".join([said[0].allowed, *map(str, said[1:])])
-            raise InputError(said[0].field, said[0].value, f"{allowed}; of {file}")
+            errors.append(InputError(str(entries.name), entries.iloc[0], text))
+        if errors:
+            first, *others = errors
+            allowed = "; ".join([first.allowed, *map(str, others)])
+            raise InputError(first.field, first.value, f"{allowed}; of {file}")
 
 
-def read(
-    rows: Iterable[tuple[Any, ...]], record: TemperatureRecord, counted: str
-) -> tuple[list[float], list[Fraction], str]:
-    """Return times, temperatures, and the date of the first reading ("" if times are numbers).
-
-    Parameters
-    ----------
-    rows : iterable of tuples
-        Number of the row, time, and one temperature, or minimum and maximum, as written.
-    record : TemperatureRecord
-        With the options.
-    counted : {"line", "row"}
-        What the numbers count.
-
-    Raises
-    ------
-    InputError
-        With all that is wrong.
-    """
-    file, faults = record.file or "(arrays)", _Faults()
-    time_column, *names = record.columns.values()
-    hours = sorted(enumerate(record.hours), key=lambda hour: hour[1])
-    moments: list[Any] = []
-    given: list[list[Fraction | None]] = []  # temperatures of each moment
-    places: list[tuple[Any, int]] = []  # time as written and number of the row of each moment
-    for count, (row, time, *entries) in enumerate(rows, start=1):
-        if count > MOST_ROWS:
-            raise InputError("file", file, f"must have at most {MOST_ROWS} rows")
-        try:
-            begin = _moment(time, record)
-            if begin is None:
-                continue
-            if moments and _kind(begin) != _kind(moments[0]):
-                raise _Fault("must be of the same kind as before")
-        except _Fault as fault:
-            faults.add(time_column, time, row, *fault.args)
-            continue
-        for k, hour in hours:
-            try:
-                value = _temperature(entries[k], record)
-            except _Fault as fault:
-                faults.add(names[k], entries[k], row, *fault.args)
-                continue
-            if value is None and record.missing == "drop":
-                continue
-            at = begin + timedelta(hours=float(hour)) if hour else begin
-            if moments and at == moments[-1] and record.duplicates != "refuse":
-                given[-1].append(value)
-            elif moments and not at > moments[-1]:
-                mend = 'duplicates = "first", "last" or "mean" takes one of several'
-                mend = mend if at == moments[-1] else ""
-                faults.add(time_column, time, row, "must be later than before", mend)
-            else:
-                moments.append(at)
-                given.append([value])
-                places.append((time, row))
-    if not moments and not faults:
-        raise InputError("file", file, "must hold at least one row of data")
-    dated = bool(moments) and isinstance(moments[0], datetime)
-    seconds = [(at - moments[0]).total_seconds() if dated else nearest_float(at) for at in moments]
-    for place, second in zip(places, seconds, strict=True):
-        if math.isinf(second):
-            faults.add(time_column, *place, "must be below the largest float, 1.8e308,")
-    values = [_one_of(several, record.duplicates) for several in given]
-    usual, after_gaps = gaps_in(seconds)
-    for k in after_gaps if record.gaps == "refuse" else ():
-        mend = 'gaps = "interpolate" takes the temperature to be monotone there'
-        allowed = f"comes more than {_GAP} usual steps of {usual:g} after the reading before"
-        faults.add(time_column, *places[k], allowed, mend)
-    for k in {0, len(values) - 1} if values and record.missing == "interpolate" else ():
-        if values[k] is None:
-            allowed = "of a missing temperature leaves nothing to interpolate between at an end"
-            faults.add(time_column, *places[k], allowed)
-    faults.refuse(counted, file)
-    return seconds, _filled(values, seconds), moments[0].isoformat() if dated else ""
+def is_missing(entries: Series) -> Series:
+    """Return which entries mark a missing reading."""
+    return entries.astype(str).str.strip().str.lower().isin(_MISSING)
 
 
-class _Fault(ValueError):
-    """An entry that cannot be taken: what it must be, and what would mend that."""
+def with_point(entries: Series, decimal: str) -> Series:
+    """Return entries without blanks, and numbers with a decimal point."""
+
+    def plain(entry: Any) -> Any:
+        if not isinstance(entry, str):
+            return entry
+        text = entry.strip()
+        swapped = text if decimal == "." or "." in text else text.replace(",", ".", 1)
+        return swapped if _DECIMAL.fullmatch(swapped) else text
+
+    return entries.map(plain).astype(object)
 
 
-def _is_missing(entry: Any) -> bool:
-    return str(entry).strip().lower() in _MISSING
+def is_number(entries: Series) -> Series:
+    """Return which entries are finite numbers, or texts of decimal ones."""
+    return entries.map(
+        lambda entry: (
+            bool(_DECIMAL.fullmatch(entry))
+            if isinstance(entry, str)
+            else isinstance(entry, int | float | Fraction) and -math.inf < entry < math.inf
+        )
+    ).astype(bool)
 
 
-def _moment(entry: Any, record: TemperatureRecord) -> Any:
-    """Return a time: a number exactly, or a date; None if it is missing and that is allowed."""
-    if _is_missing(entry):
-        if record.missing == "drop":
-            return None
-        raise _Fault("is missing", 'missing = "drop" leaves such rows out')
-    entry = _with_point(entry, record.decimal)
-    try:
-        moment = moment_of(entry, record.date_order)
-    except ValueError:
-        others = [name for name in DATES if name != record.date_order and is_date(entry, name)]
-        mend = " or ".join(f'date_order = "{name}"' for name in others)
-        allowed = f"must be a number or a date such as {DATES[record.date_order]}"
-        raise _Fault(allowed, f"{mend} reads such dates" if others else "") from None
-    dated = isinstance(moment, datetime)
-    if not dated and any(record.hours):
-        raise _Fault("must be a date, where a row has the minimum and the maximum of a day")
-    if dated and not 1700 <= moment.year <= 2200:
-        raise _Fault("must be a date of the years 1700 to 2200")
-    return moment
+def dates_of(entries: Series, order: str) -> Series:
+    """Return dates written in that order, in UTC; NaT for what is no date of 1700 to 2200."""
+    texts = entries.astype(str)
+    if order != "iso":
+        first, _, second, year, hour, rest = (part for _, part in texts.str.extract(_DATE).items())
+        day, month = (first, second) if order == "day first" else (second, first)
+        clock = ("T" + hour.str.zfill(2) + rest).fillna("")
+        texts = year + "-" + month.str.zfill(2) + "-" + day.str.zfill(2) + clock
+    pandas = import_module("pandas")
+    dates = pandas.to_datetime(texts, format="ISO8601", utc=True, errors="coerce")
+    return dates.where(dates.dt.year.between(1700, 2200))
 
 
-def is_date(entry: str, order: str = "iso") -> bool:
-    """Return whether a text is a date, written in that order."""
-    try:
-        return isinstance(moment_of(entry, order), datetime)
-    except ValueError:
-        return False
+def times_of(entries: Series, order: str, decimal: str, faults: Faults) -> Series:
+    """Return times without the faulty: floats, or dates, in UTC if they name a time zone."""
+    gone, texts = is_missing(entries), with_point(entries, decimal)
+    faults.add(entries[gone], "is missing", 'missing = "drop" leaves such rows out')
+    numeric, dates = is_number(texts) & ~gone, dates_of(texts, order)
+    wrong = entries[~numeric & ~gone & dates.isna()]
+    others = [name for name in DATES if name != order and dates_of(wrong, name).notna().any()]
+    mend = " or ".join(f'date_order = "{name}"' for name in others)
+    allowed = f"must be a number or a date of the years 1700 to 2200 such as {DATES[order]}"
+    faults.add(wrong, allowed, f"{mend} reads such dates" if others else "")
+    zoned = texts.astype(str).str.contains(_ZONE)
+    kinds = zoned.astype(int).where(~numeric, 2).drop(wrong.index)[~gone]
+    other = kinds != kinds.iloc[0] if len(kinds) else kinds.astype(bool)
+    faults.add(entries[kinds.index[other]], "must be of the same kind as before")
+    kept = kinds.index[~other]
+    if len(kept) and kinds[kept[0]] < 2:
+        return dates[kept] if zoned[kept[0]] else dates[kept].dt.tz_localize(None)
+    numbers = texts[kept].map(lambda entry: nearest_float(exact_number(entry, "time")))
+    endless = np.isinf(numbers.astype(float))
+    faults.add(entries[kept][endless], "must be below the largest float, 1.8e308,")
+    return numbers[~endless]
 
 
-def moment_of(entry: Any, order: str) -> Any:
-    """Return a time: a number exactly, or a date; raise `ValueError` for anything else."""
-    if isinstance(entry, datetime):
-        return entry
-    if not isinstance(entry, str) or _DECIMAL.fullmatch(entry):
-        return exact_number(entry, "time")
-    if order == "iso":
-        return datetime.fromisoformat(entry)
-    parts = _DATE.fullmatch(entry)
-    if parts is None:
-        raise ValueError("no such date")
-    day, month = (parts[1], parts[3]) if order == "day first" else (parts[3], parts[1])
-    clock = "" if parts[5] is None else f"T{parts[5]:0>2}{parts[6]}"
-    return datetime.fromisoformat(f"{parts[4]}-{month:0>2}-{day:0>2}{clock}")
+def temperatures_of(
+    entries: Series, missing: str, unit: str, scale: Fraction, decimal: str, faults: Faults
+) -> Series:
+    """Return temperatures exactly, without the faulty; nan is what is missing."""
+    gone, texts = is_missing(entries), with_point(entries, decimal)
+    if missing == "refuse":
+        mend = 'missing = "drop" leaves such readings out, "interpolate" is linear in time'
+        faults.add(entries[gone], "is missing", mend)
+    numeric = is_number(texts) & ~gone
+    comma = ~numeric & is_number(with_point(entries, ","))
+    allowed = f"must be a number with a decimal {'point' if decimal == '.' else 'comma'}"
+    faults.add(entries[~numeric & ~gone & ~comma], allowed)
+    faults.add(entries[comma & ~gone], allowed, 'decimal = "," reads decimal commas')
+    exact = {text: exact_number(text, "temperature") * scale for text in set(texts[numeric])}
+    values = texts[numeric].map(exact)
+    cold = values.astype(object) < ABSOLUTE_ZERO[unit]
+    faults.add(entries[values.index[cold]], "must not be below absolute zero")
+    values = values[~cold].astype(object)
+    return values.reindex(entries.index[gone | numeric]) if missing == "interpolate" else values
 
 
-def _kind(moment: Any) -> tuple[bool, bool]:
-    """Return which times can be compared: numbers, dates, and dates of a time zone."""
-    return isinstance(moment, datetime), getattr(moment, "tzinfo", None) is None
-
-
-def _temperature(entry: Any, record: TemperatureRecord) -> Fraction | None:
-    """Return a temperature exactly; None if it is missing and that is allowed."""
-    if _is_missing(entry):
-        if record.missing == "refuse":
-            mend = 'missing = "drop" leaves such readings out, "interpolate" is linear in time'
-            raise _Fault("is missing", mend)
-        return None
-    entry = _with_point(entry, record.decimal)
-    if isinstance(entry, str) and not _DECIMAL.fullmatch(entry):
-        comma = record.decimal == "." and _with_point(entry, ",") != entry
-        allowed = f"must be a number with a decimal {'point' if record.decimal == '.' else 'comma'}"
-        raise _Fault(allowed, 'decimal = "," reads decimal commas' if comma else "")
-    value = _scaled(entry, record.scale)
-    if value < ABSOLUTE_ZERO[record.unit]:
-        raise _Fault("must not be below absolute zero")
-    return value
-
-
-@lru_cache(maxsize=4096)
-def _scaled(entry: Any, scale: Fraction) -> Fraction:
-    return exact_number(entry, "temperature") * scale
-
-
-def _with_point(entry: Any, decimal: str) -> Any:
-    """Return a text without blanks and with a decimal point, if it is a number."""
-    if not isinstance(entry, str):
-        return entry
-    text = entry.strip()
-    swapped = text if decimal == "." or "." in text else text.replace(",", ".", 1)
-    return swapped if _DECIMAL.fullmatch(swapped) else text
-
-
-def _one_of(values: list[Fraction | None], which: str) -> Fraction | None:
-    """Return the temperature of a time from those of its rows, as `duplicates` says."""
-    known = [value for value in values if value is not None]
+def one_of(values: Series, which: str) -> Any:
+    """Return one temperature of several at a time: the "first", the "last" or the "mean"."""
+    known = values.dropna().tolist()
     if known and which == "mean":
         return sum(known, Fraction(0)) / len(known)
-    return known[-1 if which == "last" else 0] if known else None
+    return known[-1 if which == "last" else 0] if known else math.nan
 
 
 def gaps_in(times: Sequence[float]) -> tuple[float, list[int]]:
@@ -291,18 +166,17 @@ def gaps_in(times: Sequence[float]) -> tuple[float, list[int]]:
         return math.inf, []
     steps = np.diff(times)
     usual = float(np.quantile(steps, 0.9, method="lower"))
-    return usual, (np.flatnonzero(steps > _GAP * usual) + 1).tolist()
+    return usual, (np.flatnonzero(steps > GAP * usual) + 1).tolist()
 
 
-def _filled(values: Sequence[Fraction | None], times: Sequence[float]) -> list[Fraction]:
+def filled(values: Series, times: Sequence[float]) -> list[Fraction]:
     """Return temperatures, those that are missing linear in time between their neighbours."""
-    known = [k for k, value in enumerate(values) if value is not None]
-    whole = [value for value in values if value is not None]
-    if len(whole) == len(values):
-        return whole
-    exact = [Fraction(time) for time in times]
+    whole: list[Fraction] = values.tolist()
+    known = np.flatnonzero(values.notna()).tolist()
     for a, b in itertools.pairwise(known):
-        low, high = (Fraction(values[k]) for k in (a, b))  # type: ignore[arg-type]
-        slope = (high - low) / (exact[b] - exact[a])
-        whole[a + 1 : a + 1] = [low + slope * (exact[k] - exact[a]) for k in range(a + 1, b)]
+        for k in range(a + 1, b):
+            share = (Fraction(times[k]) - Fraction(times[a])) / (
+                Fraction(times[b]) - Fraction(times[a])
+            )
+            whole[k] = whole[a] + (whole[b] - whole[a]) * share
     return whole

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from typing import Any
@@ -128,12 +127,12 @@ class State(Shown):
         """Raise `InputError` unless every number is finite, which Verlet's too large dt breaks."""
         for name in ("tensions", "displacements", "coefficients"):
             array = getattr(self, name)
-            if array.dtype == np.float64 and math.isfinite(array.dot(array)):
-                continue  # else one is not finite, or a square is too large for a float
-            values = array.tolist() if array.dtype == object else array[~np.isfinite(array)]
-            for value in values:
-                if not is_finite(value):
-                    raise InputError(f"state.{name}", value, "must hold finite numbers")
+            if array.dtype == object:
+                wild = [value for value in array if not is_finite(value)]
+            else:
+                wild = array[~np.isfinite(array)].tolist()
+            if wild:
+                raise InputError(f"state.{name}", wild[0], "must hold finite numbers")
         if not is_finite(self.theta):
             raise InputError("state.theta", self.theta, "must be a finite number")
 
@@ -197,24 +196,18 @@ def _kept_tensions(tensions: Any, count: int) -> NDArray[Any]:
     """Return `count` tensions as float64, or exactly in an object array if a float rounds one."""
     if tensions is None:
         return np.zeros(count)
-    allowed = f"must be {count} numbers (n - 1)"
-    if isinstance(tensions, (str, bytes, set, dict)):
-        raise InputError("tensions", tensions, allowed)
-    try:
-        given = tensions if isinstance(tensions, np.ndarray) else list(tensions)
-        size = len(given)
-    except TypeError:
-        raise InputError("tensions", tensions, allowed) from None
-    if size != count:
-        raise InputError("tensions", size, allowed)
-    floating = isinstance(given, np.ndarray) and given.dtype == np.float64 and given.ndim == 1
-    if floating and np.isfinite(given).all():
-        return np.asarray(np.add(given, 0.0))  # what they denote; a zero has no sign
+    sequence = isinstance(tensions, Iterable) and not isinstance(tensions, (str, bytes, set, dict))
+    given = list(tensions) if sequence else tensions
+    if not sequence or len(given) != count:
+        allowed = f"must be {count} numbers (n - 1)"
+        raise InputError("tensions", len(given) if sequence else given, allowed)
+    floats = isinstance(tensions, np.ndarray) and tensions.dtype == np.float64
+    if floats and tensions.ndim == 1 and np.isfinite(tensions).all():
+        return np.asarray(np.add(tensions, 0.0))  # what they denote; a zero has no sign
     values = [number_of_floats(value, f"tensions[{i}]") for i, value in enumerate(given)]
-    near = [nearest_float(value) for value in values]
-    if all(Fraction(one) == value for one, value in zip(near, values, strict=True)):
-        return np.array(near, dtype=np.float64)
-    return np.array(values, dtype=object)
+    near = np.array([nearest_float(value) for value in values])
+    whole = [Fraction(one) for one in near.tolist()] == values
+    return near if whole else np.array(values, dtype=object)
 
 
 def _numbers(given: Any, field: str) -> NDArray[Any]:

@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
+import gzip
 import hashlib
+import io
 import itertools
 import os
 import warnings
+import zlib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, ClassVar
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from exactcreep.model import readings
 from exactcreep.model.drive import Listed
 from exactcreep.model.numbers import (
     InputError,
@@ -25,22 +31,30 @@ from exactcreep.model.numbers import (
     number_from_zero,
     positive_number,
 )
-from exactcreep.model.readings import ABSOLUTE_ZERO, DATES, gaps_in, is_date, read, rows_of
+from exactcreep.model.reading import content_of, text_of
 
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+MOST_BYTES = 64 * 2**20
+"""Size of a file of records, unpacked; more is another kind of file."""
+MOST_ROWS = 1_000_000
+"""A century of hours."""
 LIKE_KELVIN = (180, 400)
 """Weather and roofs lie between these in kelvin, and below the first in degrees Celsius."""
-COLDEST = Fraction(-90)
+COLDEST = -90
 """No weather was colder in degrees Celsius; -99.9 marks what is missing in many a file."""
 CHOICES = {
     "unit": ("C", "K"),
     "decimal": (".", ","),
-    "date_order": tuple(DATES),
+    "date_order": tuple(readings.DATES),
     "missing": ("refuse", "drop", "interpolate"),
     "duplicates": ("refuse", "first", "last", "mean"),
     "gaps": ("refuse", "interpolate"),
 }
-_COLUMNS = ("time_column", "temperature_column", "minimum_column", "maximum_column")
-_TEXTS = {*_COLUMNS, "delimiter", *CHOICES}
+_SINGLE = ("time_column", "temperature_column")
+_DAILY = ("time_column", "minimum_column", "maximum_column")
+_TEXTS = {*_SINGLE, *_DAILY, "delimiter", *CHOICES}
 
 
 class RecordWarning(UserWarning):
@@ -187,12 +201,12 @@ class TemperatureRecord(Listed):
         sha256: str | None = None,
         origin: str | None = None,
     ) -> None:
-        own = {name: value for name, value in vars().items() if name in _TEXTS}
-        _check_options(own)
+        texts = {name: value for name, value in vars().items() if name in _TEXTS}
+        _check_options(texts)
         if not isinstance(file, (str, os.PathLike)):
             raise InputError("file", file, "must be the path of a CSV file")
         vars(self).update(
-            own,
+            texts,
             file=os.fspath(file),
             kappa=positive_number(kappa, "kappa"),
             T0=exact_number(T0, "T0"),
@@ -200,7 +214,7 @@ class TemperatureRecord(Listed):
             maximum_hour=number_from_zero(maximum_hour, "maximum_hour"),
             scale=positive_number(scale, "scale"),
         )
-        if ABSOLUTE_ZERO[unit] > self.T0:
+        if readings.ABSOLUTE_ZERO[unit] > self.T0:
             raise InputError("T0", T0, "must not be below absolute zero")
         if not self.minimum_column and not self.minimum_hour == 5 == self.maximum_hour - 10:
             raise InputError("maximum_hour", maximum_hour, "belongs to minimum_column")
@@ -208,19 +222,21 @@ class TemperatureRecord(Listed):
             allowed = "must be another hour of the day than minimum_hour, below 24"
             raise InputError("maximum_hour", maximum_hour, allowed)
         if theta is None or times is None or sha256 is None:
-            if not (theta is None and times is None and sha256 is None and origin is None):
+            if not theta is times is sha256 is origin is None:
                 raise InputError("theta", theta, "must come with times and sha256, or not at all")
-            rows, content = rows_of(self)
-            self._take(*read(rows, self, "line"), content)
+            self._read(*self._table(), "line")
             return
-        theta = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
-        seconds = [exact_number(value, f"times[{i}]") for i, value in enumerate(times)]
-        if not theta or len(seconds) != len(theta):
-            raise InputError("times", len(seconds), "must be as many as theta, at least one")
-        if origin and not is_date(origin):
-            raise InputError("origin", origin, "must be a date such as 2024-01-31T13:00")
-        moments = tuple(map(nearest_float, seconds))
-        vars(self).update(theta=theta, times=moments, sha256=sha256, origin=origin or "")
+        dilations = tuple(exact_number(value, f"theta[{i}]") for i, value in enumerate(theta))
+        moments = [exact_number(value, f"times[{i}]") for i, value in enumerate(times)]
+        if not dilations or len(moments) != len(dilations):
+            raise InputError("times", len(moments), "must be as many as theta, at least one")
+        try:
+            datetime.fromisoformat(origin or "2024-01-31")
+        except ValueError:
+            allowed = "must be a date such as 2024-01-31T13:00"
+            raise InputError("origin", origin, allowed) from None
+        seconds = tuple(map(nearest_float, moments))
+        vars(self).update(theta=dilations, times=seconds, sha256=sha256, origin=origin or "")
 
     @classmethod
     def of(
@@ -267,36 +283,138 @@ class TemperatureRecord(Listed):
             raise InputError("times", len(moments), allowed)
         if moments.dtype.kind == "M":
             moments = moments.astype("datetime64[us]")
-        blank = cls("", kappa, T0, theta=[0], times=[0], sha256="", **options)
+        record = cls("", kappa, T0, theta=[0], times=[0], sha256="", **options)
         columns = [moments.tolist(), *values.reshape(len(values), -1).T.tolist()]
-        rows = [*zip(range(1, len(values) + 1), *columns, strict=True)]
-        text = "\n".join(",".join(map(str, row[1:])) for row in rows)
-        blank._take(*read(rows, blank, "row"), text.encode())
-        return blank
+        text = "\n".join(",".join(map(str, row)) for row in zip(*columns, strict=True))
+        table = import_module("pandas").DataFrame(
+            dict(zip(record.columns.values(), columns, strict=True)),
+            index=range(1, len(values) + 1), dtype=object,
+        )  # fmt: skip
+        record._read(table, text.encode(), "row")
+        return record
 
     @property
     def columns(self) -> dict[str, str]:
         """Names of the columns that are read, by option: of times, and of temperatures."""
-        names = _COLUMNS[2:] if self.minimum_column else _COLUMNS[1:2]
-        return {name: getattr(self, name).strip() for name in ("time_column", *names)}
+        names = _DAILY if self.minimum_column else _SINGLE
+        return {name: getattr(self, name).strip() for name in names}
 
-    @property
-    def hours(self) -> tuple[Fraction, ...]:
-        """When a row's temperatures are those of, in hours after its date."""
-        return (self.minimum_hour, self.maximum_hour) if self.minimum_column else (Fraction(0),)
+    def _table(self) -> tuple[DataFrame, bytes]:
+        """Return the columns of the file that are read, as texts by line, and its content."""
+        content = packed = content_of(Path(self.file), "file", MOST_BYTES)
+        if self.file.lower().endswith(".gz"):
+            try:
+                with gzip.open(io.BytesIO(packed)) as stream:
+                    content = stream.read(MOST_BYTES + 1)
+            except (OSError, EOFError, zlib.error):
+                allowed = "must be packed by gzip, as its name says"
+                raise InputError("file", self.file, allowed) from None
+            if len(content) > MOST_BYTES:
+                allowed = f"must have at most {MOST_BYTES // 2**20} MiB when it is unpacked"
+                raise InputError("file", self.file, allowed)
+        text = text_of(content, "file", self.file)
+        try:
+            table = import_module("pandas").read_csv(
+                io.StringIO(text), sep=self.delimiter, header=None, dtype=str,
+                keep_default_na=False, skip_blank_lines=False, skipinitialspace=True,
+            )  # fmt: skip
+        except ValueError as error:
+            empty = type(error).__name__ == "EmptyDataError"
+            why = "it must begin with a row that names the columns" if empty else str(error).strip()
+            raise InputError("file", self.file, f"must be a CSV file: {why}") from None
+        header, rows = table.iloc[0].str.strip().tolist(), table.iloc[1:]
+        for field, name in self.columns.items():
+            if header.count(name) != 1:
+                which = "named once among" if name in header else "one of"
+                allowed = f"must be {which} the columns of {self.file}: {', '.join(header[:12])}"
+                line = self.delimiter.join(header)
+                signs = [s for s in ";,\t|" if name in map(str.strip, line.split(s))]
+                allowed += "".join(f'; delimiter = "{s}" separates them' for s in signs[:1])
+                raise InputError(field, name, allowed)
+        rows = rows[(rows != "").any(axis="columns")].set_axis(header, axis="columns")
+        return rows[[*self.columns.values()]].set_axis(rows.index + 1), packed
 
-    def _take(
-        self, times: list[float], temperatures: list[Fraction], origin: str, content: bytes
-    ) -> None:
-        """Keep what `read` returned, and the digest of what it was read from."""
-        _doubt(temperatures, self.unit, self.file or "(arrays)")
+    def _read(self, table: DataFrame, content: bytes, counted: str) -> None:
+        """Keep the readings of a table, or raise `InputError` with all that is wrong with it.
+
+        The index numbers the rows, which messages call `counted`; `content` is what is digested.
+        """
+        pandas = import_module("pandas")
+        file, faults = self.file or "(arrays)", readings.Faults()
+        if len(table) > MOST_ROWS:
+            raise InputError("file", file, f"must have at most {MOST_ROWS} rows")
+        time_column, *names = table.columns
+        if self.missing == "drop":
+            table = table[~readings.is_missing(table[time_column])]
+        written = table[time_column]
+        times = readings.times_of(written, self.date_order, self.decimal, faults)
+        dated = times.dtype.kind == "M"
+        if self.minimum_column and not dated:
+            allowed = "must be a date, where a row has the minimum and the maximum of a day"
+            faults.add(written[times.index], allowed)
+        hours = (self.minimum_hour, self.maximum_hour) if self.minimum_column else (Fraction(0),)
+        parts = []
+        how = self.missing, self.unit, self.scale, self.decimal, faults
+        for hour, name in sorted(zip(hours, names, strict=True)):
+            at = times + pandas.Timedelta(hours=float(hour)) if hour and dated else times
+            values = readings.temperatures_of(table[name], *how)
+            parts.append(at.to_frame("at").join(values.rename("value"), how="inner"))
+        taken = pandas.concat(parts).sort_index(kind="stable")
+        last = taken["at"].cummax().shift()
+        again, early = taken["at"] == last, taken["at"] < last
+        faults.add(written[taken.index[early]], "must be later than before")
+        if self.duplicates == "refuse":
+            mend = 'duplicates = "first", "last" or "mean" takes one of several'
+            faults.add(written[taken.index[again]], "must be later than before", mend)
+        taken = taken[~early]
+        if again.any():
+            each = taken.groupby("at")["value"]
+            values = [readings.one_of(group, self.duplicates) for _, group in each]
+            taken = taken.drop_duplicates("at").assign(value=values)
+        if taken.empty:
+            faults.refuse(counted, file)
+            raise InputError("file", file, "must hold at least one row of data")
+        begin, written = taken["at"].iloc[0], written[taken.index]
+        since = (taken["at"] - begin).dt.total_seconds() if dated else taken["at"]
+        seconds = since.tolist()
+        usual, after_gaps = readings.gaps_in(seconds)
+        if self.gaps == "refuse":
+            mend = 'gaps = "interpolate" takes the temperature to be monotone there'
+            allowed = (
+                f"comes more than {readings.GAP} usual steps of {usual:g} after the one before"
+            )
+            faults.add(written.iloc[after_gaps], allowed, mend)
+        ends = written[taken["value"].isna() & taken.index.isin(written.index[[0, -1]])]
+        faults.add(ends, "of a missing temperature leaves nothing to interpolate between at an end")
+        faults.refuse(counted, file)
+        temperatures = readings.filled(taken["value"], seconds)
+        self._doubt(temperatures)
         dilation = {value: self.kappa * (value - self.T0) for value in set(temperatures)}
         vars(self).update(
             theta=tuple(dilation[value] for value in temperatures),
-            times=tuple(times),
+            times=tuple(seconds),
             sha256=hashlib.sha256(content).hexdigest(),
-            origin=origin,
+            origin=begin.isoformat() if dated else "",
         )
+
+    def _doubt(self, temperatures: Sequence[Fraction]) -> None:
+        """Warn if temperatures look like those of another unit, or like no temperatures."""
+        least, most = float(min(temperatures)), float(max(temperatures))
+        names, file = {"C": "degrees Celsius", "K": "kelvin"}, self.file or "(arrays)"
+        low, high = LIKE_KELVIN
+        if (low < least and most < high) if self.unit == "C" else most < low:
+            message = (
+                f"the temperatures of {file}, from {least:g} to {most:g}, are said to be in "
+                f'{names.pop(self.unit)} (unit = "{self.unit}") and look like {names.popitem()[1]}'
+            )
+        elif least < COLDEST + (273.15 if self.unit == "K" else 0):
+            message = (
+                f"{file} holds {least:g} {self.unit}, colder than any weather: "
+                "a mark of missing readings?"
+            )
+        else:
+            return
+        warnings.warn(message, RecordWarning, stacklevel=4)
 
     @cached_property
     def dates(self) -> NDArray[np.datetime64] | None:
@@ -321,7 +439,7 @@ class TemperatureRecord(Listed):
         """Return the stretches between the gaps (see `gaps`), each a record that begins at T0."""
         about = self.parameters()
         del about["kind"]
-        ends = [0, *gaps_in(self.times)[1], len(self.times)]
+        ends = [0, *readings.gaps_in(self.times)[1], len(self.times)]
         return tuple(
             TemperatureRecord(**about | {"theta": self.theta[a:b], "times": self.times[a:b]})
             for a, b in itertools.pairwise(ends)
@@ -349,47 +467,25 @@ class TemperatureRecord(Listed):
 
 def _check_options(options: Mapping[str, Any]) -> None:
     """Raise `InputError` unless a record can be read as these texts say."""
-    for name, text in options.items():
-        either = name.startswith("m") and name.endswith("_column")
-        if name.endswith("_column") and not (isinstance(text, str) and (text.strip() or either)):
+    for name, choices in CHOICES.items():
+        if not isinstance(options[name], str) or options[name] not in choices:
+            *most, last = (f'"{choice}"' for choice in choices)
+            raise InputError(name, options[name], f"must be {', '.join(most)} or {last}")
+    for name in {*_SINGLE, *_DAILY}:
+        text = options[name]
+        if not isinstance(text, str) or not (text.strip() or name in _DAILY[1:]):
             raise InputError(name, text, "must be the name of a column")
-        if name in CHOICES and (not isinstance(text, str) or text not in CHOICES[name]):
-            *most, last = (f'"{choice}"' for choice in CHOICES[name])
-            raise InputError(name, text, f"must be {', '.join(most)} or {last}")
-    low, high, single = (options[f"{n}_column"] for n in ("minimum", "maximum", "temperature"))
-    if bool(low.strip()) != bool(high.strip()):
+    _, low, high = (options[name].strip() for name in _DAILY)
+    if bool(low) != bool(high):
         raise InputError("maximum_column", high, "must be given with minimum_column")
+    single = options["temperature_column"]
     if low and single != "temperature":
         raise InputError("temperature_column", single, "must be left out beside minimum_column")
-    for name in ("minimum_column", "maximum_column") if low else ("temperature_column",):
-        if options[name].strip() == options["time_column"].strip():
-            raise InputError(name, options[name], "must not be time_column")
-    if low and low.strip() == high.strip():
-        raise InputError("maximum_column", high, "must not be minimum_column")
+    for first, second in itertools.combinations(_DAILY if low else _SINGLE, 2):
+        if options[first].strip() == options[second].strip():
+            raise InputError(second, options[second], f"must not be {first}")
     delimiter = options["delimiter"]
     if not isinstance(delimiter, str) or len(delimiter) != 1 or delimiter in '"\r\n':
         raise InputError("delimiter", delimiter, 'must be one character, e.g. "," or ";"')
     if options["decimal"] == delimiter:
         raise InputError("decimal", delimiter, "must not be the delimiter as well")
-
-
-def _doubt(temperatures: Sequence[Fraction], unit: str, shown: str) -> None:
-    """Warn if temperatures look like those of another unit, or like no temperatures."""
-    low, high = LIKE_KELVIN
-    coldest = float(COLDEST - ABSOLUTE_ZERO["C"] + ABSOLUTE_ZERO[unit])
-    least, most = float(min(temperatures)), float(max(temperatures))
-    other = {"C": "kelvin", "K": "degrees Celsius"}[unit]
-    if (low < least and most < high) if unit == "C" else most < low:
-        said = {"C": "degrees Celsius", "K": "kelvin"}[unit]
-        warnings.warn(
-            f"the temperatures of {shown}, from {least:g} to {most:g}, are said to be in {said}"
-            f' (unit = "{unit}") and look like {other}',
-            RecordWarning,
-            stacklevel=4,
-        )
-    elif least < coldest:
-        warnings.warn(
-            f"{shown} holds {least:g} {unit}, colder than any weather: a mark of missing readings?",
-            RecordWarning,
-            stacklevel=4,
-        )
