@@ -415,7 +415,7 @@ def test_a_time_beyond_the_largest_float_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_comparison_is_bounded_by_its_events_and_needs_a_rest() -> None:
-    far = Experiment.of(Chain(**GOOD | {"sigma_mu": 0}), Cycles(1000, 1))
+    far = Experiment.of(Chain(**GOOD | {"sigma_mu": 0}), Cycles("0.02", 1))
     found = compare(far, events=20)
     assert 20 <= found.events < 60
     steep = Experiment.of(Chain(**GOOD | {"tan_alpha": "0.55", "sigma_mu": 0}), RUN)

@@ -13,7 +13,6 @@ from exactcreep.model import deviates, disorder
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import GaussianSteps
-from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
 
 CHAIN = Chain(10**6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
@@ -171,18 +170,3 @@ def test_without_disorder_a_coefficient_is_the_rational_mu_s():
     assert Contacts(chain, 8).coefficient(2, 77) == Fraction(3, 5)
     assert Contacts(CHAIN, 7).coefficient(100, 77) == disorder.static_coefficient(CHAIN, 7, 100, 77)
     assert State.relaxed(chain).coefficients.tolist() == [0.6, 0.6, 0.6]
-
-
-@pytest.mark.parametrize(
-    ("seed", "n", "k", "field"),
-    [(-1, 1, 0, "seed"), (2**64, 1, 0, "seed"), (0.5, 1, 0, "seed"), (0, 0, 0, "n"),
-     (0, 10**6 + 1, 0, "n"), (0, 1, -1, "k"), ("x", 1, 0, "seed")],
-)  # fmt: skip
-def test_a_key_out_of_range_is_refused_by_name(seed, n, k, field):
-    with pytest.raises(InputError, match=f"^{field} = "):
-        disorder.static_coefficient(CHAIN, seed, n, k)
-
-
-def test_a_dilation_before_the_first_is_refused():
-    with pytest.raises(InputError, match=r"^q = 0"):
-        disorder.dilation(DRIVE, 0, 0)

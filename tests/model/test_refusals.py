@@ -1,0 +1,124 @@
+"""What the model refuses: the sentence names the field, and the value, and says what is allowed."""
+
+import math
+import pickle
+from decimal import Decimal
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from exactcreep import Chain, Cycles, GaussianSteps, InputError, Path, State, disorder
+from exactcreep.model.numbers import exact_number, whole_number
+
+PAPER = {"n": 3, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
+CHAIN = Chain(**PAPER)
+REST = {"tensions": [0, 0], "displacements": [0, 0, 0], "coefficients": [0.6, 0.6, 0.6],
+        "draws": [1, 1, 1], "theta": 0.0}  # fmt: skip
+NAN, INF = math.nan, math.inf
+
+
+def refusal(make, *given, **named) -> InputError:
+    """Return the refusal of a call, which is one sentence of a bearable length."""
+    with pytest.raises(InputError) as caught:
+        make(*given, **named)
+    sentence = str(caught.value)
+    assert sentence.startswith(f"{caught.value.field} = ")
+    assert "must" in sentence or "beyond" in sentence
+    assert "\n" not in sentence
+    assert len(sentence) < 250
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        NAN, INF, -INF, np.nan, True, np.bool_(False), None, [], {}, b"1", "", "one", "0x10",
+        "1/0", "1e", "--1", "nan", "1 2", "1e6000", "1" * 10_001, Decimal("nan"),
+        Decimal("sNaN"), 1j, object(),
+    ],
+)  # fmt: skip
+def test_what_is_no_finite_number(value):
+    assert refusal(exact_number, value, "mu_s").field == "mu_s"
+
+
+@pytest.mark.parametrize("value", [0, 11, 1.5, "x", None, True, INF])
+def test_a_whole_number_out_of_its_range(value):
+    refused = refusal(whole_number, value, "n", least=1, most=10)
+    assert refused.allowed == "must be a whole number, at least 1 and at most 10"
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("n", 0), ("n", 2.5), ("n", "many"), ("l0", 0), ("l0", -1), ("l0", "1e400"),
+        ("mu_d", "-0.1"), ("mu_d", None), ("mu_s", "0.4"), ("sigma_mu", -1), ("sigma_mu", 1e308),
+        ("tan_alpha", "steep"), ("tan_alpha", NAN),
+    ],
+)  # fmt: skip
+def test_a_chain_that_cannot_be(field, value):
+    assert refusal(Chain, **PAPER | {field: value}).field == field
+
+
+@pytest.mark.parametrize(
+    ("make", "given", "field"),
+    [
+        (Cycles, (-1, 3), "amplitude"),
+        (Cycles, (NAN, 3), "amplitude"),
+        (Cycles, ("0.1", 0), "cycles"),
+        (Cycles, ("0.1", 1.5), "cycles"),
+        (GaussianSteps, (-0.1, 3), "sigma_theta"),
+        (GaussianSteps, (0.1, 10**13), "steps"),
+        (Path, ([],), "theta"),
+        (Path, ("0.1",), "theta"),
+        (Path, (3,), "theta"),
+        (Path, ([0.1, "warm"],), "theta[1]"),
+        (disorder.dilation, (GaussianSteps("0.1", 100), 0, 0), "q"),
+        (disorder.static_coefficient, (CHAIN, -1, 1, 0), "seed"),
+        (disorder.static_coefficient, (CHAIN, 2**64, 1, 0), "seed"),
+        (disorder.static_coefficient, (CHAIN, 0.5, 1, 0), "seed"),
+        (disorder.static_coefficient, (CHAIN, "x", 1, 0), "seed"),
+        (disorder.static_coefficient, (CHAIN, 0, 0, 0), "n"),
+        (disorder.static_coefficient, (CHAIN, 0, 4, 0), "n"),
+        (disorder.static_coefficient, (CHAIN, 0, 1, -1), "k"),
+        (State.prepared, (CHAIN, [1]), "tensions"),
+        (State.prepared, (CHAIN, [1, 2, 3]), "tensions"),
+        (State.prepared, (CHAIN, "00"), "tensions"),
+        (State.prepared, (CHAIN, 3), "tensions"),
+        (State.prepared, (CHAIN, [0, "x"]), "tensions[1]"),
+        (State.prepared, (CHAIN, [0.0, NAN]), "tensions[1]"),
+        (State.prepared, (CHAIN, np.array([0.0, -INF])), "tensions[1]"),
+        (State.prepared, (CHAIN, np.array([True, False])), "tensions[0]"),
+        (State.prepared, (CHAIN, np.zeros((2, 2))), "tensions[0]"),
+        (State.prepared, (CHAIN, ["1e400", 0]), "tensions[0]"),
+    ],
+)
+def test_a_drive_a_key_or_a_start_that_cannot_be(make, given, field):
+    assert refusal(make, *given).field == field
+
+
+def test_a_start_beyond_the_largest_float():
+    assert "largest float" in refusal(State.prepared, CHAIN, [0, 0], theta="1e400").allowed
+
+
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("tensions", ["a", "b"]), ("tensions", ["0.1", "0.2"]), ("tensions", [None, None]),
+        ("tensions", [1j, 0]), ("tensions", [True, False]), ("tensions", [[1], [2, 3]]),
+        ("tensions", [[0.0], [0.0]]), ("tensions", [0.0]), ("tensions", [object(), object()]),
+        ("tensions", np.array([1, "x"], dtype=object)),
+        ("displacements", np.zeros((3, 1))), ("displacements", 3.0), ("displacements", []),
+        ("coefficients", {0.6}), ("draws", [1.5, 1, 1]), ("draws", [0, 1, 1]),
+        ("draws", [-1, 1, 1]), ("draws", [2**63, 1, 1]), ("draws", [2**63 - 1, 1, 1]),
+        ("draws", [NAN, 1, 1]), ("draws", [True, True, True]), ("draws", [Fraction(1), 1, 1]),
+        ("theta", None), ("theta", "0.1"), ("theta", 1j), ("theta", True),
+    ],
+)  # fmt: skip
+def test_a_state_that_cannot_be(field, value):
+    assert refusal(State, **REST | {field: value}).field == f"state.{field}"
+
+
+def test_a_refusal_survives_pickling():
+    error = pickle.loads(pickle.dumps(InputError("n", 0, "must be at least 1")))
+    assert (error.field, error.value, str(error)) == ("n", 0, "n = 0: must be at least 1")
