@@ -31,8 +31,7 @@ from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
 from exactcreep.quasistatic.run import ObservedRun
-from exactcreep.solvers.solver import Simulation
-from exactcreep.solvers.warm_up import compiled
+from exactcreep.solvers.solver import Simulation, compiled
 
 _PAUSE = 0.1  # seconds between two looks at a run
 _MOST_NUMBERS = 1 << 21  # of a column, recorded at once

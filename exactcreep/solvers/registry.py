@@ -20,15 +20,13 @@ from exactcreep.solvers.sliding import Sliding
 from exactcreep.solvers.solver import MOST_EVENTS, Rearrangement, Solver
 from exactcreep.solvers.verlet.solver import Verlet
 
-SOLVERS: dict[str, type[Solver]] = {
-    Exact.name: Exact,
-    Reference.name: Reference,
-    Mpmath.name: Mpmath,
-    Certified.name: Certified,
-    Sliding.name: Sliding,
-    Verlet.name: Verlet,
-}
+_CLASSES: tuple[type[Solver], ...] = (Exact, Reference, Mpmath, Certified, Sliding, Verlet)
+SOLVERS = {algorithm.name: algorithm for algorithm in _CLASSES}
 """Every solver class by its name."""
+_AUTO = (
+    "is gone: exactcreep plan names the solver that suffices, and accuracy = X lets a run go on"
+    " until its velocity is known so well"
+)
 
 
 def solver_named(name: Any, options: dict[str, Any]) -> Solver:
@@ -39,32 +37,23 @@ def solver_named(name: Any, options: dict[str, Any]) -> Solver:
     InputError
         If there is no such solver, or it does not take one of the options.
     """
-    if name == "auto":
-        chosen = "is gone: exactcreep plan names the solver that suffices, and accuracy = X lets a"
-        raise InputError("solver", name, f"{chosen} run go on until its velocity is known so well")
     if not isinstance(name, str) or name not in SOLVERS:
-        raise InputError("solver", name, "must be one of " + ", ".join(SOLVERS))
-    algorithm = SOLVERS[name]
-    if not options:
-        return algorithm()
-    options_of: Any = algorithm  # every solver is a dataclass, which its base class cannot say
-    known = [field.name for field in fields(options_of)]
-    for option in options:
-        if option not in known:
-            near = difflib.get_close_matches(option, known, 1)
-            hint = f" (did you mean {near[0]}?)" if near else ""
-            takes = ", ".join(known) if known else "no options"
-            raise InputError(
-                "option", option, f"solver {name!r} does not take it{hint}; it takes {takes}"
-            )
-    return algorithm(**options)
+        allowed = _AUTO if name == "auto" else "must be one of " + ", ".join(SOLVERS)
+        raise InputError("solver", name, allowed)
+    algorithm: Any = SOLVERS[name]  # every solver is a dataclass, which its base class cannot say
+    known = [option.name for option in fields(algorithm)]
+    for option in (name for name in options if name not in known):
+        near = difflib.get_close_matches(option, known, 1)
+        hint = f" (did you mean {near[0]}?)" if near else ""
+        takes = f"it takes {', '.join(known) or 'no options'}"
+        raise InputError("option", option, f"solver {name!r} does not take it{hint}; {takes}")
+    return algorithm(**options)  # type: ignore[no-any-return]
 
 
 def _valid(chain: Any, state: Any, direction: Any, seed: Any) -> tuple[int, int]:
-    if not isinstance(chain, Chain):
-        raise InputError("chain", chain, "must be a Chain")
-    if not isinstance(state, State):
-        raise InputError("state", state, "must be a State")
+    for field, value, kind in (("chain", chain, Chain), ("state", state, State)):
+        if not isinstance(value, kind):
+            raise InputError(field, value, f"must be a {kind.__name__}")
     if state.n != chain.n:
         raise InputError("state", state.n, f"must have the chain's {chain.n} sliders")
     state.require_finite()

@@ -26,7 +26,7 @@ gravity gives, and one holds it wherever it is: there is no limit.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple
 
@@ -201,7 +201,6 @@ class SlidingSimulation(Simulation):
         self.exact, self.pivot = exact, pivot
         self._kind: Any = object if exact else np.float64
         self._l0: Any = chain.l0 if exact else nearest_float(chain.l0)
-        self.tally = Tally()
         self._start = state
         self._relaxed = False
         self._way = 0
@@ -228,14 +227,13 @@ class SlidingSimulation(Simulation):
             np.array([[rest[0] - 1, rest[-1] - 1], [across[0] - 1, across[-1] - 1]]),
             self._array(_SHARES[pivot]),
         )
-        tensions = self._array(map(self._number, state.tensions.tolist()))
-        x = self._array(map(self._number, state.displacements.tolist()))
-        carry, room = x - x, self._number(0)
-        steps = np.diff(tensions, prepend=self._number(0), append=self._number(0))
+        tensions, x = self._array(state.tensions), self._array(state.displacements)
+        carry, left_open = x - x, self._number(0)
+        forces = np.diff(tensions, prepend=self._number(0), append=self._number(0))
         slack = 0 if exact else 4 * np.spacing(max([*abs(tensions), uphill]))
-        if np.any(steps > downhill + slack) or np.any(steps < -uphill - slack):
+        if np.any(forces > downhill + slack) or np.any(forces < -uphill - slack):
             share = self._number(_SHARES[pivot][1])
-            reached, shift, room = relaxed(tensions.tolist(), uphill, downhill, share)
+            reached, shift, left_open = relaxed(tensions.tolist(), uphill, downhill, share)
             tensions, x = self._array(reached), x + self._array(shift)
             self._relaxed = True
         self._chain = _Configuration(
@@ -244,9 +242,8 @@ class SlidingSimulation(Simulation):
             carry=carry,
             sliding=np.zeros(n, dtype=np.int8),
             slips=np.zeros(n, dtype=np.int64),
-            totals=self._array([room, 0, 0, 0]),
+            totals=self._array([left_open, int(left_open != 0), 0, 0]),
         )
-        self.tally.undecided = int(room != 0)
 
     def _number(self, value: Any) -> Any:
         if not self.exact:
@@ -254,27 +251,35 @@ class SlidingSimulation(Simulation):
         return value if isinstance(value, Quadratic) else exact_number(value, "state")
 
     def _array(self, values: Iterable[Any]) -> NDArray[Any]:
-        values = list(values)
-        array = np.empty(len(values), dtype=self._kind)
-        array[:] = values
+        numbers = [self._number(value) for value in values]
+        array = np.empty(len(numbers), dtype=self._kind)
+        array[:] = numbers
         return array
 
     def _place(self, theta: Any) -> Any:
         return self._l0 * self._number(theta)
 
+    @property
+    def tally(self) -> Tally:  # type: ignore[override]
+        """Slips, their starts and stops as events, and the half-cycles that are not unique."""
+        if self._lost:
+            return Tally()
+        gave_way, starts, stops = (int(total) for total in self._chain.totals[1:])
+        return Tally(events=starts + stops, slips=starts, undecided=gave_way)
+
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         if self._lost:
             return Stretch(0, {}, Stop.RUNAWAY if self._too_steep else Stop.LIMIT, self._lost)
         self._amplitude = drive.amplitude if isinstance(drive, Cycles) else None
-        n = self.chain.n
+        n, before = self.chain.n, self.tally.events
         rows = TargetRows.empty(self.record, count, n, self._kind)
         follow = _follow if self.exact else _follow_floats
-        before = self._chain.totals.copy()
-        done, events, most = 0, 0, 1
+        done, most = 0, 1
         stop: Stop | None = None
         while stop is None:
+            used = self.tally.events - before
             if not self.exact:  # no slider starts or stops more than once in a half-cycle
-                most = max(1, min(_PAUSE // n, (limits.events_left - events) // (2 * n)))
+                most = max(1, min(_PAUSE // n, (limits.events_left - used) // (2 * n)))
             until = min(done + most, count)
             if self.exact:
                 targets = range(first + done, first + until)
@@ -286,12 +291,7 @@ class SlidingSimulation(Simulation):
             self._way = int(follow(places, start, self._way, self._ways, self._chain, own))
             self._theta = theta[-1] if self.exact else float(theta[-1])
             done = until
-            _, gave_way, starts, stops = (self._chain.totals - before).tolist()
-            events = int(starts + stops)
-            stop = Stop.DONE if done == count else limits.stop(events)
-        self.tally.undecided += int(gave_way)
-        self.tally.slips += int(starts)
-        self.tally.events += events
+            stop = Stop.DONE if done == count else limits.stop(self.tally.events - before)
         return Stretch(done, rows.recorded(self.record, done), stop, limits.reason(stop))
 
     @property
@@ -302,12 +302,12 @@ class SlidingSimulation(Simulation):
         """Return the present state; coefficients and draws are those of the start."""
         if self._lost:
             return self._start
-        return State(
+        return replace(
+            self._start,
             tensions=self._chain.extension - self._place(self._theta),
             displacements=self._chain.x + self._chain.carry,
-            coefficients=self._start.coefficients,
-            draws=self._start.draws,
             theta=self._theta,
+            past=None,
         )
 
     @property
@@ -316,43 +316,33 @@ class SlidingSimulation(Simulation):
         return not self._lost
 
     def snapshot(self) -> dict[str, Any]:
-        amplitude = self._amplitude
-        return {
-            "way": self._way,
-            "theta": _written(self._theta),
-            "amplitude": "" if amplitude is None else str(amplitude),
-            "tally": dict(vars(self.tally)),
-        } | {
-            name: np.array([_written(value) for value in values.tolist()], dtype=object)
-            if values.dtype == object else values.copy()
-            for name, values in self._chain._asdict().items()
-        }  # fmt: skip
+        taken: dict[str, Any] = {"way": self._way, "theta": _written(self._theta)}
+        taken["amplitude"] = "" if self._amplitude is None else str(self._amplitude)
+        for name, values in self._chain._asdict().items():
+            taken[name] = np.array([_written(value) for value in values.tolist()], values.dtype)
+        return taken
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        like = self.snapshot() | {"theta": snapshot.get("theta")}
-        taken = same_kind(like, snapshot)
+        taken = same_kind(self.snapshot() | {"theta": snapshot.get("theta")}, snapshot)
         require(taken["way"] in (-1, 0, 1), "it goes no way")
-        counts = [*taken["tally"].values(), *taken["slips"].tolist()]
-        require(all(0 <= count < 2**60 for count in counts), "a count is out of range")
         require(bool(np.isin(taken["sliding"], (0, 1)).all()), "a slider neither slides nor rests")
-        begun = self._chain
-        before = begun.extension - np.diff(begun.x)
+        now = self._chain
+        before = now.extension - np.diff(now.x)
         self._way, self._theta = taken["way"], self._read(taken["theta"])
         self._amplitude = Fraction(taken["amplitude"]) if taken["amplitude"] else None
-        self.tally = Tally(**taken["tally"])
-        for name, values in self._chain._asdict().items():
+        for name, values in now._asdict().items():
             values[:] = [self._read(value) for value in taken[name].tolist()]
             finite = values.dtype != np.float64 or np.isfinite(values).all()
             require(bool(finite), "a number is not finite")
-        _, _, starts, stops = self._chain.totals.tolist()
-        counted = self.tally.slips == starts and self.tally.events == starts + stops
-        require(counted and self.tally.rearrangements == 0, "slips are not counted so")
-        place, now = self._place(self._theta), self._chain
-        tensions, low, high = now.extension - place, *self._ways.bounds
+        counts = [*now.slips.tolist(), *now.totals[1:].tolist()]
+        whole = all(count == int(count) and 0 <= count < 2**60 for count in counts)
+        require(whole, "a count is out of range")
+        place, low, high = self._place(self._theta), *self._ways.bounds
+        tensions = now.extension - place
         close = 0 if self.exact else 2.0**-36 * (1 + abs(place) + max(abs(now.x), default=0))
         held = (tensions >= low - close).all() and (tensions <= high + close).all()
-        whole = (abs(now.extension - np.diff(now.x + now.carry) - before) <= close).all()
-        require(bool(held and whole), "tensions and displacements do not belong together")
+        alike = (abs(now.extension - np.diff(now.x + now.carry) - before) <= close).all()
+        require(bool(held and alike), "tensions and displacements do not belong together")
 
     def _read(self, written: Any) -> Any:
         if not isinstance(written, str):
@@ -368,7 +358,7 @@ class SlidingSimulation(Simulation):
         """Proved in exact arithmetic, computed in float64; undecided if the limit is not unique."""
         if self._too_steep:
             return Evidence.PROVED
-        if self.tally.undecided or self._lost:
+        if self._lost or self.tally.undecided:
             return Evidence.UNDECIDED
         return Evidence.PROVED if self.exact else Evidence.COMPUTED
 
@@ -404,7 +394,7 @@ def _written(value: Any) -> Any:
     """Return an exact number as a string that `SlidingSimulation` can read, floats as they are."""
     if isinstance(value, Quadratic):
         return f"{value.a} {value.b}"
-    return str(value) if isinstance(value, (Fraction, int)) else value
+    return str(value) if isinstance(value, Fraction) else value
 
 
 @dataclass(frozen=True)

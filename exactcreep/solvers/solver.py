@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
@@ -14,10 +14,11 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from exactcreep import compiling
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
-from exactcreep.model.drive import Drive
+from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.enclosure import same_numbers
 from exactcreep.model.numbers import InputError, Scalar, Shown
 from exactcreep.model.outcome import Evidence, Outcome
@@ -30,8 +31,9 @@ from exactcreep.solvers.tables import RECORDS, TABLES, joined, lists_columns
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
-_STRETCH_SECONDS = 0.1  # of an advance that somebody watches
 _LONGEST_STRETCH = 1 << 21  # numbers at targets; bounds the memory of a stretch
+_TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
+_COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
 
 
 class Energy(NamedTuple):
@@ -56,8 +58,6 @@ class Energy(NamedTuple):
 class Rearrangement(Shown):
     """One mechanical rearrangement, from unstable rest to rest.
 
-    What a solver did not need is made when it is asked for, and kept.
-
     Attributes
     ----------
     chain : Chain
@@ -69,8 +69,7 @@ class Rearrangement(Shown):
         `AT_REST`, `RUNAWAY` (proved never to come to rest) or `LIMIT` (given up).
     evidence : Evidence
     state : State
-        At rest at the end; for a runaway or a limit the sliders are where they were when it was
-        proved or given up.
+        At the end: at rest, or where the sliders are when a runaway is proved or it is given up.
     velocities : ndarray, shape (n,)
         At the end; zero unless the outcome is a runaway or a limit.
     sol : Solution
@@ -102,10 +101,9 @@ class Rearrangement(Shown):
 
     Notes
     -----
-    Two are equal if they are of one solver, chain and seed, begin and end in equal states with
-    equal velocities, and have equal events, outcome, reason and counts: what follows from these
-    (`sol`, `evidence`, `error`, `doubt`) and the work that it took (`report`) are not compared.
-    Pickles keep what has been made, and the rest is made when it is asked for.
+    What a solver did not need is made when it is asked for, and kept. Two are equal if they are of
+    one solver, chain and seed, with equal states, velocities, events, outcome, reason and counts;
+    what follows from these, and `report`, is not compared.
 
     Examples
     --------
@@ -134,10 +132,7 @@ class Rearrangement(Shown):
     motion: Solution | None
 
     def __init__(self, **known: Any) -> None:
-        """Take over what the solver knows: the fields by name, `initial` and `events` perhaps not.
-
-        Evidence is that of a float64 solver, and the arithmetic its own, unless they are given.
-        """
+        """Take over what the solver knows, fields by name; for what is not given see `_USUAL`."""
         vars(self).update(_USUAL, **known)
 
     @property
@@ -492,6 +487,29 @@ class Solver(ABC):
         return (2,)
 
 
+def compiled(
+    solver: Solver,
+    lengths: Sequence[int],
+    record: tuple[str, ...] = (),
+    say: Callable[[], None] | None = None,
+) -> float:
+    """Have a solver's code compiled, or loaded, once; return the seconds that it took just now.
+
+    What is compiled depends on the number of sliders and what is recorded alone. `say` is called if
+    the compiler is at work: code found in its cache does not need it. What the solver's options
+    cost, such as a short time step, is not paid for here.
+    """
+    begin = time.perf_counter()
+    with compiling.told(say):
+        for n in lengths:
+            if (solver.name, n, record) not in _COMPILED:
+                chain = replace(_TWO_SLIDERS, n=n)
+                simulation = type(solver)().simulation(chain, State.relaxed(chain), 0, record)
+                simulation.follow(Cycles("1/10", 1), 1, 2)
+                _COMPILED.add((solver.name, n, record))
+    return time.perf_counter() - begin
+
+
 def advance(
     simulation: Simulation,
     drive: Drive,
@@ -499,66 +517,27 @@ def advance(
     limits: Limits = NO_LIMITS,
     *,
     done: int = 0,
-    take: Callable[[Stretch], str | None] | None = None,
+    take: Callable[[Stretch], None] | None = None,
 ) -> Stretch:
     """Take a chain from target `done` of a drive to target `until`, and say why it ended.
 
-    Parameters
-    ----------
-    simulation : Simulation
-    drive : Drive
-    until : int
-        The last target, from 1.
-    limits : Limits
-        `events` count from this call, `bytes` what is recorded in it.
-    done : int
-        Targets reached before.
-    take : callable, optional
-        Is given what was recorded, stretch by stretch, about ten times a second. It ends the
-        advance as a `LIMIT` by returning a sentence that says why.
-
-    Returns
-    -------
-    Stretch
-        `completed` targets after `done`, why it stopped, and all that was recorded on the way, but
-        not what `take` was given.
-
-    Notes
-    -----
-    Guarantee: how far one stretch goes depends on the clock, and changes no bit.
+    Returns the targets completed after `done`, and all that was recorded on the way; where `take`
+    is given, it gets that, stretch by stretch, so that a long run needs no memory.
     """
-    start, before = done, simulation.tally.events
-    parts: list[Mapping[str, NDArray[Any]]] = []
-    begun: Mapping[str, NDArray[Any]] = {}
-    held = 0  # bytes
-    watched = take is not None or limits.bytes is not None
-    longest = max(_LONGEST_STRETCH // simulation.state().n, 1)
-    ended = Ending(Stop.DONE)
-    while done < until:
+    reached, before = done, simulation.tally.events
+    parts: list[Mapping[str, NDArray[Any]]] = [{"x_G": np.empty(0)}]
+    most = max(_LONGEST_STRETCH // simulation.state().n, 1)
+    last = Stretch(0, {})
+    while reached < until and last.stop is Stop.DONE:
         left = limits.after(simulation.tally.events - before)
-        if limits.bytes is not None and held > limits.bytes:
-            ended = Ending(Stop.BUDGET, limits.full)
+        stop = left.stop(0)
+        if stop is not None:
+            last = replace(last, stop=stop, reason=left.reason(stop))
             break
-        if (early := left.stop(0)) is not None:
-            ended = Ending(early, left.reason(early))
-            break
-        if watched:
-            left = replace(left, pause=time.perf_counter() + _STRETCH_SECONDS)
-        # what may be full at any time is looked at often
-        most = longest if limits.bytes is None else min(2 + done - start, longest)
-        stretch = simulation.follow(drive, done + 1, min(most, until - done), left)
-        done, begun = done + stretch.completed, stretch.begun
-        told = None
-        if take is not None:
-            told = take(stretch)
+        last = simulation.follow(drive, reached + 1, min(most, until - reached), left)
+        reached += last.completed
+        if take is None:
+            parts.append(last.recorded)
         else:
-            parts.append(stretch.recorded)
-            held += sum(values.nbytes for values in stretch.recorded.values())
-        if stretch.stop.final or stretch.stop is Stop.DEADLINE:
-            ended = Ending(stretch.stop, stretch.reason)
-            break
-        if told and done < until:
-            ended = Ending(Stop.LIMIT, told)
-            break
-    recorded = {"x_G": np.empty(0)} | joined(parts)
-    return Stretch(done - start, recorded, *ended, begun)
+            take(last)
+    return replace(last, completed=reached - done, recorded=joined(parts), doubts=None)

@@ -98,23 +98,19 @@ def rests_for_long(chain: Chain, targets: int) -> bool:
     return longer_than_a_block > _MOST_LONG_RESTS
 
 
-def _blocks(steps: NDArray[np.float64], size: int) -> NDArray[np.float64]:
+def _sums(steps: NDArray[np.float64], size: int) -> NDArray[np.float64]:
     """Return the sums over blocks of `size` steps, those at the beginning left out."""
-    blocks = steps.size // size
-    sums: NDArray[np.float64] = (
-        steps[steps.size - blocks * size :].reshape(blocks, size).sum(axis=1)
-    )
-    return sums
+    return np.asarray(steps[steps.size % size :].reshape(-1, size).sum(axis=1))
 
 
 def _spread(steps: NDArray[np.float64], size: int) -> tuple[float, int]:
     """Return the variance of sums over blocks of `size` steps, for each step; and `size`."""
-    return float(_blocks(steps, size).var(ddof=1)) / size, size
+    return float(_sums(steps, size).var(ddof=1)) / size, size
 
 
 def _skewness(steps: NDArray[np.float64], size: int) -> float:
     """Return the size of the skewness of sums over blocks of `size` steps."""
-    sums = _blocks(steps, size)
+    sums = _sums(steps, size)
     centred = sums - sums.mean()
     power = float((centred**2).mean()) ** 1.5
     return abs(float((centred**3).mean())) / power if power > 0 else 0.0

@@ -31,7 +31,6 @@ from exactcreep.motion.arithmetic import FLOAT64, balls_of
 from exactcreep.motion.modes import Ends, Flow, RunMotion
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, escape_time, never_rests
 from exactcreep.solvers.reference import ChainIntegrator
-from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Start
 
 PAPER = {"mu_d": "1/2", "mu_s": "3/5"}
@@ -41,17 +40,6 @@ STEEP = [Fraction(1, 10**k) for k in (2, 4, 8)]
 
 def slope_above(excess, n=2, sigma_mu=0):
     return Chain(n, 10, sigma_mu=sigma_mu, tan_alpha=Fraction(1, 2) + excess, **PAPER)
-
-
-def at_once(asked):
-    """Return limits whose time is over when it has been asked so often: the same on any machine."""
-    left = [asked]
-
-    def pressed():
-        left[0] -= 1
-        return left[0] < 0
-
-    return Limits(interrupted=pressed)
 
 
 # A proof that an avalanche never ends
@@ -204,21 +192,6 @@ def test_no_time_at_all_is_a_limit_with_the_first_events(solver):
     assert result.state.n == 30
 
 
-@pytest.mark.parametrize(
-    ("limits", "field"),
-    [
-        ({"max_events": 0}, "max_events"),
-        ({"max_seconds": -1}, "max_seconds"),
-        ({"max_seconds": "soon"}, "max_seconds"),
-        ({"max_events": 2.5}, "max_events"),
-    ],
-)
-def test_impossible_limits_are_refused(limits, field):
-    chain = Chain(2, 1000, tan_alpha="1/4", **PAPER)
-    with pytest.raises(InputError, match=field):
-        rearrange(chain, State.relaxed(chain), direction=1, **limits)
-
-
 @pytest.mark.parametrize("bad", [-1, 1.5, "soon", True, [3]], ids=str)
 @pytest.mark.parametrize("field", ["max_events", "max_seconds", "max_bytes"])
 def test_a_limit_that_is_none_names_its_field(field, bad):
@@ -253,42 +226,6 @@ def test_iterate_goes_on_where_rearrange_gives_up():
 
 
 # Limits of a run
-
-
-@pytest.mark.parametrize(
-    ("solver", "patience"),
-    [("exact", 0), ("reference", 7), ("mpmath", 120), ("certified", 1), ("certified", 7)],
-)
-def test_a_run_that_is_called_back_at_any_moment_goes_on_with_the_same_bits(solver, patience):
-    chain = Chain(6, 1000, sigma_mu="1/100", tan_alpha="1/4", **PAPER)
-    options = {"digits": 15} if solver in ("mpmath", "certified") else {}
-    drive, record = Cycles("0.004", 1), ("x", "events")
-
-    def run(limits):
-        simulation = solver_named(solver, options).simulation(
-            chain, State.relaxed(chain, 1), 1, record
-        )
-        parts, done = [], 0
-        while done < 2:
-            stretch = simulation.follow(drive, done + 1, 2 - done, next(limits))
-            parts.append(stretch.recorded)
-            done += stretch.completed
-        columns = {name: [p[name].tolist() for p in parts if len(p[name])] for name in parts[0]}
-        rows = {name: [x for part in column for x in part] for name, column in columns.items()}
-        return rows, len(parts)
-
-    def growing():
-        asked = patience
-        while True:
-            yield at_once(asked)
-            asked += patience  # a search that was given up has to be allowed more
-
-    whole, calls = run(iter([NO_LIMITS]))
-    assert calls == 1
-    broken, calls = run(growing())
-    assert calls > (1 if solver == "exact" else 5)
-    for name, values in whole.items():
-        assert str(broken[name]) == str(values), name
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,6 @@ from exactcreep import (
     Event,
     EventKind,
     Evidence,
-    InputError,
     Outcome,
     State,
     iterate,
@@ -247,12 +246,6 @@ def test_a_rearrangement_is_shown_in_one_line() -> None:
         f" outcome='at_rest', evidence='computed', duration={float(moved(4).duration):.6g},"
         " solver='exact')"
     )
-
-
-def test_a_state_of_another_chain_is_refused() -> None:
-    chain, state = random_start(1)
-    with pytest.raises(InputError, match=f"must have the chain's {chain.n + 1} sliders"):
-        rearrange(replace(chain, n=chain.n + 1), state, direction=1)
 
 
 def test_states_are_equal_if_all_their_numbers_are() -> None:

@@ -1,80 +1,112 @@
-"""What every solver refuses, how it is advanced, and why it stops, whatever its algorithm."""
+"""What every solver refuses, and how it is followed, interrupted, and taken up again."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
+from itertools import count, repeat
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from exactcreep import rearrange
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import InputError
 from exactcreep.model.state import State
+from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.field.reference import Reference
 from exactcreep.solvers.registry import SOLVERS, solver_named
 from exactcreep.solvers.solver import Simulation, Stretch, advance
-from tests.paper import paper_chain
+from exactcreep.solvers.tables import RECORDS
 
 EVENTS_HAPPEN = sorted(set(SOLVERS) - {"sliding"})
+THREE = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+RELAXED = State.relaxed(THREE, 2)
+NO_SLIPS = replace(THREE, mu_s="0.5", sigma_mu=0)
 
 
-@pytest.mark.parametrize("name", [*EVENTS_HAPPEN, "sliding"])
-def test_a_quantity_that_nobody_records_is_refused_by_name(name: str) -> None:
-    chain = paper_chain(3)
-    with pytest.raises(InputError, match="must be one of x_G") as caught:
-        solver_named(name, {}).simulation(chain, State.relaxed(chain), 0, ("x_G", "velocity"))
-    assert (caught.value.field, caught.value.value) == ("record", "velocity")
+# What is refused, by the name of the field
 
 
-@pytest.mark.parametrize("name", EVENTS_HAPPEN)
-def test_a_chain_without_slips_is_sent_to_the_sliding_limit(name: str) -> None:
-    chain = Chain(3, 1000, "0.5", "0.5", tan_alpha="0.25")
-    state = State.relaxed(chain)
-    solver = solver_named(name, {})
-    for call in (
-        lambda: solver.simulation(chain, state, 0, ("x_G",)),
-        lambda: solver.rearrange(chain, state, 1, 0),
-        lambda: next(solver.iterate(chain, state, 1, 0)),
-    ):
-        with pytest.raises(InputError, match="sliding") as caught:
-            call()
-        assert caught.value.field == "mu_s"
+def recording(solver: str, *record: str, chain: Chain = THREE) -> Callable[[], Any]:
+    return lambda: solver_named(solver, {}).simulation(chain, State.relaxed(chain), 0, record)
+
+
+def moving(**changes: Any) -> Callable[[], Any]:
+    known = {"chain": THREE, "state": RELAXED, "direction": 1} | changes
+    return lambda: rearrange(known.pop("chain"), known.pop("state"), **known)
+
+
+REFUSED: list[tuple[str, str, Callable[[], Any]]] = [
+    *(("record", "must be one of x_G", recording(name, "x_G", "speed")) for name in SOLVERS),
+    *(("record", "no events", recording("sliding", name)) for name in RECORDS[4:]),
+    *(("mu_s", "sliding", recording(name, chain=NO_SLIPS)) for name in EVENTS_HAPPEN),
+    *(("mu_s", "sliding", moving(chain=NO_SLIPS, solver=name)) for name in EVENTS_HAPPEN),
+    ("mu_s", "sliding", lambda: Reference().iterate(NO_SLIPS, RELAXED, 1, 0)),
+    ("solver", "use 'exact'", moving(solver="sliding")),
+    ("solver", "must be one of exact, reference", moving(solver="euler")),
+    ("solver", "exactcreep plan names the solver", moving(solver="auto")),
+    ("solver", "must be one of", moving(solver=["exact"])),
+    ("option", "did you mean locate", moving(solver="verlet", locate_=True)),
+    ("option", "it takes digits", moving(solver="mpmath", dt=1)),
+    ("chain", "must be a Chain", moving(chain="a chain")),
+    ("state", "must be a State", moving(state=[0.0, 0.0])),
+    ("state", "must have the chain's 4 sliders", moving(chain=replace(THREE, n=4))),
+    ("direction", "at least -1", moving(direction=2)),
+    ("seed", "at least 0", moving(seed=-1)),
+    ("pivot", "must be one of mean", lambda: SOLVERS["sliding"](pivot="left")),
+    ("exact", "true or false", lambda: SOLVERS["sliding"](exact="yes")),
+    ("max_events", "at least 1", moving(max_events=0)),
+    ("max_events", "whole number", moving(max_events=2.5)),
+    ("max_seconds", "max_seconds = -1", moving(max_seconds=-1)),
+    ("max_seconds", "max_seconds = .soon", moving(max_seconds="soon")),
+]
+
+
+@pytest.mark.parametrize(("field", "allowed", "call"), REFUSED)
+def test_what_cannot_be_asked_for_is_refused_by_name(
+    field: str, allowed: str, call: Callable[[], Any]
+) -> None:
+    with pytest.raises(InputError, match=allowed) as caught:
+        call()
+    assert caught.value.field == field
 
 
 # One loop for every solver: it stops for a reason, and loses nothing
 
 DRIVE = Cycles("0.002", 2)
-SLIPPING = ("exact", "reference", "certified", "verlet")
-OFTEN = Limits(bytes=10**9)  # what may be full at any time is looked at often
+SLIPPING = ("exact", "reference", "certified", "verlet", "located")
+NAMED: dict[str, tuple[str, dict[str, Any]]] = {
+    "verlet": ("verlet", {"dt": 0.05}),
+    "located": ("verlet", {"dt": 0.05, "locate": True}),
+    "rational": ("sliding", {"exact": True}),
+}
 
 
-def started(name: str, chain: Chain | None = None) -> Simulation:
-    chain = chain or Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    record = ("x_G", "x", "tension", "slips", "events")
-    options = {"dt": 0.05} if name == "verlet" else {}
-    algorithm = solver_named(name, options)
-    return algorithm.simulation(chain, State.relaxed(chain, 2), 2, record)
+def started(name: str, chain: Chain = THREE) -> Simulation:
+    algorithm = solver_named(*NAMED.get(name, (name, {})))
+    return algorithm.simulation(chain, State.relaxed(chain, 2), 2, algorithm.records)
 
 
 def shown(parts: list[Mapping[str, NDArray[Any]]]) -> dict[str, str]:
     """Return all that was recorded, every bit of it."""
-    names = parts[0].keys() | parts[-1].keys()
+    names = sorted({name for part in parts for name in part})
     rows = {name: [row for part in parts for row in part.get(name, [])] for name in names}
-    return {name: str([np.asarray(row).tolist() for row in rows[name]]) for name in sorted(names)}
+    return {name: str([np.asarray(row).tolist() for row in rows[name]]) for name in names}
 
 
 @functools.cache
-def in_one_go(name: str) -> dict[str, str]:
-    whole = advance(started(name), DRIVE, 4)
+def in_one_go(name: str) -> tuple[dict[str, str], Any, Any]:
+    simulation = started(name)
+    whole = advance(simulation, DRIVE, 4)
     assert (whole.completed, whole.stop, whole.reason) == (4, Stop.DONE, "")
     assert len(whole.recorded["x"]) == 4
-    return shown([whole.recorded])
+    return shown([whole.recorded]), simulation.tally, str(simulation.state())
 
 
 def pressed() -> bool:
@@ -88,12 +120,11 @@ def pressed() -> bool:
         (Limits(events=9), Stop.BUDGET, "max_events = 9 was reached"),
         (Limits(events=0), Stop.BUDGET, "max_events = 0 was reached"),
         (Limits(events=20, used=11), Stop.BUDGET, "max_events = 20 was reached"),
-        (Limits(bytes=0), Stop.BUDGET, "max_bytes = 0 was reached by what is recorded"),
         (Limits(at=0.0, seconds=2.0), Stop.DEADLINE, "max_seconds = 2 was reached"),
         (Limits(interrupted=pressed), Stop.DEADLINE, "interrupted"),
         (NO_LIMITS, Stop.DONE, ""),
     ],
-    ids=["events", "none", "used", "bytes", "late", "pressed", "done"],
+    ids=["events", "none", "used", "late", "pressed", "done"],
 )
 def test_an_advance_says_why_it_stopped_and_goes_on_without_loss(
     name: str, limits: Limits, stop: Stop, reason: str
@@ -105,69 +136,59 @@ def test_an_advance_says_why_it_stopped_and_goes_on_without_loss(
     assert (part.completed == 4) == (stop is Stop.DONE)
     if limits.events:
         assert 9 <= simulation.tally.events <= 12
-    rest = advance(simulation, DRIVE, 4, done=part.completed)
-    assert (rest.completed, rest.stop) == (4 - part.completed, Stop.DONE)
-    assert shown([part.recorded, rest.recorded]) == in_one_go(name)
-
-
-@pytest.mark.parametrize("name", SLIPPING)
-def test_who_takes_the_stretches_gets_all_of_them_and_may_end_the_advance(name: str) -> None:
-    simulation = started(name)
     taken: list[Stretch] = []
-
-    def enough(stretch: Stretch) -> str:
-        taken.append(stretch)
-        return "enough" if sum(one.completed for one in taken) >= 1 else ""
-
-    part = advance(simulation, DRIVE, 4, OFTEN, take=enough)
-    assert (part.stop, part.reason) == (Stop.LIMIT, "enough")
-    assert 1 <= part.completed == sum(one.completed for one in taken) < 4
-    assert len(part.recorded["x_G"]) == 0
-    last = advance(simulation, DRIVE, 4, done=part.completed, take=taken.append)
-    assert (last.stop, part.completed + last.completed) == (Stop.DONE, 4)
-    assert shown([one.recorded for one in taken]) == in_one_go(name)
+    rest = advance(simulation, DRIVE, 4, done=part.completed, take=taken.append)
+    assert (rest.completed, rest.stop) == (4 - part.completed, Stop.DONE)
+    assert len(rest.recorded["x_G"]) == 0
+    assert shown([part.recorded, *(one.recorded for one in taken)]) == in_one_go(name)[0]
 
 
-def test_a_word_against_the_last_target_comes_too_late() -> None:
-    calm = Cycles("1e-6", 3)
-    ended = advance(started("exact"), calm, 6, OFTEN, take=lambda stretch: "enough")
-    assert (ended.stop, ended.reason) == (Stop.LIMIT, "enough")
-    first = ended.completed
-    assert 0 < first < 6
-    done = advance(started("exact"), calm, first, take=lambda stretch: "enough")
-    assert (done.stop, done.reason, done.completed) == (Stop.DONE, "", first)
+def asked(times: int) -> Iterator[Limits]:
+    """Yield limits whose time is over when it was asked so often, then more: a search goes on."""
+    for allowed in count(times, times):
+        left = iter([False] * allowed)
+        yield Limits(interrupted=lambda left=left: next(left, True))
 
 
-@pytest.mark.parametrize("name", SLIPPING)
-@pytest.mark.parametrize("budget", [1, 3, 40])
-def test_what_one_call_may_use_changes_no_bit(name: str, budget: int) -> None:
+CALLED_BACK: dict[str, tuple[tuple[str, ...], Callable[[], Iterator[Limits]]]] = {
+    "after an event": ((*SLIPPING, "sliding", "rational"), lambda: repeat(Limits(events=1))),
+    "after three": (SLIPPING, lambda: repeat(Limits(events=3))),
+    "after forty": (SLIPPING, lambda: repeat(Limits(events=40))),
+    "at a pause": (("reference", "certified"), lambda: repeat(Limits(pause=0.0))),
+    "at once": (("exact",), lambda: asked(0)),
+    "within a search": (("certified",), lambda: asked(1)),
+    "later": (("reference", "certified"), lambda: asked(7)),
+    "much later": (("mpmath",), lambda: asked(120)),
+}
+
+
+@pytest.mark.parametrize("anew", [False, True], ids=["going on", "from snapshots"])
+@pytest.mark.parametrize(
+    ("name", "when"), [(name, when) for when in CALLED_BACK for name in CALLED_BACK[when][0]]
+)
+def test_what_is_called_back_at_any_moment_goes_on_with_the_same_bits(
+    name: str, when: str, anew: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(exact, "MOST_WORK", 40)
     simulation = started(name)
     parts: list[Mapping[str, NDArray[Any]]] = []
-    done = calls = 0
-    while done < 4:
-        stretch = simulation.follow(DRIVE, done + 1, 4 - done, Limits(events=budget))
-        assert stretch.stop is (Stop.DONE if done + stretch.completed == 4 else Stop.BUDGET)
-        done += stretch.completed
-        parts.append(stretch.recorded)
-        calls += 1
-    assert calls > simulation.tally.events // (budget + 4)
-    assert shown(parts) == in_one_go(name)
-
-
-@pytest.mark.parametrize("name", SLIPPING)
-def test_a_pause_waits_for_something_to_hand_over_and_changes_no_bit(name: str) -> None:
-    simulation = started(name)
-    parts: list[Mapping[str, NDArray[Any]]] = []
-    done = 0
+    done, limits = 0, CALLED_BACK[when][1]()
     while done < 4:
         before = simulation.tally.events
-        stretch = simulation.follow(DRIVE, done + 1, 4 - done, Limits(pause=0.0))
-        assert stretch.completed > 0 or simulation.tally.events > before
+        stretch = simulation.follow(DRIVE, done + 1, 4 - done, next(limits))
         done += stretch.completed
-        assert stretch.stop is (Stop.DONE if done == 4 else Stop.BUDGET)
         parts.append(stretch.recorded)
-    assert len(parts) > 1 or name in ("exact", "verlet")  # which need no second look at the clock
-    assert shown(parts) == in_one_go(name)
+        assert (stretch.stop is Stop.DONE) == (done == 4)
+        assert stretch.completed or simulation.tally.events > before or "search" in when
+        if anew:
+            parts.append(simulation.come_to_rest(NO_LIMITS))
+        if anew and simulation.at_rest:
+            snapshot, simulation = simulation.snapshot(), started(name)
+            simulation.restore(snapshot)
+    recorded, tally, state = in_one_go(name)
+    assert len(parts) > 2
+    assert shown(parts) == recorded
+    assert (simulation.tally, str(simulation.state())) == (tally, state)
 
 
 @pytest.mark.parametrize("name", SLIPPING)
@@ -180,10 +201,7 @@ def test_an_advance_ends_where_the_chain_runs_away(name: str) -> None:
 
 
 def test_an_advance_ends_where_a_solver_gives_up() -> None:
-    chain = Chain(4, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    simulation = solver_named("verlet", {"dt": 1e5}).simulation(
-        chain, State.relaxed(chain, 2), 2, ("x_G",)
-    )
+    simulation = solver_named("verlet", {"dt": 1e5}).simulation(THREE, RELAXED, 2, ("x_G",))
     given_up = advance(simulation, DRIVE, 4)
     assert given_up.stop is Stop.LIMIT
     assert "dt is too large" in given_up.reason

@@ -187,24 +187,17 @@ UNDER_WAY = np.dtype(
         ("at_load", np.float64),  # l0 theta then
         ("at_load_low", np.float64),
         ("way", np.float64),  # of the ramp
-        ("started", np.float64),  # sliders of the first event
-        ("started_first", np.float64),
-        ("started_last", np.float64),
-        ("movers", np.float64),  # different sliders that have moved
-        ("path", np.float64),  # travelled by all sliders together
-        ("largest", np.float64),
-        ("slips_before", np.float64),  # counts at the end of the rearrangement before
-        ("undecided_before", np.float64),
+        ("undecided_before", np.float64),  # up to the end of the rearrangement before
     ]
 )
-"""The rearrangement under way."""
+"""The elastic energy at rest, and the rearrangement under way."""
 
 
 class Tables(NamedTuple):
-    """Where the loop writes the tables of rearrangements and slips."""
+    """Where the loop logs slips and rests, of which `avalanche_table` makes tables."""
 
-    rearrangements: NDArray[Any]  # of `REARRANGEMENT_TABLE`, with l0 theta for theta
-    slips: NDArray[Any]  # of `SLIP_TABLE`
+    rests: NDArray[Any]  # of REST_LOG, with l0 theta for theta
+    slips: NDArray[Any]  # of SLIP_LOG
     used: NDArray[np.int64]  # rows of these two in use
     track: NDArray[np.float64]  # a column for each slider: the slip under way
     sums: NDArray[Any]  # one UNDER_WAY
@@ -217,10 +210,10 @@ class Log(NamedTuple):
     tables: Tables | None
 
 
-LOGS_EVENTS, LOGS_REARRANGEMENTS, LOGS_SLIPS = 1, 2, 4
+LOGS_EVENTS, LOGS_AVALANCHES = 1, 2
 
 # rows of `Tables.track`
-T_TIME, T_X, T_REARRANGEMENT = range(3)  # of its last start
+T_TIME, T_X, T_FIRST = range(3)  # of its last start; whether with the first event
 TRACKS = 3
 
 # stages

@@ -110,7 +110,7 @@ def room(tables):
     """Return how many more rearrangements, or slips, can be written."""
     if tables is None:  # here and below: known when this is compiled
         return _BOUNDLESS
-    left = tables.rearrangements.size - tables.used[0]
+    left = tables.rests.size - tables.used[0]
     return min(left, tables.slips.size - tables.used[1])
 
 
@@ -148,15 +148,8 @@ def begin(cell, now, tables, way):
     """Begin a rearrangement after a ramp in direction `way`, 0 if there was none."""
     if tables is None:
         return
-    sums = tables.sums[0]
     at_theta(cell, now, tables)
-    sums.way = way
-    sums.started = 0.0
-    sums.started_first = math.inf
-    sums.started_last = 0.0
-    sums.movers = 0.0
-    sums.path = 0.0
-    sums.largest = 0.0
+    tables.sums[0].way = way
 
 
 @inlined
@@ -164,31 +157,23 @@ def start(cell, now, tables, i):
     """Begin a slip of the slider in column i."""
     if tables is None:
         return
-    track, sums = tables.track, tables.sums[0]
-    track[at.T_TIME, i] = now.time
-    track[at.T_X, i] = cell[at.X, i]
-    if track[at.T_REARRANGEMENT, i] != now.rearrangements:
-        track[at.T_REARRANGEMENT, i] = now.rearrangements
-        sums.movers += 1.0
-    if now.number == 0:
-        slider = i + 1 - at.PAD
-        sums.started += 1.0
-        sums.started_first = min(sums.started_first, slider)
-        sums.started_last = max(sums.started_last, slider)
+    tables.track[at.T_TIME, i] = now.time
+    tables.track[at.T_X, i] = cell[at.X, i]
+    tables.track[at.T_FIRST, i] = now.number == 0
 
 
 @inlined
-def _slip(cell, now, tables, i, number, began, ended, displacement):
+def _slip(cell, now, tables, i, number, began, ended, displacement, first):
     """Write a slip of rearrangement `number`, after which the slider has drawn anew."""
-    if now.logging & at.LOGS_SLIPS != 0:
-        row = tables.slips[tables.used[1]]
-        row.slider = i + 1 - at.PAD
-        row.rearrangement = number
-        row.start = began
-        row.stop = ended
-        row.displacement = displacement
-        row.coefficient = now.mean if now.constant == 1 else cell[at.COEFFICIENT, i]
-        tables.used[1] += 1
+    row = tables.slips[tables.used[1]]
+    row.slider = i + 1 - at.PAD
+    row.rearrangement = number
+    row.start = began
+    row.stop = ended
+    row.displacement = displacement
+    row.coefficient = now.mean if now.constant == 1 else cell[at.COEFFICIENT, i]
+    row.first = first
+    tables.used[1] += 1
 
 
 @inlined
@@ -196,44 +181,31 @@ def stop(cell, now, tables, i):
     """End the slip of the slider in column i, which has drawn anew."""
     if tables is None:
         return
-    track, sums = tables.track, tables.sums[0]
+    track = tables.track
     displacement = cell[at.X, i] - track[at.T_X, i]
-    length = abs(displacement)
-    sums.path += length
-    sums.largest = max(sums.largest, length)
-    number = now.rearrangements - 1
-    _slip(cell, now, tables, i, number, track[at.T_TIME, i], now.time, displacement)
+    _slip(
+        cell, now, tables, i, now.rearrangements - 1, track[at.T_TIME, i], now.time, displacement,
+        track[at.T_FIRST, i],
+    )  # fmt: skip
 
 
 @inlined
-def _row(now, tables, slips, events, duration, first, last, moved, gained):
-    """Write the rearrangement under way, of the sliders in columns `first` .. `last`."""
+def _rest(now, tables, number, events, moved, gained):
+    """Write what is known at the end of rearrangement `number`."""
     sums = tables.sums[0]
-    before = sums.elastic
-    sums.elastic = before + gained
-    if now.logging & at.LOGS_REARRANGEMENTS != 0:
-        row = tables.rearrangements[tables.used[0]]
-        row.half_cycle = now.target
-        row.theta = now.theta + now.theta_low
-        row.direction = sums.way
-        row.began = sums.started
-        row.began_first = sums.started_first
-        row.began_last = sums.started_last
-        row.duration = duration
-        row.events = events
-        row.slips = slips
-        row.sliders = sums.movers
-        row.first = first + 1 - at.PAD
-        row.last = last + 1 - at.PAD
-        row.displacement = moved / now.n
-        row.largest_slip = sums.largest
-        row.elastic_before = before
-        row.elastic_after = sums.elastic
-        row.gravity = now.sine * moved
-        row.dissipation = now.friction * sums.path
-        row.undecided = now.undecided - sums.undecided_before
-        tables.used[0] += 1
+    row = tables.rests[tables.used[0]]
+    row.rearrangement = number
+    row.half_cycle = now.target
+    row.theta = now.theta + now.theta_low
+    row.direction = sums.way
+    row.events = events
+    row.moved = moved
+    row.elastic_before = sums.elastic
+    sums.elastic += gained
+    row.elastic_after = sums.elastic
+    row.undecided = now.undecided - sums.undecided_before
     sums.undecided_before = now.undecided
+    tables.used[0] += 1
 
 
 @inlined
@@ -241,20 +213,16 @@ def end(cell, now, tables):
     """End a rearrangement whose displacements have not become forces at rest yet."""
     if tables is None:
         return
-    sums = tables.sums[0]
-    first, last = now.touched_first, now.touched_last
     moved = 0.0
     gained = 0.0
-    for i in range(first, last + 1):
+    for i in range(now.touched_first, now.touched_last + 1):
         x = cell[at.X, i]
         around = cell[at.X, i - 1] + cell[at.X, i + 1]
         elastic = cell[at.REST, i] - now.sine
         gained -= x * (elastic + 0.5 * (around - cell[at.STIFFNESS, i] * x))
         moved += x
-    sums.tensions += cell[at.X, at.PAD + now.n - 1] - cell[at.X, at.PAD]
-    slips = now.slips - sums.slips_before
-    sums.slips_before = now.slips
-    _row(now, tables, slips, now.number, now.time, first, last, moved, gained)
+    tables.sums[0].tensions += cell[at.X, at.PAD + now.n - 1] - cell[at.X, at.PAD]
+    _rest(now, tables, now.rearrangements - 1, now.number, moved, gained)
 
 
 @inlined
@@ -266,16 +234,11 @@ def end_slip(cell, now, tables, i, way, moved):
     if tables is None:
         return
     sums = tables.sums[0]
-    length = abs(moved)
     sums.way = way
-    sums.started = 1.0
-    sums.started_first = sums.started_last = i + 1 - at.PAD
-    sums.movers = 1.0
-    sums.path = sums.largest = length
-    sums.slips_before += 1.0
     sums.tensions += moved if i > at.PAD else -moved
     # from its threshold against friction, by twice the excess: what friction and gravity leave
-    gained = now.sine * moved - now.friction * length
-    duration = math.pi if length > 0.0 else 0.0
-    _slip(cell, now, tables, i, now.rearrangements, 0.0, duration, moved)
-    _row(now, tables, 1, 2, duration, i, i, moved, gained)
+    gained = now.sine * moved - now.friction * abs(moved)
+    duration = math.pi if moved != 0.0 else 0.0
+    number = now.rearrangements
+    _slip(cell, now, tables, i, number, 0.0, duration, moved, 1)
+    _rest(now, tables, number, 2, moved, gained)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cached_property
 from typing import Any, ClassVar
 
@@ -22,6 +21,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers import tables
+from exactcreep.solvers.avalanche_table import SLIP_LOG, rearrangement_columns
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error
@@ -30,11 +30,10 @@ from exactcreep.solvers.exact.rest import (
     Workspace,
     dilation,
     placed,
-    rational,
     roomier,
 )
-from exactcreep.solvers.exact.rows import AtTargets
-from exactcreep.solvers.exact.two_floats import split, split_ratio, two_product
+from exactcreep.solvers.exact.rows import TENSION, TENSION_LOW, AtTargets
+from exactcreep.solvers.exact.two_floats import split, split_ratio, two_product, two_sum
 from exactcreep.solvers.field.certified import Certified
 from exactcreep.solvers.solver import (
     Ending,
@@ -44,10 +43,10 @@ from exactcreep.solvers.solver import (
     Start,
     Stretch,
     Tally,
+    compiled,
     require,
     same_kind,
 )
-from exactcreep.solvers.warm_up import compiled
 
 MOST_WORK = 2**21
 """Of one call of the compiled loop, in units of about 5 ns: a hundredth of a second."""
@@ -61,11 +60,6 @@ _COUNTED = [*_TALLY, "steps", "tests", "roots", "work", "calm", "retry", "target
 _GOES_ON = (layout.BUDGET, layout.LOG_FULL)
 _USED: dict[int, list[Workspace]] = {}
 """By lengths of short chains: arrays of rearrangements that are over, as many as ran at once."""
-_LOGS = {
-    "events": layout.LOGS_EVENTS,
-    "rearrangements": layout.LOGS_REARRANGEMENTS,
-    "slip_table": layout.LOGS_SLIPS,
-}
 _ENDLESS = (
     f"an avalanche has neither ended nor been proved to run away after {layout.LONGEST_AVALANCHE}"
     " events; at tan_alpha = mu_d it may go round for ever"
@@ -82,11 +76,13 @@ class ExactSimulation(Simulation):
         seed: int,
         record: tuple[str, ...] = ("x_G",),
         used: Workspace | None = None,
+        origin: Origin | None = None,
     ) -> None:
         self.chain = chain
         self.record = record
-        self.origin = Origin.of(chain, state)
+        self.origin = Origin.of(chain, state) if origin is None else origin
         self.work = placed(chain, self.origin, seed, _logging(record), used)
+        self._slips = np.empty(0, SLIP_LOG)  # of a rearrangement under way
 
     @property
     def _present(self) -> Workspace:
@@ -146,7 +142,7 @@ class ExactSimulation(Simulation):
         high, low = self.targets(drive, first, count, self.seed)
         self.work.now["target"] = first
         targets = self.at_targets(count, self.record)
-        logs = [tables.record_arrays({name: ()}, 1) for name in self.record if name in _LOGS]
+        logs = [tables.record_arrays({name: ()}, 1) for name in self.record if name in tables.LOGS]
         begun = self.events
         done, ended = 0, Ending(Stop.DONE)
         while done < count:
@@ -166,7 +162,7 @@ class ExactSimulation(Simulation):
                 break
         known = targets._asdict() | {"x_G": targets.total[:done] / self.chain.n}
         names = dict.fromkeys(("x_G", *self.record))
-        recorded = {name: known[name][:done] for name in names if name not in _LOGS}
+        recorded = {name: known[name][:done] for name in names if name not in tables.LOGS}
         return Stretch(done, recorded | tables.joined(logs), *ended, doubts=targets.doubts[:done])
 
     def at_targets(self, count: int, record: tuple[str, ...]) -> AtTargets:
@@ -235,13 +231,17 @@ class ExactSimulation(Simulation):
             found |= tables.EVENT_TABLE.arrays(events)
         logs = self.work.log.tables
         if logs is not None:
-            rearrangements, slips = logs.rearrangements[: logs.used[0]], logs.slips[: logs.used[1]]
+            rests, new = logs.rests[: logs.used[0]], logs.slips[: logs.used[1]]
             logs.used[:] = 0
-            rearrangements["theta"] /= l0
-            if len(rearrangements):
-                found |= tables.REARRANGEMENT_TABLE.arrays(rearrangements)
-            if len(slips):
-                found |= tables.SLIP_TABLE.arrays(slips)
+            rests["theta"] /= l0
+            slips = np.concatenate([self._slips, new])
+            last = rests["rearrangement"][-1] if len(rests) else -1
+            over = slips["rearrangement"] <= last
+            self._slips = slips[~over]
+            if "rearrangements" in self.record:
+                found |= rearrangement_columns(slips[over], rests, self.chain)
+            if "slip_table" in self.record:
+                found |= tables.SLIP_TABLE.arrays(new)
         return found
 
     def load(self) -> tuple[float, float]:
@@ -341,15 +341,19 @@ class ExactSimulation(Simulation):
 
         What mirrors itself goes on doing so.
         """
-        n, begun = self.chain.n, self.origin.state
+        n, numbers = self.chain.n, self.origin.numbers.copy()
         if n == 1:
             return None
         largest = nearest_float(self.chain.mu_s + abs(self.chain.tan_alpha))
-        off = [_NUDGE * largest * (-1) ** min(i, n - 2 - i) for i in range(n - 1)]
-        given = zip(begun.tensions.tolist(), off, strict=True)
-        tensions = np.array([rational(t) + Fraction(d) for t, d in given])
-        start = replace(begun, tensions=tensions)
-        return ExactSimulation(self.chain, start, self.seed, ("tension", "slips"))
+        spring = np.arange(n - 1)
+        side = np.where(np.minimum(spring, n - 2 - spring) % 2 == 0, 1.0, -1.0)
+        tension, error = two_sum.py_func(numbers[TENSION, :-1], _NUDGE * largest * side)
+        numbers[TENSION, :-1] = tension
+        numbers[TENSION_LOW, :-1] += error
+        origin = self.origin._replace(numbers=numbers)
+        return ExactSimulation(
+            self.chain, origin.state, self.seed, ("tension", "slips"), origin=origin
+        )
 
     @property
     def evidence(self) -> Evidence:
@@ -540,7 +544,8 @@ class Exact(Solver):
 
 def _logging(record: tuple[str, ...]) -> int:
     """Return what the compiled loop logs, see `layout.NOW`."""
-    return sum(flag for name, flag in _LOGS.items() if name in record)
+    avalanches = not {"rearrangements", "slip_table"}.isdisjoint(record)
+    return layout.LOGS_EVENTS * ("events" in record) + layout.LOGS_AVALANCHES * avalanches
 
 
 def _events(log: NDArray[Any]) -> Iterator[Event]:

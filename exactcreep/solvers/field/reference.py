@@ -25,8 +25,8 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.cosine_field import sign_of
 from exactcreep.motion.first_event import SearchLimit
+from exactcreep.solvers.avalanche_table import Avalanche
 from exactcreep.solvers.reference import ChainIntegrator
-from exactcreep.solvers.rows import Avalanche
 from exactcreep.solvers.solver import (
     Ending,
     Rearrangement,
@@ -253,19 +253,20 @@ class FieldSimulation(Simulation):
             return
         if mechanics.event_number == 1:
             way = mechanics.way if mechanics.crossed else 0
-            tensions, still = mechanics.state().tensions, arithmetic.zeros(self.start.chain.n)
-            self.avalanche = Avalanche(number, q, theta, way, tensions, still, self.undecided)
+            known = {"half_cycle": q, "theta": theta, "direction": way}
+            self.avalanche = Avalanche(
+                mechanics.chain, arithmetic, known, mechanics.state().tensions
+            )
         assert self.avalanche is not None
         coefficient = mechanics.coefficients.__getitem__
-        slips = self.avalanche.take(event, mechanics.known_moves(), coefficient, arithmetic)
+        slips = self.avalanche.take(event, number, mechanics.known_moves(), coefficient)
         rows.get("slip_table", []).extend(slips)
 
     def _log_rest(self) -> None:
-        mechanics, undecided = self.mechanics, self.mechanics.tally.undecided
+        before, self.undecided = self.undecided, self.mechanics.tally.undecided
         if self.avalanche is not None and "rearrangements" in self.begun:
-            row = self.avalanche.row(mechanics.chain, mechanics.arithmetic, undecided)
-            self.begun["rearrangements"].append(row)
-        self.avalanche, self.undecided = None, undecided
+            self.begun["rearrangements"].append(self.avalanche.row(self.undecided - before))
+        self.avalanche = None
 
     def state(self) -> State:
         with self.mechanics.arithmetic.active():

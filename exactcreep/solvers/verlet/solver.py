@@ -26,7 +26,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
-from exactcreep.solvers.rows import Avalanche
+from exactcreep.solvers.avalanche_table import Avalanche
 from exactcreep.solvers.solver import (
     Rearrangement,
     Simulation,
@@ -34,23 +34,13 @@ from exactcreep.solvers.solver import (
     Start,
     Stretch,
     Tally,
+    compiled,
     require,
     same_kind,
 )
-from exactcreep.solvers.tables import (
-    EVENT_TABLE,
-    LOGS,
-    EventRow,
-    RearrangementRow,
-    SlipRow,
-    TargetRows,
-    joined,
-    logged_events,
-    record_arrays,
-)
+from exactcreep.solvers.tables import EVENT_TABLE, LOGS, TargetRows, joined, logged_events
 from exactcreep.solvers.verlet import steps
-from exactcreep.solvers.verlet.steps import NOW, SLIDER, Arrays, B, Constants, X, Y
-from exactcreep.solvers.warm_up import compiled
+from exactcreep.solvers.verlet.steps import AT_REST_ROWS, COUNTS, Arrays, B, Constants, X, Y
 
 _TOO_LONG = f"a rearrangement did not end within {steps.MOST_STEPS:.0e} steps; dt may be too large"
 _INFINITE = "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)"
@@ -62,82 +52,45 @@ _ENDINGS = {
     steps.INFINITE: (Stop.LIMIT, _INFINITE),
 }
 """Why the compiled steps return for good; else they want to be called again."""
-_REALS = ("base", "displacement", "coefficient", "threshold")
-_COUNTS = ("steps", "rearrangements", "events", "slips", "below", "undecided", "target")
-
-
-def _constants(start: Start, dt: float, locate: bool) -> Constants:
-    chain = start.chain
-    l0 = nearest_float(chain.l0)
-    return Constants(
-        n=chain.n,
-        l0=l0,
-        origin=l0 * float(start.state.theta),
-        weight=chain.sin_alpha,
-        friction=chain.friction,
-        cosine=chain.cos_alpha,
-        mu_d=nearest_float(chain.mu_d),
-        mu_s=nearest_float(chain.mu_s),
-        held=chain.times_cosine(chain.mu_s),
-        sigma=nearest_float(chain.sigma_mu),
-        seed=np.uint64(start.seed),
-        random=chain.sigma_mu != 0,
-        runs_away=chain.may_run_away,
-        dt=dt,
-        locate=locate,
-    )
+_NOWHERE = np.empty(0)
 
 
 def _arrays(start: Start, fixed: Constants, keep_events: bool) -> Arrays:
     n, state = fixed.n, start.state
-    sliders = np.zeros(n + 2, dtype=SLIDER)
-    inner = sliders[1 : n + 1]
-    sliders["base"][1:n] = state.tensions.astype(np.float64)
-    inner["displacement"] = state.displacements.astype(np.float64)
-    inner["coefficient"] = coefficients = state.coefficients.astype(np.float64)
-    inner["draws"] = state.draws
+    lanes, drawn = np.zeros((steps.THRESHOLD + 1, n + 2)), np.zeros((2, n + 2), dtype=np.int64)
+    inner = lanes[:, 1 : n + 1]
+    inner[steps.BASE, : n - 1] = state.tensions.astype(np.float64)
+    inner[steps.PLACE] = state.displacements.astype(np.float64)
+    inner[steps.COEFFICIENT] = coefficients = state.coefficients.astype(np.float64)
+    drawn[0, 1 : n + 1] = state.draws
     held = Contacts(start.chain).thresholds(coefficients, FLOAT64)
     # the compiled steps give a contact that acts as mu_d the friction force, rounded once
-    inner["threshold"] = np.where(coefficients < fixed.mu_d, fixed.friction, held)
-    now = np.zeros(1, dtype=NOW)
-    now["theta"] = float(state.theta)
-    lanes = np.zeros((steps.OLD_B + 1, n + 2))
+    inner[steps.THRESHOLD] = np.where(coefficients < fixed.mu_d, fixed.friction, held)
     lanes[steps.CEILING] = math.inf
-    lanes[steps.CEILING, 1 : n + 1] = inner["threshold"]
-    lanes[steps.SPRINGS, 1 : n + 1] = 2.0
-    lanes[steps.SPRINGS, 1] -= 1.0
-    lanes[steps.SPRINGS, n] -= 1.0
+    inner[steps.CEILING] = inner[steps.THRESHOLD]
+    inner[steps.SPRINGS] = 2.0
+    inner[steps.SPRINGS, 0] -= 1.0
+    inner[steps.SPRINGS, -1] -= 1.0
+    now = np.zeros(1, dtype=steps.NOW)
+    now["theta"] = float(state.theta)
     return Arrays(
-        sliders=sliders,
         lanes=lanes,
+        drawn=drawn,
         movers=np.zeros(n + 1, dtype=np.int64),
         now=now,
         clusters=np.zeros(n + 2, dtype=np.int64),
         near=np.zeros(n + 2, dtype=np.int64),
         hit=np.zeros(n + 2, dtype=np.int8),
-        rows=np.zeros(2 * n + 4096 if keep_events else 0, dtype=steps.ROW),
+        rows=np.zeros((2 * n + 4096 if keep_events else 0, len(steps.ROW))),
     )
 
 
-def _state(fixed: Constants, arrays: Arrays) -> State:
-    inner = arrays.sliders[1 : fixed.n + 1]
-    x = arrays.lanes[X, 1 : fixed.n + 1]
-    with np.errstate(invalid="ignore"):  # not finite where dt was too large
-        stretch = np.diff(x)
-    return State(
-        tensions=inner["base"][:-1] - arrays.now["shift"][0] + stretch,
-        displacements=inner["displacement"] + x,
-        coefficients=inner["coefficient"].copy(),
-        draws=inner["draws"].copy(),
-        theta=float(arrays.now["theta"][0]),
-    )
-
-
-def _velocities(fixed: Constants, arrays: Arrays) -> NDArray[np.float64]:
-    inner = arrays.lanes[:, 1 : fixed.n + 1]
-    with np.errstate(invalid="ignore"):  # not finite where dt was too large
-        velocities: NDArray[np.float64] = (inner[Y] + 0.5 * inner[B]) / fixed.dt
-    return velocities
+def _motion(fixed: Constants, arrays: Arrays) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+    """Return tensions, displacements and velocities, not finite where dt was too large."""
+    inner, shift = arrays.lanes[:, 1 : fixed.n + 1], arrays.now["shift"][0]
+    with np.errstate(invalid="ignore"):
+        tensions = inner[steps.BASE, :-1] - shift + np.diff(inner[X])
+        return tensions, inner[steps.PLACE] + inner[X], (inner[Y] + 0.5 * inner[B]) / fixed.dt
 
 
 class _SteppedPiece:
@@ -146,213 +99,193 @@ class _SteppedPiece:
     Between two steps it is the velocity Verlet step of a shorter length.
     """
 
-    def __init__(self, simulation: VerletSimulation, rest: NDArray[Any], t: float) -> None:
+    def __init__(self, simulation: VerletSimulation, rest: NDArray[np.float64], t: float) -> None:
+        """Keep what has moved until `t`; the other sliders stand as in `rest`."""
         self.t_min = self.t_max = t
-        self._chain, self._constants, arrays = simulation.chain, simulation.fixed, simulation.arrays
-        now = arrays.now[0]
-        self._moved = slice(int(now["low"]) - 1, int(now["high"]) + 2)
+        self._chain, self._fixed, arrays = simulation.chain, simulation.fixed, simulation.arrays
+        low, high = arrays.now[0][["low", "high"]].item()
+        self._moved = slice(low - 1, high + 2)
         self._lanes = arrays.lanes[:, self._moved].copy()
-        self._arrays = arrays._replace(
-            sliders=rest,
-            lanes=arrays.lanes[:, :0],
-            movers=arrays.movers[: int(now["movers"])].copy(),
-            now=arrays.now.copy(),
-            rows=arrays.rows[:0],
-        )
+        now, movers = arrays.now.copy(), arrays.movers.copy()
+        self._arrays = arrays._replace(lanes=rest, now=now, movers=movers, rows=arrays.rows[:0])
 
     def __call__(self, t: Any) -> Motion:
         """Return the motion at the time `t`."""
-        lanes = np.zeros((len(self._lanes), self._chain.n + 2))
-        lanes[:, self._moved] = self._lanes
-        arrays = self._arrays._replace(lanes=lanes)
-        steps.glide(self._constants, arrays, (float(t) - self.t_min) / self._constants.dt)
-        state = _state(self._constants, arrays)
-        velocities = _velocities(self._constants, arrays)
-        return Motion(state.displacements, velocities, state.forces(self._chain))
-
-
-class _Ledger:
-    """The tables of rearrangements and slips, made of the rows of events."""
-
-    def __init__(self, start: Start) -> None:
-        self._chain = start.chain
-        self._theta = float(start.state.theta)
-        self._tensions = start.state.tensions.astype(np.float64)  # with theta at rest
-        self._undecided = [0, 0]  # at the end of the last rearrangement, and at the last event
-        self._avalanche: Avalanche | None = None
-
-    def take(self, rows: NDArray[Any], *, moves: bool) -> dict[str, NDArray[Any]]:
-        """Return the rows that these rows of events complete; `moves` says if the chain does."""
-        done: list[RearrangementRow] = []
-        slips: list[SlipRow] = []
-        moved, drawn = np.zeros((2, self._chain.n))
-        place = 0
-        for first, event in logged_events(EVENT_TABLE.arrays(rows)):
-            here = rows[place : place + len(event.sliders)]
-            place += len(here)
-            if first.number == 0:
-                done += self._ended()
-                self._begin(first, int(here["way"][0]))
-            assert self._avalanche is not None
-            moved[here["slider"] - 1] = here["moved"]
-            drawn[here["slider"] - 1] = here["coefficient"]
-            slips += self._avalanche.take(event, moved, drawn.__getitem__, FLOAT64)
-            self._undecided[1] = int(here["undecided"].max())
-        if not moves:
-            done += self._ended()
-        return record_arrays({"rearrangements": done, "slip_table": slips}, self._chain.n)
-
-    def _begin(self, first: EventRow, way: int) -> None:
-        self._tensions -= nearest_float(self._chain.l0) * (first.theta - self._theta)
-        self._theta = first.theta
-        self._avalanche = Avalanche(
-            first.rearrangement, first.half_cycle, first.theta, way, self._tensions.copy(),
-            np.zeros(self._chain.n), self._undecided[0],
-        )  # fmt: skip
-
-    def _ended(self) -> list[RearrangementRow]:
-        avalanche, self._avalanche = self._avalanche, None
-        if avalanche is None:
-            return []
-        self._tensions += np.diff(avalanche.moved)
-        self._undecided[0] = self._undecided[1]
-        return [avalanche.row(self._chain, FLOAT64, self._undecided[1])]
-
-    def snapshot(self) -> dict[str, Any]:
-        """Return what is known at rest."""
-        theta, undecided = np.array([self._theta]), np.array(self._undecided)
-        return {"theta": theta, "tensions": self._tensions.copy(), "undecided": undecided}
-
-    def restore(self, snapshot: Mapping[str, Any]) -> None:
-        """Take over what `snapshot` returned."""
-        self._theta, self._tensions[:] = float(snapshot["theta"][0]), snapshot["tensions"]
-        self._undecided = snapshot["undecided"].tolist()
+        arrays = self._arrays._replace(lanes=self._arrays.lanes.copy())
+        arrays.lanes[:, self._moved] = self._lanes
+        steps.glide(self._fixed, arrays, (float(t) - self.t_min) / self._fixed.dt)
+        tensions, places, velocities = _motion(self._fixed, arrays)
+        forces = np.diff(tensions, prepend=0.0, append=0.0) + self._chain.sin_alpha
+        return Motion(places, velocities, forces)
 
 
 class VerletSimulation(Simulation):
     """A chain on its way along a drive, stepped in time."""
 
     def __init__(self, start: Start, record: tuple[str, ...], dt: float, locate: bool) -> None:
-        self.chain, self.seed, self.record = start.chain, start.seed, record
-        self.fixed = _constants(start, dt, locate)
+        chain, self.start, self.record = start.chain, start.state, record
+        self.chain, l0 = chain, nearest_float(chain.l0)
+        self.fixed = Constants(
+            n=chain.n,
+            l0=l0,
+            origin=l0 * float(start.state.theta),
+            weight=chain.sin_alpha,
+            friction=chain.friction,
+            cosine=chain.cos_alpha,
+            mu_d=nearest_float(chain.mu_d),
+            mu_s=nearest_float(chain.mu_s),
+            held=chain.times_cosine(chain.mu_s),
+            sigma=nearest_float(chain.sigma_mu),
+            seed=np.uint64(start.seed),
+            random=chain.sigma_mu != 0,
+            runs_away=chain.may_run_away,
+            dt=dt,
+            locate=locate,
+        )
+        self.seed = start.seed
         self.arrays = _arrays(start, self.fixed, any(name in record for name in LOGS))
-        self._ledger = _Ledger(start)
+        # for the tables: as they were at the end of the last rearrangement
+        self._theta, self._undecided = float(start.state.theta), 0
+        self._tensions = start.state.tensions.astype(np.float64)
+        self._avalanche: Avalanche | None = None
 
     @property
     def tally(self) -> Tally:  # type: ignore[override]
-        now = self.arrays.now[0]
-        names = ("rearrangements", "events", "slips", "below", "undecided")
-        return Tally(*(int(now[name]) for name in names))
+        return Tally(*(int(self.arrays.now[name][0]) for name in COUNTS[1:6]))
 
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
-        arrays, record = self.arrays, self.record
         targets = drive.targets(first, count, self.seed)
-        rows = TargetRows.empty(record, count, self.chain.n)
+        rows = TargetRows.empty(self.record, count, self.chain.n)
         logs: list[dict[str, NDArray[Any]]] = []
-        now = arrays.now[0]
-        done = 0
-        begun = events = int(now["events"])
+        done, begun = 0, self.tally.events
         stop: Stop | None = None
         while stop is None:
-            now["spent"] = 0
-            budget = begun + limits.events_left - events
+            budget = begun + limits.events_left - self.tally.events
             own = rows.part(done)
-            code, more = steps.follow(self.fixed, arrays, targets[done:], first + done, budget, own)
+            code, more = steps.follow(
+                self.fixed, self.arrays, targets[done:], first + done, budget, own
+            )
             done += more
             logs.append(self._tables())
-            events = int(now["events"])
             stop, reason = _ENDINGS.get(code, (None, ""))
-            stop = stop or limits.stop(events - begun)
-        recorded = rows.recorded(record, done) | joined(logs)
+            stop = stop or limits.stop(self.tally.events - begun)
+        recorded = rows.recorded(self.record, done) | joined(logs)
         return Stretch(done, recorded, stop, reason or limits.reason(stop))
 
-    def _tables(self) -> dict[str, NDArray[Any]]:
-        """Return the rows of tables that are complete, and make room for others."""
-        written, record = self._written(), self.record
-        rows = EVENT_TABLE.arrays(written) if "events" in record else {}
-        tables = [name for name in ("rearrangements", "slip_table") if name in record]
-        if tables:
-            moves = self.arrays.now["phase"][0] == steps.MOVING
-            found = self._ledger.take(written, moves=moves)
-            rows |= {name: found[name] for table in tables for name in LOGS[table].columns}
-        return rows
+    def step_on(self, budget: int) -> int:
+        """Let the rearrangement under way go on, for so many events; return why it came back."""
+        nothing = TargetRows.empty((), 0, self.chain.n)
+        return int(steps.follow(self.fixed, self.arrays, _NOWHERE, 0, budget, nothing)[0])
 
-    def _written(self) -> NDArray[Any]:
-        """Return the rows of events that have been written down, and make room for others."""
+    def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
+        begun, code, logs = self.tally.events, steps.PAUSED, []
+        while not self.at_rest and _ENDINGS.get(code) is None and not limits.passed():
+            code = self.step_on(begun + limits.events_left - self.tally.events)
+            logs.append(self._tables())
+        return joined(logs)
+
+    def _written(self) -> tuple[dict[str, NDArray[Any]], list[Event]]:
+        """Return what was kept of events, column by column and as events; make space for others."""
         now = self.arrays.now[0]
-        rows, now["written"] = self.arrays.rows[: int(now["written"])], 0
-        return rows
+        rows = dict(zip(steps.ROW, self.arrays.rows[: now["written"]].T.copy(), strict=True))
+        now["written"] = 0
+        return rows, [one for _, one in logged_events(EVENT_TABLE.arrays(rows), rows["residual"])]
 
     def new_events(self) -> list[Event]:
-        """Return the events that have been written down, and make room for others."""
-        rows = self._written()
-        return [event for _, event in logged_events(EVENT_TABLE.arrays(rows), rows["residual"])]
+        """Return the events that have been kept, and make space for others."""
+        return self._written()[1]
+
+    def _tables(self) -> dict[str, NDArray[Any]]:
+        """Return the rows of tables that are complete, and make space for others."""
+        rows, events = self._written()
+        made: dict[str, list[tuple[Any, ...]]] = {"rearrangements": [], "slip_table": []}
+        found = EVENT_TABLE.arrays(rows) if "events" in self.record else {}
+        if made.keys().isdisjoint(self.record):
+            return found
+        moved, drawn = np.zeros((2, self.chain.n))
+        place = 0
+        for event in events:
+            here = slice(place, place + len(event.sliders))
+            place = here.stop
+            number = int(rows["rearrangement"][here.start])
+            if rows["number"][here.start] == 0:
+                self._end(made["rearrangements"])
+                names = {"half_cycle": "half_cycle", "theta": "theta", "direction": "way"}
+                known = {name: rows[own][here.start] for name, own in names.items()}
+                self._tensions -= self.fixed.l0 * (known["theta"] - self._theta)
+                self._theta = float(known["theta"])
+                self._avalanche = Avalanche(self.chain, FLOAT64, known, self._tensions.copy())
+            assert self._avalanche is not None
+            moved[rows["slider"][here].astype(int) - 1] = rows["moved"][here]
+            drawn[rows["slider"][here].astype(int) - 1] = rows["coefficient"][here]
+            made["slip_table"] += self._avalanche.take(event, number, moved, drawn.__getitem__)
+            self._settled = int(rows["undecided"][here].max())
+        if self.arrays.now["phase"][0] != steps.MOVING:
+            self._end(made["rearrangements"])
+        for name in made.keys() & set(self.record):
+            found |= LOGS[name].from_rows(made[name])
+        return found
+
+    def _end(self, rows: list[tuple[Any, ...]]) -> None:
+        """Add the row of the rearrangement under way, if there is one, which has ended."""
+        if self._avalanche is not None:
+            self._tensions += np.diff(self._avalanche.moved)
+            rows.append(self._avalanche.row(self._settled - self._undecided))
+            self._undecided, self._avalanche = self._settled, None
 
     def state(self) -> State:
-        return _state(self.fixed, self.arrays)
+        tensions, places, _ = _motion(self.fixed, self.arrays)
+        inner = slice(1, self.fixed.n + 1)
+        coefficients = self.arrays.lanes[steps.COEFFICIENT, inner].copy()
+        theta = float(self.arrays.now["theta"][0])
+        return State(tensions, places, coefficients, self.arrays.drawn[0, inner].copy(), theta)
 
     def velocities(self) -> NDArray[np.float64]:
         """Return the present velocities."""
-        return _velocities(self.fixed, self.arrays)
+        return _motion(self.fixed, self.arrays)[2]
 
     @property
     def at_rest(self) -> bool:
         return bool(self.arrays.now["phase"][0] == steps.AT_REST)
 
-    def come_to_rest(self, limits: Limits) -> dict[str, NDArray[Any]]:
-        arrays, logs = self.arrays, []
-        now = arrays.now[0]
-        begun, code = int(now["events"]), steps.PAUSED
-        while not self.at_rest and _ENDINGS.get(code) is None and not limits.passed():
-            now["spent"] = 0
-            code = steps.advance(self.fixed, arrays, begun + limits.events_left)
-            logs.append(self._tables())
-        return joined(logs)
-
     def snapshot(self) -> dict[str, Any]:
-        sliders, now = self.arrays.sliders, self.arrays.now[0]
+        now = self.arrays.now[0]
         return {
-            "sliders": np.array([sliders[name] for name in _REALS]),
-            "whole": np.array([sliders["draws"], sliders["slips"]]),
-            "place": np.array([now["shift"], now["theta"]]),
-            "counts": np.array([now[name] for name in _COUNTS]),
-            "tables": self._ledger.snapshot(),
+            "numbers": self.arrays.lanes[list(AT_REST_ROWS)],  # a copy
+            "drawn": self.arrays.drawn.copy(),
+            "counts": np.array([*now[list(COUNTS)].item(), self._undecided]),
+            "theta": np.array([now["shift"], now["theta"], self._theta]),
+            "tensions": self._tensions.copy(),
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        taken, arrays, fixed = same_kind(self.snapshot(), snapshot), self.arrays, self.fixed
-        counts = [taken["counts"], taken["whole"], taken["tables"]["undecided"]]
-        require(all((each >= 0).all() for each in counts), "a count is negative")
-        require(all((each < 2**60).all() for each in counts), "a count is too large")
-        numbers = [
-            taken["sliders"],
-            taken["place"],
-            *map(taken["tables"].get, ("theta", "tensions")),
-        ]
-        require(all(np.isfinite(each).all() for each in numbers), "a number is not finite")
-        sliders, now = arrays.sliders, arrays.now[0]
-        for names, rows in ((_REALS, taken["sliders"]), (("draws", "slips"), taken["whole"])):
-            for name, row in zip(names, rows, strict=True):
-                sliders[name] = row
-        now["shift"], now["theta"] = taken["place"]
-        for name, count in zip(_COUNTS, taken["counts"], strict=True):
+        taken, lanes, now = same_kind(self.snapshot(), snapshot), self.arrays.lanes, self.arrays.now
+        for name, values in taken.items():
+            require(bool(np.isfinite(values).all()), f"{name}: a number is not finite")
+            counts = values.dtype.kind == "i"
+            require(not counts or bool(((values >= 0) & (values < 2**60)).all()),
+                    f"{name}: a count is out of range")  # fmt: skip
+        lanes[list(AT_REST_ROWS)], self.arrays.drawn[:] = taken["numbers"], taken["drawn"]
+        *counts, self._undecided = taken["counts"].tolist()
+        for name, count in zip(COUNTS, counts, strict=True):
             now[name] = count
+        now["shift"], now["theta"], self._theta = taken["theta"]
         now["phase"] = steps.AT_REST
-        held = sliders["threshold"][1 : fixed.n + 1]
-        arrays.lanes[steps.CEILING, 1 : fixed.n + 1] = held
-        self._ledger.restore(taken["tables"])
-        drawn = sliders["coefficient"][1 : fixed.n + 1]
-        close = 2.0**-40 * (1.0 + abs(taken["sliders"]).max() + abs(fixed.origin))
-        apart = held - np.maximum(drawn, fixed.mu_d) * fixed.cosine
-        require((abs(apart) <= close).all(), "thresholds are not the coefficients'")
-        shift = fixed.l0 * now["theta"] - fixed.origin
-        ends = np.array([now["shift"], sliders["base"][0], sliders["base"][fixed.n]]) - shift
-        require((abs(ends) <= close + 2.0**-40 * abs(shift)).all(), "theta is not the ends'")
+        self._tensions = taken["tensions"].copy()
+        inner = lanes[:, 1 : self.fixed.n + 1]
+        inner[steps.CEILING] = held = inner[steps.THRESHOLD]
+        close = 2.0**-40 * (1.0 + abs(taken["numbers"]).max() + abs(self.fixed.origin))
+        apart = held - np.maximum(inner[steps.COEFFICIENT], self.fixed.mu_d) * self.fixed.cosine
+        require(bool((abs(apart) <= close).all()), "thresholds are not the coefficients'")
+        shift = self.fixed.l0 * taken["theta"][1] - self.fixed.origin
+        ends = np.array([taken["theta"][0], *lanes[steps.BASE, [0, self.fixed.n]]]) - shift
+        near = bool((abs(ends) <= close + 2.0**-40 * abs(shift)).all())
+        require(near, "theta is not the ends'")
 
     def report(self) -> dict[str, Any]:
         """Return the time step, how events are found, and the number of steps."""
-        steps_taken = int(self.arrays.now["steps"][0])
-        return {"dt": self.fixed.dt, "locate": self.fixed.locate, "steps": steps_taken}
+        taken = int(self.arrays.now["steps"][0])
+        return {"dt": self.fixed.dt, "locate": self.fixed.locate, "steps": taken}
 
 
 @dataclass(frozen=True)
@@ -397,17 +330,16 @@ class Verlet(Solver):
 
     def rearrange_from(self, start: Start, direction: int, limits: Limits) -> Rearrangement:
         """Rearrange by steps in time, noting where each motion between two events begins."""
-        chain, state = start.chain, start.state
         if limits.at < math.inf:
-            limits = limits.later(compiled(self, self.compiles(chain.n)))
+            limits = limits.later(compiled(self, self.compiles(start.chain.n)))
         simulation = self.simulation_from(start, ("events",))
         fixed, arrays = simulation.fixed, simulation.arrays
         now = arrays.now[0]
-        if steps.release(fixed, arrays) == 0 and direction != 0:
+        steps.release(fixed, arrays)
+        if now["phase"] == steps.AT_REST and direction != 0:
             steps.ramp(fixed, arrays, float(direction), math.inf)
-        begun = simulation.state()
-        initial = replace(state, tensions=begun.tensions, theta=begun.theta, past=None)
-        rest = arrays.sliders.copy()
+        begun, rest = simulation.state(), arrays.lanes.copy()
+        initial = replace(start.state, tensions=begun.tensions, theta=begun.theta, past=None)
         events = simulation.new_events()
         pieces = [_SteppedPiece(simulation, rest, 0.0) for _ in events]
         stop: Stop | None = None
@@ -416,8 +348,7 @@ class Verlet(Solver):
             if (stop := limits.stop(len(events))) is not None:
                 reason = limits.reason(stop)
                 break
-            now["spent"] = 0
-            code = steps.advance(fixed, arrays, now["events"] + 1)
+            code = simulation.step_on(1)
             new = simulation.new_events()
             events += new
             if code != steps.REST:
@@ -431,10 +362,10 @@ class Verlet(Solver):
             outcome = Outcome.RUNAWAY if stop is Stop.RUNAWAY else Outcome.LIMIT
         for piece, end in zip(pieces, ends, strict=False):
             piece.t_max = end
-        still = Motion(initial.displacements, np.zeros(chain.n), initial.forces(chain))
+        still = Motion(initial.displacements, np.zeros(fixed.n), initial.forces(start.chain))
         tally = simulation.tally
         return Rearrangement(
-            chain=chain,
+            chain=start.chain,
             initial=initial,
             events=tuple(events),
             outcome=outcome,

@@ -30,18 +30,17 @@ _EPS = 2.0**-52
 _SMALLEST = 5e-324  # v < _SMALLEST is v <= 0
 _GAP = 20  # movers at most so far apart share a cluster: cheaper than a cluster of their own
 _BISECTED = 2.0**-53  # of a step
-_LOOK = 1 << 8  # steps between two looks at a whole chain in motion that may run away
-_SURVEY = 1 << 14  # steps between two looks at whether the motion is finite
+_RUNAWAY_CHECK = 1 << 8  # steps between two looks at a whole chain in motion that may run away
+_FINITE_CHECK = 1 << 14  # steps between two looks at whether the motion is finite
 _PAUSE = 1 << 24  # steps, each counted once for every moving slider, between two looks at a clock
 
 # Nothing here allocates. Without `_nrt=False` every array that is handed over would be counted,
 # atomically, which costs more than the events themselves.
 _compiled = njit(cache=True, nogil=True, error_model="numpy", _nrt=False)
 
-# What `advance` and `follow` return
+# What `follow` returns
 REST, EVENTS, ROWS, RUNAWAY, STEPS, INFINITE, PAUSED = range(7)
 UNTESTED, AT_REST, MOVING = 0, 1, 2
-_START, _STOP = np.int8(0), np.int8(1)
 
 
 class Constants(NamedTuple):
@@ -64,64 +63,42 @@ class Constants(NamedTuple):
     locate: bool
 
 
-SLIDER = np.dtype(
-    [
-        ("base", np.float64),  # T_n + shift of the spring below; the first and the last: shift
-        ("displacement", np.float64),  # at the last rest
-        ("coefficient", np.float64),
-        ("threshold", np.float64),  # max(coefficient, mu_d) cos(alpha)
-        ("draws", np.int64),
-        ("slips", np.int64),  # in this half-cycle
-    ]
+_REALS = (
+    "shift",  # l0 (theta - theta at the start)
+    "theta",
+    "origin",  # the time of step 0
 )
-NOW = np.dtype(
-    [
-        ("shift", np.float64),  # l0 (theta - theta at the start)
-        ("theta", np.float64),
-        ("origin", np.float64),  # the time of step 0
-        ("step", np.int64),
-        ("steps_here", np.int64),  # in this rearrangement
-        ("steps", np.int64),
-        ("phase", np.int64),
-        ("movers", np.int64),
-        ("low", np.int64),  # the sliders that have moved in this rearrangement
-        ("high", np.int64),
-        ("rearrangements", np.int64),
-        ("events", np.int64),
-        ("slips", np.int64),
-        ("below", np.int64),
-        ("undecided", np.int64),
-        ("number", np.int64),  # of the event in its rearrangement
-        ("target", np.int64),
-        ("way", np.int64),  # of the ramp to this rearrangement, 0 if there was none
-        ("near", np.int64),  # sliders in clusters
-        ("written", np.int64),  # rows of events that are kept
-        ("spent", np.int64),  # steps since the last look at a clock, see `_PAUSE`
-    ]
+COUNTS = ("steps", "rearrangements", "events", "slips", "below", "undecided", "target")
+_WHOLE = (
+    *COUNTS,
+    "step",
+    "steps_here",  # in this rearrangement
+    "phase",
+    "movers",
+    "low",  # the sliders that have moved in this rearrangement
+    "high",
+    "number",  # of the event in its rearrangement
+    "way",  # of the ramp to this rearrangement, 0 if there was none
+    "near",  # sliders in clusters
+    "written",  # rows of events that are kept
+    "spent",  # steps since the last look at a clock, see `_PAUSE`
 )
-ROW = np.dtype(
-    [
-        *EVENT_TABLE.dtype,
-        ("residual", np.float64),
-        ("moved", np.float64),  # displacement since the last rest
-        ("coefficient", np.float64),  # of a stop: drawn at it
-        ("undecided", np.int64),  # count up to now
-        ("way", np.int64),
-    ]
-)
+NOW = np.dtype([(name, np.float64) for name in _REALS] + [(name, np.int64) for name in _WHOLE])
+ROW = (*EVENT_TABLE.fields, "residual", "moved", "coefficient", "undecided", "way")
+"""What is kept of each slider of an event: `moved` since the last rest, counts up to now."""
 
 
 class Arrays(NamedTuple):
     """Everything that changes. Sliders stand at 1 .. n, with a ghost at either end."""
 
-    sliders: NDArray[Any]  # of SLIDER
-    lanes: NDArray[np.float64]  # shape (13, n + 2): the motion, see below
+    lanes: NDArray[np.float64]  # shape (17, n + 2): see below
+    drawn: NDArray[np.int64]  # shape (2, n + 2): coefficients drawn; slips in this half-cycle
     movers: NDArray[np.int64]  # ascending
     now: NDArray[Any]  # one NOW
     clusters: NDArray[np.int64]  # first and last slider of every cluster
     near: NDArray[np.int64]  # the sliders in clusters: movers and their neighbours, ascending
     hit: NDArray[np.int8]  # 1: the slider stops or starts; 2: it has just stopped
-    rows: NDArray[Any]  # of ROW: one for every slider of an event, if events are kept
+    rows: NDArray[np.float64]  # shape (rows, len(ROW)): none if events are not kept
 
 
 X, Y, B, PULL, MASS, DRAG, SIGN, FLOOR, CEILING, SPRINGS = range(10)
@@ -129,33 +106,15 @@ X, Y, B, PULL, MASS, DRAG, SIGN, FLOOR, CEILING, SPRINGS = range(10)
 # slider or a neighbour starts); dt**2 (0 at rest); dt**2 mu_d c S; S (0 at rest); S v below the
 # floor is a stop; |F| above the ceiling is a start; number of springs
 OLD_X, OLD_W, OLD_B = 10, 11, 12  # at the beginning of the step in which an event is located
+AT_REST_ROWS = BASE, PLACE, COEFFICIENT, THRESHOLD = 13, 14, 15, 16
+# T_n + shift of the spring below (the first and the last: shift); displacement at the last rest;
+# mu_s; max(mu_s, mu_d) cos(alpha)
 
 
 @_compiled
-def _draw(fixed, now, slider, i):
-    """Draw the next static coefficient of slider i."""
-    k = slider.draws
-    slider.draws = k + 1
-    now.slips += 1
-    slider.slips += 1
-    if fixed.random:
-        words = philox(fixed.seed, STREAM_COEFFICIENT, i, k // 4)
-        mu = fixed.mu_s + fixed.sigma * normal_deviate(words[k % 4])
-        slider.coefficient = mu
-        if mu < fixed.mu_d:
-            now.below += 1
-            slider.threshold = fixed.friction
-        else:
-            slider.threshold = mu * fixed.cosine
-    else:
-        slider.coefficient = fixed.mu_s
-        slider.threshold = fixed.held
-
-
-@_compiled
-def _pull(fixed, sliders, i):
+def _pull(fixed, lanes, i):
     """Return F_i as it was when the chain was last at rest."""
-    return (sliders[i].base - sliders[i - 1].base) + fixed.weight
+    return (lanes[BASE, i] - lanes[BASE, i - 1]) + fixed.weight
 
 
 @_compiled
@@ -172,51 +131,41 @@ def _velocity(lanes, i):
 
 
 @_compiled
-def _rounding(arrays, fixed, i):
+def _rounding(fixed, lanes, i):
     """Return a bound for the rounding errors of F_i and of its threshold."""
-    sliders, lanes = arrays.sliders, arrays.lanes
-    size = abs(sliders[i].base) + abs(sliders[i - 1].base) + abs(fixed.weight)
+    size = abs(lanes[BASE, i]) + abs(lanes[BASE, i - 1]) + abs(fixed.weight)
     size += abs(lanes[X, i - 1]) + abs(lanes[X, i + 1]) + 2.0 * abs(lanes[X, i])
-    return 4.0 * _EPS * (size + sliders[i].threshold)
+    return 4.0 * _EPS * (size + lanes[THRESHOLD, i])
+
+
+@_compiled
+def _full(fixed, arrays):
+    """Return whether the rows of another event may find no space."""
+    rows = len(arrays.rows)
+    return rows > 0 and arrays.now[0].written + 2 * fixed.n + 2 > rows
 
 
 @_compiled
 def _write(arrays, time, kind, i, sign, residual):
     """Keep one slider of an event, if events are kept."""
-    if arrays.rows.size == 0:
+    if len(arrays.rows) == 0:
         return
-    now = arrays.now[0]
+    now, lanes = arrays.now[0], arrays.lanes
     row = arrays.rows[now.written]
-    row.half_cycle = now.target
-    row.rearrangement = now.rearrangements - 1
-    row.number = now.number
-    row.theta = now.theta
-    row.time = time
-    row.kind = kind
-    row.slider = i
-    row.sign = np.int8(sign)
-    row.residual = residual
-    row.moved = arrays.lanes[X, i]
-    row.coefficient = arrays.sliders[i].coefficient
-    row.undecided = now.undecided
-    row.way = now.way
+    row[0], row[1], row[2] = now.target, now.rearrangements - 1, now.number
+    row[3], row[4], row[5], row[6], row[7] = now.theta, time, kind, i, sign
+    row[8], row[9], row[10] = residual, lanes[X, i], lanes[COEFFICIENT, i]
+    row[11], row[12] = now.undecided, now.way
     now.written += 1
-
-
-@_compiled
-def _full(fixed, arrays):
-    """Return whether there may be no room for the rows of another event."""
-    return arrays.rows.size > 0 and arrays.now[0].written + 2 * fixed.n + 2 > arrays.rows.size
 
 
 @_compiled
 def _start(fixed, arrays, i, sign, time, residual):
     """Set slider i in motion from velocity zero."""
-    now = arrays.now[0]
-    lanes = arrays.lanes
+    now, lanes = arrays.now[0], arrays.lanes
     square = fixed.dt * fixed.dt
     for k in range(max(i - 1, 1), min(i + 1, fixed.n) + 1):
-        lanes[PULL, k] = _pull(fixed, arrays.sliders, k)
+        lanes[PULL, k] = _pull(fixed, lanes, k)
     lanes[SIGN, i] = sign
     lanes[MASS, i] = square
     lanes[DRAG, i] = square * fixed.friction * sign
@@ -232,37 +181,42 @@ def _start(fixed, arrays, i, sign, time, residual):
     now.movers += 1
     now.low = min(now.low, i)
     now.high = max(now.high, i)
-    _write(arrays, time, _START, i, sign, residual)
+    _write(arrays, time, 0, i, sign, residual)
 
 
 @_compiled
 def _stop(fixed, arrays, i, time, residual):
-    """Bring slider i to rest and draw its next static coefficient; `_discharge` must follow."""
-    lanes = arrays.lanes
-    _draw(fixed, arrays.now[0], arrays.sliders[i], i)
-    _write(arrays, time, _STOP, i, lanes[SIGN, i], residual)
+    """Bring slider i to rest and draw its next static coefficient; `_close_event` must follow."""
+    now, lanes, drawn = arrays.now[0], arrays.lanes, arrays.drawn
+    k = drawn[0, i]
+    drawn[0, i] += 1
+    drawn[1, i] += 1
+    now.slips += 1
+    mu, threshold = fixed.mu_s, fixed.held
+    if fixed.random:
+        words = philox(fixed.seed, STREAM_COEFFICIENT, i, k // 4)
+        mu += fixed.sigma * normal_deviate(words[k % 4])
+        threshold = fixed.friction if mu < fixed.mu_d else mu * fixed.cosine
+        now.below += mu < fixed.mu_d
+    lanes[COEFFICIENT, i] = mu
+    _write(arrays, time, 1, i, lanes[SIGN, i], residual)
     for row in (Y, B, MASS, DRAG, SIGN, FLOOR):
         lanes[row, i] = 0.0
-    lanes[CEILING, i] = arrays.sliders[i].threshold
+    lanes[THRESHOLD, i] = lanes[CEILING, i] = threshold
 
 
 @_compiled
-def _discharge(arrays):
-    """Strike the sliders that rest off the list of movers."""
+def _close_event(arrays):
+    """Count an event, and strike the sliders that rest off the list of movers."""
     now = arrays.now[0]
+    now.events += 1
+    now.number += 1
     kept = 0
     for k in range(now.movers):
         i = arrays.movers[k]
-        if arrays.lanes[SIGN, i] != 0.0:
-            arrays.movers[kept] = i
-            kept += 1
+        arrays.movers[kept] = i
+        kept += arrays.lanes[SIGN, i] != 0.0
     now.movers = kept
-
-
-@_compiled
-def _close_event(now):
-    now.events += 1
-    now.number += 1
 
 
 @_compiled
@@ -281,69 +235,56 @@ def _begin(fixed, now, way):
 
 @_compiled
 def release(fixed, arrays):
-    """Start every slider that exceeds its threshold as the chain stands; return how many."""
-    now = arrays.now[0]
-    started = 0
+    """Start every slider that exceeds its threshold as the chain stands."""
+    now, lanes = arrays.now[0], arrays.lanes
+    now.phase = AT_REST
     for i in range(1, fixed.n + 1):
-        force = _pull(fixed, arrays.sliders, i)
-        excess = abs(force) - arrays.sliders[i].threshold
-        if abs(excess) <= _rounding(arrays, fixed, i):
-            now.undecided += 1
+        force = _pull(fixed, lanes, i)
+        excess = abs(force) - lanes[THRESHOLD, i]
+        now.undecided += abs(excess) <= _rounding(fixed, lanes, i)
         if excess > 0.0:
-            if started == 0:
+            if now.phase == AT_REST:
                 _begin(fixed, now, 0)
-            started += 1
             _start(fixed, arrays, i, math.copysign(1.0, force), 0.0, 0.0)
-    if started > 0:
-        _close_event(now)
-    return started
+    if now.phase == MOVING:
+        _close_event(arrays)
 
 
 @_compiled
-def ramp(fixed, arrays, way, room):
-    """Ramp theta until an end slider starts, by less than `room` = l0 |d theta|; return whether.
+def ramp(fixed, arrays, way, most):
+    """Ramp theta until an end slider starts, by less than `most` = l0 |d theta|; return whether.
 
     theta enters the forces on sliders 1 and n only, so theta_c is explicit.
     """
     n = fixed.n
     if n == 1:
         return False
-    now = arrays.now[0]
-    sliders = arrays.sliders
-    gaps = (np.inf, np.inf)
-    slack = 0.0
-    for i in (1, n):
-        sign = way if i == n else -way  # of the start that the ramp brings about
-        gap = max(sliders[i].threshold - sign * _pull(fixed, sliders, i), 0.0)
-        gaps = (gaps[1], gap)
-        slack += _rounding(arrays, fixed, i)
-    ramp = min(gaps[0], gaps[1])
-    if abs(ramp - room) <= slack:
-        now.undecided += 1
-    if not ramp < room:
+    now, lanes = arrays.now[0], arrays.lanes
+    first = max(lanes[THRESHOLD, 1] + way * _pull(fixed, lanes, 1), 0.0)
+    last = max(lanes[THRESHOLD, n] - way * _pull(fixed, lanes, n), 0.0)
+    slack = _rounding(fixed, lanes, 1) + _rounding(fixed, lanes, n)
+    now.undecided += abs(min(first, last) - most) <= slack
+    if not min(first, last) < most:
         return False
-    tie = abs(gaps[0] - gaps[1]) <= slack
-    if tie:
-        now.undecided += 1
-    now.shift += way * ramp
+    tie = abs(first - last) <= slack
+    now.undecided += tie
+    now.shift += way * min(first, last)
     now.theta = (fixed.origin + now.shift) / fixed.l0
-    sliders[0].base = now.shift
-    sliders[n].base = now.shift
+    lanes[BASE, 0] = now.shift
+    lanes[BASE, n] = now.shift
     _begin(fixed, now, int(way))
     for i in (1, n):
-        if tie or ramp == (gaps[1] if i == n else gaps[0]):
-            residual = abs(abs(_pull(fixed, sliders, i)) - sliders[i].threshold)
+        if tie or (first < last) == (i == 1):
+            residual = abs(abs(_pull(fixed, lanes, i)) - lanes[THRESHOLD, i])
             _start(fixed, arrays, i, way if i == n else -way, 0.0, residual)
-    _close_event(now)
+    _close_event(arrays)
     # where mu_s acts as mu_d the slip has no length: it stops where it starts, and draws anew
-    stopped = 0
+    before = now.slips
     for i in (1, n):
-        if arrays.lanes[SIGN, i] != 0.0 and sliders[i].threshold <= fixed.friction:
+        if lanes[SIGN, i] != 0.0 and lanes[THRESHOLD, i] <= fixed.friction:
             _stop(fixed, arrays, i, 0.0, 0.0)
-            stopped += 1
-    if stopped > 0:
-        _close_event(now)
-        _discharge(arrays)
+    if now.slips > before:
+        _close_event(arrays)
     return True
 
 
@@ -381,14 +322,14 @@ def _alone(fixed, arrays, most):
     i = arrays.movers[0]
     sign = lanes[SIGN, i]
     rate = lanes[SPRINGS, i] * fixed.dt * fixed.dt
-    # the room of the neighbours: their forces grow as the slider advances
+    # how far the slider may advance until the force on a neighbour reaches its threshold
     left = np.inf
     right = np.inf
     if i > 1:
         left = lanes[CEILING, i - 1] - sign * _at(lanes, i - 1)
     if i < fixed.n:
         right = lanes[CEILING, i + 1] - sign * _at(lanes, i + 1)
-    room = min(left, right)
+    gap = min(left, right)
     y = sign * lanes[Y, i]
     b = sign * lanes[B, i]
     x = 0.0
@@ -398,7 +339,7 @@ def _alone(fixed, arrays, most):
         x += y
         b -= rate * y
         steps += 1
-        if x > room or y + 0.5 * b <= 0.0:
+        if x > gap or y + 0.5 * b <= 0.0:
             break
     lanes[X, i] += sign * x
     lanes[Y, i] = sign * y
@@ -407,7 +348,7 @@ def _alone(fixed, arrays, most):
     arrays.hit[i - 1] = x > left
     arrays.hit[i] = stops
     arrays.hit[i + 1] = x > right
-    return steps, stops or x > room
+    return steps, stops or x > gap
 
 
 @_compiled
@@ -535,67 +476,52 @@ def glide(fixed, arrays, steps):
 @_compiled
 def _ties(fixed, arrays):
     """Let what cannot be told apart from an event at this instant take part in it."""
-    now = arrays.now[0]
-    lanes = arrays.lanes
-    for i in arrays.near[: arrays.now[0].near]:
+    now, lanes = arrays.now[0], arrays.lanes
+    for i in arrays.near[: now.near]:
+        sign = lanes[SIGN, i]
         if arrays.hit[i] != 0:
             continue
-        sign = lanes[SIGN, i]
         if sign != 0.0:
-            if fixed.locate:
-                size = abs(lanes[OLD_W, i]) + abs(lanes[OLD_B, i])
-                if sign * _velocity(lanes, i) <= 4.0 * _EPS * size:
-                    now.undecided += 1
-                    arrays.hit[i] = 1
+            size = abs(lanes[OLD_W, i]) + abs(lanes[OLD_B, i])
+            if fixed.locate and sign * _velocity(lanes, i) <= 4.0 * _EPS * size:
+                now.undecided += 1
+                arrays.hit[i] = 1
             continue
         force = _at(lanes, i)
-        if lanes[CEILING, i] - abs(force) <= _rounding(arrays, fixed, i):
+        if lanes[CEILING, i] - abs(force) <= _rounding(fixed, lanes, i):
             # together with the event if the force is on the rise; else at threshold: it stays
             now.undecided += 1
-            if (_velocity(lanes, i - 1) + _velocity(lanes, i + 1)) * force > 0.0:
-                arrays.hit[i] = 1
+            arrays.hit[i] = (_velocity(lanes, i - 1) + _velocity(lanes, i + 1)) * force > 0.0
 
 
 @_compiled
 def _resolve(fixed, arrays):
     """Stop, draw and start what the event asks for, in this order."""
-    now = arrays.now[0]
-    lanes = arrays.lanes
+    now, lanes = arrays.now[0], arrays.lanes
     time = now.origin + now.step * fixed.dt
+    near = arrays.near[: now.near]
     _ties(fixed, arrays)
-    stopped = 0
-    for i in arrays.near[: arrays.now[0].near]:
+    before = now.slips
+    for i in near:
         if arrays.hit[i] == 1 and lanes[SIGN, i] != 0.0:
             _stop(fixed, arrays, i, time, abs(_velocity(lanes, i)) / fixed.dt)
             arrays.hit[i] = 2
-            stopped += 1
-    if stopped > 0:
-        _close_event(now)
-        _discharge(arrays)
-    started = 0
-    for i in arrays.near[: arrays.now[0].near]:
+    if now.slips > before:
+        _close_event(arrays)
+    before = now.movers
+    for i in near:
         if lanes[SIGN, i] != 0.0:
             continue
         force = _at(lanes, i)
         excess = abs(force) - lanes[CEILING, i]
-        if arrays.hit[i] == 2 and abs(excess) <= _rounding(arrays, fixed, i):
+        if arrays.hit[i] == 2 and abs(excess) <= _rounding(fixed, lanes, i):
             now.undecided += 1
         if arrays.hit[i] == 1 or excess > 0.0:
-            started += 1
             # one that has just stopped may exceed its threshold
             residual = 0.0 if arrays.hit[i] == 2 else abs(excess)
             _start(fixed, arrays, i, math.copysign(1.0, force), time, residual)
-    if started > 0:
-        _close_event(now)
-
-
-@_compiled
-def _finite(arrays):
-    total = 0.0
-    for k in range(arrays.now[0].movers):
-        i = arrays.movers[k]
-        total += abs(arrays.lanes[X, i]) + abs(arrays.lanes[Y, i]) + abs(arrays.lanes[B, i])
-    return total < np.inf
+    if now.movers > before:
+        _close_event(arrays)
 
 
 @_compiled
@@ -608,13 +534,11 @@ def _never_stops(fixed, arrays):
     n = fixed.n
     if not fixed.runs_away or arrays.now[0].movers < n:
         return False
-    sliders, lanes = arrays.sliders, arrays.lanes
+    lanes = arrays.lanes
     sign = lanes[SIGN, 1]
-    if sign * fixed.weight < 0.0:
-        return False
     mean = 0.0
     for i in range(1, n + 1):
-        if lanes[SIGN, i] != sign:
+        if lanes[SIGN, i] != sign or sign * fixed.weight < 0.0:
             return False
         mean += _velocity(lanes, i)
     mean /= n * fixed.dt
@@ -622,46 +546,43 @@ def _never_stops(fixed, arrays):
     for i in range(1, n + 1):
         twice += (_velocity(lanes, i) / fixed.dt - mean) ** 2
     for i in range(1, n):
-        tension = sliders[i].base - arrays.now[0].shift + (lanes[X, i + 1] - lanes[X, i])
+        tension = lanes[BASE, i] - arrays.now[0].shift + (lanes[X, i + 1] - lanes[X, i])
         twice += tension**2
     return sign * mean > math.sqrt((1.0 - 1.0 / n) * twice)
 
 
 @_compiled
-def _come_to_rest(fixed, arrays):
-    """End the rearrangement."""
+def _unfinished(fixed, arrays, last_event):
+    """Return why the chain in motion is not stepped on now; REST if it is."""
     now = arrays.now[0]
-    lanes = arrays.lanes
-    now.phase = AT_REST
-    for i in range(now.low, now.high + 1):
-        arrays.sliders[i].displacement += lanes[X, i]
-    for i in range(max(now.low - 1, 1), min(now.high + 1, fixed.n)):
-        arrays.sliders[i].base += lanes[X, i + 1] - lanes[X, i]
-    for i in range(now.low, now.high + 1):
-        lanes[X, i] = 0.0
+    total = 0.0
+    for i in arrays.movers[: now.movers]:
+        total += abs(arrays.lanes[X, i]) + abs(arrays.lanes[Y, i]) + abs(arrays.lanes[B, i])
+    if not total < np.inf:
+        return INFINITE
+    if _never_stops(fixed, arrays):
+        return RUNAWAY
+    if now.steps_here >= MOST_STEPS:
+        return STEPS
+    if now.events >= last_event:
+        return EVENTS
+    if now.spent >= _PAUSE:
+        return PAUSED
+    return ROWS if _full(fixed, arrays) else REST
 
 
 @_compiled
-def advance(fixed, arrays, last_event):
+def _advance(fixed, arrays, last_event):
     """Move the chain until it rests, or `last_event` events have happened, or it never will rest.
 
     Returns only where going on later changes no bit.
     """
     now = arrays.now[0]
     while now.movers > 0:
-        if not _finite(arrays):
-            return INFINITE
-        if _never_stops(fixed, arrays):
-            return RUNAWAY
-        if now.steps_here >= MOST_STEPS:
-            return STEPS
-        if now.events >= last_event:
-            return EVENTS
-        if now.spent >= _PAUSE:
-            return PAUSED
-        if _full(fixed, arrays):
-            return ROWS
-        most = _LOOK if fixed.runs_away and now.movers == fixed.n else _SURVEY
+        reason = _unfinished(fixed, arrays, last_event)
+        if reason != REST:
+            return reason
+        most = _RUNAWAY_CHECK if fixed.runs_away and now.movers == fixed.n else _FINITE_CHECK
         most = min(most, _PAUSE // (4 * now.movers) + 1)
         steps, found = _stepped(fixed, arrays, most)
         now.spent += steps * now.movers
@@ -674,28 +595,37 @@ def advance(fixed, arrays, last_event):
             now.step = 0
         if found:
             _resolve(fixed, arrays)
-    _come_to_rest(fixed, arrays)
+    lanes = arrays.lanes
+    now.phase = AT_REST
+    for i in range(now.low, now.high + 1):
+        lanes[PLACE, i] += lanes[X, i]
+    for i in range(max(now.low - 1, 1), min(now.high + 1, fixed.n)):
+        lanes[BASE, i] += lanes[X, i + 1] - lanes[X, i]
+    lanes[X, now.low : now.high + 1] = 0.0
     return REST
 
 
 @_compiled
 def follow(fixed, arrays, targets, first, budget, rows):
-    """Take the chain to the targets; return why it returns and how many were reached."""
+    """Take the chain to the targets; return why it returns and how many were reached.
+
+    Without a target, a rearrangement under way goes on.
+    """
     n = fixed.n
-    now = arrays.now[0]
-    sliders = arrays.sliders
+    now, base, place = arrays.now[0], arrays.lanes[BASE], arrays.lanes[PLACE]
+    now.spent = 0
     last_event = now.events + budget
     done = 0
-    while done < targets.size:
-        now.target = first + done
+    while done < targets.size or now.phase == MOVING:
+        if done < targets.size:
+            now.target = first + done
         if _full(fixed, arrays):
             return ROWS, done
         if now.phase == UNTESTED:
-            now.phase = AT_REST
             release(fixed, arrays)
         if now.phase == MOVING:
-            code = advance(fixed, arrays, last_event)
-            if code != REST:
+            code = _advance(fixed, arrays, last_event)
+            if code != REST or done == targets.size:
                 return code, done
         if now.events >= last_event:
             return EVENTS, done
@@ -705,21 +635,19 @@ def follow(fixed, arrays, targets, first, budget, rows):
             continue
         now.shift = goal
         now.theta = targets[done]
-        sliders[0].base = goal
-        sliders[n].base = goal
-        total = sliders[(n + 1) // 2].displacement if n % 2 == 1 else 0.0
+        base[0] = goal
+        base[n] = goal
+        total = place[(n + 1) // 2] if n % 2 == 1 else 0.0
         for i in range(1, n // 2 + 1):  # in pairs: exactly 0 for a mirror-symmetric chain
-            total += sliders[i].displacement + sliders[n + 1 - i].displacement
+            total += place[i] + place[n + 1 - i]
         rows.x_G[done] = total / n
-        if len(rows.x) > 0:
-            for i in range(1, n + 1):
-                rows.x[done, i - 1] = sliders[i].displacement
-        if len(rows.tension) > 0:
-            for i in range(1, n):
-                rows.tension[done, i - 1] = sliders[i].base - goal
-        if len(rows.slips) > 0:
-            for i in range(1, n + 1):
-                rows.slips[done, i - 1] = sliders[i].slips
-                sliders[i].slips = 0
+        for i in range(1, n + 1):
+            if len(rows.x) > 0:
+                rows.x[done, i - 1] = place[i]
+            if len(rows.tension) > 0 and i < n:
+                rows.tension[done, i - 1] = base[i] - goal
+            if len(rows.slips) > 0:
+                rows.slips[done, i - 1] = arrays.drawn[1, i]
+                arrays.drawn[1, i] = 0
         done += 1
     return REST, done

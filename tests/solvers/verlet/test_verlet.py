@@ -14,7 +14,6 @@ from exactcreep.model.drive import Cycles, Path
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
-from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.verlet.solver import Verlet
 
 PAPER = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
@@ -25,77 +24,45 @@ def paper(n: int, **changes: object) -> Chain:
     return Chain(n, **{**PAPER, **changes})
 
 
-def run(chain, drive, *, seed=3, budget=10**9, interrupted=False, record=RECORD, **options):
-    """Follow the whole drive; if `interrupted`, with a fresh simulation after every return."""
-    solver = Verlet(**options)
-    simulation = solver.simulation(chain, State.relaxed(chain, seed), seed, record)
-    parts, done = [], 0
-    while done < drive.half_cycles:
-        stretch = simulation.follow(drive, done + 1, drive.half_cycles - done, Limits(budget))
-        parts.append(stretch.recorded)
-        done += stretch.completed
-        if stretch.stop.final:
-            break
-        if interrupted and simulation.at_rest:
-            snapshot = simulation.snapshot()
-            simulation = solver.simulation(chain, State.relaxed(chain, seed), seed, record)
-            simulation.restore(snapshot)
-    recorded = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-    return simulation, recorded, stretch
+def run(chain, drive, *, seed=3, record=RECORD, **options):
+    """Follow the whole drive."""
+    simulation = Verlet(**options).simulation(chain, State.relaxed(chain, seed), seed, record)
+    stretch = simulation.follow(drive, 1, drive.half_cycles)
+    return simulation, stretch.recorded, stretch
 
 
 # Options
 
 
-@pytest.mark.parametrize("dt", [0, -0.1, float("nan"), float("inf"), "fast", None, "1e-300", True])
-def test_a_time_step_that_is_not_positive_is_refused(dt):
-    with pytest.raises(InputError, match=r"^dt = "):
-        Verlet(dt=dt)
+REFUSED = [
+    *({"dt": dt} for dt in (0, -0.1, math.nan, math.inf, "fast", None, "1e-300", True)),
+    *({"locate": locate} for locate in (1, "yes", None)),
+]
 
 
-@pytest.mark.parametrize("locate", [1, "yes", None])
-def test_locate_is_a_truth_value(locate):
-    with pytest.raises(InputError, match=r"^locate = "):
-        Verlet(locate=locate)
+@pytest.mark.parametrize("options", REFUSED, ids=str)
+def test_an_option_out_of_range_is_refused_by_name(options):
+    with pytest.raises(InputError, match=rf"^{next(iter(options))} = "):
+        Verlet(**options)
 
 
 def test_the_options_have_the_papers_defaults_and_cannot_be_changed():
-    solver = Verlet()
-    assert (solver.dt, solver.locate) == (0.01, False)
-    assert Verlet(dt="1/64").dt == 0.015625
+    assert Verlet() == Verlet(dt="1/100", locate=False)
     with pytest.raises(dataclasses.FrozenInstanceError):
-        solver.dt = 1.0
-
-
-def test_an_unknown_option_is_refused_with_the_nearest_known_one():
-    chain = paper(2)
-    with pytest.raises(InputError, match="did you mean locate"):
-        rearrange(chain, State.relaxed(chain), direction=1, solver="verlet", **{"locate_": True})
-
-
-def test_the_sliding_limit_is_refused_naming_the_solver_for_it():
-    chain = paper(3, mu_s="0.5", sigma_mu=0)
-    with pytest.raises(InputError, match="sliding"):
-        Verlet().rearrange(chain, State.relaxed(chain), 1, 0)
-
-
-def test_an_unknown_record_is_refused():
-    chain = paper(3)
-    with pytest.raises(InputError, match=r"^record = 'speed'"):
-        Verlet().simulation(chain, State.relaxed(chain), 0, ("x_G", "speed"))
+        Verlet().dt = 1.0
 
 
 # Lone slips
 
 
-@pytest.mark.parametrize(("n", "slip", "time"), [(2, 2.0, math.pi), (3, 2.0, math.pi)])
-def test_a_lone_slip_of_an_end_slider_moves_by_2_d_in_the_time_pi(n, slip, time):
+@pytest.mark.parametrize("n", [2, 3])
+def test_a_lone_slip_of_an_end_slider_moves_by_2_d_in_the_time_pi(n):
     chain = paper(n, sigma_mu=0)
     result = Verlet(locate=True, dt="0.001").rearrange(chain, State.relaxed(chain), 1, 0)
     assert result.itinerary == (("start", (n,), (1,)), ("stop", (n,), (1,)))
-    assert result.events[1].time == pytest.approx(time, rel=0, abs=1e-6)
+    assert result.events[1].time == pytest.approx(math.pi, rel=0, abs=1e-6)
     moved = result.state.displacements
-    assert moved[-1] == pytest.approx(slip * chain.excess, rel=0, abs=1e-13)
+    assert moved[-1] == pytest.approx(2 * chain.excess, rel=0, abs=1e-13)
     assert (moved[:-1] == 0).all()
     assert result.theta == pytest.approx(
         (0.6 * chain.cos_alpha - chain.sin_alpha) / 1000, rel=1e-14
@@ -387,20 +354,6 @@ def test_the_solution_takes_one_time_or_many():
 
 
 # Going on
-
-
-@pytest.mark.parametrize("locate", [False, True])
-@pytest.mark.parametrize("n", [1, 2, 3, 10])
-def test_a_run_interrupted_at_any_event_and_restored_elsewhere_gives_the_same_bits(n, locate):
-    drive = Cycles("0.005", 3)
-    whole, recorded, _ = run(paper(n), drive, locate=locate)
-    again, pieces, _ = run(paper(n), drive, locate=locate, budget=5, interrupted=True)
-    assert recorded.keys() == pieces.keys()
-    for name, values in recorded.items():
-        assert (values == pieces[name]).all(), name
-    assert whole.tally == again.tally
-    assert (whole.state().tensions == again.state().tensions).all()
-    assert whole.report() == again.report()
 
 
 def test_what_is_recorded_changes_no_bit():
