@@ -20,7 +20,7 @@ from exactcreep.solvers.tables import EVENT_KINDS, HALF_CYCLE_TABLE, LOGS, NUMBE
 if TYPE_CHECKING:
     from exactcreep.quasistatic.result import Creep
 
-TABLES: dict[str, Schema[Any]] = {"half_cycles": HALF_CYCLE_TABLE, **LOGS}
+TABLES: dict[str, Schema] = {"half_cycles": HALF_CYCLE_TABLE, **LOGS}
 """The tables of a run by the names that a user calls them by."""
 ENDINGS = (".csv", ".parquet")
 ROWS_AT_ONCE = 2**18
@@ -49,7 +49,7 @@ def table(result: Creep, name: str) -> xr.Dataset:
     return found
 
 
-def _part(dataset: xr.Dataset, schema: Schema[Any]) -> xr.Dataset:
+def _part(dataset: xr.Dataset, schema: Schema) -> xr.Dataset:
     held = list(map(str, dataset.data_vars))
     names = [name for column in schema.columns for name in held if quantity(name) == column]
     part = dataset[names].rename({name: name.removeprefix(schema.prefix) for name in names})

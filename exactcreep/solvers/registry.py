@@ -73,9 +73,6 @@ def rearrange(
 ) -> Rearrangement:
     """Ramp theta until a slider starts, and return the rearrangement that follows.
 
-    During the rearrangement theta stands still; the sliders move by the closed form from event to
-    event, each the start or the stop of sliders, until all of them rest.
-
     Parameters
     ----------
     chain : Chain
@@ -101,11 +98,8 @@ def rearrange(
     Returns
     -------
     Rearrangement
-        Its `events` in order, each with time (unit tau_dyn), kind, sliders, directions and
-        residual; its `itinerary`, the same without times; the `state` at the end, for the next
-        call; `sol(t)`, positions, velocities and forces at any time between the first event and
-        the last; `outcome` and `evidence`. What takes longer than the avalanche itself (`sol`,
-        and `evidence`, `error` and `doubt` of ``exact``) is made when it is asked for. If it was
+        Its `events` in order, its `itinerary`, the `state` at the end, for the next call; the
+        motion `sol(t)` between the first event and the last; `outcome` and `evidence`. If it was
         given up, its `outcome` is `LIMIT`, its `reason` says why, and everything else in it is
         what was reached.
 

@@ -31,21 +31,20 @@ from exactcreep.solvers.tables import RECORDS, TABLES, joined, lists_columns
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
 ONE_REARRANGEMENT = Limits(events=MOST_EVENTS)
+_NO_SLIPS = (
+    "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta:"
+    ' use solver="sliding"'
+)
 _LONGEST_STRETCH = 1 << 21  # numbers at targets; bounds the memory of a stretch
 _TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
 _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
 
 
 class Energy(NamedTuple):
-    """Where the energy of a rearrangement is; unit ``m g**2 tau_dyn**2``.
+    """Where the energy of a rearrangement is; unit ``m g**2 tau_dyn**2``, numbers or arrays.
 
-    Attributes
-    ----------
-    kinetic, elastic : number or ndarray
-    gravity : number or ndarray
-        Potential energy in the field of gravity, zero at the start.
-    dissipated : number or ndarray
-        What friction has taken since the start.
+    The potential energy in the field of gravity, and what friction has dissipated, count from the
+    start.
     """
 
     kinetic: Any
@@ -160,13 +159,9 @@ class Rearrangement(Shown):
 
     def replay(self, arithmetic: Arithmetic | None = None) -> Replay:
         """Return a replay of the events, by default in the solver's own arithmetic."""
-        return Replay(
-            self.chain,
-            self.initial,
-            self.events,
-            self.arithmetic if arithmetic is None else arithmetic,
-            Contacts(self.chain, self.seed),
-        )
+        contacts = Contacts(self.chain, self.seed)
+        arithmetic = self.arithmetic if arithmetic is None else arithmetic
+        return Replay(self.chain, self.initial, self.events, arithmetic, contacts)
 
     @property
     def itinerary(self) -> Itinerary:
@@ -184,44 +179,26 @@ class Rearrangement(Shown):
         return self.initial.theta
 
     def energy(self, t: ArrayLike) -> Energy:
-        """Return where the energy is at `t`, as float64, unit ``m g**2 tau_dyn**2``.
+        """Return where the energy is at the time(s) `t` since the first event, unit tau_dyn.
 
-        Parameters
-        ----------
-        t : number or array_like, shape (m,)
-            Time(s) since the first event, unit tau_dyn.
-
-        Raises
-        ------
-        ValueError
-            If a time lies before the first event or after the last.
+        Raises `ValueError` if a time lies before the first event or after the last.
         """
-        known = self.sol(t)
-        start = self.initial.displacements.astype(float)
-        moved = known.positions.astype(float).T - start
-        tensions = self.initial.tensions.astype(float) + np.diff(moved, axis=-1)
+        known, begin = self.sol(t), self.initial.tensions.astype(float)
+        moved = known.positions.astype(float).T - self.initial.displacements.astype(float)
         kinetic = (known.velocities.astype(float).T ** 2).sum(axis=-1) / 2
-        elastic = (tensions**2).sum(axis=-1) / 2
+        elastic = ((begin + np.diff(moved, axis=-1)) ** 2).sum(axis=-1) / 2
         gravity = -self.chain.sin_alpha * moved.sum(axis=-1)
-        before = (self.initial.tensions.astype(float) ** 2).sum() / 2
-        return Energy(kinetic, elastic, gravity, before - kinetic - elastic - gravity)
+        return Energy(kinetic, elastic, gravity, (begin**2).sum() / 2 - kinetic - elastic - gravity)
 
     def plot(self) -> Any:
-        """Draw velocities in space and time, and the energies, in a new figure of pyplot.
-
-        Returns
-        -------
-        tuple of Axes
-            Of the space-time diagram, and of the energies.
-        """
+        """Draw velocities in space and time, and the energies, in a new figure; return its axes."""
         return import_module("exactcreep.figures.run_plots").plot_rearrangement(self)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Rearrangement):
             return NotImplemented
-        return all(
-            getattr(self, name) == getattr(other, name) for name in _COMPARED
-        ) and same_numbers(self.velocities, other.velocities)
+        alike = (getattr(self, name) == getattr(other, name) for name in _COMPARED)
+        return all(alike) and same_numbers(self.velocities, other.velocities)
 
     def __hash__(self) -> int:
         return hash((self.solver, self.seed, self.outcome, self.state))
@@ -407,10 +384,10 @@ class Start:
 
 
 class Solver(ABC):
-    """An algorithm and its options (a frozen dataclass whose fields are the options).
+    """An algorithm: a frozen dataclass, whose fields are its options, that it validates.
 
-    `__post_init__` validates the options and raises `InputError`. A subclass says what it does
-    from a `Start`; everybody calls `rearrange`, `iterate` and `simulation`.
+    A subclass says what it does from a `Start`; everybody calls `rearrange`, `iterate` and
+    `simulation`.
     """
 
     name: ClassVar[str]
@@ -434,8 +411,7 @@ class Solver(ABC):
     ) -> Rearrangement:
         """Ramp theta in `direction` (+1, -1; 0: as it stands) to theta_c, and rearrange.
 
-        Comes back with what there is, and the outcome `LIMIT`, after the events of `limits` (a few
-        more, if they are simultaneous) or soon after its time is over.
+        The outcome is `LIMIT` after the events of `limits`, or soon after its time is over.
         """
         return self.rearrange_from(self._start(chain, state, seed), direction, limits)
 
@@ -459,12 +435,7 @@ class Solver(ABC):
 
     def _start(self, chain: Chain, state: State, seed: int) -> Start:
         if self.needs_slips and chain.slides:
-            raise InputError(
-                "mu_s",
-                chain.mu_s,
-                "equal to mu_d with sigma_mu = 0 leaves no slips, the sliders slide with theta:"
-                ' use solver="sliding"',
-            )
+            raise InputError("mu_s", chain.mu_s, _NO_SLIPS)
         return Start(chain, state, seed)
 
     @abstractmethod

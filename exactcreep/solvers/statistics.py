@@ -1,12 +1,11 @@
 """The standard error of a mean velocity whose steps are correlated.
 
-Two sliders at a small slope take turns: which of them a ramp moves is decided by their
-coefficients alone. A slider that has drawn a rare large one rests until the other, which draws
-anew at every stop, comes within ``d = 2 |tan_alpha|`` of it. Of a coefficient z standard deviations
-above the mean that takes ``exp((z - d/sigma)^2 / 2)`` half-cycles, and its probability is
-``exp(-z^2 / 2)``: rests longer than t are as frequent as ``exp(-h^2/2 - h sqrt(2 ln t)) / t`` with
-``h = d/sigma``, so that their length has no variance. Where a run should hold some that are as long
-as a block, but need not, no analysis of the run can tell its error.
+Two sliders at a small slope take turns: one that has drawn a rare large coefficient rests until the
+other, which draws anew at every stop, comes within ``d = 2 |tan_alpha|`` of it. Of a coefficient z
+standard deviations above the mean that takes ``exp((z - d/sigma)^2 / 2)`` half-cycles, and its
+probability is ``exp(-z^2 / 2)``: rests longer than t are as frequent as
+``exp(-h^2/2 - h sqrt(2 ln t)) / t`` with ``h = d/sigma``, so that their length has no variance.
+Where a run should hold some as long as a block, but need not, no analysis of it tells its error.
 """
 
 from __future__ import annotations
@@ -56,13 +55,11 @@ def standard_error(
 
     Notes
     -----
-    Source: H. Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91, 461 (1989): the error estimated
-    from averages over blocks grows with the blocks until they are longer than the correlation
-    time, then it stays. The largest estimate of 8, 16 and 32 blocks is taken, times Student's
-    factor for 8 of them (B. Schmeiser, Oper. Res. 30, 556 (1982)). It is unknown where the square
-    of one is larger than that of 64 blocks beyond what Fisher's test of two variances allows in 99
-    of 100 cases: then it may still grow; and where the skewness of 32
-    blocks is beyond 0.8: then rare excursions make the mean, and their number is not known (after
+    Source: H. Flyvbjerg and H. G. Petersen, J. Chem. Phys. 91, 461 (1989): averages over blocks.
+    The largest estimate of 8, 16 and 32 blocks is taken, times Student's factor for 8 of them
+    (B. Schmeiser, Oper. Res. 30, 556 (1982)). It is unknown where the square of one is larger than
+    that of 64 blocks beyond what Fisher's test allows in 99 of 100 cases: then it may still grow;
+    and where the skewness of 32 blocks is beyond 0.8: then rare excursions make the mean (after
     A. Tafazzoli et al., INFORMS J. Comput. 23, 303 (2011)). Bounded noise on a steady advance,
     whose sums over blocks do not scatter more than single steps, needs neither.
     """

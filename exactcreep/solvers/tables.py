@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from itertools import groupby, repeat
-from typing import Annotated, Any, Generic, NamedTuple, TypeVar, get_type_hints
+from typing import Annotated, Any, NamedTuple, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,6 @@ _KINDS = (EventKind.START, EventKind.STOP)  # as the column of kinds numbers the
 EVENT_KINDS = tuple(kind.value for kind in _KINDS)
 """What the numbers in the column of kinds mean."""
 
-Row = TypeVar("Row", bound=tuple[Any, ...])
 Thing = TypeVar("Thing")
 
 
@@ -65,7 +64,7 @@ class Column(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Schema(Generic[Row]):
+class Schema:
     """The columns of a table.
 
     Attributes
@@ -79,7 +78,7 @@ class Schema(Generic[Row]):
     """
 
     dimension: str
-    row: type[Row]
+    row: type
     prefix: str = ""
 
     @cached_property
@@ -105,15 +104,10 @@ class Schema(Generic[Row]):
             for name, column in self.fields.items()
         }
 
-    def from_rows(self, rows: Sequence[Row], n: int = 1) -> dict[str, NDArray[Any]]:
+    def from_rows(self, rows: Sequence[tuple[Any, ...]]) -> dict[str, NDArray[Any]]:
         """Return the columns of `rows`, of the right types also where there are none."""
         values = zip(*rows, strict=True) if rows else ((),) * len(self.fields)
-        return self.arrays(dict(zip(self.fields, values, strict=True)), n)
-
-    def rows(self, recorded: Mapping[str, NDArray[Any]]) -> Iterator[Row]:
-        """Yield the rows of the recorded columns."""
-        values = (recorded[name].tolist() for name in self.columns)
-        return map(self.row._make, zip(*values, strict=True))  # type: ignore[attr-defined]
+        return self.arrays(dict(zip(self.fields, values, strict=True)))
 
     def __str__(self) -> str:
         """Return a line for each column: its name, type, unit and meaning."""
@@ -196,7 +190,7 @@ HALF_CYCLE_TABLE = Schema("half_cycle", HalfCycle)
 EVENT_TABLE = Schema("event", EventRow, "event_")
 REARRANGEMENT_TABLE = Schema("rearrangement", RearrangementRow, "rearrangement_")
 SLIP_TABLE = Schema("slip", SlipRow, "slip_")
-LOGS: dict[str, Schema[Any]] = {
+LOGS = {
     "events": EVENT_TABLE,
     "rearrangements": REARRANGEMENT_TABLE,
     "slip_table": SLIP_TABLE,
@@ -220,12 +214,12 @@ class TargetRows(NamedTuple):
     @classmethod
     def empty(cls, record: tuple[str, ...], count: int, n: int, dtype: Any = float) -> TargetRows:
         """Return room for `record` at `count` targets of `n` sliders, in numbers of `dtype`."""
-        rows = {name: count if name in record else 0 for name in ("x", "tension", "slips")}
+        x, tension, slips = (count * (name in record) for name in ("x", "tension", "slips"))
         return cls(
             np.empty(count, dtype),
-            np.empty((rows["x"], n), dtype),
-            np.empty((rows["tension"], n - 1), dtype),
-            np.empty((rows["slips"], n), np.int64),
+            np.empty((x, n), dtype),
+            np.empty((tension, n - 1), dtype),
+            np.empty((slips, n), np.int64),
         )
 
     def part(self, first: int, last: int | None = None) -> TargetRows:
@@ -278,8 +272,9 @@ def logged_events(
     recorded: Mapping[str, NDArray[Any]], residuals: NDArray[Any] | None = None
 ) -> Iterator[tuple[EventRow, Event]]:
     """Yield every event of recorded columns behind the row of its first slider; see `events_of`."""
-    known = None if residuals is None else residuals.tolist()
-    return events_of(EVENT_TABLE.rows(recorded), known)
+    columns = [recorded[name].tolist() for name in EVENT_TABLE.columns]
+    rows = map(EventRow._make, zip(*columns, strict=True))
+    return events_of(rows, None if residuals is None else residuals.tolist())
 
 
 def events_of(
@@ -295,19 +290,13 @@ def events_of(
     ):
         together = sorted(group, key=lambda pair: pair[0].slider)
         first = together[0][0]
-        yield (
-            first,
-            Event(
-                time=first.time,
-                kind=_KINDS[first.kind],
-                sliders=tuple(row.slider for row, _ in together),
-                signs=tuple(row.sign for row, _ in together),
-                residual=max(residual for _, residual in together),
-            ),
-        )
+        sliders = tuple(row.slider for row, _ in together)
+        signs = tuple(row.sign for row, _ in together)
+        residual = max(residual for _, residual in together)
+        yield first, Event(first.time, _KINDS[first.kind], sliders, signs, residual)
 
 
-def lists_columns(*tables: Schema[Any]) -> Callable[[Thing], Thing]:
+def lists_columns(*tables: Schema) -> Callable[[Thing], Thing]:
     """Return a decorator that ends a docstring with the columns of `tables`."""
 
     def extended(thing: Thing) -> Thing:

@@ -39,8 +39,8 @@ from exactcreep.solvers.tables import (
     record_arrays,
     rows_of,
 )
-from exactcreep.studies.sweep import sweep
 from exactcreep.studies.event_log import rearrangements
+from exactcreep.studies.sweep import sweep
 from tests.paper import paper_chain
 
 MOVES, STILL = Cycles("0.004", 1), Cycles("0.000001", 1)
