@@ -251,9 +251,11 @@ class SlidingSimulation(Simulation):
         return value if isinstance(value, Quadratic) else exact_number(value, "state")
 
     def _array(self, values: Iterable[Any]) -> NDArray[Any]:
-        numbers = [self._number(value) for value in values]
-        array = np.empty(len(numbers), dtype=self._kind)
-        array[:] = numbers
+        listed = values if isinstance(values, np.ndarray) else list(values)
+        if not self.exact:
+            return np.array(listed, dtype=np.float64)
+        array = np.empty(len(listed), dtype=object)
+        array[:] = [self._number(value) for value in listed]
         return array
 
     def _place(self, theta: Any) -> Any:
