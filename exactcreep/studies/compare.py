@@ -8,17 +8,18 @@ in the time step, intervals over seeds, a table and an advice are reductions, se
 
 from __future__ import annotations
 
-import itertools
 import math
 import time
 import tracemalloc
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import count
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from exactcreep.display import shows_progress
 from exactcreep.limits import Limits
@@ -42,7 +43,6 @@ from exactcreep.solvers.tables import LENGTH, NUMBER
 from exactcreep.studies.event_log import LoggedEvent
 from exactcreep.studies.trajectory import (
     MOST_EVENTS,
-    Agreement,
     Method,
     Trajectory,
     agree,
@@ -51,6 +51,7 @@ from exactcreep.studies.trajectory import (
     trajectory,
 )
 
+Floats = NDArray[np.float64]
 TIME_STEPS = ("0.1", "0.03", "0.01")
 """Of Verlet, unless methods are named."""
 DIGITS = 30
@@ -150,27 +151,28 @@ def compare(
     chain = experiment.chain
     chosen = ladder(chain) if methods is None else _valid(methods)
     best = _best(chain) if truth is None else _valid([truth])[0]
-    usual_seeds, usual_events = _usual_counts(experiment)
-    members = experiments_of(experiment, usual_seeds if seeds is None else seeds)
-    count = usual_events if events is None else events
-    most = whole_number(count, "events", least=1, most=MOST_EVENTS)
-    rows: list[_Row] = []
-    say, total = reporter(progress), len(members) * (len(chosen) + 2)
-
-    done = itertools.count()
-
-    def step(text: str) -> None:
-        say("comparing", next(done), total, "runs", text=text)
+    few = 300 if chain.n <= 30 else 100  # some seconds of `certified`
+    most = whole_number(few if events is None else events, "events", least=1, most=MOST_EVENTS)
+    members = _members(experiment, seeds)
+    say, done, total = reporter(progress), count(), len(members) * (len(chosen) + 2)
+    rows: list[xr.Dataset] = []
 
     def dataset() -> xr.Dataset:
-        data = _dataset(chosen, rows)
         about = plain_data(chain.parameters()) | {"drive": experiment.drive.kind}
+        data = xr.concat(
+            rows, "seed", data_vars="all", coords="minimal", compat="override", join="outer"
+        )
+        data = data.transpose("method", "seed", "rest")
         return data.assign_attrs(about, truth=best.label, events=most)
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # a run of its own says it
         try:
             for member in members:
+
+                def step(text: str, seed: int = member.seed) -> None:
+                    say("comparing", next(done), total, "runs", text=f"seed {seed}, {text}")
+
                 rows.append(_compared(member, chosen, best, most, step))
         except KeyboardInterrupt:
             if not rows:
@@ -193,28 +195,29 @@ def ladder(
     return [Method("exact"), best or _best(chain), *plain, *located, *sliding]
 
 
-def experiments_of(experiment: Experiment, seeds: Any) -> list[Experiment]:
-    """Return one experiment for each seed: of so many from the experiment's own, or of those named.
+def _best(chain: Chain) -> Method:
+    """Return the most trustworthy method for a chain."""
+    return Method("sliding") if chain.slides else Method("certified", digits=DIGITS)
 
-    Raises
-    ------
-    InputError
-        If they are not distinct, or nothing in the experiment depends on them.
-    """
+
+def _members(experiment: Experiment, seeds: Any) -> list[Experiment]:
+    """Return one experiment for each seed: of so many from the experiment's own, or of a list."""
+    random = experiment.chain.sigma_mu != 0 or experiment.drive.random
+    if seeds is None:
+        seeds = 4 if random and experiment.chain.n <= 30 else 1
     if isinstance(seeds, (int, np.integer)) and not isinstance(seeds, bool):
-        number = whole_number(seeds, "seeds", least=1, most=100_000)
-        named = [experiment.seed + k for k in range(number)]
+        many = range(whole_number(seeds, "seeds", least=1, most=100_000))
+        named = [(experiment.seed + k) % 2**64 for k in many]
     elif isinstance(seeds, (list, tuple, range)):
-        named = list(seeds)
+        named = [valid_seed(seed) for seed in seeds]
     else:
         raise InputError("seeds", seeds, "must be a whole number or a list of seeds")
-    chosen = [valid_seed(seed) for seed in named]
-    if not chosen or len(set(chosen)) < len(chosen):
+    if not named or len(set(named)) < len(named):
         raise InputError("seeds", seeds, "must be one seed at least, and none twice")
-    if len(chosen) > 1 and experiment.chain.sigma_mu == 0 and not experiment.drive.random:
+    if len(named) > 1 and not random:
         allowed = "must not be given: without disorder and random dilations all runs are the same"
         raise InputError("seeds", seeds, allowed)
-    return [replace(experiment, seed=seed) for seed in chosen]
+    return [replace(experiment, seed=seed) for seed in named]
 
 
 def _valid(methods: Any) -> list[Method]:
@@ -231,99 +234,69 @@ def _valid(methods: Any) -> list[Method]:
     return list(methods)
 
 
-def _best(chain: Chain) -> Method:
-    """Return the most trustworthy method for a chain."""
-    return Method("sliding") if chain.slides else Method("certified", digits=DIGITS)
-
-
-def _usual_counts(experiment: Experiment) -> tuple[int, int]:
-    """Return how many seeds and events suffice for a first look: some seconds of `certified`."""
-    n, random = experiment.chain.n, experiment.chain.sigma_mu != 0 or experiment.drive.random
-    return (1 if not random or n > 30 else 4), (300 if n <= 30 else 100)
-
-
-# --- one seed ------------------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class _Row:
-    """What is known of all methods for one seed."""
-
-    seed: int
-    values: list[dict[str, Any]]
-    errors: list[Any]
-    events: int
-    evidence: str
-    radius: float
-
-
 def _compared(
     member: Experiment,
     methods: Sequence[Method],
     truth: Method,
     events: int,
     step: Callable[[str], None],
-) -> _Row:
+) -> xr.Dataset:
     """Return what is known of all methods for one seed."""
-    step(f"seed {member.seed}, {truth.label}: the truth")
-    slides = member.chain.slides
-    path, ends = (member.drive, []) if slides else drive_with_rests(member, events)
-    broken = replace(member, drive=path)
-    targets = min(path.half_cycles, events) if slides else path.half_cycles
-    enough = math.inf if slides else events
-    begin = time.perf_counter()
-    known = _followed(truth, broken, targets, Limits(beyond(MOST_EVENTS)), enough=enough)
-    truth_seconds = time.perf_counter() - begin
+    step(f"{truth.label}: the truth")
+    if slides := member.chain.slides:
+        broken, ends, enough = member, [], math.inf
+        targets = min(member.drive.half_cycles, events)
+    else:
+        path, ends = drive_with_rests(member, events)
+        broken, enough, targets = replace(member, drive=path), events, path.half_cycles
+
+    def followed(method: Method, until: int, most: int | None, enough: float = math.inf) -> Any:
+        begin = time.perf_counter()
+        own = trajectory(method, broken, until, enough=enough, limits=Limits(most))
+        return own, time.perf_counter() - begin
+
+    true = followed(truth, targets, beyond(MOST_EVENTS), enough)
+    known: Trajectory = true[0]
     if known.reached == 0:
         raise InputError("scene", "a first rearrangement without end", "must come to rest once")
-    step(f"seed {member.seed}, {'sliding' if slides else 'exact'}: mean velocity")
     usual = Method("sliding" if slides else "exact")
+    step(f"{usual.solver}: mean velocity")
     best, shorter = _velocity_run(usual, member, VELOCITY_EVENTS), member
     if best.half_cycles < member.drive.half_cycles and best.outcome is Outcome.LIMIT:
         shorter = replace(member, drive=shortened(member.drive, best.half_cycles))
         best = _velocity_run(usual, shorter, 2 * VELOCITY_EVENTS)
-    values, errors = [], []
+    rows: list[dict[str, Any]] = []
+    errors: list[Floats] = []
     for method in methods:
-        step(f"seed {member.seed}, {method.label}")
-        begin, own, seconds = time.perf_counter(), known, truth_seconds
-        if method != truth:
-            most = Limits(beyond(len(known.events)) if known.events else None)
-            own = _followed(method, broken, known.reached, most)
-            seconds = time.perf_counter() - begin
-        found = agree(own, known)
-        if not own.log:  # it has no events that could differ
-            size = min(own.reached, known.reached)
-            found = Agreement(0, None, None, size, found.errors[:size])
-        before = found.errors[: found.compared]
-        row: dict[str, Any] = {
-            "agreed": found.agreed if own.log else math.nan,
-            "differs": found.differs,
-            "rests": found.compared,
-            "error": before.max() if before.size else math.nan,
-            "error_after": found.errors.max() if found.errors.size else math.nan,
-            "evidence": own.evidence.value,
-        }
-        if found.differs:
-            row["own_event"], row["true_event"] = (_text(e, ends) for e in (found.own, found.known))
+        step(method.label)
+        most = beyond(len(known.events)) if known.events else None
+        own, seconds = true if method == truth else followed(method, known.reached, most)
+        row: dict[str, Any] = {"evidence": own.evidence.value}
         if method.solver in COMPILED:
             row |= _of_velocity(method, shorter, best)
         elif own.events:
-            row["seconds"] = seconds / len(own.events) * best.event_count
-            row["seconds"] /= max(best.half_cycles, 1)
-        values.append(row)
-        errors.append(found.errors)
-    radii = [enclosure(value).radius for value in known.x.ravel().tolist()]
-    compared = sum(event.half_cycle <= known.reached for event in known.events)
-    radius = nearest_float(max(radii))
-    return _Row(member.seed, values, errors, compared, known.evidence.value, radius)
+            pace = best.event_count / max(best.half_cycles, 1)
+            row["seconds"] = seconds / len(own.events) * pace
+        found, gaps = _agreement(own, known, ends)
+        rows.append(row | found)
+        errors.append(gaps)
+    return _dataset(member.seed, methods, rows, errors, known)
 
 
-def _followed(
-    method: Method, experiment: Experiment, until: int, limits: Limits, **further: Any
-) -> Trajectory:
-    """Return the trajectory of a method, with its events if it has any."""
-    record = tuple(name for name in ("x", "events") if name in method.algorithm().records)
-    return trajectory(method, experiment, until, limits=limits, record=record, **further)
+def _agreement(
+    own: Trajectory, known: Trajectory, ends: Sequence[int]
+) -> tuple[dict[str, Any], Floats]:
+    """Return how far a trajectory agrees with the truth, and its errors at all rests."""
+    found = agree(own, known)
+    if not own.log:  # it has no events that could differ
+        before, row = found.errors, {"rests": found.errors.size}
+    else:
+        before = found.errors[: found.compared]
+        row = {"agreed": found.agreed, "differs": found.differs, "rests": found.compared}
+        if found.differs:
+            row |= {"own_event": _text(found.own, ends), "true_event": _text(found.known, ends)}
+    largest = {"error": before, "error_after": found.errors}
+    return row | {name: part.max() for name, part in largest.items() if part.size}, found.errors
 
 
 def _velocity_run(method: Method, experiment: Experiment, most: int | None = None) -> Creep:
@@ -368,40 +341,41 @@ def _memory(experiment: Experiment, method: Method) -> float:
     """Return how many bytes a simulation takes, at its peak over the first events."""
     tracemalloc.start()
     try:
-        simulation = method.simulation(experiment)
-        simulation.follow(experiment.drive, 1, 1, Limits(100))
+        method.simulation(experiment).follow(experiment.drive, 1, 1, Limits(100))
         return float(tracemalloc.get_traced_memory()[1])
     finally:
         tracemalloc.stop()
 
 
-def _dataset(methods: Sequence[Method], rows: Sequence[_Row]) -> xr.Dataset:
-    """Return what is known of some seeds."""
-    dims = ("method", "seed")
+def _dataset(
+    seed: int,
+    methods: Sequence[Method],
+    rows: Sequence[dict[str, Any]],
+    errors: Sequence[Floats],
+    known: Trajectory,
+) -> xr.Dataset:
+    """Return what is known of one seed."""
     variables: dict[str, Any] = {}
     for name, (missing, unit, meaning) in _VARIABLES.items():
-        table = [[row.values[k].get(name, missing) for row in rows] for k in range(len(methods))]
+        values = np.array([row.get(name, missing) for row in rows], dtype=type(missing))
         about = {"long_name": meaning} | ({"units": unit} if unit else {})
-        variables[name] = (dims, np.array(table, dtype=type(missing)), about)
-    longest = max(own.size for row in rows for own in row.errors)
-    errors = np.full((len(methods), len(rows), longest), math.nan)
-    for s, row in enumerate(rows):
-        for m, own in enumerate(row.errors):
-            errors[m, s, : own.size] = own
+        variables[name] = ("method", values, about)
+    longest = max(own.size for own in errors)
+    filled = [np.pad(own, (0, longest - own.size), constant_values=math.nan) for own in errors]
     about = {"units": LENGTH, "long_name": f"{_LONG}, after each rearrangement"}
-    variables["errors"] = ((*dims, "rest"), errors, about)
-    per_seed = {"events": "events", "truth_evidence": "evidence", "truth_radius": "radius"}
-    for name, of in per_seed.items():
-        variables[name] = ("seed", np.array([getattr(row, of) for row in rows]), {})
-    steps = [method.options.get("dt") for method in methods]
-    dt = [math.nan if s is None else nearest_float(exact_number(s, "dt")) for s in steps]
-    located = [bool(method.options.get("locate")) for method in methods]
+    variables["errors"] = (("method", "rest"), np.array(filled), about)
+    radii = [enclosure(value).radius for value in known.x.ravel().tolist()]
+    variables["events"] = sum(event.half_cycle <= known.reached for event in known.events)
+    variables["truth_evidence"] = known.evidence.value
+    variables["truth_radius"] = nearest_float(max(radii))
+    dt = [nearest_float(exact_number(method.options.get("dt") or 0, "dt")) for method in methods]
     coords = {
         "method": [method.label for method in methods],
         "solver": ("method", [method.solver for method in methods]),
-        "dt": ("method", dt, {"units": "tau_dyn", "long_name": "time step"}),
-        "locate": ("method", located),
-        "seed": [row.seed for row in rows],
+        "dt": ("method", [step or math.nan for step in dt],
+               {"units": "tau_dyn", "long_name": "time step"}),
+        "locate": ("method", [bool(method.options.get("locate")) for method in methods]),
+        "seed": seed,
         "rest": np.arange(1, longest + 1),
-    }
+    }  # fmt: skip
     return xr.Dataset(variables, coords)

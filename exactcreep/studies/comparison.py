@@ -16,18 +16,17 @@ from scipy import stats
 from exactcreep.model.numbers import plain_data
 
 _LEVEL = 0.95
-_PARTS = ("value", "lower", "upper")
 
 
 class Interval(NamedTuple):
     """A number and its interval, nan where it is not known."""
 
     value: float
-    lower: float
-    upper: float
+    lower: float = math.nan
+    upper: float = math.nan
 
 
-UNKNOWN = Interval(math.nan, math.nan, math.nan)
+UNKNOWN = Interval(math.nan)
 
 
 def interval_of_mean(values: Sequence[float] | NDArray[np.float64]) -> Interval:
@@ -69,22 +68,21 @@ def order(data: xr.Dataset, *, locate: bool = False) -> Interval:
     """
     family = data.isel(method=np.flatnonzero((data.dt > 0) & (data.locate == locate)))
     family = family.isel(method=np.argsort(-family.dt.values))
-    found = []
+    steps, found = np.log(family.dt.values), []
     for s in range(data.sizes["seed"]):
         above = below = 0.0
-        for i, j in pairwise(range(family.sizes["method"])):
-            pair = [family.errors.values[k, s] for k in (i, j)]
-            shared = int(family.rests.values[[i, j], s].min())
+        for i, j in pairwise(range(steps.size)):
+            shared = family.rests.values[[i, j], s].min()
             if not shared:
                 continue
-            medians = [float(np.median(errors[:shared])) for errors in pair]
-            step = math.log(family.dt.values[i] / family.dt.values[j])
-            if min(medians) > 0:
+            medians = np.median(family.errors.values[[i, j], s, :shared], axis=1)
+            if medians.min() > 0:
+                step = steps[i] - steps[j]
                 above += math.log(medians[0] / medians[1]) * step
                 below += step * step
         if below:
             found.append(above / below)
-    return Interval(found[0], math.nan, math.nan) if len(found) == 1 else interval_of_mean(found)
+    return Interval(float(found[0])) if len(found) == 1 else interval_of_mean(found)
 
 
 def spread(data: xr.Dataset) -> xr.Dataset:
@@ -98,26 +96,31 @@ def spread(data: xr.Dataset) -> xr.Dataset:
         turns per event (Poisson's 95 %), ``error`` (median and quartiles of the largest position
         error), ``bias`` of the velocity relative to that of `exact` (Student's 95 %).
     """
-    made: dict[str, list[Interval]] = {name: [] for name in ("agreed", "rate", "error", "bias")}
     # where the bias is known, velocity - bias is that of exact
     scale = abs(float((data.velocity - data.bias).mean()))
-    for name in data.method.values:
-        own = data.sel({"method": name})
-        agreed, differs = own.agreed.values, own.differs.values
-        events = not np.isnan(agreed).any()
-        lives = np.sort(np.where(differs, agreed, math.inf))
-        places = [max(math.ceil(share * lives.size) - 1, 0) for share in (0.5, 0.25, 0.75)]
-        made["agreed"].append(Interval(*lives[places].tolist()) if events else UNKNOWN)
-        made["rate"].append(rate_of(int(differs.sum()), agreed.sum()) if events else UNKNOWN)
-        known = own.error.values[~np.isnan(own.error.values)]
-        quartiles = np.quantile(known, (0.5, 0.25, 0.75)).tolist() if known.size else UNKNOWN
-        made["error"].append(Interval(*quartiles))
-        shares = own.bias.values / scale if scale > 0 else np.full(data.sizes["seed"], math.nan)
-        several = shares.size > 1 and np.isfinite(shares).all()
-        one = Interval(float(shares[0]), math.nan, math.nan)
-        made["bias"].append(interval_of_mean(shares) if several else one)
-    variables = {name: (("method", "interval"), values) for name, values in made.items()}
-    return xr.Dataset(variables, data.coords).assign_coords(interval=list(_PARTS)).drop_vars("rest")
+    methods = [_spread(data.isel(method=k), scale) for k in range(data.sizes["method"])]
+    variables = {
+        name: (("method", "interval"), [own[name] for own in methods]) for name in methods[0]
+    }
+    coords = data.drop_vars("rest").coords
+    return xr.Dataset(variables, coords).assign_coords(interval=list(Interval._fields))
+
+
+def _spread(own: xr.Dataset, scale: float) -> dict[str, Interval]:
+    """Return what the seeds say together of one method."""
+    agreed, differs, error = own.agreed.values, own.differs.values, own.error.values
+    lives = np.sort(np.where(differs, agreed, math.inf))
+    places = [max(math.ceil(share * lives.size) - 1, 0) for share in (0.5, 0.25, 0.75)]
+    known = error[~np.isnan(error)]
+    biases = own.bias.values / (scale or math.nan)
+    events = not np.isnan(agreed).any()
+    several = biases.size > 1 and np.isfinite(biases).all()
+    return {
+        "agreed": Interval(*lives[places]) if events else UNKNOWN,
+        "rate": rate_of(int(differs.sum()), agreed.sum()) if events else UNKNOWN,
+        "error": Interval(*np.quantile(known, (0.5, 0.25, 0.75))) if known.size else UNKNOWN,
+        "bias": interval_of_mean(biases) if several else Interval(biases[0]),
+    }
 
 
 def table(data: xr.Dataset) -> pd.DataFrame:
@@ -129,19 +132,17 @@ def table(data: xr.Dataset) -> pd.DataFrame:
     ``memory`` in bytes.
     """
     known, middle = spread(data), data[["seconds", "velocity"]].median("seed")
+    value, low, high = (known.sel(interval=part) for part in Interval._fields)
     exact = data.seconds.where(data.solver == "exact", drop=True)
-    base = float(exact.median()) if exact.size else math.nan
-    low, high = (known.bias.sel(interval=part) for part in ("lower", "upper"))
-    value = known.sel(interval="value")
     columns = {
         "parted": data.differs.sum("seed"),
         "agreed": value.agreed,
         "error": value.error,
         "velocity": middle.velocity,
         "bias": value.bias,
-        "bias_error": (high - low) / 2,
+        "bias_error": (high.bias - low.bias) / 2,
         "seconds": middle.seconds,
-        "ratio": middle.seconds / base,
+        "ratio": middle.seconds / (float(exact.median()) if exact.size else math.nan),
     }
     if "memory" in data:
         columns["memory"] = data.memory
@@ -157,30 +158,30 @@ def advice(data: xr.Dataset) -> str:
     """
     if list(data.solver.values) == ["sliding"]:
         return "Take sliding: this chain has no slips, and the sliding limit is exact."
-    rows, seeds, steps = table(data), data.sizes["seed"], data.dt.to_series()
-    verlet, said = steps > 0, []
+    rows, seeds = table(data).assign(dt=data.dt, solver=data.solver), data.sizes["seed"]
+    verlet, said = rows[rows.dt > 0], []
     safe = rows[(rows.parted == 0) & rows.agreed.notna() & (rows.index != data.truth)]
-    coarsest = safe[verlet[safe.index]].index[:1].tolist()  # steps fall from method to method
-    chosen = safe.index[~verlet[safe.index]].tolist() + coarsest
-    if chosen:
+    # steps fall from method to method
+    safe = pd.concat([safe[safe.dt.isna()], safe[safe.dt > 0][:1]])
+    if safe.size:
         said.append(
-            f"for trajectories take {' or '.join(chosen)}: all {int(data.events.sum())} events of"
-            f" {data.truth} agree, positions to {safe.error[chosen].max():.1g} g tau_dyn^2"
+            f"for trajectories take {' or '.join(safe.index)}: all {int(data.events.sum())} events"
+            f" of {data.truth} agree, positions to {safe.error.max():.1g} g tau_dyn^2"
         )
-    if wrong := rows.index[verlet & (rows.parted > 0)].tolist():
-        finest = min(wrong, key=lambda name: steps[name])
-        said.append(f"{finest} turns wrong in {rows.parted[finest]} of {seeds} seeds")
-    fair = rows[verlet & (abs(rows.bias) <= rows.bias_error)].index.tolist()
-    if fair:
-        widest = max(fair, key=lambda name: steps[name])
-        within = 100 * (abs(rows.bias[widest]) + rows.bias_error[widest])
-        said.append(f"for the mean velocity {widest} shows no bias beyond {within:.2g} % (95 %)")
-    for name in rows.index[(verlet if not fair else False) | (data.solver == "sliding").values]:
-        if rows.bias[name] == rows.bias[name]:
-            error = rows.bias_error[name]
-            around = f" ± {100 * error:.1g} %" if error == error else " % in this run"
-            off = f"{100 * rows.bias[name]:+.2g}{around}"
-            said.append(f"the mean velocity of {name} is off by {off}")
+    if len(wrong := verlet[verlet.parted > 0]):
+        finest = wrong.dt.idxmin()
+        said.append(f"{finest} turns wrong in {wrong.parted[finest]} of {seeds} seeds")
+    fair = verlet[abs(verlet.bias) <= verlet.bias_error]
+    if len(fair):
+        widest = fair.loc[fair.dt.idxmax()]
+        within = 100 * (abs(widest.bias) + widest.bias_error)
+        said.append(f"for the mean velocity {widest.name} shows no bias beyond {within:.2g} %"
+                    " (95 %)")  # fmt: skip
+    doubted = rows[((rows.dt > 0) & (len(fair) == 0)) | (rows.solver == "sliding")]
+    for name, row in doubted[doubted.bias.notna()].iterrows():
+        known = not math.isnan(row.bias_error)
+        around = f" ± {100 * row.bias_error:.1g} %" if known else " % in this run"
+        said.append(f"the mean velocity of {name} is off by {100 * row.bias:+.2g}{around}")
     text = "; ".join(said or ["no method is known to be right here"])
     return text[0].upper() + text[1:] + "."
 

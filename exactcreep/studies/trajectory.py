@@ -1,14 +1,13 @@
-"""The trajectory of a chain, event by event, and how far two of them agree.
+"""What a method does along the drive of an experiment, and how far two trajectories agree.
 
-A `Method` follows the drive of an experiment and leaves a `Trajectory`: its events, and where the
-sliders rest at every target. `agree` says how far two trajectories are the same. What one of them
-has not come to is no difference: a trajectory that was cut short is silent about what comes later.
+What one of them has not come to is no difference: a trajectory that was cut short is silent about
+what comes later.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
@@ -67,8 +66,7 @@ class Method:
     @property
     def label(self) -> str:
         """How it is called in tables and pictures."""
-        given = {name: self.options.get(name) for name in _WORDS}
-        words = [_WORDS[name].format(value) for name, value in given.items() if value]
+        words = [form.format(self.options[k]) for k, form in _WORDS.items() if self.options.get(k)]
         return ", ".join([self.solver, *words])
 
     def algorithm(self) -> Solver:
@@ -83,16 +81,15 @@ class Method:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """What a solver did: its events, and where the sliders rested at the end of every target.
+    """The events of a method, and where the sliders rested at every target that it reached.
 
     Attributes
     ----------
     log : list of LoggedRearrangement
     x : ndarray, shape (targets, n)
-        Displacements at each target that was reached, unit ``g tau_dyn**2``.
+        Displacements, unit ``g tau_dyn**2``.
     ended : bool
-        Whether it proved a runaway or gave up by itself, so that it has nothing more to say; a
-        trajectory that was cut short might have gone on.
+        Whether it proved a runaway or gave up by itself, so that it has nothing more to say.
     evidence : Evidence
     """
 
@@ -159,8 +156,7 @@ def agree(own: Trajectory, known: Trajectory) -> Agreement:
     size = min(own.reached, known.reached)
     compared = min([size, *(event.half_cycle - 1 for event in (mine, other) if event is not None)])
     pairs = zip(own.x[:size], known.x[:size], strict=True)
-    errors = np.array([apart(ours, theirs) for ours, theirs in pairs])
-    return Agreement(agreed, mine, other, compared, errors)
+    return Agreement(agreed, mine, other, compared, np.array([apart(*pair) for pair in pairs]))
 
 
 def apart(own: Sequence[Any] | NDArray[Any], other: Sequence[Any] | NDArray[Any]) -> float:
@@ -180,22 +176,13 @@ def trajectory(
     *,
     enough: float = math.inf,
     limits: Limits = NO_LIMITS,
-    record: tuple[str, ...] = ("x", "events"),
-    say: Callable[[int], None] | None = None,
 ) -> Trajectory:
-    """Return what a solver makes of an experiment's drive up to target `until`, from 1.
+    """Return what a method makes of an experiment's drive up to target `until`, from 1.
 
-    Parameters
-    ----------
-    enough : int, optional
-        Events after which no further target is begun.
-    limits : Limits
-        The trajectory is cut short where they are used up, between two events.
-    record : tuple of str
-        ``x``, and ``events`` if the solver has any.
-    say : callable, optional
-        Called with the number of events, target by target.
+    After `enough` events no further target is begun; where the limits are used up it is cut short,
+    between two events. Of a solver without events there are the rests alone.
     """
+    record = tuple(name for name in ("x", "events") if name in method.algorithm().records)
     simulation = method.simulation(experiment, record)
     parts: list[Mapping[str, NDArray[Any]]] = []
     reached, stop = 0, Stop.DONE
@@ -204,8 +191,6 @@ def trajectory(
         stretch = advance(simulation, experiment.drive, reached + 1, left, done=reached)
         parts.append(stretch.recorded)
         reached, stop = reached + stretch.completed, stretch.stop
-        if say is not None:
-            say(simulation.tally.events)
     columns = joined(parts)
     log = rearrangements(columns) if parts and "events" in record else []
     x = columns.get("x", np.empty((reached, 0)))
