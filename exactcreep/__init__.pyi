@@ -30,7 +30,7 @@ from .scene import Scene as Scene, load_scene as load_scene
 from .solid import Descent as Descent, Solid as Solid, physical as physical
 from .solvers.registry import iterate as iterate, rearrange as rearrange
 from .solvers.solver import Rearrangement as Rearrangement
-from .studies.audits.audit import Audit as Audit, audit as audit
+from .studies.audit import Audit as Audit, audit as audit
 from .studies.compare import compare as compare
 from .studies.fates.fate import fate as fate
 from .studies.fates.result import Fate as Fate
@@ -41,7 +41,6 @@ from .studies.sweep import sweep as sweep
 from .studies.thresholds.half_life import HalfLife as HalfLife, half_life as half_life
 from .studies.thresholds.horizon import GivenUp as GivenUp
 from .studies.thresholds.intercept import Intercept as Intercept, intercept as intercept
-from .studies.thresholds.results import Threshold as Threshold
-from .studies.thresholds.threshold import threshold as threshold
+from .studies.thresholds.threshold import Threshold as Threshold, threshold as threshold
 
 __version__: str

@@ -242,7 +242,7 @@ class Drawing:
             else:
                 found = study(progress=display.show)
         if self.data is not None:
-            write_file(self.data, netcdf({None: found.dataset()}), "out")
+            write_file(self.data, netcdf({None: found.dataset}), "out")
         if self.plot is not None:
             resolve_name(f"exactcreep.figures.{draw}")(found, self.plot, **pictured)
         if self.json:

@@ -73,7 +73,7 @@ def compare(
     def answer(progress: Hearer) -> SimpleNamespace:
         data = study(progress=progress)
         summary = partial(comparison.summary, data)
-        return SimpleNamespace(data=data, dataset=lambda: data, summary=summary)
+        return SimpleNamespace(data=data, dataset=data, summary=summary)
 
     def rows(found: SimpleNamespace) -> None:
         say_heading(scene.name, scene.title)

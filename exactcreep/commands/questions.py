@@ -104,7 +104,7 @@ def audit(run: Path, *, max_seconds: str | None = None, json: bool = False) -> N
     run : RUN.nc
         A result that recorded its events.
     """
-    from exactcreep.studies.audits.audit import audit_file
+    from exactcreep.studies.audit import audit_file
 
     with shown(quiet=json) as display:
         audits = audit_file(run, max_seconds=max_seconds, progress=display.show)

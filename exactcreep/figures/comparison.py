@@ -21,7 +21,7 @@ def draw_compared(compared: Any, path: Path | str, *, title: str = "") -> None:
     Parameters
     ----------
     compared : Dataset
-        Of `compare`, or what has it as its ``dataset()``.
+        Of `compare`, or what has it as its ``dataset``.
     path : path
     title : str
 
@@ -30,7 +30,7 @@ def draw_compared(compared: Any, path: Path | str, *, title: str = "") -> None:
     InputError
         If the file cannot be written.
     """
-    data: xr.Dataset = compared if isinstance(compared, xr.Dataset) else compared.dataset()
+    data: xr.Dataset = compared if isinstance(compared, xr.Dataset) else compared.dataset
     known, rows = spread(data).bias, table(data)
     with new_figure(path, 9.0, 4.6, title) as figure:
         left, right = figure.subplots(1, 2)

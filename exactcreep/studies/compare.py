@@ -244,7 +244,8 @@ def _compared(
     """Return what is known of all methods for one seed."""
     step(f"{truth.label}: the truth")
     if slides := member.chain.slides:
-        broken, ends, enough = member, [], math.inf
+        broken, enough = member, math.inf
+        ends: list[int] = []
         targets = min(member.drive.half_cycles, events)
     else:
         path, ends = drive_with_rests(member, events)
@@ -288,6 +289,7 @@ def _agreement(
 ) -> tuple[dict[str, Any], Floats]:
     """Return how far a trajectory agrees with the truth, and its errors at all rests."""
     found = agree(own, known)
+    row: dict[str, Any]
     if not own.log:  # it has no events that could differ
         before, row = found.errors, {"rests": found.errors.size}
     else:

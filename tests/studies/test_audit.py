@@ -26,7 +26,7 @@ from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.result import Creep
 from exactcreep.solvers.registry import rearrange
 from exactcreep.solvers.solver import Rearrangement
-from exactcreep.studies.audits.audit import Audit, audit
+from exactcreep.studies.audit import Audit, audit
 from tests.conftest import Command
 from tests.paper import paper_chain
 

@@ -2,22 +2,41 @@
 
 Which of these depends on the start so finely that float64 may find another fate than the equations
 have; evidence says which of the two a result speaks of.
+
+*Locked in the limit.* A slider next to an end may start just before that end stops, y above its
+threshold. If mu_s/(mu_s - mu_d) is a whole number it is y - y^2/(6 D) above it half a cycle later,
+with D = (mu_s - mu_d) c: nothing acts on y to first order, a marginal cycle. Then y falls like 6 D
+over the number of half-cycles, and the forces change by 1.5 D/k^2 in cycle k; the cycle in which
+the slider grazes its threshold is approached for ever. Such an approach is recognized by equal
+slips in every cycle, which leave at least one slider at rest, and by changes that fall at least
+like 1/k^2 and have less to go than any slider at rest needs to slip. This is no proof.
 """
 
 from __future__ import annotations
 
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
 from exactcreep.display import shows_progress
-from exactcreep.limits import Limits
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
-from exactcreep.model.numbers import InputError, Number
+from exactcreep.model.numbers import InputError, Number, nearest_float
+from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.solvers.exact.recurrence import Recurrence
-from exactcreep.studies.fates.numerical import numerical_fate, refuse_sliding
+from exactcreep.solvers.exact.recurrence import MOST_PERIOD, PATIENCE, Recurrence
+from exactcreep.solvers.statistics import falls_like_inverse_square
+from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates.proof import proved_fate
-from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.fates.result import Fate, Period
+
+_SAYING = 0.1  # seconds between two reports of progress
 
 
 @shows_progress
@@ -84,3 +103,114 @@ def fate(
     if solver == "exact":
         return numerical_fate(Recurrence(chain, drive, begin), begin, limits, say)[0]
     return proved_fate(chain, drive, begin, limits, say)[0]
+
+
+def refuse_sliding(chain: Chain) -> None:
+    """Raise `InputError` for a chain that slides with theta without slips."""
+    if chain.slides:
+        allowed = (
+            "must exceed mu_d: without slips the sliders follow theta, in every cycle alike;"
+            ' creep(solver="sliding") tells how'
+        )
+        raise InputError("mu_s", chain.mu_s, allowed)
+
+
+def numerical_fate(
+    course: Recurrence,
+    start: State,
+    limits: Limits = NO_LIMITS,
+    say: Callable[..., None] | None = None,
+) -> tuple[Fate, Stop]:
+    """Follow a trajectory from `start` to its end; return its fate, and what ended it."""
+    while True:
+        pause = limits if say is None else replace(limits, pause=time.perf_counter() + _SAYING)
+        stop, reason = course.follow(pause)
+        if say is not None:
+            say("cycles", course.cycles, course.drive.cycles, "cycles")
+        if stop is not Stop.BUDGET:
+            break
+    simulation, drive = course.simulation, course.drive
+    evidence, outcome = simulation.evidence, Outcome.LIMIT
+    known: dict[str, Any] = {}
+    if course.period is not None:
+        moved, itinerary = _one_period(course, course.period)
+        noise = nearest_float(simulation.chain.rounding) * sum(len(one) for _, one in itinerary)
+        advance = moved if abs(moved) > noise else 0.0
+        known = {"period": course.period, "advance": advance, "itinerary": itinerary}
+        outcome = Outcome.CREEPING if advance else Outcome.CYCLING
+        if not itinerary:
+            outcome = Outcome.AT_REST
+        if course.distance:
+            evidence = Evidence.UNDECIDED
+            reason = f"the forces return to within {course.distance:.1e} m g, not bit for bit"
+    elif stop is Stop.RUNAWAY:
+        outcome = Outcome.RUNAWAY
+    elif stop is Stop.DONE and (approach := _approach(course)):
+        outcome, evidence = Outcome.CYCLING, Evidence.UNDECIDED
+        reason, known = approach
+    elif not reason:
+        reason = f"not settled with a period up to {MOST_PERIOD} within {drive.cycles} cycles"
+    known = {"settled_after": course.settled_after, "last_advance": course.last_advance} | known
+    found = Fate(
+        chain=simulation.chain,
+        amplitude=drive.amplitude,
+        start=start,
+        solver="exact",
+        outcome=outcome,
+        evidence=evidence,
+        cycles=course.cycles,
+        reason=reason,
+        report={"events": simulation.tally.events, "undecided": simulation.tally.undecided},
+        **known,
+    )
+    return found, stop
+
+
+def _approach(course: Recurrence) -> tuple[str, dict[str, Any]] | None:
+    """Return how the forces approach a locked cycle and what is known of it; None: they do not."""
+    alike, last_advance = course.alike
+    steps = course.steps(alike // 2)
+    if alike < PATIENCE:
+        return None
+    if not falls_like_inverse_square(steps):
+        return None
+    ahead = steps[-1] * steps.size / (1 - (steps[-1] / steps[0]) ** 0.5)
+    simulation, chain = course.simulation.copied(("events",)), course.simulation.chain
+    drive, log, forces = Cycles(course.drive.amplitude, 1), [], []
+    for half in (1, 2):
+        recorded = simulation.follow(drive, 2 * course.cycles + half, 1).recorded
+        log += [(half, one.itinerary) for one in rearrangements(recorded)]
+        forces.append(np.diff(simulation.state().tensions, prepend=0.0, append=0.0))
+    slipping = {n for _, itinerary in log for _, sliders, _ in itinerary for n in sliders}
+    resting = [n for n in range(1, chain.n + 1) if n not in slipping]
+    if not resting:
+        return None
+    largest = np.abs(np.array(forces) + chain.sin_alpha).max(axis=0)
+    # what the ends have left decides how often they slip
+    room = chain.friction + chain.excess - float(largest[[0, *(n - 1 for n in resting), -1]].max())
+    if ahead >= room:
+        return None
+    reason = (
+        f"locked in the limit: forces that change by {steps[-1]:.1e} m g per cycle, falling as"
+        f" 1/cycles^2, have {ahead:.1e} to go, and sliders at rest {room:.1e} to a slip; no proof"
+    )
+    return reason, {
+        "marginal": True,
+        "period": 1,
+        "advance": 0.0,
+        "settled_after": course.cycles - alike,
+        "last_advance": last_advance,
+        "itinerary": tuple(log),
+    }
+
+
+def _one_period(course: Recurrence, period: int) -> tuple[float, Period]:
+    """Return by how much x_G moves in the period that follows, and its rearrangements."""
+    simulation = course.simulation.copied(("events",))
+    before = simulation.state().displacements
+    first = 2 * course.cycles + 1
+    events = simulation.follow(Cycles(course.drive.amplitude, period), first, 2 * period).recorded
+    moved = (simulation.state().displacements - before).mean()
+    return float(moved), tuple(
+        (one.half_cycle - first + 1, one.itinerary) for one in rearrangements(events)
+    )

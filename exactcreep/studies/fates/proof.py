@@ -141,7 +141,7 @@ class _Proof:
     def _approach(self) -> Fate | None:
         """Return the fate if the shapes approach a cycle like 1/k; no ball contains such a cycle.
 
-        See `exactcreep.studies.fates.numerical`.
+        See `exactcreep.studies.fates.fate`.
         """
         last = before = len(self.halves) // 2
         while before > 0 and self._cycle(before) == self._cycle(last):

@@ -10,16 +10,17 @@ from typing import Any
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Itinerary
 from exactcreep.model.enclosure import Enclosure
-from exactcreep.model.numbers import Shown, nearest_float
+from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
+from exactcreep.model.result import Result
 from exactcreep.model.state import State
 
 Period = tuple[tuple[int, Itinerary], ...]
 """The rearrangements of one period: each with its half-cycle, from 1, and its itinerary."""
 
 
-@dataclass(frozen=True, repr=False)
-class Fate(Shown):
+@dataclass(frozen=True, eq=False, repr=False)
+class Fate(Result):
     """What a chain does in the end.
 
     Attributes
@@ -39,22 +40,18 @@ class Fate(Shown):
     cycles : int
         Whole cycles that were followed.
     settled_after : int or None
-        The number m of cycles from which on the tensions at the ends of cycles repeat:
-        ``T(k + period) = T(k)`` for every k >= m, and for no smaller m. Where a proved cycle has
-        avalanches the tensions only tend to it: the itinerary repeats after m cycles. None: not
-        settled.
+        Cycles after which the tensions at the ends of cycles repeat, and not before; where a proved
+        cycle has avalanches, the itinerary. None: not settled.
     period : int or None
         Cycles.
     advance : float or None
         Of x_G over a period, unit ``g tau_dyn**2``; 0 at rest or locked.
     last_advance : int
         The last cycle, up to `settled_after` if that is known, in which x_G advanced, down or up
-        the incline, by more than 2**-40; 0: none. What creeps for ever goes on to advance in every
-        period.
+        the incline, by more than 2**-40; 0: none.
     marginal : bool
-        Locked in the limit: the tensions approach a locked cycle algebraically, like 1/k after k
-        cycles, and `reason` says how far they are. `settled_after` counts the cycles after which
-        the slips of every cycle are the same.
+        Locked in the limit: the tensions approach a locked cycle like 1/k after k cycles. Then
+        `settled_after` counts the cycles after which the slips of every cycle are the same.
     itinerary : tuple or None
         The rearrangements of one period: each with its half-cycle, from 1, and its itinerary.
     advance_enclosure : Enclosure or None
@@ -92,10 +89,7 @@ class Fate(Shown):
 
     @property
     def direction(self) -> str:
-        """Which way the chain creeps or runs away: ``downhill`` or ``uphill``.
-
-        On the level ``+x`` or ``-x``; ``none`` if it does neither, or has not settled.
-        """
+        """Which way the chain creeps or runs away, as `direction_of` says it; else ``none``."""
         tangent, advance = self.chain.tan_alpha, 0.0
         if self.outcome is Outcome.CREEPING:
             advance = self.advance or 0.0
@@ -111,27 +105,19 @@ class Fate(Shown):
         told = {name: getattr(self, name) for name in (*names, "advance", "direction", "reason")}
         return {"n": self.chain.n, **told}
 
-    def summary(self) -> dict[str, Any]:
-        """Return everything by names, ready for JSON."""
-        names = ("cycles", "settled_after", "period", "advance", "velocity", "last_advance",
-                 "marginal")  # fmt: skip
-        out: dict[str, Any] = {
-            "n": self.chain.n,
-            "amplitude": nearest_float(self.amplitude),
-            "solver": self.solver,
-            "outcome": self.outcome.value,
-            "evidence": self.evidence.value,
-            "direction": self.direction,
-        } | {name: getattr(self, name) for name in names}
+    def _numbers(self) -> dict[str, Any]:
+        names = "solver outcome evidence direction cycles settled_after period advance velocity"
+        out: dict[str, Any] = {"n": self.chain.n, "amplitude": nearest_float(self.amplitude)}
+        out |= {name: getattr(self, name) for name in f"{names} last_advance marginal".split()}
         if self.advance_enclosure is not None:
             middle, radius = self.advance_enclosure
-            out["advance_enclosure"] = [str(middle - radius), str(middle + radius)]
+            out["advance_enclosure"] = [middle - radius, middle + radius]
         if self.itinerary is not None:
             out["itinerary"] = [
                 {"half_cycle": half, "events": [f"{kind} {movers(*who)}" for kind, *who in events]}
                 for half, events in self.itinerary
             ]
-        return out | {"reason": self.reason, "report": dict(self.report)}
+        return out | {"reason": self.reason, "report": self.report}
 
 
 def movers(sliders: Sequence[int], signs: Sequence[int]) -> str:

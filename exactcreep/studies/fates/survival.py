@@ -36,11 +36,12 @@ from exactcreep.model.numbers import (
     whole_number,
 )
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
+from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.solvers.exact.recurrence import Recurrence
-from exactcreep.studies.fates.numerical import numerical_fate, refuse_sliding
+from exactcreep.studies.fates.fate import numerical_fate, refuse_sliding
 from exactcreep.studies.pool import Signals, pool_of
 
 CONFIDENCE = 0.95
@@ -66,19 +67,18 @@ class Share(NamedTuple):
 class Rate(NamedTuple):
     """The escape rate: arrests per cycle of the starts that outlive the transient.
 
-    `low` and `high` are its exact interval. They are nan, and `reason` says why, where lifetimes
-    are not exponential even after the `cut`.
+    `low` and `high` are its exact interval; nan, and `reason` says why, where lifetimes are not
+    exponential even after the `cut`. Up to the cut, in cycles, `before` starts were arrested;
+    `exponential` is the probability of later lifetimes at least as far from exponential, nan if
+    too few were arrested.
     """
 
     rate: float
     low: float
     high: float
     cut: int = 0
-    """Cycles: the transient. Lifetimes up to it are not used."""
     before: int = 0
-    """Starts that were arrested up to then."""
     exponential: float = math.nan
-    """Probability of lifetimes at least as far from exponential; nan if too few were arrested."""
     reason: str = ""
 
 
@@ -135,10 +135,6 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
     censored : array_like, shape (others,)
         Cycles that the others have been seen to move.
 
-    Returns
-    -------
-    Rate
-
     Notes
     -----
     The transient ends when half of the arrests have happened. If the later ones are not exponential
@@ -169,8 +165,8 @@ def escape_rate(lifetimes: ArrayLike, censored: ArrayLike = ()) -> Rate:
         probability = _exponential(late, seen)
         if not probability < _DOUBTED:
             break
-    before, lived = ends.size - late.size, seen.sum()
-    about = (int(cut), before, probability)
+    lived = seen.sum()
+    about = (int(cut), ends.size - late.size, probability)
     if lived == 0:
         reason = f"no rate: every start was arrested up to cycle {cut:.0f}"
         return Rate(math.nan, math.nan, math.nan, *about, reason)
@@ -196,8 +192,8 @@ def _exponential(lifetimes: NDArray[np.float64], every: NDArray[np.float64]) -> 
     return float(stats.kstest(tested / every.sum(), "uniform").pvalue)
 
 
-@dataclass(frozen=True, eq=False)
-class Survival:
+@dataclass(frozen=True, eq=False, repr=False)
+class Survival(Result):
     """How long creep, down or up the incline, lasted from many starts.
 
     Attributes
@@ -251,8 +247,7 @@ class Survival:
         Shape (starts,). Periodic creep goes on for ever, and counts as seen up to the horizon.
         """
         seen = np.where(self._came_to(Outcome.CREEPING), self.cycles, self._column("cycles"))
-        lasted = np.where(self.arrested, self._column("last_advance"), seen)
-        return np.asarray(lasted, dtype=np.int64)
+        return np.where(self.arrested, self._column("last_advance"), seen).astype(np.int64)
 
     @property
     def lifetimes(self) -> NDArray[np.int64]:
@@ -292,10 +287,7 @@ class Survival:
 
     @property
     def creeping(self) -> Share:
-        """The starts that still creep at the horizon, or run away; chaos without advance is not.
-
-        Either way: see `directions`.
-        """
+        """The starts that still creep at the horizon, either way, or run away."""
         return self._share(self._creeping)
 
     @property
@@ -331,8 +323,7 @@ class Survival:
 
         ``locked`` and ``at_rest`` are arrested; ``creeping`` are those that creep periodically, or
         have come further than ever, either way, within the last `dormant` cycles (and the last
-        half);
-        ``dormant`` those with disorder whose inner sliders have not slipped for so long;
+        half); ``dormant`` those with disorder whose inner sliders have not slipped for so long;
         ``runaway`` those proved never to come to rest; ``undecided`` all others.
         """
         return {name: self._share(which) for name, which in self._kinds.items()}
@@ -346,31 +337,34 @@ class Survival:
         """Of float64: undecided if one of the starts is."""
         return Evidence.of(self._undecided, Evidence.COMPUTED)
 
-    def summary(self) -> dict[str, Any]:
-        """Return everything but the single starts by names, ready for JSON."""
+    def _about(self) -> dict[str, Any]:
+        names = ("amplitude", "size", "starts", "cycles", "seed", "dormant")
+        return plain_data(self.chain.parameters() | {name: getattr(self, name) for name in names})
+
+    def _numbers(self) -> dict[str, Any]:
+        shares = {
+            name: {word: share._asdict() for word, share in getattr(self, name).items()}
+            for name in ("fractions", "directions")
+        }
         return {
             **self._about(),
-            "deaths": int(self.lifetimes.size),
+            "deaths": self.lifetimes.size,
             "marginal": int(self._column("marginal").sum()),
             "cycles_lived": int(self.durations.sum()),
             "rate": self.rate._asdict(),
             "exponential": self.rate.exponential,
             "confidence": CONFIDENCE,
-            "fractions": {name: share._asdict() for name, share in self.fractions.items()},
-            "directions": {name: share._asdict() for name, share in self.directions.items()},
-            "lifetimes": self.lifetimes.tolist(),
-            "censored": self.censored.tolist(),
-            "evidence": self.evidence.value,
+            **shares,
+            "lifetimes": self.lifetimes,
+            "censored": self.censored,
+            "evidence": self.evidence,
             "undecided_starts": self._undecided,
             "reason": self.reason,
         }
 
-    def _about(self) -> dict[str, Any]:
-        names = ("amplitude", "size", "starts", "cycles", "seed", "dormant")
-        return plain_data(self.chain.parameters() | {name: getattr(self, name) for name in names})
-
+    @cached_property
     def dataset(self) -> xr.Dataset:
-        """Return what every start came to along ``start``, and the curve along ``step``."""
+        """What every start came to along ``start``, and the curve along ``step``."""
         columns: dict[str, Any] = {
             name: ("start", self._column(name), {"long_name": text})
             for name, text in _COLUMNS.items()

@@ -1,16 +1,12 @@
-"""Amplitudes: where a threshold is looked for, how a bracket is narrowed, decimals that enclose.
-
-Which of the three questions about a threshold has a sense for a chain stands here, too.
-"""
+"""Where a threshold is looked for: which question has a sense, scans, bisection, decimals."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.enclosure import magnitude
@@ -24,10 +20,7 @@ SHORT = 5
 def require_sense(chain: Any, question: str) -> None:
     """Raise `InputError` if a question has no sense for a chain; it names the one that has.
 
-    Parameters
-    ----------
-    chain : Chain
-    question : {"threshold", "threshold after", "half_life", "intercept"}
+    `question` is one of ``threshold``, ``threshold after``, ``half_life`` and ``intercept``.
     """
     if not isinstance(chain, Chain):
         raise InputError("chain", chain, "must be a Chain")
@@ -48,7 +41,7 @@ def require_sense(chain: Any, question: str) -> None:
         allowed = f"must be at most {SHORT}: longer chains creep chaotically, and for a while only;"
         allowed += " ask `half_life`, or `threshold` with `after` for a cycle"
         raise InputError("n", chain.n, allowed)
-    if question in ("half_life", "intercept"):
+    if not question.startswith("threshold"):
         if chain.n < 2:
             raise InputError("n", chain.n, "must be at least 2: one slider has no spring")
         if chain.slides:
@@ -56,18 +49,10 @@ def require_sense(chain: Any, question: str) -> None:
             raise InputError("mu_s", chain.mu_s, allowed)
 
 
-@dataclass(frozen=True)
-class Span:
-    """Where a threshold is looked for.
+class Span(NamedTuple):
+    """Where a threshold is looked for: between two amplitudes, or in scans, one after the other.
 
-    Attributes
-    ----------
-    bracket : pair of Fraction or None
-        The chain does not creep at the first, and creeps at the second.
-    scans : list of (Fraction, Fraction)
-        Without a bracket: ends of one scan after the other, until creep is found.
-    free : bool
-        Whether the first scan may begin lower if need be.
+    `free` says whether the first scan may begin lower if need be.
     """
 
     bracket: Bracket | None
@@ -78,10 +63,7 @@ class Span:
     def of(cls, chain: Chain, low: Number | None, high: Number | None, bracket: Any) -> Span:
         """Return the span that is asked for; the default decides nothing about where the edge is.
 
-        Raises
-        ------
-        InputError
-            If an end is negative, or a range is empty.
+        `InputError` if an end is negative, or a range is empty.
         """
         between = None
         if bracket is not None:
@@ -107,13 +89,7 @@ class Span:
 
 
 def two_numbers(given: Any, field: str, *, positive: bool = False) -> Bracket:
-    """Return two ascending numbers that are not negative.
-
-    Raises
-    ------
-    InputError
-        If they are something else.
-    """
+    """Return two ascending numbers, none negative (or all `positive`), or raise `InputError`."""
     try:
         first, second = given
     except (TypeError, ValueError):
@@ -132,10 +108,7 @@ def bisected(
     yield low, high
     while high - low > width * high:
         middle = (low + high) / 2
-        if above(middle):
-            high = middle
-        else:
-            low = middle
+        low, high = (low, middle) if above(middle) else (middle, high)
         yield low, high
 
 

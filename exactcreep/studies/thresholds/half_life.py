@@ -8,27 +8,25 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
-
-import xarray as xr
 
 from exactcreep.display import shows_progress
 from exactcreep.limits import Limits, OutOfTime, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, Number, exact_number, nearest_float, whole_number
 from exactcreep.progress import Hearer, Progress, reporter
-from exactcreep.studies.fates.survival import SIZE, Share, survival
-from exactcreep.studies.thresholds.amplitudes import Span, bisected, require_sense
-from exactcreep.studies.thresholds.results import Measured, single_values
+from exactcreep.studies.fates.survival import SIZE, Share, Survival, survival
+from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, require_sense
+from exactcreep.studies.thresholds.answer import Measured
 
 _STEP = Fraction(23, 20)  # from one amplitude of the scan to the next
 _LOWER = 10  # halvings of the lower end of a scan, if half of the starts creep there
 _REFINED = 4  # bisections for each end of an interval
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class HalfLife(Measured):
     """The amplitude at which half of the starts still creep, either way, at the horizon.
 
@@ -69,61 +67,52 @@ class HalfLife(Measured):
     criterion = "survival"
     compare = "no law: this amplitude grows with the horizon"
 
-    def summary(self) -> dict[str, Any]:
-        """Return everything by names, ready for JSON."""
+    def _numbers(self) -> dict[str, Any]:
         shares = [
             {"amplitude": a} | share._asdict() | {"directions": self.directions[a]}
             for a, share in sorted(self.shares.items())
         ]
-        summary = super().summary() | {"shares": shares}
-        del summary["directions"]
-        return summary
+        numbers = super()._numbers() | {"shares": shares}
+        del numbers["directions"]
+        return numbers
 
-    def dataset(self) -> xr.Dataset:
-        """Return the shares along ``amplitude``, and all single values as attributes."""
+    def _columns(self) -> tuple[dict[str, Any], dict[str, Any]]:
         tried = sorted(self.shares)
-        columns = {
-            name: ("amplitude", [getattr(self.shares[a], name) for a in tried])
-            for name in Share._fields
-        }
-        about = single_values(self.chain, self.summary())
-        found = about.pop("amplitude", math.nan)
-        return xr.Dataset(columns, {"amplitude": tried}, about | {"half_life": found})
+        rows = zip(*(self.shares[a] for a in tried), strict=True) if tried else [[]] * 4
+        columns = dict(zip(Share._fields, (("amplitude", list(row)) for row in rows), strict=True))
+        return columns, {"amplitude": tried}
 
 
-@dataclass
-class _Tried:
-    """The amplitudes that were tried, and which part of the starts still creeps at each."""
+class _Search:
+    """The amplitudes that were tried, and what many starts do at each."""
 
-    chain: Chain
-    given: dict[str, Any]
-    limits: Limits
-    say: Callable[..., None]
-    shares: dict[Fraction, Share] = field(default_factory=dict)
-    directions: dict[Fraction, dict[str, int]] = field(default_factory=dict)
-    expected: int = 0
-    """How many amplitudes the search may take, at the most, for its progress."""
+    def __init__(
+        self, follow: Callable[..., Survival], span: Span, width: Fraction, limits: Limits, say: Any
+    ) -> None:
+        self.follow, self.span, self.width, self.limits, self.say = follow, span, width, limits, say
+        self.tried: dict[Fraction, Survival] = {}
+        low, high = span.scans[0][0], span.scans[-1][1]
+        scan = math.ceil(math.log(high / max(low, high / 10**6)) / math.log(_STEP))
+        # the most amplitudes that it may take, for its progress
+        self.most = 2 + scan * (span.bracket is None)
+        self.most += math.ceil(math.log2(1 / width)) + 2 * _REFINED
 
     def share(self, amplitude: Fraction) -> Share:
         """Return which part still creeps at an amplitude."""
-        if amplitude not in self.shares:
+        if amplitude not in self.tried:
             self.limits.require()
-            done = len(self.shares)
+            done = len(self.tried)
 
             def followed(progress: Progress) -> None:
                 part = done + progress.done / max(progress.total, 1)
-                self.say("amplitudes", part, max(self.expected, done + 1), "amplitudes")
+                self.say("amplitudes", part, max(self.most, done + 1), "amplitudes")
 
-            found = survival(
-                self.chain, amplitude, max_seconds=self.limits.seconds_left, progress=followed,
-                **self.given,
-            )  # fmt: skip
+            left = self.limits.seconds_left
+            found = self.follow(amplitude, max_seconds=left, progress=followed)
             if found.reason:
                 raise OutOfTime(self.limits.reason(Stop.DEADLINE))
-            self.shares[amplitude] = found.creeping
-            ways = {way: share.starts for way, share in found.directions.items()}
-            self.directions[amplitude] = ways
-        return self.shares[amplitude]
+            self.tried[amplitude] = found
+        return self.tried[amplitude].creeping
 
     def fewer(self, amplitude: Fraction) -> bool:
         """Return whether clearly fewer than half creep."""
@@ -133,19 +122,19 @@ class _Tried:
         """Return whether clearly more than half creep."""
         return self.share(amplitude).low > 0.5
 
-    def bracket(self, span: Span) -> tuple[Fraction, Fraction]:
+    def bracket(self) -> Bracket:
         """Return amplitudes between which one half is passed: those given, or of a scan upwards."""
-        if span.bracket is not None:
-            low, high = span.bracket
+        if self.span.bracket is not None:
+            low, high = self.span.bracket
             if not (self.fewer(low) and self.more(high)):
                 allowed = "must straddle one half: clearly fewer creep at LO, clearly more at HI"
                 shares = f", not {self.share(low).share:.3g} and {self.share(high).share:.3g}"
                 shown = f"{nearest_float(low)} {nearest_float(high)}"
                 raise InputError("bracket", shown, allowed + shares)
             return low, high
-        low, high = span.scans[0][0], span.scans[-1][1]
+        low, high = self.span.scans[0][0], self.span.scans[-1][1]
         below = max(low, high / 10**6)
-        for _ in range(_LOWER * span.free):
+        for _ in range(_LOWER * self.span.free):
             if not self.fewer(below):
                 below /= 2
         if not self.fewer(below):
@@ -157,32 +146,20 @@ class _Tried:
                 return below, amplitude
             if self.fewer(amplitude):
                 below = amplitude
-        if self.chain.tan_alpha == 0:
-            allowed = "must not be 0: on the level no more than half creep anywhere in the scan"
-            raise InputError("tan_alpha", 0, allowed)
         allowed = "must be higher: at no point of the scan do clearly more than half creep"
         raise InputError("to", nearest_float(high), allowed)
 
-    def end(self, inner: Fraction, width: Fraction, sure: Callable[[Fraction], bool]) -> Fraction:
+    def end(self, inner: Fraction, sure: Callable[[Fraction], bool]) -> Fraction:
         """Return the amplitude next to `inner` at which the share is surely on one side of 1/2.
 
         Bisected a few times, between `inner` and the nearest such amplitude that was tried.
         """
-        outer = min((a for a in self.shares if sure(a)), key=lambda a: abs(a - inner))
+        outer = min((a for a in self.tried if sure(a)), key=lambda a: abs(a - inner))
         for _ in range(_REFINED):
-            if abs(outer - inner) > width * inner:
+            if abs(outer - inner) > self.width * inner:
                 middle = (outer + inner) / 2
                 outer, inner = (middle, inner) if sure(middle) else (outer, middle)
         return outer
-
-
-def _expected(span: Span, width: Fraction) -> int:
-    """Return how many amplitudes a search may take, at the most."""
-    scan = 2
-    if span.bracket is None:
-        low, high = span.scans[0][0], span.scans[-1][1]
-        scan = math.ceil(math.log(high / max(low, high / 10**6)) / math.log(_STEP)) + 2
-    return scan + math.ceil(math.log2(1 / width)) + 2 * _REFINED
 
 
 @shows_progress
@@ -253,26 +230,35 @@ def half_life(
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     span = Span.of(chain, low, high, bracket)
     width = Fraction(1, 10 ** whole_number(digits, "digits", least=1, most=12))
-    given = {
+    given: dict[str, Any] = {
         "starts": whole_number(starts, "starts", least=1),
         "cycles": whole_number(cycles, "cycles", least=1),
         "seed": whole_number(seed, "seed", least=0),
     }
-    tried = _Tried(chain, {**given, "size": size, "workers": workers}, limits, say)
-    tried.expected = _expected(span, width)
+
+    def follow(amplitude: Fraction, **how: Any) -> Survival:
+        return survival(chain, amplitude, size=size, workers=workers, **given, **how)
+
+    search = _Search(follow, span, width, limits, say)
     at, fewer, more, reason = None, None, None, ""
     try:
-        below, above = tried.bracket(span)
-        *_, (below, above) = bisected(below, above, width, lambda a: tried.share(a).share >= 0.5)
+        below, above = search.bracket()
+        *_, (below, above) = bisected(below, above, width, lambda a: search.share(a).share >= 0.5)
         at = (below + above) / 2
-        fewer = tried.end(below, width, tried.fewer)
-        more = tried.end(above, width, tried.more)
+        fewer = search.end(below, search.fewer)
+        more = search.end(above, search.more)
     except OutOfTime as limit:
         reason = str(limit)
-        more = min((a for a in tried.shares if tried.more(a)), default=None)
-        less = [a for a in tried.shares if tried.fewer(a) and (more is None or a < more)]
+        more = min(filter(search.more, search.tried), default=None)
+        less = [a for a in search.tried if search.fewer(a) and (more is None or a < more)]
         fewer = max(less, default=None)
+    except InputError as refused:
+        if chain.tan_alpha == 0 and refused.field == "to":
+            allowed = "must not be 0: on the level no more than half creep anywhere in the scan"
+            raise InputError("tan_alpha", 0, allowed) from None
+        raise
     ends = [None if end is None else nearest_float(end) for end in (at, fewer, more)]
+    tried = {nearest_float(amplitude): found for amplitude, found in search.tried.items()}
     return HalfLife(
         chain=chain,
         **given,
@@ -280,7 +266,10 @@ def half_life(
         low=ends[1],
         high=ends[2],
         size=exact_number(size, "size"),
-        shares={nearest_float(amplitude): share for amplitude, share in tried.shares.items()},
-        directions={nearest_float(a): ways for a, ways in tried.directions.items()},
+        shares={a: found.creeping for a, found in tried.items()},
+        directions={
+            a: {way: share.starts for way, share in found.directions.items()}
+            for a, found in tried.items()
+        },
         reason=reason,
     )

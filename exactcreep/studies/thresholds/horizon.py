@@ -1,9 +1,9 @@
 """What a chain does in the last of so many cycles, at one amplitude.
 
-A run of `cycles` full cycles from the start: does x_G advance down the incline by more than 1e-6 in
-the last of them? That is exact and can be made again, but no more than it says: the chain may lock
-a little later, and for ever; see `lasting`. An advance uphill is not asked for: relaxing from its
-start, a chain that locks moves up, too, by less and less.
+Does x_G advance down the incline by more than 1e-6 in the last of them? That is exact and can be
+made again, but no more than it says: the chain may lock a little later, and for ever; see
+`lasting`. An advance uphill is not asked for: relaxing from its start, a chain that locks moves up,
+too, by less and less.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
 from exactcreep.model.state import State
 from exactcreep.solvers.registry import solver_named
-from exactcreep.solvers.solver import Simulation, Stretch, advance
+from exactcreep.solvers.solver import Stretch, advance
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.proof import logged, lone
 from exactcreep.studies.fates.result import Fate
@@ -73,50 +73,41 @@ class Question:
 
     def creeps(self, amplitude: Fraction) -> bool:
         """Return the float64 solver's answer."""
-        simulation = solver_named("exact", {}).simulation(self.chain, self.start, 0, ())
-        stretch = self._followed(simulation, amplitude)
-        if stretch.stop is Stop.RUNAWAY:
-            return True
-        return self._last_advance(stretch).middle > ADVANCE
+        stretch, _ = self._followed(amplitude, "exact", {}, ())
+        return stretch.stop is Stop.RUNAWAY or self._last_advance(stretch).middle > ADVANCE
 
     def tried(self, amplitude: Fraction, solver: str, options: dict[str, Any]) -> Observation:
         """Return a solver's answer, and what happened."""
-        algorithm = solver_named(solver, options)
         record = ("x_G", "tension", "events")
-        simulation = algorithm.simulation(self.chain, self.start, 0, record)
-        stretch = self._followed(simulation, amplitude)
-        evidence = simulation.evidence
-        creeps = stretch.stop is Stop.RUNAWAY
-        if not creeps:
-            known = self._last_advance(stretch)
-            creeps = known.middle > ADVANCE
-            if abs(known.middle - ADVANCE) <= known.radius and evidence is Evidence.PROVED:
-                evidence = Evidence.UNDECIDED
-        log = logged(stretch.recorded)
+        stretch, evidence = self._followed(amplitude, solver, options, record)
+        log, known = logged(stretch.recorded), self._last_advance(stretch)
+        creeps = stretch.stop is Stop.RUNAWAY or known.middle > ADVANCE
+        near = stretch.stop is not Stop.RUNAWAY and abs(known.middle - ADVANCE) <= known.radius
+        if near and evidence is Evidence.PROVED:
+            evidence = Evidence.UNDECIDED
         tensions = [self.start.tensions, *stretch.recorded["tension"]][-3:]
         before, after = (map(enclosure, tensions[k].tolist()) for k in (0, -1))
         changes = [_difference(x, y) for x, y in zip(before, after, strict=True)]
-        change = nearest_float(max(abs(one.middle) for one in changes))
-        last = [one for one in log if one.half_cycle > 2 * self.cycles - 2]
         room = Fraction(len(log), 2**50)
-        returned = all(abs(one.middle) <= one.radius + room for one in changes)
-        outcome = _last_outcome(last, evidence, returned=returned)
-        direction = direction_of(self.chain.tan_alpha * creeps, self.chain.tan_alpha)
-        return Observation(creeps, evidence, log, *outcome, change, direction=direction)
+        outcome = _last_outcome(
+            [one for one in log if one.half_cycle > 2 * self.cycles - 2],
+            evidence,
+            returned=all(abs(one.middle) <= one.radius + room for one in changes),
+        )
+        return Observation(
+            creeps, evidence, log, *outcome,
+            change=nearest_float(max(abs(one.middle) for one in changes)),
+            direction=direction_of(self.chain.tan_alpha * creeps, self.chain.tan_alpha),
+        )  # fmt: skip
 
-    def _followed(self, simulation: Simulation, amplitude: Fraction) -> Stretch:
-        """Take a simulation through all cycles, or to a runaway.
-
-        Raises
-        ------
-        GivenUp
-            If the solver gives up, or there are too many events.
-        OutOfTime
-            If the time is over.
-        """
+    def _followed(
+        self, amplitude: Fraction, solver: str, options: dict[str, Any], record: tuple[str, ...]
+    ) -> tuple[Stretch, Evidence]:
+        """Follow all cycles, or to a runaway; `GivenUp` and `OutOfTime` where that fails."""
+        algorithm = solver_named(solver, options)
+        simulation = algorithm.simulation(self.chain, self.start, 0, record)
         most = _MOST_EVENTS * max(self.chain.n, 20)
-        limits = replace(self.limits, events=most)
-        drive = Cycles(amplitude, self.cycles)
+        drive, limits = Cycles(amplitude, self.cycles), replace(self.limits, events=most)
         stretch = advance(simulation, drive, 2 * self.cycles, limits)
         if stretch.stop is Stop.DEADLINE:
             raise OutOfTime(stretch.reason)
@@ -126,12 +117,12 @@ class Question:
             raise GivenUp(f"{run} {what}")
         if stretch.stop is Stop.LIMIT:
             raise GivenUp(f"{run}: {stretch.reason}")
-        return stretch
+        return stretch, simulation.evidence
 
     def _last_advance(self, stretch: Stretch) -> Enclosure:
         """Return by how much x_G moves down the incline in the last cycle."""
-        values = stretch.recorded["x_G"].tolist()
-        begin, end = (enclosure(x) for x in ([0, *values][-3], values[-1]))
+        values = [0, 0, 0, *stretch.recorded["x_G"].tolist()]
+        begin, end = (enclosure(values[k]) for k in (-3, -1))
         return _difference(end, begin) if self.chain.tan_alpha < 0 else _difference(begin, end)
 
 
@@ -170,8 +161,7 @@ def transient(changes: list[tuple[int, float]]) -> dict[str, Any]:
         -1 the changes still to come have a finite sum, and the chain approaches a cycle that it
         never quite reaches.
     """
-    cycles, change = changes[-1]
-    out: dict[str, Any] = {"cycles": cycles, "change": change}
+    out: dict[str, Any] = dict(zip(("cycles", "change"), changes[-1], strict=True))
     if len(changes) > 2 and min(change for _, change in changes[-3:]) > 0:
         logs = [(math.log(k), math.log(x)) for k, x in changes[-3:]]
         powers = [(y - x) / (b - a) for (a, x), (b, y) in pairwise(logs)]

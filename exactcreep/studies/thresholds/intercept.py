@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import xarray as xr
 from numpy.typing import NDArray
 from scipy import stats
 
@@ -26,8 +25,9 @@ from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import creep
 from exactcreep.studies.fates.survival import MOST_SEED, SIZE, start_of
 from exactcreep.studies.thresholds.amplitudes import require_sense, two_numbers
-from exactcreep.studies.thresholds.results import Measured, single_values
+from exactcreep.studies.thresholds.answer import Measured
 
+Floats = NDArray[np.float64]
 FEWEST_POINTS = 8
 """Amplitudes of a straight line."""
 UNLIKELY = 0.01
@@ -35,7 +35,7 @@ UNLIKELY = 0.01
 _FLAT = 1e-6  # of the slope: less is rounding
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Intercept(Measured):
     """Where the straight part of v(A) meets zero.
 
@@ -73,9 +73,9 @@ class Intercept(Measured):
     (1.3, 'undecided')
     """
 
-    amplitudes: NDArray[np.float64]
-    velocities: NDArray[np.float64]
-    errors: NDArray[np.float64]
+    amplitudes: Floats
+    velocities: Floats
+    errors: Floats
     fit: tuple[float, float]
     law_seuil: float
     law_slope: float
@@ -90,11 +90,9 @@ class Intercept(Measured):
     criterion = "intercept"
     compare = "the intercept with Eq. (seuil), a law of long chains; the slope with (N + 3 - 2i) l0"
 
-    def dataset(self) -> xr.Dataset:
-        """Return what was measured along ``amplitude``, and all single values as attributes."""
+    def _columns(self) -> tuple[dict[str, Any], dict[str, Any]]:
         columns = {name: ("amplitude", getattr(self, name)) for name in ("velocities", "errors")}
-        about = single_values(self.chain, self.summary())
-        return xr.Dataset(columns, {"amplitude": self.amplitudes}, about)
+        return columns, {"amplitude": self.amplitudes}
 
 
 @shows_progress
@@ -181,30 +179,28 @@ def intercept(
         measured[k] = amplitudes[k], downhill * run.velocity, run.velocity_error
         say("velocities", len(measured), count, "amplitudes")
     columns = np.array([measured[k] for k in sorted(measured)]).reshape(-1, 3).T
-    line: dict[str, Any] = dict(zip(("amplitudes", "velocities", "errors"), columns, strict=True))
+    line: dict[str, Any] = {}
     if np.isnan(columns[2]).sum() > len(measured) // 2:
         if not over:
             raise InputError("cycles", cycles, "must be more: velocities have no standard error")
     elif len(measured) >= FEWEST_POINTS:
-        line |= _fitted(*columns)
-    line["reason"] = over or line.get("reason", "")
+        line = _fitted(*columns)
     return Intercept(
         chain=chain,
         cycles=drive.cycles,
         seed=key,
         size=spread,
+        amplitudes=columns[0],
+        velocities=columns[1],
+        errors=columns[2],
         fit=(low, high),
         law_seuil=law,
         law_slope=slopes[0] if len(slopes) == 1 else math.nan,
-        **line,
+        **line | {"reason": over or line.get("reason", "")},
     )
 
 
-def _fitted(
-    amplitudes: NDArray[np.float64],
-    velocities: NDArray[np.float64],
-    errors: NDArray[np.float64],
-) -> dict[str, Any]:
+def _fitted(amplitudes: Floats, velocities: Floats, errors: Floats) -> dict[str, Any]:
     """Return what the weighted line tells; unknown errors are set to the largest of the others."""
     count = amplitudes.size
     unknown = np.isnan(errors)

@@ -12,7 +12,7 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.solvers.exact.recurrence import Recurrence
 from exactcreep.studies.event_log import LoggedRearrangement
-from exactcreep.studies.fates.numerical import numerical_fate
+from exactcreep.studies.fates.fate import numerical_fate
 from exactcreep.studies.fates.proof import proved_fate
 from exactcreep.studies.fates.result import Fate
 from exactcreep.studies.thresholds.horizon import Observation, Question

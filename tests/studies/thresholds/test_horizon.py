@@ -14,10 +14,10 @@ from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
-from exactcreep.studies.thresholds import results
+from exactcreep.studies.thresholds import answer
 from exactcreep.studies.thresholds.horizon import transient
-from exactcreep.studies.thresholds.results import Edge, Threshold
-from exactcreep.studies.thresholds.threshold import threshold
+from exactcreep.studies.thresholds.search import Edge
+from exactcreep.studies.thresholds.threshold import Threshold, threshold
 from tests.paper import captions
 
 FLOAT = {"solver": "exact", "digits": 9, "after": 20}
@@ -65,7 +65,7 @@ class TestTwoSliders:
         assert encloses(found, (Fraction(11, 65) - reduced) / 1000)
 
     def test_the_search_does_not_use_the_laws(self, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr(results, "laws_beside", None)
+        monkeypatch.setattr(answer, "laws_beside", None)
         found = threshold(pythagorean(), **FLOAT)
         assert encloses(found, Fraction(11, 65) / 1000)
 

@@ -30,7 +30,7 @@ from exactcreep.studies.thresholds import amplitudes
 from exactcreep.studies.thresholds import threshold as search
 from exactcreep.studies.thresholds.intercept import _fitted
 from exactcreep.studies.thresholds.lasting import Lasting
-from exactcreep.studies.thresholds.results import Threshold
+from exactcreep.studies.thresholds.threshold import Threshold
 from tests.conftest import Command
 from tests.paper import captions
 

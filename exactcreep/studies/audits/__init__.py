@@ -1,1 +1,0 @@
-"""What a finished run claims, made again from its events and compared."""

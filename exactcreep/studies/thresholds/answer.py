@@ -1,0 +1,83 @@
+"""What stands beside every threshold of a chain: the laws and theorems it may be compared with."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from fractions import Fraction
+from functools import cached_property
+from typing import Any
+
+import xarray as xr
+
+from exactcreep.laws import edges, onset_amplitude, threshold_amplitude
+from exactcreep.model.chain import Chain
+from exactcreep.model.enclosure import enclosure
+from exactcreep.model.numbers import nearest_float, plain_data
+from exactcreep.model.outcome import Evidence
+from exactcreep.model.result import Result
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, digits_of
+
+
+def laws_beside(chain: Chain, digits: int = 12) -> dict[str, str | None]:
+    """Return what the laws predict for a chain or its mirror image, as decimals; None: no law."""
+    context = digits_of(math.ceil((digits + 10) * BITS_PER_DIGIT)).context
+    rationals = chain.parameters() | {"tan_alpha": abs(chain.tan_alpha)}
+    numbers = {name: context.mpf(v.numerator) / v.denominator for name, v in rationals.items()}
+    about = {name: numbers[name] for name in ("n", "l0", "mu_d", "tan_alpha")}
+    held = numbers["mu_s"]
+    values = {
+        "law_seuil": threshold_amplitude(**about),
+        "law_corrected": onset_amplitude(**about, mu_s=held),
+        "law_two_sliders": threshold_amplitude(**about | {"mu_d": held}) if chain.n == 2 else None,
+    }
+    return {name: v if v is None else enclosure(v).text(digits) for name, v in values.items()}
+
+
+class Answer(Result):
+    """A threshold of a chain: one of three kinds, with the laws and theorems beside it."""
+
+    chain: Chain
+    digits: int
+    criterion: str
+    compare: str
+
+    def _beside(self) -> dict[str, Any]:
+        """Return the laws, the theorems, and which of them are about the same thing."""
+        laws = laws_beside(self.chain, self.digits)
+        return {**laws, "theorems": edges(self.chain), "compare": self.compare}
+
+    def _columns(self) -> tuple[Mapping[str, Any], Mapping[str, Any]]:
+        """Return the variables of the dataset, and its coordinates."""
+        raise NotImplementedError
+
+    @cached_property
+    def dataset(self) -> xr.Dataset:
+        """What was looked at, with the chain and all single numbers and texts as attributes."""
+        chain = plain_data(self.chain.parameters())
+        single = {k: v for k, v in self.summary().items() if isinstance(v, (str, int, float))}
+        return xr.Dataset(*self._columns(), chain | single)
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class Measured(Answer):
+    """A threshold that is measured with float64, from many starts or at many amplitudes."""
+
+    chain: Chain
+    cycles: int
+    seed: int
+    size: Fraction
+    reason: str
+
+    digits = 12
+
+    @property
+    def evidence(self) -> Evidence:
+        """`COMPUTED`; `UNDECIDED` if a limit ended the measurement, or it does not fit the law."""
+        return Evidence.UNDECIDED if self.reason else Evidence.COMPUTED
+
+    def _numbers(self) -> dict[str, Any]:
+        measured = {one.name: getattr(self, one.name) for one in fields(self)[1:]}
+        about = {"criterion": self.criterion, "size": nearest_float(self.size)}
+        return measured | about | {"evidence": self.evidence} | self._beside()

@@ -1,0 +1,402 @@
+"""The search for an edge: scan, bisection, the deciding event, two deciding runs.
+
+A scan in float64 finds where the answer to a question changes; bisection narrows the edge as far as
+float64 tells. One event differs across the edge, and tells where it lies.
+Two runs of the chosen solver, at the decimals that enclose this amplitude, then show that the
+answers differ; what leads to these decimals need not be trusted.
+
+*The deciding event.* Every rearrangement begins with an end of the chain at its threshold, and the
+forces add up to N s: along one itinerary neither theta_c nor what follows depends on the amplitude.
+The amplitude decides one thing alone: whether theta turns before it comes to the next theta_c. So
+two runs part where the amplitude is that theta_c, and one run along the itinerary tells it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any, NamedTuple
+
+from exactcreep.model.enclosure import exact_value, magnitude
+from exactcreep.model.numbers import InputError, nearest_float
+from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
+from exactcreep.motion.arithmetic import BITS_PER_DIGIT, balls_of
+from exactcreep.motion.itinerary import Retracer
+from exactcreep.studies.event_log import LoggedEvent, first_difference, numbered
+from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
+from exactcreep.studies.thresholds.horizon import Observation, Question, transient, weaker
+from exactcreep.studies.thresholds.lasting import Lasting, Log, side_by_side
+
+MOST_DIGITS = {"certified": 5_000, "mpmath": 300, "exact": 12}
+"""Digits of an amplitude that each solver is asked to tell."""
+SPARE = 2
+"""Digits of a bracket beyond those asked for."""
+_NARROW = Fraction(1, 10**11)  # relative width at which bisection in float64 ends
+_STRAY = 10**5  # widths of a float64 bracket that rounding may have put it off
+_LATER = (4, 16, 64)  # times the cycles, after which a transient may be over
+_BITS_LOST = 64  # of a run along an itinerary, and a quarter of one for every event
+
+
+@dataclass(frozen=True)
+class Edge:
+    """An amplitude at which creep, or an advance in some cycle, begins or ends.
+
+    Attributes
+    ----------
+    lower, upper : str
+        Decimals that enclose it: at one of them the chain creeps (or advances), not at the other.
+    begins : bool
+        Whether creep begins there (it creeps at `upper`), or ends.
+    evidence : Evidence
+        Of what happens at `lower` and at `upper`.
+    """
+
+    lower: str
+    upper: str
+    begins: bool
+    evidence: Evidence
+
+    @property
+    def middle(self) -> Fraction:
+        """The middle of the bracket."""
+        return (Fraction(self.lower) + Fraction(self.upper)) / 2
+
+    def summary(self, what: str = "creep") -> dict[str, Any]:
+        """Return the edge by names, ready for JSON; `what` begins or ends there."""
+        begins, evidence = "begins" if self.begins else "ends", self.evidence.value
+        return {"lower": self.lower, "upper": self.upper, what: begins, "evidence": evidence}
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first event that differs across an edge; None: no further event on that side."""
+
+    at_lower: LoggedEvent | None
+    at_upper: LoggedEvent | None
+
+    def summary(self) -> dict[str, Any]:
+        """Return both events by names, ready for JSON."""
+        return {name: event and event.summary() for name, event in vars(self).items()}
+
+
+def deciding_amplitude(
+    question: Question,
+    one: Log,
+    other: Log,
+    digits: int,
+) -> Fraction | None:
+    """Return the amplitude at which two runs part to `digits` digits, None if rounding parts them.
+
+    Beyond it they may part once more, and the edge lie further on.
+    """
+    differs = first_difference(numbered(one), numbered(other))
+    if differs is None:
+        return None
+    shared, *sides = differs
+    event = min((side for side in sides if side is not None), key=lambda side: side[:2])
+    if event.number:
+        return None
+    arithmetic = balls_of(math.ceil(digits * BITS_PER_DIGIT) + _BITS_LOST + shared // 4)
+    try:
+        with arithmetic.active():
+            course = Retracer(question.chain, question.start, arithmetic)
+            for rearrangement in one[: event.rearrangement]:
+                question.limits.require()
+                course.rearrange(rearrangement.events)
+            load = course.starting_load(event.event.sliders[0] - 1, event.event.signs[0])
+    except (ArithmeticError, KeyError):  # it is the itinerary of no chain: rounding had made it
+        return None
+    way = 1 if event.half_cycle % 2 else -1
+    return way * exact_value(load) / question.chain.l0
+
+
+class Refined(NamedTuple):
+    """An edge, what happens on both sides, and why it is no edge that is known; "" if it is."""
+
+    edge: Edge
+    at_lower: Observation
+    at_upper: Observation
+    doubt: str = ""
+
+
+def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
+    """Return an edge of float accuracy, rounded outward."""
+    unit = unit_of(high, MOST_DIGITS["exact"] - 1)
+    ends = text_of(math.floor(low / unit), unit), text_of(math.ceil(high / unit), unit)
+    return Edge(*ends, begins, Evidence.COMPUTED)
+
+
+@dataclass
+class EdgeSearch:
+    """The search for an edge.
+
+    Attributes
+    ----------
+    question : Question
+    span : Span
+        Where it is looked for, in so many `points` of a scan.
+    solver : str
+        Which decides, and tells so many `digits`.
+    say : callable
+        Told how far the search has come.
+    known : dict
+        Fields of a `Threshold`, as far as they have been found.
+    runs : dict of (int, Fraction) to Observation
+        Of the deciding solver, by cycles and amplitude.
+    decided : bool
+        Whether the runs that decide about the threshold are done.
+    transient : dict or None
+        How a transient goes on that has come to no end.
+    """
+
+    question: Question
+    span: Span
+    points: int
+    solver: str
+    digits: int
+    say: Callable[..., None]
+    known: dict[str, Any] = field(default_factory=dict)
+    runs: dict[tuple[int, Fraction], Observation] = field(default_factory=dict)
+    decided: bool = False
+    transient: dict[str, Any] | None = None
+
+    def search(self, *, windows: bool, refine: int) -> None:
+        """Find the threshold, and what was asked for beside it; `known` grows on the way."""
+        question, known, lowest = self.question, self.known, self.span.scans[0][0]
+        if self.span.free and question.creeps(lowest):
+            self.span = self.span._replace(scans=[(Fraction(0), lowest)])
+        edges: list[tuple[Fraction, Fraction, bool]] = []
+        if windows:
+            known["windows"] = ()
+            for bracket in self.edges():
+                edges.append(bracket)
+                known["windows"] += (_rounded(*bracket),)
+        low, high = edges[0][:2] if edges else self.first_bracket()
+        self._enclosed(_rounded(low, high))
+        edge, lower, upper, doubt = self.refined(low, high)
+        self.decided = True
+        self._enclosed(edge)
+        outcome, evidence = lower.outcome, lower.outcome_evidence
+        known |= {"outcome_at_lower": outcome, "outcome_evidence": evidence}
+        known["direction"] = upper.direction
+        if windows:
+            told = [edge] if refine else []
+            told += [self.refined(*other).edge for other in edges[1:refine]]
+            known["windows"] = (*told, *(self.rough(*other) for other in edges[refine:]))
+        if isinstance(question, Lasting):
+            known["sensitive"] = tuple(sorted(map(nearest_float, question.sensitive)))
+            known |= {"fates": (lower.fate, upper.fate), "reason": doubt}
+        else:
+            if outcome is None:
+                self._settle(Fraction(edge.lower))
+            locked = outcome is Outcome.CYCLING and evidence is Evidence.PROVED
+            known["stable_digits"] = self.stable_digits(edge, locked or outcome is Outcome.AT_REST)
+        if not doubt:
+            differs = first_difference(*map(numbered, side_by_side(lower, upper)))
+            known["deciding_event"] = differs and Difference(*differs[1:])
+
+    def prepared(self, start: State) -> Edge | None:
+        """Return the edge from another start; None: none is found."""
+        other = replace(self, question=replace(self.question, start=start), runs={}, known={})
+        try:
+            return other.refined(*other.first_bracket()).edge
+        except InputError:
+            return None
+
+    def report(self) -> dict[str, Any]:
+        """Return what it took."""
+        report: dict[str, Any] = {"deciding_runs": len(self.runs)}
+        if self.transient is not None:
+            report["transient"] = self.transient
+        if isinstance(self.question, Lasting):
+            report["certified_points"] = len(self.question.certified)
+        return report
+
+    def _enclosed(self, edge: Edge) -> None:
+        self.known |= {"lower": edge.lower, "upper": edge.upper, "evidence": edge.evidence}
+
+    # -- float64 -----------------------------------------------------------------------------
+
+    def edges(self) -> Iterator[tuple[Fraction, Fraction, bool]]:
+        """Yield a bracket of every edge of the scan, and whether creep begins there."""
+        before, creeping, found = self.span.scans[0][0], False, False
+        if self.question.creeps(before):
+            allowed = "must be lower: the chain creeps there already"
+            raise InputError("from", nearest_float(before), allowed)
+        for begin, end in self.span.scans:
+            for k in range(1, self.points + 1):
+                amplitude = begin + (end - begin) * k / self.points
+                creeps = self.question.creeps(amplitude)
+                self.say("scan", k, self.points, "amplitudes")
+                if creeps != creeping:
+                    found = True
+                    yield before, amplitude, creeps
+                before, creeping = amplitude, creeps
+            if found:
+                return
+        allowed = "must be higher: the chain creeps at no point of the scan"
+        raise InputError("to", nearest_float(before), allowed)
+
+    def first_bracket(self) -> Bracket:
+        """Return the bracket that was given, or the first of the scan."""
+        if self.span.bracket is None:
+            return next(self.edges())[:2]
+        low, high = self.span.bracket
+        for creeps in (self.question.creeps, lambda amplitude: self._tried(amplitude).creeps):
+            if (creeps(low), creeps(high)) == (False, True):  # where float64 tells them apart
+                return low, high
+        shown = f"{nearest_float(low)} {nearest_float(high)}"
+        raise InputError("bracket", shown, "must straddle an edge: no creep at LO, creep at HI")
+
+    def narrowed(self, low: Fraction, high: Fraction, begins: bool) -> Bracket:
+        """Return the bracket after bisection in float64."""
+        creeps = self.question.creeps
+        for bracket in bisected(low, high, _NARROW, lambda a: creeps(a) == begins):
+            if not self.decided:
+                self._enclosed(_rounded(*bracket))
+        return bracket
+
+    def rough(self, low: Fraction, high: Fraction, begins: bool) -> Edge:
+        """Return an edge at float accuracy; between points of the scan where creep does not settle.
+
+        How long a transient lives changes from float to float: there is no edge to bisect for.
+        """
+        if self.question.unsettled(high if begins else low):
+            return replace(_rounded(low, high, begins), evidence=Evidence.UNDECIDED)
+        return _rounded(*self.narrowed(low, high, begins), begins)
+
+    # -- all digits --------------------------------------------------------------------------
+
+    def refined(self, low: Fraction, high: Fraction, begins: bool = True) -> Refined:
+        """Return an edge to all digits, decided by two runs of the chosen solver."""
+        question, side = self.question, high if begins else low
+        if question.unsettled(side):
+            sides = [question.tried(amplitude, "exact", {}) for amplitude in (low, high)]
+            doubt = f"at A = {nearest_float(side):.9g} creep does not settle within"
+            doubt += f" {question.cycles} cycles"
+            return Refined(self.rough(low, high, begins), sides[0], sides[1], doubt)
+        unit = unit_of(high, self.digits + SPARE)
+        if question.float_fails(low, high):  # bisection in float64 would find an edge of its own
+            first, last = below, above = math.floor(low / unit), math.ceil(high / unit)
+        else:
+            low, high = self.narrowed(low, high, begins)
+            room = _NARROW * high if high - low < _NARROW * high / 2 else 0  # or its ends are alike
+            guess = self._deciding(
+                *(question.tried(one, "exact", {}) for one in (low - room, high + room))
+            )
+            if guess is None or abs(guess - high) > _STRAY * (high - low + room):
+                guess = (low + high) / 2
+            if self.solver == "exact":
+                # float64 claims no more than what its own edge shares with that of the same
+                # itinerary at more digits
+                apart = max(abs(guess - low), abs(guess - high))
+                while unit < 4 * apart:
+                    unit *= 10
+            first, last = math.floor(low / unit), math.ceil(high / unit)
+            below = math.floor(guess / unit)
+            above = below + 1
+        # the edge is the deciding event's, or lies further on in the bracket of float64, or, if
+        # that errs, outside
+        step = last - first
+        while self._beyond(below, unit, begins):
+            if below == 0:
+                raise InputError("bracket", str(low), "must not creep at its lower end")
+            below, above = first if first < below else max(below - step, 0), below
+            step *= 2
+        while not self._beyond(above, unit, begins):
+            if step * unit > high:
+                raise InputError("bracket", str(high), "must creep at its upper end")
+            below, above = above, last if last > above else above + step
+            step *= 2
+        return self._closed_in(below, above, unit, begins)
+
+    def _beyond(self, k: int, unit: Fraction, begins: bool) -> bool:
+        return self._tried(k * unit).creeps == begins
+
+    def _closed_in(self, below: int, above: int, unit: Fraction, begins: bool) -> Refined:
+        """Return the edge between two multiples of `unit`, within one unit of the last digit."""
+
+        def cut(k: int) -> None:
+            nonlocal below, above
+            if below < k < above:
+                below, above = (below, k) if self._beyond(k, unit, begins) else (k, above)
+
+        while (width := above - below) > 1:
+            edge = self._deciding(self._tried(below * unit), self._tried(above * unit))
+            if edge is not None:
+                cut(math.floor(edge / unit))
+                cut(math.floor(edge / unit) + 1)
+            if above - below > width // 2:
+                cut((below + above) // 2)
+        # an end that lies exactly on the edge may be undecided; one unit further out it is not
+        ends = []
+        for k, way in ((below, -1), (above, 1)):
+            unproved = self._tried(k * unit).evidence is not Evidence.PROVED
+            if unproved and self.solver == "certified":
+                k += way if self._beyond(k + way, unit, begins) == (way > 0) else 0
+            ends.append(k)
+        lower, upper = (self._tried(k * unit) for k in ends)
+        evidence = weaker(lower.evidence, upper.evidence)
+        found = Edge(text_of(ends[0], unit), text_of(ends[1], unit), begins, evidence)
+        return Refined(found, lower, upper)
+
+    def _tried(self, amplitude: Fraction, question: Question | None = None) -> Observation:
+        """Return what the deciding solver finds."""
+        question = question or self.question
+        key = question.cycles, amplitude
+        if key not in self.runs:
+            self.say("deciding", len(self.runs) + 1, 0, "runs")
+            digits = self.digits + SPARE
+            options = {} if self.solver == "exact" else {"digits": digits}
+            if self.solver == "certified":
+                # an exact tie outside Q(c) is undecided at any precision: do not try very many
+                options["most_digits"] = 4 * digits + 1000
+            self.runs[key] = question.tried(amplitude, self.solver, options)
+        return self.runs[key]
+
+    def _deciding(self, one: Observation, other: Observation) -> Fraction | None:
+        """Return the amplitude that tells two runs apart."""
+        digits = self.digits + SPARE + 3
+        return deciding_amplitude(self.question, *side_by_side(one, other), digits)
+
+    # -- longer drives -------------------------------------------------------------------------
+
+    def _settle(self, amplitude: Fraction) -> None:
+        """Follow a transient in float64 through many more cycles at `amplitude`."""
+        changes: list[tuple[int, float]] = []
+        most = _LATER[-1] * self.question.cycles
+        for times in _LATER:
+            later = replace(self.question, cycles=times * self.question.cycles)
+            self.say("behaviour below", later.cycles, most, "cycles")
+            trial = later.tried(amplitude, "exact", {})
+            self.known["outcome_evidence"] = weaker(trial.outcome_evidence, Evidence.COMPUTED)
+            if trial.outcome is not None and not trial.creeps:
+                self.known["outcome_at_lower"] = trial.outcome
+                return
+            changes.append((later.cycles, trial.change))
+        self.transient = transient(changes)
+
+    def stable_digits(self, edge: Edge, lasts: bool) -> int:
+        """Return how many digits of an edge survive when `cycles` is doubled.
+
+        `lasts`: what the chain does at its lower end, it does for ever.
+        """
+        lower, upper = Fraction(edge.lower), Fraction(edge.upper)
+        shown = min(self.digits, magnitude(edge.middle / (upper - lower)))
+        doubled = replace(self.question, cycles=2 * self.question.cycles)
+        if self._tried(upper, doubled).creeps and (lasts or not self._tried(lower, doubled).creeps):
+            return shown
+        again = replace(self, question=doubled, runs={}, known={})
+        try:
+            low, high = again.first_bracket()
+        except InputError:
+            return 0
+        low, high = again.narrowed(low, high, begins=True)
+        close = abs((low + high) / 2 - edge.middle) <= 100 * _NARROW * high
+        other = again.refined(low, high).edge.middle if close else (low + high) / 2
+        if other == edge.middle:
+            return shown
+        return max(0, min(shown, magnitude(edge.middle / abs(edge.middle - other))))
