@@ -163,6 +163,9 @@ def compare(
             rows, "seed", data_vars="all", coords="minimal", compat="override", join="outer"
         )
         data = data.transpose("method", "seed", "rest")
+        named = [member.seed for member in members[: len(rows)]]
+        large = max(named) >= 2**63
+        data = data.assign_coords(seed=np.array(named, np.uint64 if large else np.int64))
         return data.assign_attrs(about, truth=best.label, events=most)
 
     with warnings.catch_warnings():
@@ -281,7 +284,7 @@ def _compared(
         found, gaps = _agreement(own, known, ends)
         rows.append(row | found)
         errors.append(gaps)
-    return _dataset(member.seed, methods, rows, errors, known)
+    return _dataset(methods, rows, errors, known)
 
 
 def _agreement(
@@ -350,7 +353,6 @@ def _memory(experiment: Experiment, method: Method) -> float:
 
 
 def _dataset(
-    seed: int,
     methods: Sequence[Method],
     rows: Sequence[dict[str, Any]],
     errors: Sequence[Floats],
@@ -377,7 +379,6 @@ def _dataset(
         "dt": ("method", [step or math.nan for step in dt],
                {"units": "tau_dyn", "long_name": "time step"}),
         "locate": ("method", [bool(method.options.get("locate")) for method in methods]),
-        "seed": seed,
         "rest": np.arange(1, longest + 1),
     }  # fmt: skip
     return xr.Dataset(variables, coords)

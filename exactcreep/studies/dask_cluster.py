@@ -43,20 +43,8 @@ class DaskExecutor(ClientExecutor):
 def cluster(address: str, *, timeout: float = 30.0) -> Iterator[Executor]:
     """Yield an executor that computes on the workers of a dask scheduler.
 
-    Parameters
-    ----------
-    address : str
-        Of the scheduler, e.g. ``tcp://10.0.0.1:8786``, or the path of its ``--scheduler-file``.
-    timeout : float
-        Seconds to wait for it.
-
-    Raises
-    ------
-    InputError
-        If no scheduler answers there.
-
-    Notes
-    -----
+    `address` is that of the scheduler, e.g. ``tcp://10.0.0.1:8786``, or the path of its
+    ``--scheduler-file``; it is waited for so many seconds, and `InputError` if none answers there.
     A cell whose worker dies is computed again by another one, up to the number of times that
     dask's ``distributed.scheduler.allowed-failures`` says.
     """

@@ -13,14 +13,8 @@ from exactcreep.laws import edges, prediction
 from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
-from exactcreep.model.numbers import (
-    InputError,
-    Number,
-    Shown,
-    nearest_float,
-    plain_data,
-    whole_number,
-)
+from exactcreep.model.numbers import InputError, Number, nearest_float, whole_number
+from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import PhysicsWarning, creep
@@ -34,16 +28,16 @@ FLOAT_DIGITS = 15
 _FIRST = 10  # half-cycles whose events are counted
 _MOST = 1_000_000  # of these events, and
 _FOLLOWED = 20_000  # of those over which a copy a few roundings off is followed
-NANOSECONDS: Mapping[str, tuple[Fraction, Fraction]] = {
-    "exact": (Fraction(200), Fraction(4)),
-    "certified": (Fraction(500_000), Fraction(40_000)),
+NANOSECONDS: Mapping[str, tuple[float, float]] = {
+    "exact": (200, 4),
+    "certified": (500_000, 40_000),
 }
 """What an event takes: so much, and so much more for each slider, as measured for the book."""
 _LONE_SLIP = 8  # nanoseconds of an event of two sliders, by `exact`
 
 
 class Need(NamedTuple):
-    """One thing that a scene needs or does not need, and why.
+    """One thing that a scene needs or not, and why.
 
     Its name is ``disorder``, ``random dilations``, ``inertia``, ``trajectories`` or ``digits``.
     """
@@ -53,38 +47,33 @@ class Need(NamedTuple):
     reason: str
 
 
-class _Asked(NamedTuple):
+class _Asked:
     """What the rules decide about."""
 
-    experiment: Experiment
-    digits: int
-    explicit: str | None
-
-    @property
-    def chain(self) -> Chain:
-        return self.experiment.chain
+    def __init__(self, experiment: Experiment, digits: int, explicit: str | None) -> None:
+        self.experiment, self.digits, self.explicit = experiment, digits, explicit
+        self.chain = chain = experiment.chain
+        self.slope, self.recorded = abs(chain.tan_alpha), bool(experiment.record)
+        self.relaxed = experiment.start is None and chain.sigma_mu == 0
 
     @property
     def rests(self) -> bool:
         """Whether it is a single slider that stays where it is."""
-        return self.chain.n == 1 and abs(self.chain.tan_alpha) <= self.chain.mu_d
+        return self.chain.n == 1 and self.slope <= self.chain.mu_d and not self.recorded
 
     @property
     def still(self) -> bool:
         """Whether neither end is ever loaded beyond its threshold, from the relaxed chain."""
-        chain = self.chain
-        load = chain.l0 * Fraction(self.experiment.widest)
-        room = float(chain.mu_s - abs(chain.tan_alpha)) * chain.cos_alpha
-        relaxed = self.experiment.start is None and chain.sigma_mu == 0
-        return relaxed and chain.n > 1 and nearest_float(load) < room * (1 - 2**-40)
+        load = nearest_float(self.chain.l0 * Fraction(self.experiment.widest))
+        room = float(self.chain.mu_s - self.slope) * self.chain.cos_alpha * (1 - 2**-40)
+        return self.relaxed and self.chain.n > 1 and load < room and not self.recorded
 
     @property
     def staircase(self) -> bool:
         """Whether the staircase of two sliders is the whole answer."""
-        chain, drive = self.chain, self.experiment.drive
-        clean = chain.n == 2 and chain.sigma_mu == 0 and not self.experiment.record
-        below = 0 < abs(chain.tan_alpha) < chain.mu_d
-        return clean and below and isinstance(drive, Cycles) and self.experiment.start is None
+        pair = self.relaxed and self.chain.n == 2 and 0 < self.slope < self.chain.mu_d
+        cycles = isinstance(self.experiment.drive, Cycles)
+        return pair and cycles and self.digits <= FLOAT_DIGITS and not self.recorded
 
 
 class Rule(NamedTuple):
@@ -97,23 +86,19 @@ class Rule(NamedTuple):
 
 RULES = (
     Rule(lambda a: a.explicit is not None, "", "the scene names it"),
-    Rule(
-        lambda a: a.rests and not a.experiment.record,
-        "law",
-        "one slider has no spring: it rests for ever",
-    ),
+    Rule(lambda a: a.rests, "law", "one slider has no spring: it rests for ever"),
     Rule(
         lambda a: a.chain.slides,
         "sliding",
         "mu_s = mu_d without disorder: there are no slips, and the sliding limit is exact",
     ),
     Rule(
-        lambda a: a.still and not a.experiment.record,
+        lambda a: a.still,
         "law",
         "l0 |theta| stays below mu_s c - |s|: no end of the relaxed chain ever starts",
     ),
     Rule(
-        lambda a: a.staircase and a.digits <= FLOAT_DIGITS,
+        lambda a: a.staircase,
         "law",
         "two relaxed sliders without disorder: the staircase is exact",
     ),
@@ -127,8 +112,8 @@ RULES = (
 """In order of precedence: the first that holds decides."""
 
 
-@dataclass(frozen=True, repr=False)
-class Plan(Shown):
+@dataclass(frozen=True, eq=False, repr=False)
+class Plan(Result):
     """Which solver answers a question about a scene, why, what it costs, and what it is worth.
 
     Attributes
@@ -146,10 +131,9 @@ class Plan(Shown):
         The mean velocity by the theorem that decides, or of the paper's law; empty: none.
     theorems : mapping of str to float
         Amplitudes of cycles between the fates of the chain, see `exactcreep.laws.edges`.
-    events : float
-        Expected of the whole run, from its first ten half-cycles; nan: not known.
-    seconds : float
-        The run's cost: so many events times the published time of one; nan: not known.
+    events, seconds : float
+        Expected of the whole run: events from its first ten half-cycles, times the published time
+        of one; nan: not known.
     course : str
         How far the trajectory can be trusted; "" where that is not known.
     trusted_half_cycles : int or None
@@ -181,13 +165,11 @@ class Plan(Shown):
         facts = {name: getattr(self, name) for name in names.split()}
         return {k: v for k, v in facts.items() if v == v and v not in ((), "")}
 
-    def summary(self) -> dict[str, Any]:
-        """Return the plan as plain data for JSON; a number that is not known is None."""
-        own = ("solver", "reason", "explicit", "digits", "law", "theorems", "events", "seconds",
-               "course", "trusted_half_cycles")  # fmt: skip
+    def _numbers(self) -> dict[str, Any]:
+        names = "solver reason explicit digits law theorems events seconds course"
+        told = {name: getattr(self, name) for name in f"{names} trusted_half_cycles".split()}
         needs = {n.name: {"needed": n.needed, "reason": n.reason} for n in self.needs}
-        about = {"half_cycles": self.experiment.drive.half_cycles, "needs": needs}
-        return plain_data({name: getattr(self, name) for name in own} | about)
+        return told | {"half_cycles": self.experiment.drive.half_cycles, "needs": needs}
 
 
 def plan(
@@ -201,6 +183,8 @@ def plan(
 ) -> Plan:
     """Return which solver answers a question about a chain and a drive, and what that takes.
 
+    By `RULES` and theorems alone: nothing is measured, and the clock plays no part.
+
     Parameters
     ----------
     chain : Chain
@@ -212,11 +196,6 @@ def plan(
     seed : int
     start : State, optional
         Default: the relaxed chain.
-
-    Returns
-    -------
-    Plan
-        By `RULES` and theorems alone: nothing is measured, and the clock plays no part.
 
     Raises
     ------
@@ -241,38 +220,24 @@ def plan_scene(
     max_seconds: Number | None = None,
     progress: Hearer = None,
 ) -> list[tuple[Mapping[str, Any], Plan]]:
-    """Return, for every member of a scene, what it sets and its plan.
+    """Return, for every member of a scene, what it sets and its plan; see `plan`.
 
-    A scene that does not name a `record` asks for the velocity alone.
-
-    Parameters
-    ----------
-    scene : Scene
-    digits : int
-        As of `plan`.
-    max_seconds : number, optional
-        After so much time the members planned so far are returned.
-    progress : callable, optional
-        Called with a `Progress` before every member.
-
-    Raises
-    ------
-    InputError
-        If a value of the scene is out of range.
+    A scene that does not name a `record` asks for the velocity alone. After `max_seconds` the
+    members planned so far are returned.
     """
     plans: list[tuple[Mapping[str, Any], Plan]] = []
-    members = scene.members()
+    members, run = scene.members(), scene.tables["run"]
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     for member in members:
+        settings, e = member.settings, member.experiment
         say("planning", len(plans), len(members), "members")
         if limits.passed():
             break
-        named = member.settings.get("run.solver", scene.tables["run"].get("solver"))
-        asked = "record" in scene.tables["run"] or "run.record" in member.settings
-        e = member.experiment
+        asked = "record" in run or "run.record" in settings
         record = e.record if asked else ()
         own = Experiment.of(e.chain, e.drive, seed=e.seed, start=e.start, record=record)
-        plans.append((member.settings, _planned(own, digits, named, limits)))
+        named = settings.get("run.solver", run.get("solver"))
+        plans.append((settings, _planned(own, digits, named, limits)))
     return plans
 
 
@@ -288,15 +253,14 @@ def _planned(
     solver = rule.solver or str(explicit)
     chain, drive = experiment.chain, experiment.drive
     law: tuple[float, ...] = ()
-    if rule.solver == "law" and (asked.still or asked.rests):
+    if solver == "law" and (asked.still or asked.rests):
         law = (0.0,)
     elif (found := prediction(chain, drive, experiment.start)) is not None:
-        staircase = found.staircase
-        law = (staircase,) if rule.solver == "law" and staircase is not None else found.printed
+        decides = solver == "law" and found.staircase is not None
+        law = (found.staircase,) if decides else found.printed  # type: ignore[assignment]
     theorems = edges(chain) if isinstance(drive, Cycles) else {}
-    cost: dict[str, Any] = {}
-    if not chain.slides and solver != "law":
-        cost = _expected(experiment, solver, limits)
+    runs = not chain.slides and solver != "law"
+    cost = _expected(experiment, solver, limits) if runs else {}
     needs = _needs(experiment, solver, wanted)
     return Plan(experiment, wanted, explicit, solver, rule.reason, needs, law, theorems, **cost)
 
@@ -310,38 +274,36 @@ def _expected(experiment: Experiment, solver: str, limits: Limits) -> dict[str, 
         warnings.simplefilter("ignore", PhysicsWarning)  # the run itself will say it
         first = creep(chain, shortened(drive, _FIRST), max_events=_MOST, **about)
         followed = creep(chain, drive, max_events=_FOLLOWED, **about)
-    events = math.nan
-    if first.half_cycles:
-        events = first.event_count / first.half_cycles * drive.half_cycles
-    seconds = math.nan
-    if solver in NANOSECONDS:
-        fixed, each = NANOSECONDS[solver]
-        lone = solver == "exact" and chain.n == 2
-        seconds = 1e-9 * float(_LONE_SLIP if lone else fixed + each * chain.n) * events
     known = {"course": followed.course, "trusted_half_cycles": followed.trusted_half_cycles}
-    return {"events": events, "seconds": seconds} | known
+    if not first.half_cycles:
+        return known
+    events = first.event_count / first.half_cycles * drive.half_cycles
+    fixed, each = NANOSECONDS.get(solver, (math.nan, math.nan))
+    lone = solver == "exact" and chain.n == 2
+    seconds = 1e-9 * (_LONE_SLIP if lone else fixed + each * chain.n) * events
+    return known | {"events": events, "seconds": seconds}
 
 
 def _needs(experiment: Experiment, solver: str, digits: int) -> tuple[Need, ...]:
     """Return what a scene needs and does not need."""
     chain, random, record = experiment.chain, experiment.drive.random, experiment.record
-    inertia = solver not in ("law", "sliding")
+    moving = {
+        "law": "a theorem tells the velocity without following any slip",
+        "sliding": "sliders slide with theta, and never accelerate",
+    }
+    inertia = solver not in moving
+    slips = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
     disorder = "sigma_mu = 0: no coefficient is drawn"
     if chain.sigma_mu != 0:
         disorder = f"sigma_mu = {nearest_float(chain.sigma_mu):.3g}: one is drawn at every stop"
-    moving = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
-    if not inertia:
-        moving = "a theorem tells the velocity without following any slip"
-        if solver == "sliding":
-            moving = "sliders slide with theta, and never accelerate"
-    dilations = "theta is drawn at every target" if random else "theta is given"
     recorded = "recorded: " + ", ".join(record) if record else "only the velocity is asked for"
-    many = digits > FLOAT_DIGITS
-    held = f"{digits} are asked for, float64 holds {FLOAT_DIGITS}"
+    drawn = "drawn at every target" if random else "given"
+    many = f"{digits} are asked for, float64 holds {FLOAT_DIGITS}"
+    held = "float64 holds what is asked for"
     return (
         Need("disorder", inertia and chain.sigma_mu != 0, disorder),
-        Need("random dilations", random, dilations),
-        Need("inertia", inertia, moving),
+        Need("random dilations", random, "theta is " + drawn),
+        Need("inertia", inertia, moving.get(solver, slips)),
         Need("trajectories", bool(record), recorded),
-        Need("digits", many, held if many else "float64 holds what is asked for"),
+        Need("digits", digits > FLOAT_DIGITS, many if digits > FLOAT_DIGITS else held),
     )

@@ -20,20 +20,15 @@ _FEWEST_AHEAD = 64  # tasks handed to an executor beyond those that have finishe
 
 @dataclass
 class Signals:
-    """What a study and the tasks that it computes in its own threads tell each other."""
+    """What a study and its tasks in threads tell each other: to stop, and that one compiles."""
 
     stop: bool = False
-    """The study was interrupted."""
     compiling: bool = False
-    """The kernel is being compiled, once."""
 
 
 @dataclass(frozen=True)
 class Pool:
-    """Where tasks are computed: an executor, and how many of them it may hold.
-
-    `signals` are for tasks in threads of this process; elsewhere there are none.
-    """
+    """An executor, how many tasks it may hold, and signals if it is threads of this process."""
 
     executor: Executor
     ahead: int
@@ -48,24 +43,13 @@ class Pool:
     ) -> None:
         """Have ``function(task)`` computed, with the signals if there are any.
 
-        Parameters
-        ----------
-        function : callable
-        tasks : mapping
-        take : callable
-            Called with the key of a task and its future as it finishes; what it raises ends the
-            others, and those that had finished by then are taken, too.
-        show : callable
-            Called at the begin and at the end, and about four times a second between.
-
-        Raises
-        ------
-        InputError
-            If the executor takes no tasks any more.
+        `take` is called with the key of a task and its future as it finishes; what it raises ends
+        the others, and those that had finished by then are taken, too. `show` is called at the
+        begin and at the end, and about four times a second between. `InputError` if the executor
+        takes no tasks any more.
         """
         waiting: dict[Future[Any], int] = {}
-        shown = -math.inf
-        remaining = iter(tasks.items())
+        shown, remaining = -math.inf, iter(tasks.items())
         signals = () if self.signals is None else (self.signals,)
         try:
             while True:
@@ -109,10 +93,7 @@ def reason_of(error: BaseException) -> str:
 def pool_of(executor: Executor | None, workers: Number | None) -> Iterator[Pool]:
     """Yield a pool of so many threads, default one for each processor, or of an executor.
 
-    Raises
-    ------
-    InputError
-        If `workers` is no such number, or given together with an executor.
+    `InputError` if `workers` is no such number, or given together with an executor.
     """
     if executor is not None:
         if workers is not None:

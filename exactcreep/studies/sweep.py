@@ -14,7 +14,7 @@ import math
 import os
 import warnings
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future
 from fractions import Fraction
 from typing import Any
@@ -62,6 +62,7 @@ _TAKEN = {*_NUMBERS, *_COUNTS, *_WORDS, "half_cycle", "slider", "spring", "warni
 """Names in a grid that no dimension may have."""
 _MISSING = -1  # of a count
 _MOST_FAILURES = 10  # of cells, as long as none has succeeded
+Cell = dict[str, Any]
 
 
 @shows_progress
@@ -126,13 +127,13 @@ def sweep(
     {'tan_alpha': 2, 'seed': 3}
     """
     scene = scene if isinstance(scene, Scene) else load_scene(scene)
-    cells = _Cells(scene, out, resume, progress)
+    cells = _Cells(scene, out, resume=resume)
     try:
         with (
             pool_of(executor, workers) as pool,
             warnings.catch_warnings(action="ignore", category=PhysicsWarning),  # they are counted
         ):
-            cells.compute(pool)
+            cells.compute(pool, progress)
     except (KeyboardInterrupt, CellsFailed):
         cells.load()  # the folder may know of one that was being noted at that moment
         cells.finished()
@@ -154,13 +155,12 @@ class _Cells:
     """The cells of a sweep: what each is, and what it came to, None before that."""
 
     def __init__(
-        self, scene: Scene, out: str | os.PathLike[str] | None, resume: bool, progress: Hearer
+        self, scene: Scene, out: str | os.PathLike[str] | None, *, resume: bool
     ) -> None:
-        self.scene, self.progress = scene, progress
-        self.settings = scene.settings()
+        self.scene, self.settings = scene, scene.settings()
         self.experiments = [_experiment(scene, setting) for setting in self.settings]
         self.folder = None if out is None else CellFolder(out, resume=resume)
-        self.values: list[dict[str, Any] | None] = [None] * len(self.experiments)
+        self.values: list[Cell | None] = [None] * len(self.experiments)
         self.load()
 
     @property
@@ -174,7 +174,7 @@ class _Cells:
             for k, experiment in enumerate(self.experiments):
                 self.values[k] = self.values[k] or self.folder.load(experiment)
 
-    def compute(self, pool: Pool) -> None:
+    def compute(self, pool: Pool, progress: Hearer) -> None:
         """Compute what is missing, and save each cell as it finishes.
 
         A cell that fails ends the sweep: at once, or at its end where the others are saved.
@@ -182,30 +182,27 @@ class _Cells:
         todo = {k: self.experiments[k] for k, value in enumerate(self.values) if value is None}
         # a slider of a half-cycle costs about the same everywhere
         weights = {k: one.drive.half_cycles * one.chain.n for k, one in todo.items()}
-        done, events, found, failed = 0, 0, self.count, dict[int, CellsFailed]()
-        say = reporter(self.progress)
+        found, failed, say = self.count, dict[int, CellsFailed](), reporter(progress)
 
-        def collect(index: int, future: Future[dict[str, Any]]) -> None:
-            nonlocal done, events
+        def collect(index: int, future: Future[Cell]) -> None:
             try:
                 value = self._value(pool, future, index)
             except CellsFailed as error:
                 failed[index] = error
-                hopeless = self.count == 0 and len(failed) >= _MOST_FAILURES
-                if self.folder is None or hopeless:
+                if self.folder is None or (self.count == 0 and len(failed) >= _MOST_FAILURES):
                     raise
                 return
             if self.folder is not None:
                 self.folder.save(self.experiments[index], value)
             self.values[index] = value
-            events += value["events"]
-            done += weights[index]
 
         def show() -> None:
+            made = {k: value for k in todo if (value := self.values[k]) is not None}
+            work = sum(weights[k] for k in made) / sum(weights.values()) if weights else 1.0
             compiling = pool.signals is not None and pool.signals.compiling
-            work = done / sum(weights.values()) if weights else 1.0
             say("compiling" if compiling else "running", self.count, len(self.values), "cells",
-                events=events, found=found, work=work)  # fmt: skip
+                events=sum(value["events"] for value in made.values()), found=found,
+                work=work)  # fmt: skip
 
         pool.run(finished_cell, todo, collect, show)
         if failed:
@@ -213,7 +210,7 @@ class _Cells:
             count = f"{len(failed)} of {len(self.values)} cells failed, and all others are computed"
             raise CellsFailed(first.field, first.value, f"{first.allowed}; {count}")
 
-    def _value(self, pool: Pool, future: Future[dict[str, Any]], index: int) -> dict[str, Any]:
+    def _value(self, pool: Pool, future: Future[Cell], index: int) -> Cell:
         """Return what a cell came to; an error in it names the cell."""
         where = ", ".join(f"{key} = {text}" for key, text in self.settings[index].items())
         try:
@@ -238,14 +235,10 @@ class _Cells:
         return dataset
 
 
-def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dict[str, Any]:
+def finished_cell(experiment: Experiment, signals: Signals | None = None) -> Cell:
     """Return what a sweep keeps of one experiment, as plain data.
 
-    Parameters
-    ----------
-    experiment : Experiment
-    signals : Signals, optional
-        Of a sweep in the same process.
+    `signals` are those of a sweep in the same process.
     """
 
     def glance(progress: Progress) -> None:
@@ -254,34 +247,24 @@ def finished_cell(experiment: Experiment, signals: Signals | None = None) -> dic
             if signals.stop:
                 raise KeyboardInterrupt
 
-    result = run_members([experiment], progress=glance)[0]
-    value: dict[str, Any] = {"version": __version__, "seconds": result.seconds}
+    (result,) = run_members([experiment], progress=glance)
+    recorded = {name: result.recorded[name] for name in experiment.record}
+    if experiment.record and not experiment.drive.cyclic:
+        recorded["theta"] = experiment.drive.targets(1, result.half_cycles, experiment.seed)
+    value: Cell = {"version": __version__, "seconds": result.seconds}
     value |= {name: float(getattr(result, name)) for name in _NUMBERS}
     value |= {name: result.counts[name] for name in _COUNTS}
-    value |= {
-        "outcome": result.outcome.value,
-        "direction": result.direction,
-        "evidence": result.evidence.value,
-        "reason": result.reason,
-        "velocity_reason": result.velocity_reason,
-        "warnings": dict(result.warnings),
-        "recorded": {name: result.recorded[name] for name in experiment.record},
-    }
+    value |= {name: getattr(result, name) for name in ("direction", "reason", "velocity_reason")}
+    value |= {"outcome": result.outcome.value, "evidence": result.evidence.value}
     if result.velocity_text is not None:
         value["velocity_decimal"] = result.velocity_text
-    if experiment.record and not experiment.drive.cyclic:
-        drive, count = experiment.drive, result.half_cycles
-        value["recorded"]["theta"] = drive.targets(1, count, experiment.seed)
-    return value
+    return value | {"warnings": dict(result.warnings), "recorded": recorded}
 
 
 class CellFolder:
     """The directory in which the cells of a sweep are saved, one file each.
 
-    Raises
-    ------
-    InputError
-        If `out` cannot be such a directory, or holds cells and `resume` is not given.
+    `InputError` if `out` cannot be such a directory, or holds cells and `resume` is not given.
     """
 
     def __init__(self, out: str | os.PathLike[str], *, resume: bool) -> None:
@@ -296,7 +279,7 @@ class CellFolder:
         if not os.access(self.cells, os.W_OK):
             raise InputError("out", os.fspath(out), "must be a directory that can be written")
 
-    def load(self, experiment: Experiment) -> dict[str, Any] | None:
+    def load(self, experiment: Experiment) -> Cell | None:
         """Return what was saved of an experiment, None if nothing was."""
         name = _digest(experiment)
         path = self.cells / f"{name}.cell"
@@ -304,16 +287,15 @@ class CellFolder:
             return None
         try:
             content = checkpoint.read(path)
+            if content.get("format") != _CELL_FORMAT or content.get("name") != name:
+                raise InputError("cell", os.fspath(path), "is not this cell")
         except InputError as error:
             allowed = f"{error.allowed}; delete the file to compute it again"
             raise InputError("cell", os.fspath(path), allowed) from None
-        if content.get("format") != _CELL_FORMAT or content.get("name") != name:
-            allowed = "is not this cell; delete the file to compute it again"
-            raise InputError("cell", os.fspath(path), allowed)
-        value: dict[str, Any] = content["value"]
+        value: Cell = content["value"]
         return value
 
-    def save(self, experiment: Experiment, value: Mapping[str, Any]) -> None:
+    def save(self, experiment: Experiment, value: Cell) -> None:
         """Write a cell, in one piece or not at all."""
         name = _digest(experiment)
         content = {"format": _CELL_FORMAT, "name": name, "value": dict(value)}
@@ -326,9 +308,8 @@ def _experiment(scene: Scene, setting: Mapping[str, Any]) -> Experiment:
     experiment = scene.experiment({**setting, "run.record": record})
     for name in experiment.record:
         if name in LOGS:
-            raise InputError(
-                "run.record", name, "are too many for a sweep; record them in a single run"
-            )
+            allowed = "are too many for a sweep; record them in a single run"
+            raise InputError("run.record", name, allowed)
     return experiment
 
 
@@ -366,31 +347,36 @@ def _text(value: Any) -> str:
 
 
 def _assembled(
-    scene: Scene, experiments: list[Experiment], values: list[dict[str, Any] | None]
+    scene: Scene, experiments: list[Experiment], values: Sequence[Cell | None]
 ) -> xr.Dataset:
     """Return the cells as one dataset; cells not computed are marked by ``finished``."""
     names = dimensions(scene.vary)
     shape = tuple(len(options) for options in scene.vary.values())
-    dims = tuple(names.values())
-    coordinates = {names[key]: (names[key], _coordinate(v)) for key, v in scene.vary.items()}
-    variables: dict[str, Any] = {}
-
-    def add(name: str, missing: Any, **about: str) -> None:
-        cells = [missing if value is None else value.get(name, missing) for value in values]
-        variables[name] = (dims, np.array(cells).reshape(shape), about)
-
+    dims, cells = tuple(names.values()), [value or {} for value in values]
     per = " or ".join(dict.fromkeys(experiment.drive.per for experiment in experiments))
-    for name, (units, meaning) in _NUMBERS.items():
-        add(name, math.nan, units=units.format(per=per), long_name=meaning.format(per=per))
+    known: dict[str, tuple[Any, dict[str, str]]] = {}  # what is missing, and what it means
+    for name, texts in _NUMBERS.items():
+        units, meaning = (text.format(per=per) for text in texts)
+        known[name] = math.nan, {"units": units, "long_name": meaning}
     for name, meaning in _COUNTS.items():
-        add(name, _MISSING, units="1", long_name=meaning)
+        known[name] = _MISSING, {"units": "1", "long_name": meaning}
     for name, meaning in _WORDS.items():
-        add(name, "", long_name=meaning)
-    if any(value is not None and "velocity_decimal" in value for value in values):
-        add("velocity_decimal", "")
+        known[name] = "", {"long_name": meaning}
+    if any("velocity_decimal" in cell for cell in cells):
+        known["velocity_decimal"] = "", {}
+    variables: dict[str, Any] = {
+        name: (dims, np.array([cell.get(name, missing) for cell in cells]).reshape(shape), about)
+        for name, (missing, about) in known.items()
+    }
     finished = np.array([value is not None for value in values]).reshape(shape)
     variables["finished"] = (dims, finished, {"long_name": "the cell has been computed"})
-    variables |= _recorded(dims, shape, values)
+    for name, quantity in HALF_CYCLE_TABLE.columns.items():
+        found = [cell.get("recorded", {}).get(name) for cell in cells]
+        if any(array is not None for array in found):
+            across = (*dims, HALF_CYCLE_TABLE.dimension, *quantity.across)
+            stacked = _stacked(found)
+            stacked = stacked.reshape(*shape, *stacked.shape[1:])
+            variables[f"recorded_{name}"] = (across, stacked, quantity.attributes)
     attributes = {
         "format": FORMAT,
         "version": __version__,
@@ -398,7 +384,20 @@ def _assembled(
         "tables": _text({name: dict(table) for name, table in scene.tables.items()}),
         "vary": _text(dict(scene.vary)),
     }
+    coordinates = {names[key]: (names[key], _coordinate(v)) for key, v in scene.vary.items()}
     return xr.Dataset(variables, coordinates, attributes | _shared(experiments))
+
+
+def _stacked(found: list[NDArray[Any] | None]) -> NDArray[Any]:
+    """Return arrays stacked, filled up to the longest and widest."""
+    arrays = [array for array in found if array is not None]
+    missing = _MISSING if arrays[0].dtype.kind == "i" else math.nan
+    size = np.max([array.shape for array in arrays], axis=0)
+    stacked = np.full((len(found), *size), missing, arrays[0].dtype)
+    for cell, array in zip(stacked, found, strict=True):
+        if array is not None:
+            cell[tuple(map(slice, array.shape))] = array
+    return stacked
 
 
 def _shared(experiments: list[Experiment]) -> dict[str, Any]:
@@ -416,27 +415,3 @@ def _shared(experiments: list[Experiment]) -> dict[str, Any]:
         and all(other.get(name) == value for other in described)
     }
     return common | ({"seed": np.uint64(common["seed"])} if "seed" in common else {})
-
-
-def _recorded(
-    dims: tuple[str, ...], shape: tuple[int, ...], values: list[dict[str, Any] | None]
-) -> dict[str, Any]:
-    """Return what was recorded, cells stacked, filled up to the longest and widest."""
-    variables: dict[str, Any] = {}
-    for name, quantity in HALF_CYCLE_TABLE.columns.items():
-        found = [None if value is None else value["recorded"].get(name) for value in values]
-        arrays = [array for array in found if array is not None]
-        if not arrays:
-            continue
-        size = np.max([array.shape for array in arrays], axis=0)
-        missing = _MISSING if arrays[0].dtype.kind == "i" else math.nan
-        stacked = np.full((len(values), *size), missing, arrays[0].dtype)
-        for cell, array in zip(stacked, found, strict=True):
-            if array is not None:
-                cell[tuple(map(slice, array.shape))] = array
-        variables[f"recorded_{name}"] = (
-            (*dims, HALF_CYCLE_TABLE.dimension, *quantity.across),
-            stacked.reshape(*shape, *size),
-            quantity.attributes,
-        )
-    return variables

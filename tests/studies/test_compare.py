@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 
 from exactcreep import (
     Chain,
@@ -33,6 +32,7 @@ from exactcreep.studies.compare import TIME_STEPS, ladder
 from exactcreep.studies.comparison import advice, interval_of_mean, order, rate_of, spread, table
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.trajectory import Trajectory, agree, apart, drive_with_rests, trajectory
+from tests.conftest import Command
 
 CHAIN = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
 DRIVE = ThetaPath(["0.001", "-0.001", "0.001"])
@@ -345,6 +345,8 @@ def test_seeds_that_change_nothing_are_refused_and_random_dilations_need_no_diso
     given = Experiment.of(ordered, GaussianSteps("0.01", 4))
     random = compare(given, [Method("exact")], seeds=[7, 2], events=10)
     assert random.seed.values.tolist() == [7, 2]
+    last = compare(replace(GIVEN, seed=2**64 - 1), [Method("exact")], events=1)
+    assert last.seed.values.tolist() == [2**64 - 1, 0, 1, 2]  # keys go round
     assert random.velocity.values[0, 0] != random.velocity.values[0, 1]
 
 
@@ -358,23 +360,35 @@ def test_a_start_of_its_own_is_compared() -> None:
     assert prepared.velocity != relaxed.velocity
 
 
-def test_the_command_answers_without_options_and_its_json_holds_the_dataset(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_the_command_prints_draws_and_writes_the_dataset(
+    command: Command, drawn: list[Figure]
 ) -> None:
-    words = ["compare", "two-sliders-cycles", "--set", "drive.cycles=3", "--events", "20"]
-    picture, file = tmp_path / "compared.png", tmp_path / "compared.nc"
-    assert cli.status([*words, "--json", "--plot", str(picture), "--seeds", "3,1"]) == 0
-    told = json.loads(capsys.readouterr().out)
+    words = ("compare", "two-sliders-cycles", "--set", "drive.cycles=3", "--events", "20")
+    told = command(*words, "--json", "--plot", "a.png", "--out", "a.nc", "--seeds", "3,1").json
     assert [row["seed"] for row in told["rows"][:2]] == [3, 1]
     assert told["rows"][0]["method"] == "exact"
     assert {"advice", "orders", "intervals", "truth"} <= told.keys()
-    assert picture.stat().st_size > 20_000
-    assert cli.status([*words, "--out", str(file)]) == 0
-    printed = capsys.readouterr().out
+    printed = command(*words).out
     assert "verlet 0.01 loc." in printed
     assert "…" not in printed
-    with xr.open_dataset(file, engine="h5netcdf") as kept:
+    (figure,) = drawn
+    left, right = figure.axes
+    with xr.open_dataset("a.nc", engine="h5netcdf") as kept:
         assert kept.errors.dims == ("method", "seed", "rest")
+        names = kept.method.values.tolist()
+        biases = kept.bias.mean("seed").values
+        for thick, name in zip(left.lines[::2], names, strict=True):
+            own = kept.loc[{"method": name}].isel(seed=0)
+            shown = own.errors.values[: int(own.rests)]
+            assert (thick.get_label(), len(shown) > 0) == (name, True)
+            assert thick.get_ydata().tolist() == np.maximum(shown, 1e-18).tolist()
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == names
+    # besides the zero, one point for each method whose bias is known
+    points = [line for line in right.lines if line.get_marker() == "o"]
+    assert len(points) == np.isfinite(biases).sum() > 3
+    for axes in (left, right):
+        assert axes.get_xlabel()
+        assert axes.get_ylabel()
 
 
 @pytest.mark.parametrize("name", ["tradeoff", "envelope"])

@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import pytest
 
-from exactcreep import Chain, Cycles, GaussianSteps, InputError, State, creep, plan
+from exactcreep import Chain, Cycles, GaussianSteps, State, creep, plan
 from exactcreep.cli import status
 from exactcreep.limits import Limits
 from exactcreep.model.drive import Drive
@@ -93,12 +93,6 @@ def test_a_plan_says_what_is_needed() -> None:
     assert [need.name for need in large.needs if need.needed] == needed
     assert "solver='certified'" in repr(large)
     json.dumps(large.summary(), allow_nan=False)
-
-
-@pytest.mark.parametrize("digits", [0, -1, "2.5", "many", None])
-def test_digits_out_of_range_are_refused(digits: object) -> None:
-    with pytest.raises(InputError, match="digits"):
-        plan(SIX, CYCLES, digits=digits)
 
 
 def test_every_member_of_a_scene_has_its_plan_and_an_explicit_solver_is_kept() -> None:

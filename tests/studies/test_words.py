@@ -20,16 +20,11 @@ from exactcreep import (
     fate,
     plan,
     resume,
-    survival,
     threshold,
 )
 from exactcreep.cli import status
 from exactcreep.figures.run_view import portrait
-from exactcreep.studies.fates.survival import start_of
-
-
-def captions(n: int, sigma_mu: str = "0", tan_alpha: str = "0.25") -> Chain:
-    return Chain(n, 1000, "0.5", "0.6", sigma_mu, tan_alpha=tan_alpha)
+from tests.paper import captions
 
 
 def drawn(number: int) -> tuple[Chain, Fraction]:
@@ -67,43 +62,13 @@ def test_a_chain_that_locked_in_cycle_25_of_150_is_cycling_since_then(solver: st
     assert "up to cycle 25" in result.reason
 
 
-def test_creep_and_fate_agree_where_a_run_is_longer_than_the_transient() -> None:
-    seen = set()
-    for number in range(40):
-        chain, amplitude = drawn(number)
-        settled = fate(chain, amplitude, solver="exact", cycles=400)
-        if settled.settled_after is None or settled.period > 64:
-            continue
-        cycles = max(settled.settled_after, 1) + 2 * settled.period + 1
-        result = creep(chain, Cycles(amplitude, cycles))
-        assert result.outcome is settled.outcome, number
-        assert result.velocity == pytest.approx(settled.velocity, rel=1e-9, abs=1e-12)
-        assert result.velocity_error == 0
-        assert result.since <= settled.settled_after
-        seen.add(settled.outcome)
-    assert seen == {Outcome.AT_REST, Outcome.CYCLING, Outcome.CREEPING}
-
-
-def test_creep_from_a_start_of_survival_does_what_that_start_came_to() -> None:
-    chain, amplitude = captions(5), "0.00078"
-    found = survival(chain, amplitude, starts=8, cycles=300, workers=1)
-    for number, record in enumerate(found.records, 1):
-        start, _ = start_of(chain, "1e-3", 0, number)
-        result = creep(chain, Cycles(amplitude, 300), start=start)
-        if record.settled_after >= 0:
-            assert result.outcome.value == record.outcome
-            assert result.since <= record.settled_after
-        else:
-            assert result.outcome is Outcome.CREEPING
-
-
 def test_a_drift_below_two_standard_errors_is_not_called_creep() -> None:
     result = creep(captions(30), Cycles(Fraction("0.00338337"), 1500), record=())
     assert abs(result.velocity) < 2 * result.velocity_error
     assert (result.outcome, result.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
     bound = float(result.reason.rpartition(" ")[2])
     assert bound == pytest.approx(abs(result.velocity) + 2 * result.velocity_error, rel=0.1)
-    level = creep(captions(6, "0.01", "0"), GaussianSteps("0.01", 400), seed=3)
+    level = creep(captions(6, "0.01", tan_alpha="0"), GaussianSteps("0.01", 400), seed=3)
     assert (level.outcome, level.evidence) == (Outcome.CYCLING, Evidence.UNDECIDED)
 
 
@@ -185,7 +150,7 @@ def test_the_tensions_and_not_only_x_g_repeat_since_then() -> None:
     assert not np.allclose(tensions[0], load, atol=1e-3)  # as without any slip
 
 
-def held_against(chain: Chain, amplitude: Fraction, seed: int) -> Outcome:
+def held_against(chain: Chain, amplitude: Fraction) -> Outcome:
     """Hold all that speaks of one chain against what its fate is in float64; return that."""
     settled = fate(chain, amplitude, solver="exact", cycles=1000)
     proved = fate(chain, amplitude, cycles=25)
@@ -218,12 +183,6 @@ def held_against(chain: Chain, amplitude: Fraction, seed: int) -> Outcome:
     if settled.settled_after:
         assert np.allclose(moment.state.tensions, later.state.tensions, atol=1e-11)
 
-    lives = survival(chain, amplitude, starts=2, cycles=400, seed=seed, workers=1)
-    for number, record in enumerate(lives.records, 1):
-        start, _ = start_of(chain, "1e-3", seed, number)
-        own = fate(chain, amplitude, start=start, cycles=400, solver="exact")
-        assert (record.outcome, record.last_advance) == (own.outcome.value, own.last_advance)
-
     # the scan of a threshold passes through this amplitude, and calls it what fate does
     points = [amplitude * k / 4 for k in range(2, 7)]
     fates = [fate(chain, a, solver="exact").outcome for a in points]
@@ -245,6 +204,5 @@ def held_against(chain: Chain, amplitude: Fraction, seed: int) -> Outcome:
 )
 def test_all_that_speaks_of_a_chain_says_the_same(count: int) -> None:
     cases = [drawn(number) for number in range(count)]
-    short = [(number, *case) for number, case in enumerate(cases) if case[0].n <= 4]
-    seen = {held_against(chain, amplitude, number) for number, chain, amplitude in short}
+    seen = {held_against(*case) for case in cases if case[0].n <= 4}
     assert seen >= {Outcome.AT_REST, Outcome.CYCLING, Outcome.CREEPING}

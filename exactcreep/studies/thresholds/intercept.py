@@ -101,7 +101,7 @@ def intercept(
     *,
     cycles: Number = 400,
     points: Number = 12,
-    fit: tuple[Number, Number] = ("1.2", "2"),
+    fit: tuple[Number, Number] | None = None,
     size: Number = SIZE,
     seed: Number = 0,
     progress: Hearer = None,
@@ -120,8 +120,8 @@ def intercept(
     points : int
         Amplitudes, at least 8. Amplitude k, from 1, has the start and the disorder of start k of
         `survival`.
-    fit : pair of numbers
-        Range of the line in units of Eq. (seuil).
+    fit : pair of numbers, optional
+        Range of the line in units of Eq. (seuil); default 1.2 and 2.
     size : number
         Tensions of a start are uniform in (-size, size), unit m g.
     seed : int
@@ -155,6 +155,7 @@ def intercept(
     limits, say = Limits.of(max_seconds=max_seconds), reporter(progress)
     if not abs(chain.tan_alpha) < chain.mu_d:
         raise InputError("tan_alpha", chain.tan_alpha, "must be less than mu_d in size")
+    fit = ("1.2", "2") if fit is None else fit
     low, high = map(nearest_float, two_numbers(fit, "fit", positive=True))
     count = whole_number(points, "points", least=FEWEST_POINTS, most=10_000)
     key = whole_number(seed, "seed", least=0, most=MOST_SEED)

@@ -122,7 +122,7 @@ def test_a_survival_counts_creep_either_way(command: Command) -> None:
     assert told["uphill"]["starts"] == ways["uphill"].starts
     one = next(each for each in found.records if each.direction == "uphill")
     assert one.outcome == "creeping"
-    assert "uphill" in found.dataset()["direction"].values
+    assert "uphill" in found.dataset["direction"].values
     words = "survival --n 4 --mu-s 0.612 --tan-alpha 0.0058 --starts 12 --cycles 300"
     assert "uphill" in command(*words.split(), "--amplitude", amplitude).out
 

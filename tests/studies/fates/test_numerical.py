@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from exactcreep import Cycles, Evidence, InputError, Outcome, State, creep, fate
+from exactcreep import Cycles, Evidence, Outcome, State, creep, fate
 from exactcreep.solvers.exact import recurrence
 from exactcreep.studies.fates.result import Fate
 from tests.conftest import Command
@@ -196,27 +196,6 @@ def test_two_sliders_creep_where_their_law_says() -> None:
             assert (found.outcome is Outcome.CREEPING) == (side > 0)
 
 
-@pytest.mark.parametrize(
-    ("changed", "amplitude", "field"),
-    [
-        ({"sigma_mu": "0.01"}, "0.001", "sigma_mu"),
-        ({"mu_s": "0.5"}, "0.001", "mu_s"),
-        ({}, "-0.001", "amplitude"),
-    ],
-)
-def test_what_has_no_fate_is_refused(changed: dict[str, str], amplitude: str, field: str) -> None:
-    with pytest.raises(InputError) as error:
-        fate(captions(3, **changed), amplitude, solver="exact")
-    assert error.value.field == field
-    if field == "sigma_mu":
-        assert "survival" in str(error.value)
-
-
-def test_a_solver_that_finds_no_fate_is_refused() -> None:
-    with pytest.raises(InputError, match="exact"):
-        fate(captions(3), "0.001", solver="verlet")
-
-
 def test_a_longer_period_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(recurrence, "MOST_PERIOD", 14)
     assert fate(captions(3), "0.00085", cycles=2000, solver="exact").outcome is Outcome.LIMIT
@@ -247,9 +226,3 @@ def test_the_command_leaves_with_3_if_nothing_has_settled(command: Command, tmp_
     assert told.code == 3
     assert "cycles 40" in " ".join(told.out.split())
     assert plot.exists()
-
-
-def test_the_command_refuses_disorder_and_names_survival(command: Command) -> None:
-    told = command("fate", "--n", "6", "--amplitude", "0.001", "--sigma-mu", "0.01")
-    assert told.code == 2
-    assert "survival" in told.sentence

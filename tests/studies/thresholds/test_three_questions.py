@@ -75,14 +75,6 @@ def test_each_question_returns_one_type_and_says_so() -> None:
         assert kind in (function.__doc__ or "")
 
 
-def test_a_question_of_a_cycle_alone_has_starts_and_the_arithmetic_of_mpmath() -> None:
-    for given, field in (({"seeds": 1}, "seeds"), ({"solver": "mpmath"}, "solver")):
-        with pytest.raises(InputError) as told:
-            threshold(captions(3), **given)
-        assert told.value.field == field
-        assert of("horizon", captions(2), **given, digits=6).lower is not None
-
-
 def test_a_half_life_tells_how_much_of_it_is_done() -> None:
     heard: list[Any] = []
     found = half_life(captions(2), starts=12, cycles=10, progress=heard.append)
@@ -268,24 +260,6 @@ def test_chaos_without_an_advance_is_no_creep_that_lives() -> None:
     assert lives.creeping.starts == creeping
 
 
-@pytest.mark.parametrize(
-    ("given", "field"),
-    [
-        ({"bracket": ("0.0001", "0.0002")}, "bracket"),
-        ({"low": "0.0004", "high": "0.0005"}, "from"),
-        ({"low": "0.0001", "high": "0.0002"}, "to"),
-        ({"digits": 0}, "digits"),
-        ({"size": -1}, "size"),
-        ({"starts": 0}, "starts"),
-        ({"workers": 0}, "workers"),
-    ],
-)
-def test_a_survival_that_cannot_be_half_is_refused(given: dict[str, object], field: str) -> None:
-    with pytest.raises(InputError) as told:
-        half_life(captions(2), **{"starts": 12, "cycles": 5} | given)  # type: ignore
-    assert told.value.field == field
-
-
 # --- intercept -----------------------------------------------------------------------------------
 
 
@@ -334,23 +308,6 @@ def test_stairs_are_no_straight_line_and_leave_the_threshold_undecided() -> None
     assert bent.evidence is Evidence.UNDECIDED
     assert "chi2" in bent.reason
     assert bent.chi2_probability < 0.01
-
-
-@pytest.mark.parametrize(
-    ("given", "field"),
-    [
-        ({"fit": ("2", "1.2")}, "fit"),
-        ({"fit": "1.2"}, "fit"),
-        ({"points": 7}, "points"),
-        ({"cycles": 3}, "cycles"),
-        ({"size": -1}, "size"),
-        ({"seed": 2**32}, "seed"),
-    ],
-)
-def test_a_line_that_cannot_be_drawn_is_refused(given: dict[str, object], field: str) -> None:
-    with pytest.raises(InputError) as told:
-        intercept(captions(6, "0.01"), **given)  # type: ignore
-    assert told.value.field == field
 
 
 # --- out of time, and what is shown and kept -----------------------------------------------------

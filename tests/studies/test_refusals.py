@@ -1,0 +1,88 @@
+"""What a question refuses, it refuses in one sentence that names the field."""
+
+from __future__ import annotations
+
+import pytest
+
+from exactcreep import cli
+
+ASKED = {
+    "threshold": "--n 3 --solver exact --digits 9 --points 50",
+    "half-life": "--n 2 --starts 12 --cycles 5",
+    "intercept": "--n 6 --sigma-mu 0.01",
+    "survival": "--n 6 --amplitude 0.001",
+    "fate": "--n 6 --amplitude 0.001",
+    "plan": "six-sliders-cycles",
+}
+"""What each is asked with, before what it refuses."""
+
+
+@pytest.mark.parametrize(
+    ("line", "named"),
+    [
+        ("threshold --n 0", "n = "),
+        ("threshold --digits -1", "digits = -1"),
+        ("threshold --mu-s 0.4", "mu_s"),
+        ("threshold --tan-alpha 0.6", "tan_alpha"),
+        ("threshold --l0 0", "l0"),
+        ("threshold --l0 -5", "l0"),
+        ("threshold --points 0", "points"),
+        ("threshold --cycles 0", "after"),
+        ("threshold --bracket 0.0004 0.0004", "bracket"),
+        ("threshold --bracket 0.0001 0.0002", "bracket"),
+        ("threshold --bracket 0.0004 0.0005 --from 0.0001", "bracket"),
+        ("threshold --from 0.001 --to 0.0001", "to"),
+        ("threshold --from 0.0001 --to 0.0002", "to"),
+        ("threshold --from 0.001 --to 0.002", "from"),
+        ("threshold --refine 2", "refine"),
+        ("threshold --bracket 0.0004 0.0005 --windows", "windows"),
+        ("threshold --mu-s 0.5 --cycles 20 --windows", "windows"),
+        ("threshold --mu-s 0.5 --cycles 20 --seeds 2", "seeds"),
+        ("threshold --solver verlet", "solver"),
+        ("threshold --solver mpmath", "solver"),
+        ("threshold --tan-alpha 0", "tan_alpha"),
+        ("threshold --sigma-mu 0.01 --cycles 20", "sigma_mu"),
+        ("threshold --seeds 1", "seeds"),
+        ("threshold --max-seconds -1", "max_seconds"),
+        ("half-life --bracket 0.0001 0.0002", "bracket"),
+        ("half-life --from 0.0004 --to 0.0005", "from"),
+        ("half-life --from 0.0001 --to 0.0002", "to"),
+        ("half-life --digits 0", "digits"),
+        ("half-life --size -1", "size"),
+        ("half-life --starts 0", "starts"),
+        ("half-life --workers 0", "workers"),
+        ("intercept --fit 2 1.2", "fit"),
+        ("intercept --points 7", "points"),
+        ("intercept --cycles 3", "cycles"),
+        ("intercept --size -1", "size"),
+        (f"intercept --seed {2**32}", "seed"),
+        ("survival --starts 0", "starts"),
+        ("survival --size -1", "size"),
+        (f"survival --seed {2**32}", "seed"),
+        ("survival --dormant 0", "dormant"),
+        ("survival --cycles 0", "cycles"),
+        ("survival --max-seconds -1", "max_seconds"),
+        ("survival --workers 0", "workers"),
+        ("survival --mu-s 0.5", "mu_s"),
+        ("fate --sigma-mu 0.01", "sigma_mu"),
+        ("fate --mu-s 0.5", "mu_s"),
+        ("fate --solver verlet", "solver"),
+        ("fate --amplitude -0.001", "amplitude"),
+        ("plan --digits 0", "digits"),
+        ("plan --digits -1", "digits"),
+        ("plan --digits 2.5", "digits"),
+        ("plan --digits many", "digits"),
+    ],
+)
+def test_what_is_refused_is_named(
+    line: str, named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    command, *words = line.split()
+    assert cli.status([command, *ASKED[command].split(), *words]) == 2
+    said = capsys.readouterr()
+    assert said.out == ""
+    *progress, sentence = said.err.splitlines()  # of a search that takes a second
+    assert sentence.startswith(f"exactcreep: {named}")
+    assert not any(line.startswith("exactcreep") for line in progress)
+    if line == "fate --sigma-mu 0.01":
+        assert "survival" in sentence
