@@ -20,50 +20,42 @@ class CacheWarning(UserWarning):
     """What is compiled cannot be kept where it belongs."""
 
 
-def _probe() -> None:
-    """Stand for every function of this installation that is compiled."""
-
-
 def _kept() -> bool:
     """Return whether the compiler finds a folder in which it can keep what it compiles."""
     try:
-        numba.njit(cache=True)(_probe)
+        numba.njit(cache=True)(_own_folder)  # stands for every function of this installation
     except RuntimeError:  # "no locator available"
         return False
     return True
 
 
-def _own_folder() -> str | None:
-    """Return a temporary folder that belongs to the user alone; None if there cannot be one.
+def _own_folder() -> str:
+    """Return a temporary folder that belongs to the user alone; "" if there cannot be one.
 
     Compiled code is executed when it is read back, so that nobody else may write there.
     """
     if not hasattr(os, "getuid"):
-        return None
-    try:
-        path = os.path.join(tempfile.gettempdir(), f"exactcreep-{os.getuid()}")
+        return ""
+    path = os.path.join(tempfile.gettempdir(), f"exactcreep-{os.getuid()}")
+    with suppress(OSError):
         os.makedirs(path, mode=0o700, exist_ok=True)
         found = os.lstat(path)
-    except OSError:
-        return None
-    own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
-    return path if own and not found.st_mode & 0o077 else None
+        own = stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid()
+        return path if own and not found.st_mode & 0o077 else ""
+    return ""
 
 
-def _find_room() -> bool:
+def _find_place() -> bool:
     """Return whether what is compiled is kept, in a temporary folder if there is no better one."""
     if _kept():
         return True
-    folder = _own_folder()
-    where = "is lost at the end"
-    if folder is not None:
-        before, config.CACHE_DIR = config.CACHE_DIR, folder
-        if _kept():
-            where = f"is kept in {folder}"
-        else:
-            folder, config.CACHE_DIR = None, before
+    before, folder = config.CACHE_DIR, _own_folder()
+    config.CACHE_DIR = folder or before
+    kept = bool(folder) and _kept()
+    config.CACHE_DIR = folder if kept else before
+    where = f"is kept in {folder}" if kept else "is lost at the end"
     _say("neither the installation nor the home directory can be written", where)
-    return folder is not None
+    return kept
 
 
 def _say(why: str, where: str) -> None:
@@ -71,7 +63,7 @@ def _say(why: str, where: str) -> None:
     warnings.warn(said, CacheWarning, stacklevel=3)
 
 
-_KEPT = _find_room()
+_KEPT = _find_place()
 
 
 class _Cache(FunctionCache):  # type: ignore[misc]
@@ -129,9 +121,5 @@ class _Listener(event.Listener):  # type: ignore[misc]
 @contextmanager
 def told(say: Callable[[], None] | None) -> Iterator[None]:
     """Call `say` as soon as the compiler is at work within the block, if it ever is."""
-    listener = _Listener(say)
-    event.register("numba:compile", listener)
-    try:
+    with event.install_listener("numba:compile", _Listener(say)):
         yield
-    finally:
-        event.unregister("numba:compile", listener)

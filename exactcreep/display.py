@@ -20,8 +20,7 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 COMPILING = "compiling the kernel, once; the next start finds it ready"
-_BETWEEN_LINES = 5.0  # seconds
-_BETWEEN_FRAMES = 0.1
+_BETWEEN_LINES, _BETWEEN_FRAMES = 5.0, 0.1  # seconds
 _SHORT = 1.0  # seconds that nobody needs a bar for
 _telling: list[object] = []  # what shows, or hides, the progress of all that it calls
 
@@ -64,7 +63,7 @@ class Display(AbstractContextManager["Display"]):
         """How far the computation had come when it was last heard of; "" if it was not."""
         if self.last is None or self.last.phase == "compiling":
             return ""
-        return f": {self._what(self.last)}, {_far(self.last).partition(', about')[0]}"
+        return f": {self._what(self.last)}, {_far(self.last)}"
 
     def heard(self, progress: Hearer) -> Callable[[Progress], None] | None:
         """Return whom a computation shall tell that is asked for this `progress`.
@@ -93,14 +92,14 @@ class Display(AbstractContextManager["Display"]):
             return
         self.next = time.monotonic() + self.pause
         what, far = self._what(progress), _far(progress)
+        if not math.isnan(left := progress.seconds_left):
+            far += f", about {timedelta(seconds=round(left))} left"
         if self.bar is None:
             self._write(f"{what}: {far}")
             return
         # members are taken as equally long, so that the bar is that of all of them
-        total = progress.total * progress.members or None
-        part = progress.done if progress.work is None else progress.work * progress.total
-        done = part + progress.total * (progress.member - 1)
-        self.bar.update(self.task, description=what, far=far, total=total, completed=done)
+        about = {"total": progress.members, "completed": progress.member - 1 + progress.share}
+        self.bar.update(self.task, description=what, far=far, **(about if progress.total else {}))
 
     def _start(self) -> None:
         rich = import_module("rich.progress")  # only where something is shown
@@ -123,25 +122,23 @@ class Display(AbstractContextManager["Display"]):
             print(line, file=sys.stderr, flush=True)
 
     def _what(self, progress: Progress) -> str:
-        what = f"{self.name or progress.phase} {progress.text}".strip()
-        several = progress.members > 1
-        return f"member {progress.member}/{progress.members}" if several else what
+        if progress.members > 1:
+            return f"member {progress.member}/{progress.members}"
+        return f"{self.name or progress.phase} {progress.text}".strip()
 
 
 def _far(progress: Progress) -> str:
-    """Return how much is done, how fast, and how long the rest may take."""
-    far = f"{progress.done:.0f}" + (f" of {progress.total:.0f}" if progress.total else "")
-    far += f" {progress.counted}"
-    if not progress.counted:
-        far = f"{100 * progress.done / progress.total:.0f} %"
+    """Return how much is done, and how fast."""
+    if progress.counted:
+        of = f" of {progress.total:.0f}" if progress.total else ""
+        far = f"{progress.done:.0f}{of} {progress.counted}"
+    else:
+        far = f"{100 * progress.share:.0f} %"
     if progress.found:
         far += f" ({progress.found} found saved)"
     if progress.theta is not None:
         far += f", theta = {progress.theta:.4g}"
-    if progress.events:
-        far += f", {progress.events_per_second:.3g} events/s"
-    left = progress.seconds_left
-    return far if math.isnan(left) else f"{far}, about {timedelta(seconds=round(left))} left"
+    return far + (f", {progress.events_per_second:.3g} events/s" if progress.events else "")
 
 
 def shows_progress(computation: Callable[P, T]) -> Callable[P, T]:

@@ -47,17 +47,13 @@ class Limits:
 
     Attributes
     ----------
-    events : int or None
-        Start and stop events, `used` included; None: any number.
-    bytes : int or None
-        Memory of what is recorded and kept; None: any amount.
-    at : float
-        When it has to end, on the clock of `time.perf_counter`; inf: never.
+    events, bytes : int or None
+        Start and stop events, `used` included; memory of what is recorded and kept. None: any.
+    at, pause : float
+        When it has to end, and when it hands over what it has (it goes on by an event, or by some
+        hundredths of a second, all the same), on the clock of `time.perf_counter`; inf: never.
     seconds : float
         How long it may take in all.
-    pause : float
-        When a simulation hands over what it has, on the same clock; it goes on by an event, or by
-        what takes some hundredths of a second, all the same.
     interrupted : callable, optional
         Returns whether the user wants it to end now.
     used : int
@@ -77,27 +73,23 @@ class Limits:
 
     @classmethod
     def of(
-        cls,
-        max_events: Any = None,
-        max_seconds: Any = None,
-        max_bytes: Any = None,
+        cls, max_events: Any = None, max_seconds: Any = None, max_bytes: Any = None,
         memory: Any = MEMORY,
     ) -> Limits:
         """Return the limits that a user asks for; the time begins now.
 
         Raises `InputError` if one is not a number, or negative.
-        """
-
-        def whole(value: Any, name: str) -> int | None:
-            return None if value is None else min(whole_number(value, name, least=0), _ANY_NUMBER)
-
+        """  # fmt: skip
+        events, size = (
+            None if value is None else min(whole_number(value, name, least=0), _ANY_NUMBER)
+            for name, value in (("max_events", max_events), ("max_bytes", max_bytes))
+        )
+        kept = whole_number(memory, "memory", least=0)
         seconds = math.inf
         if max_seconds is not None:
             seconds = nearest_float(number_from_zero(max_seconds, "max_seconds"))
-        kept = whole_number(memory, "memory", least=0)
-        events, size = whole(max_events, "max_events"), whole(max_bytes, "max_bytes")
-        at = time.perf_counter() + seconds
-        return cls(events, size, at, seconds, interrupted=waiting, memory=kept)
+        limits = cls(events, size, seconds=seconds, interrupted=waiting, memory=kept)
+        return limits.begun()
 
     def begun(self) -> Limits:
         """Return these limits with the time beginning now."""
@@ -116,11 +108,17 @@ class Limits:
         """How many events may still happen."""
         return _ANY_NUMBER if self.events is None else max(self.events - self.used, 0)
 
+    @property
+    def seconds_left(self) -> float | None:
+        """How long it may still take; None: any time."""
+        return None if self.at == math.inf else max(self.at - time.perf_counter(), 0.0)
+
     def passed(self) -> bool:
         """Return whether the time is over, or the user wants back what there is."""
-        if self.interrupted is not None and self.interrupted():
-            return True
-        return self.at < math.inf and time.perf_counter() >= self.at
+        return self._pressed() or (self.at < math.inf and time.perf_counter() >= self.at)
+
+    def _pressed(self) -> bool:
+        return self.interrupted is not None and self.interrupted()
 
     def require(self) -> None:
         """Raise `OutOfTime` if the time is over."""
@@ -140,14 +138,9 @@ class Limits:
         if stop is Stop.BUDGET:
             return f"max_events = {self.events} was reached"
         if stop is Stop.DEADLINE:
-            pressed = self.interrupted is not None and self.interrupted()
-            return "interrupted" if pressed else f"max_seconds = {self.seconds:g} was reached"
+            reached = f"max_seconds = {self.seconds:g} was reached"
+            return "interrupted" if self._pressed() else reached
         return ""
-
-    @property
-    def seconds_left(self) -> float | None:
-        """How long it may still take; None: any time."""
-        return None if self.at == math.inf else max(self.at - time.perf_counter(), 0.0)
 
     @property
     def full(self) -> str:

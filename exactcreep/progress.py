@@ -71,6 +71,12 @@ class Progress:
         return int(self.done)
 
     @property
+    def share(self) -> float:
+        """Which part of the work is done, between 0 and 1; 0 where that is not known."""
+        counted = self.done / self.total if self.total else 0.0
+        return counted if self.work is None else self.work
+
+    @property
     def events_per_second(self) -> float:
         """Events per second of wall time."""
         return self.events / self.seconds if self.seconds > 0 else 0.0
@@ -78,14 +84,10 @@ class Progress:
     @property
     def seconds_left(self) -> float:
         """An estimate of the time to the end, further members taken as equally long; else nan."""
-        share = self.work
-        if self.pace and share is not None:
-            return (self.members - self.member + 1 - share) / self.pace
-        if share is None:
-            share = self.done / self.total if self.total else 0.0
-        if share <= _TOO_FEW:
-            return math.nan
-        return self.seconds * (self.members - self.member + 1 - share) / share
+        left = self.members - self.member + 1 - self.share
+        if self.pace and self.work is not None:
+            return left / self.pace
+        return self.seconds * left / self.share if self.share > _TOO_FEW else math.nan
 
 
 Hearer = bool | Callable[[Progress], None] | None
@@ -102,12 +104,10 @@ class RecentPace:
     def at(self, seconds: float, share: float) -> float | None:
         """Return the part of the work per second up to now; None at first."""
         now = (seconds, share)
-        if not self._marks:
-            self._marks = [now] * 3
-        begin, older, newer = self._marks
+        begin, older, newer = self._marks or [now] * 3
         if seconds - begin[0] >= 2 * (newer[0] - begin[0]):
-            self._marks = [begin, newer, now]
-            older = newer
+            older, newer = newer, now
+        self._marks = [begin, older, newer]
         elapsed = seconds - older[0]
         return (share - older[1]) / elapsed if elapsed > 0 else None
 

@@ -13,6 +13,7 @@ import os
 import re
 import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, is_dataclass
 from inspect import signature
 from pathlib import Path as FilePath
@@ -32,39 +33,35 @@ MOST_MEMBERS = 1_000_000
 """A scene that varies more is a mistake: its settings alone would fill the memory."""
 _BUILTIN = FilePath(__file__).with_name("scenes")
 _LARGEST_FILE = 16 * 2**20  # bytes; long paths of dilations belong there, records do not
-_DEEPEST = 8  # tables within tables
-_DEEPEST_KEY = 100
+_DEEPEST, _DEEPEST_KEY = 8, 100  # tables within tables
 _MOST_LISTED = 40  # keys in a sentence
 _ANGLES = {"angle", "alpha", "pitch", "slope", "degrees"}
 _WORD = re.compile(r"[^\s\"'=\[\]{},#]+")
 
 
-def _keys_of(make: Callable[..., Any]) -> dict[str, bool]:
+def _keys_of(*made: Callable[..., Any]) -> dict[str, bool]:
     """Return the keys of a table from which something is made, and whether each is required.
 
     Arguments that are None by default are not for users: files keep a drive by them.
     """
-    taken = signature(make).parameters.values()
+    taken = [each for make in made for each in signature(make).parameters.values()]
     return {each.name: each.default is each.empty for each in taken if each.default is not None}
 
 
-_TABLES = ("chain", "drive", "run", "physical")
 _IN_KELVIN = {"temperature_amplitude": "amplitude", "sigma_temperature": "sigma_theta"}
 """Keys of ``[drive]`` beside ``[physical]``: temperatures (K) for dilations."""
-_RUN_KEYS = ("solver", "seed", "burn_in", "accuracy", "record", "start")
-_START_KEYS = ("tensions", "theta", "size", "seed")
-_SOLVERS = [solver for solver in SOLVERS.values() if is_dataclass(solver)]
-_OPTIONS = {key for solver in _SOLVERS for key in signature(solver).parameters}
-_OF_DRIVES = {key for kind in DRIVES.values() for key in _keys_of(kind)}
+_RUN = ("solver", "seed", "burn_in", "accuracy", "record", "start")
+_START = ("tensions", "theta", "size", "seed")
+_OPTIONS = _keys_of(*(solver for solver in SOLVERS.values() if is_dataclass(solver)))
 _KEYS = {
-    "chain": _keys_of(Chain),
-    "physical": _keys_of(physical) | {"time_unit": False},
-    "run": dict.fromkeys((*_RUN_KEYS, *sorted(_OPTIONS)), False),
-    "run.start": dict.fromkeys(_START_KEYS, False),
-    "drive": dict.fromkeys(("kind", *_IN_KELVIN, *sorted(_OF_DRIVES)), False),
+    "chain": [*_keys_of(Chain)],
+    "drive": ["kind", *_IN_KELVIN, *sorted(_keys_of(*DRIVES.values()))],
+    "run": [*_RUN, *sorted(_OPTIONS)],
+    "physical": [*_keys_of(physical), "time_unit"],
 }
-"""The keys of every table and whether each is required; those of ``[drive]`` depend on its kind."""
+"""The keys of every table; which of those of ``[drive]`` are known depends on its kind."""
 _SETTABLE = [f"{table}.{key}" for table, keys in _KEYS.items() for key in keys]
+_SETTABLE += [f"run.start.{key}" for key in _START]
 
 
 class Literal(str):
@@ -73,17 +70,10 @@ class Literal(str):
 
 @dataclass(frozen=True)
 class Member:
-    """One member of a scene: what it sets, and the experiment it makes.
+    """One member of a scene: the varied keys as written, and the experiment that they make.
 
-    Attributes
-    ----------
-    settings : mapping of str to value
-        The varied keys and this member's values, as written.
-    experiment : Experiment
-    solid : Solid or None
-        What the chain stands for, if the scene speaks SI.
-    time_unit : float or None
-        Seconds of one unit of its drive's clock, if that is known.
+    `solid` is what the chain stands for, if the scene speaks SI, and `time_unit` the seconds of one
+    unit of its drive's clock, if that is known.
     """
 
     settings: Mapping[str, Any]
@@ -98,9 +88,7 @@ class Scene:
 
     Attributes
     ----------
-    name : str
-    title : str
-        One line for humans.
+    name, title : str
     tables : mapping
         ``chain`` or ``physical`` (a solid in SI units instead), ``drive`` and ``run`` by name, as
         written.
@@ -135,53 +123,44 @@ class Scene:
     ) -> Scene:
         """Return the scene that nested mappings (as from TOML) describe.
 
-        Raises
-        ------
-        InputError
-            If a name is unknown or a table is not one.
+        Raises `InputError` if a name is unknown or a table is not one.
         """
-        _known(data, ("title", *_TABLES, "vary"), "")
+        _known(data, ("title", *_KEYS, "vary"), "")
         title = data.get("title", "")
         if not isinstance(title, str) or isinstance(title, Literal):
             raise InputError("title", title, "must be a string")
-        tables = {}
-        for table in (*_TABLES, "vary"):
-            entries = data.get(table, {})
-            if not isinstance(entries, Mapping):
-                raise InputError(table, entries, f"must be a table, [{table}]")
-            if table in data or table != "physical":
+        tables: dict[str, Any] = {"chain": {}, "drive": {}, "run": {}, "vary": {}}
+        for table, entries in data.items():
+            if table != "title":
+                if not isinstance(entries, Mapping):
+                    raise InputError(table, entries, f"must be a table, [{table}]")
                 tables[table] = dict(entries)
         vary = dict(_flattened(tables.pop("vary")))
-        for table in tables:
-            if table != "drive":
-                _known(tables[table], _KEYS[table], f"{table}.")
         _known(vary, _SETTABLE, "vary.")
         for key, values in vary.items():
             if not isinstance(values, list) or not values:
                 raise InputError(f"vary.{key}", values, "must be a list of at least one value")
-        both = {f"chain.{key}": value for key, value in tables["chain"].items()} | vary
-        for key, value in both.items():
-            if "physical" in tables and key.startswith("chain."):
-                allowed = "must not be given beside [physical], which makes the chain"
-                raise InputError(key, value, allowed)
+        known = dict(_KEYS)
         kinds = [tables["drive"].get("kind"), *vary.get("drive.kind", [])]
-        keys = [key for kind in kinds if kind is not None for key in _keys_of(drive_of_kind(kind))]
+        if of_kind := _keys_of(*(drive_of_kind(kind) for kind in kinds if kind is not None)):
+            known["drive"] = ["kind", *of_kind]
         if "physical" in tables:
-            keys += [kelvin for kelvin, name in _IN_KELVIN.items() if name in keys]
-        if keys:
-            _known(tables["drive"], ("kind", *keys), "drive.")
+            in_kelvin = [key for key, name in _IN_KELVIN.items() if name in of_kind]
+            known["drive"] = [*known["drive"], *in_kelvin]
+            for key, value in (*_flattened({"chain": tables["chain"]}), *vary.items()):
+                if key.startswith("chain."):
+                    allowed = "must not be given beside [physical], which makes the chain"
+                    raise InputError(key, value, allowed)
+        for table, entries in tables.items():
+            _known(entries, known[table], f"{table}.")
         return cls(name, title, tables, vary, folder or FilePath())
 
     def with_settings(self, settings: Mapping[str, Any]) -> Scene:
         """Return the scene with dotted keys set, ``{"chain.n": 6}``.
 
         A key that was varied takes the one value instead. Setting ``drive.kind`` to another
-        kind empties the table ``[drive]`` first; ``vary.KEY`` takes a list, and varies KEY.
-
-        Raises
-        ------
-        InputError
-            If a key is unknown.
+        kind empties the table ``[drive]`` first; ``vary.KEY`` takes a list, and varies KEY. Raises
+        `InputError` if a key is unknown.
         """
         tables = {table: dict(entries) for table, entries in self.tables.items()}
         vary = dict(self.vary)
@@ -205,49 +184,44 @@ class Scene:
         count = math.prod(len(values) for values in self.vary.values())
         if count > MOST_MEMBERS:
             raise InputError("vary", count, f"must make at most {MOST_MEMBERS} members")
-        return [
-            dict(zip(self.vary, values, strict=True))
-            for values in itertools.product(*self.vary.values())
-        ]
+        places = itertools.product(*self.vary.values())
+        return [dict(zip(self.vary, values, strict=True)) for values in places]
 
     def members(self) -> list[Member]:
         """Return the members of the scene; a scene that varies nothing has one.
 
-        Raises
-        ------
-        InputError
-            If a value is out of its range; the message names the key.
+        Raises `InputError` if a value is out of its range; the message names the key.
         """
         return [self._member(settings) for settings in self.settings()]
 
-    def _member(self, settings: Mapping[str, Any] | None) -> Member:
-        """Return the member of the scene with these dotted keys set."""
-        tables = {table: dict(entries) for table, entries in self.tables.items()}
-        for key, value in (settings or {}).items():
-            _put(tables, key, value)
-        about, solid = tables.get("physical"), None
-        if about is not None:
-            seconds = about.pop("time_unit", None)
-            solid = _named("physical", lambda: _made(physical, _KEYS["physical"], about))
-            chain = solid.chain
-        else:
-            chain = _named("chain", lambda: _made(Chain, _KEYS["chain"], tables["chain"]))
-        drive = _named("drive", lambda: _drive(tables["drive"], self.folder, solid))
-        run = tables["run"]
-        given = {name: run.pop(name) for name in _RUN_KEYS if name in run}
-        seed = given.get("seed", 0)
-        start = _named("run.start", lambda: _start(given.pop("start", "relaxed"), chain, seed))
-        experiment = _named(
-            "run", lambda: Experiment.of(chain, drive, start=start, options=run, **given)
-        )
-        unit = None
-        if solid is not None and (seconds is not None or drive.dates is not None):
-            unit = _named("physical", lambda: solid.time_unit_of(drive, seconds))
-        return Member(settings or {}, experiment, solid, unit)
-
     def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:
         """Return the experiment of the scene with these dotted keys set."""
-        return self._member(settings).experiment
+        return self._member(settings or {}).experiment
+
+    def _member(self, settings: Mapping[str, Any]) -> Member:
+        tables = {table: dict(entries) for table, entries in self.tables.items()}
+        for key, value in settings.items():
+            _put(tables, key, value)
+        about, run, solid, unit = tables.get("physical"), tables["run"], None, None
+        if about is None:
+            with _keys_within("chain"):
+                chain = _made(Chain, tables["chain"])
+        else:
+            seconds = about.pop("time_unit", None)
+            with _keys_within("physical"):
+                solid = _made(physical, about)
+            chain = solid.chain
+        with _keys_within("drive"):
+            drive = _drive(tables["drive"], self.folder, solid)
+        given = {name: run.pop(name) for name in _RUN if name in run}
+        with _keys_within("run.start"):
+            start = _start(given.pop("start", "relaxed"), chain, given.get("seed", 0))
+        with _keys_within("run"):
+            experiment = Experiment.of(chain, drive, start=start, options=run, **given)
+        if solid is not None and (seconds is not None or drive.dates is not None):
+            with _keys_within("physical"):
+                unit = solid.time_unit_of(drive, seconds)
+        return Member(settings, experiment, solid, unit)
 
 
 def load_scene(scene: str | os.PathLike[str]) -> Scene:
@@ -294,36 +268,36 @@ def parsed_value(text: str) -> Any:
 
 
 def _parsed(text: str, name: str) -> dict[str, Any]:
+    why = "nested too deeply"
     words = (word for word in _WORD.findall(text) if word.count(".") > _DEEPEST_KEY)
-    if any(sum(map(bool, word.split("."))) > _DEEPEST_KEY for word in words):
-        # the parser takes a time that grows with the square of the depth of a dotted key
-        raise InputError("scene", name, "must be a TOML file: nested too deeply")
-    try:
-        return tomllib.loads(text, parse_float=Literal)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError("scene", name, f"must be a TOML file: {error}") from None
-    except (ValueError, RecursionError) as error:  # an endless integer, endless nesting
-        kind = "nested too deeply" if isinstance(error, RecursionError) else "a number is too long"
-        raise InputError("scene", name, f"must be a TOML file: {kind}") from None
-
-
-def _printable(key: str) -> str:
-    """Return a key that a user made up as it may stand in a sentence."""
-    return key if key.isprintable() and len(key) <= 80 else repr(key[:60])
+    # the parser takes a time that grows with the square of the depth of a dotted key
+    if not any(sum(map(bool, word.split("."))) > _DEEPEST_KEY for word in words):
+        try:
+            return tomllib.loads(text, parse_float=Literal)
+        except tomllib.TOMLDecodeError as error:
+            why = str(error)
+        except ValueError:  # an endless integer
+            why = "a number is too long"
+        except RecursionError:  # endless nesting
+            pass
+    raise InputError("scene", name, f"must be a TOML file: {why}")
 
 
 def _known(table: Mapping[str, Any], known: Collection[str], prefix: str) -> None:
     """Raise InputError if `table` has a key that is not `known`, naming the nearest one."""
     for key in table:
-        if key not in known:
-            near = difflib.get_close_matches(str(key), known, 1, 0.3)
-            hint = f"; did you mean {prefix}{near[0]}?" if near else ""
-            if str(key).rpartition(".")[2] in _ANGLES:
-                hint = "; tan_alpha is the slope, the tangent of the angle: 0.268 for 15 degrees"
-            if not near and len(known) <= _MOST_LISTED:
-                hint = "; known are " + ", ".join(known)
-            allowed = f"is not a key of a scene{hint}"
-            raise InputError(_printable(f"{prefix}{key}"), table[key], allowed)
+        if key in known:
+            continue
+        near = difflib.get_close_matches(str(key), known, 1, 0.3)
+        hint = f"; did you mean {prefix}{near[0]}?" if near else ""
+        if str(key).rpartition(".")[2] in _ANGLES:
+            hint = "; tan_alpha is the slope, the tangent of the angle: 0.268 for 15 degrees"
+        if not near and len(known) <= _MOST_LISTED:
+            hint = "; known are " + ", ".join(known)
+        named = f"{prefix}{key}"
+        if not named.isprintable() or len(named) > 80:
+            named = repr(named[:60])
+        raise InputError(named, table[key], f"is not a key of a scene{hint}")
 
 
 def _flattened(table: Mapping[str, Any], prefix: str = "", depth: int = 0) -> Iterator[Any]:
@@ -344,10 +318,11 @@ def _put(tables: dict[str, dict[str, Any]], key: str, value: Any) -> None:
     tables[table][name] = {**(inner if isinstance(inner, Mapping) else {}), rest[0]: value}
 
 
-def _named(table: str, build: Callable[[], Any]) -> Any:
-    """Return what `build` makes; an error in it names the key with its table."""
+@contextmanager
+def _keys_within(table: str) -> Iterator[None]:
+    """Let an error within the block name its key with the table that the key belongs to."""
     try:
-        return build()
+        yield
     except InputError as error:
         field = error.field
         if field == table.rpartition(".")[2]:
@@ -357,9 +332,9 @@ def _named(table: str, build: Callable[[], Any]) -> Any:
         raise InputError(field, error.value, error.allowed) from None
 
 
-def _made(make: Callable[..., Any], keys: Mapping[str, bool], given: Mapping[str, Any]) -> Any:
+def _made(make: Callable[..., Any], given: Mapping[str, Any]) -> Any:
     """Return what a table makes, or raise `InputError` if a key is missing."""
-    required = [name for name, needed in keys.items() if needed]
+    required = [name for name, needed in _keys_of(make).items() if needed]
     for name in required:
         if name not in given:
             raise InputError(name, None, "is missing; " + ", ".join(required) + " are required")
@@ -369,22 +344,22 @@ def _made(make: Callable[..., Any], keys: Mapping[str, bool], given: Mapping[str
 def _drive(table: Mapping[str, Any], folder: FilePath, solid: Solid | None) -> Drive:
     given = dict(table)
     make = drive_of_kind(given.pop("kind", None))
-    for kelvin, name in _IN_KELVIN.items():
-        if solid is None or kelvin not in given:
-            continue
-        if name in given:
-            raise InputError(kelvin, given[kelvin], f"must not be given together with {name}")
-        given[name] = exact_number(given.pop(kelvin), kelvin) * solid.kappa
     keys = _keys_of(make)
+    if solid is not None:
+        for kelvin, name in _IN_KELVIN.items():
+            if kelvin in given and name in given:
+                raise InputError(kelvin, given[kelvin], f"must not be given together with {name}")
+            if kelvin in given:
+                given[name] = exact_number(given.pop(kelvin), kelvin) * solid.kappa
+        if "kappa" in keys:
+            kappa = given.setdefault("kappa", solid.kappa)
+            if exact_number(kappa, "kappa") != solid.kappa:
+                raise InputError("kappa", kappa, "must be physical.kappa, or be left out")
     _known(given, keys, "drive.")
-    if solid is not None and "kappa" in keys:
-        kappa = given.setdefault("kappa", solid.kappa)
-        if exact_number(kappa, "kappa") != solid.kappa:
-            raise InputError("kappa", kappa, "must be physical.kappa, or be left out")
     if isinstance(given.get("file"), str):
         # a path in a scene is meant from where the scene is, not from where the program was started
         given["file"] = folder / given["file"]
-    made: Drive = _made(make, keys, given)
+    made: Drive = _made(make, given)
     return made
 
 
@@ -395,7 +370,7 @@ def _start(given: Any, chain: Chain, seed: Any) -> State | None:
     if not isinstance(given, Mapping):
         allowed = 'must be "relaxed", { tensions = [...] } or { size = 1e-6, seed = 1 }'
         raise InputError("start", given, allowed)
-    _known(given, _START_KEYS, "run.start.")
+    _known(given, _START, "run.start.")
     if "size" in given:
         for name in ("tensions", "theta"):
             if name in given:

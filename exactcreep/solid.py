@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,6 @@ from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import (
     InputError,
     Number,
-    Shown,
     exact_number,
     nearest_float,
     number_from_zero,
@@ -30,13 +30,11 @@ from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.quasistatic.creep import creep
 from exactcreep.quasistatic.result import Creep
 
-SECONDS_PER_DAY = 86400
 DAYS_PER_YEAR = Fraction(1461, 4)
-MILLIMETRES_PER_METRE = 1000
 FRICTION = (Fraction(9, 10), Fraction(1), Fraction(11, 10))
 """Factors on all friction for which the rate of a descent is computed."""
-CONVERGED = Fraction(1, 50)
-"""What the next pivot may be worth, as a share of the descent, on as many contacts as it takes."""
+_DAY, _MILLIMETRES = 86400, 1000  # seconds; in a metre
+_CONTACTS = 100  # times mu_d/tan_alpha: so many that the next pivot is worth two hundredths
 _BLOCK = 10  # days: longer than weather lasts
 _FEWEST_YEARS = 5
 
@@ -45,30 +43,21 @@ _FEWEST_YEARS = 5
 class Solid:
     """A solid that rests on an incline at equally spaced contacts, and its units as a chain.
 
-    The solid of the given `length` is cut into as many equal pieces as it has contacts, each
-    with its contact at the middle: a slider has the mass of one piece, ``m = M/N``, and the spring
-    between two contacts is one piece of material, of natural length ``L/N`` and stiffness
-    ``k = N Y S/L``. All parameters and the units made from them are exact rationals, except the
-    square root in `tau_dyn`.
+    It is cut into as many equal pieces as it has contacts, each with its contact at the middle: a
+    slider has the mass of one piece, and the spring between two contacts is one piece of material.
 
     Attributes
     ----------
-    length, youngs_modulus, density, section : Fraction
-        L (m), Y (Pa), rho (kg/m^3), S (m^2).
-    kappa : Fraction
-        Thermal expansion coefficient, 1/K; less that of the ground if that expands too.
+    length, youngs_modulus, density, section, kappa, gravity, measured : Fraction
+        As in `physical`; `kappa` less that of the ground if that expands too.
     chain : Chain
-        The dimensionless chain, with ``l0 = N Y/(g rho L)``.
-    gravity : Fraction
-        g (m/s^2).
-    measured : Fraction
-        A descent that was measured, to be shown beside a computed one, mm/year; 0 if there is none.
+        The dimensionless chain, with ``l0 = N Y/(g rho L)``. Its times are in units of `tau_dyn`,
+        its forces of ``mass * gravity``.
 
     Notes
     -----
-    Source: the estimate before Eq. (vitessecontinue), ``k = N Y S/L``. The paper also calls the
-    distance between the outer contacts L, ``(N - 1) l0``; the two differ by one part in N, and only
-    ``L = N l0`` makes Eq. (vitessecontinue) independent of N.
+    Source: the estimate before Eq. (vitessecontinue). The paper also calls the distance between the
+    outer contacts L, ``(N - 1) l0``; only ``L = N l0`` makes that equation independent of N.
 
     Examples
     --------
@@ -108,62 +97,55 @@ class Solid:
         """Unit of length g tau_dyn^2, m."""
         return self.gravity * self.mass / self.stiffness
 
-    @property
-    def force_unit(self) -> Fraction:
-        """Unit of force m g, N."""
-        return self.mass * self.gravity
-
     def dilation(self, temperature_change: Number) -> Fraction:
         """Return theta of a temperature change (K), exactly; a cycle's +-dT is +-A_theta."""
         return self.kappa * exact_number(temperature_change, "temperature_change")
-
-    def temperature_change(self, theta: Number) -> Fraction:
-        """Return the temperature change (K) of a dilation, exactly."""
-        return exact_number(theta, "theta") / self.kappa
 
     def metres(self, displacement: Any) -> Any:
         """Return a dimensionless displacement (number or array of floats) in metres."""
         return _times(displacement, self.length_unit)
 
-    def newtons(self, force: Any) -> Any:
-        """Return a dimensionless force (number or array of floats) in newtons."""
-        return _times(force, self.force_unit)
-
-    def seconds(self, time: Any) -> Any:
-        """Return a dimensionless time (number or array of floats) in seconds."""
-        return time * self.tau_dyn
-
     def millimetres_per_day(self, velocity: Any, period: Number) -> Any:
-        """Return a mean velocity in mm/day.
+        """Return a velocity per half-cycle, as `Creep.velocity`, in mm/day.
 
-        Parameters
-        ----------
-        velocity : number or ndarray of float64
-            Displacement per half-cycle, as in `Creep.velocity`; positive downhill.
-        period : number
-            Duration of a whole temperature cycle, s: two half-cycles (86400 for day and night). For
-            paths and random temperatures, twice the time from one target to the next; for records,
-            whose velocities are per unit of time, 2 if that is the second.
+        `period` (s) is two half-cycles; 2 for velocities per second, as those of records.
         """
-        return _times(velocity, self._daily(period))
+        daily = self.length_unit * _MILLIMETRES * _DAY * 2 / positive_number(period, "period")
+        return _times(velocity, daily)
 
     def per_year(self, velocity: float, time_unit: Number) -> float:
         """Return a velocity per unit of a drive's clock, of so many seconds, in mm per year."""
-        daily = self._daily(2 * positive_number(time_unit, "time_unit"))
+        daily = self.millimetres_per_day(Fraction(1), 2 * positive_number(time_unit, "time_unit"))
         return float(velocity) * nearest_float(daily * DAYS_PER_YEAR)
 
-    def _daily(self, period: Number) -> Fraction:
-        """Return what one dimensionless unit per half-cycle is in mm/day."""
-        half_cycle = positive_number(period, "period") / 2
-        return self.length_unit * MILLIMETRES_PER_METRE * SECONDS_PER_DAY / half_cycle
+    @property
+    def critical_temperature_change(self) -> float:
+        """Delta T* (K) after Eq. (vitessecontinue): the least amplitude of cycles that creep.
+
+        Zero or negative: friction does not hold the solid.
+        """
+        known = self._dimensionless()
+        return float(threshold_amplitude(**known | {"l0": known["l0"] * self.kappa}))
+
+    def continuum_velocity(self, temperature_amplitude: Number, period: Number) -> float:
+        """Return Eq. (vitessecontinue) in mm/day, of cycles of +-amplitude (K) and a period (s).
+
+        Negative below Delta T*.
+        """
+        amplitude = self.dilation(temperature_amplitude)
+        law = float(solid_velocity(amplitude=amplitude, **self._dimensionless()))
+        downhill = -1 if self.chain.tan_alpha < 0 else 1
+        return downhill * float(self.millimetres_per_day(law, period))
+
+    def _dimensionless(self) -> dict[str, Any]:
+        """Return the parameters of the laws; a negative slope is the mirror image."""
+        chain, slope = self.chain, abs(self.chain.tan_alpha)
+        return {"n": chain.n, "l0": chain.l0, "mu_d": chain.mu_d, "tan_alpha": slope}
 
     def altered(self, *, contacts: int | None = None, friction: Number = 1) -> Solid:
         """Return the same solid on another number of contacts, all friction times a factor.
 
-        Raises
-        ------
-        InputError
-            If the chain's numbers leave their range.
+        Raises `InputError` if the chain's numbers leave their range.
         """
         chain, factor = self.chain, positive_number(friction, "friction")
         n = chain.n if contacts is None else whole_number(contacts, "contacts", least=1)
@@ -171,55 +153,18 @@ class Solid:
         other = Chain(n, n * chain.l0 / chain.n, *coefficients, tan_alpha=chain.tan_alpha)
         return replace(self, chain=other)
 
-    def creep(
-        self, temperatures: Drive, *, time_unit: Number | None = None, solver: str = "sliding",
-        seeds: int = 0, **options: Any,
-    ) -> Descent:
-        """Return how far the solid creeps under these temperatures, and what that depends on.
-
-        Parameters
-        ----------
-        temperatures : TemperatureRecord or other drive
-            A record with the solid's own kappa, or dilations, as of ``dilation(10)``.
-        time_unit : number, optional
-            Seconds of one unit of the record's times, from one target of another drive to the next
-            (43200 for day and night); not for dates.
-        solver : str
-            By default the sliding limit, which leaves static friction and inertia out: `mu_s`,
-            `sigma_mu` and the seed have no effect there.
-        seeds : int
-            How many further seeds show what disorder does, each a run of its own.
-        **options
-            As for `exactcreep.creep`.
-
-        Raises
-        ------
-        InputError
-            If it is no drive or a record of another kappa, the time unit is missing, or seeds are
-            given that have no effect.
-        """  # fmt: skip
-        self.time_unit_of(temperatures, time_unit)  # before the run
-        for name, given in (("seeds", seeds), ("seed", options.get("seed", 0))):
-            if solver == "sliding" and given and not temperatures.random:
-                allowed = "has no effect in the sliding limit, which has no static friction"
-                raise InputError(name, given, allowed)
-        result = creep(self.chain, temperatures, solver=solver, **options)
-        return Descent.of(self, result, time_unit, seeds=seeds)
-
     @property
     def converged_contacts(self) -> int:
         """On how many contacts the descent no longer depends on their number, to about a hundredth.
 
-        Notes
-        -----
-        The pivot is a whole contact: the descent goes as ``N + 3 - 2 i`` (Eq. (vitesse2)), in steps
+        The pivot is a whole contact: the descent goes as ``N + 3 - 2 i`` (Eq. (vitesse)), in steps
         of 2, and the continuous solid's ``N tan_alpha/mu_d`` lies between two of them. The next
-        pivot is worth `CONVERGED` of it here.
+        pivot is worth a fiftieth of it here.
         """
         slope = abs(self.chain.tan_alpha)
         if not 0 < slope < self.chain.mu_d:
-            return 100
-        return min(max(math.ceil(2 / CONVERGED * self.chain.mu_d / slope), 100), 2000)
+            return _CONTACTS
+        return min(max(math.ceil(_CONTACTS * self.chain.mu_d / slope), _CONTACTS), 2000)
 
     def time_unit_of(self, temperatures: Drive, time_unit: Number | None = None) -> float:
         """Return how many seconds one unit of a drive's clock lasts; refuse what `creep` does."""
@@ -237,39 +182,46 @@ class Solid:
             raise InputError("time_unit", time_unit, "must be left out: the record has dates")
         return nearest_float(seconds)
 
-    @property
-    def critical_temperature_change(self) -> float:
-        """Delta T* (K): the least amplitude of temperature cycles that makes the solid creep.
-
-        The formula after Eq. (vitessecontinue), for a continuous solid; zero or negative means
-        that friction does not hold it.
-        """
-        known = self._dimensionless()
-        return float(threshold_amplitude(**known | {"l0": known["l0"] * self.kappa}))
-
-    def continuum_velocity(self, temperature_amplitude: Number, period: Number) -> float:
-        """Return Eq. (vitessecontinue) in mm/day for temperature cycles; negative below Delta T*.
+    def creep(
+        self,
+        temperatures: Drive,
+        *,
+        time_unit: Number | None = None,
+        solver: str = "sliding",
+        seeds: int = 0,
+        **options: Any,
+    ) -> Descent:
+        """Return how far the solid creeps under these temperatures, and what that depends on.
 
         Parameters
         ----------
-        temperature_amplitude : number
-            Half the difference between the highest and the lowest temperature, K.
-        period : number
-            Of a whole cycle, s.
-        """
-        amplitude = self.dilation(temperature_amplitude)
-        law = solid_velocity(amplitude=amplitude, **self._dimensionless())
-        downhill = -1 if self.chain.tan_alpha < 0 else 1
-        return downhill * float(self.millimetres_per_day(float(law), period))
+        temperatures : TemperatureRecord or other drive
+            A record with the solid's own kappa, or dilations, as of ``dilation(10)``.
+        time_unit : number, optional
+            Seconds of one unit of the record's times, from one target of another drive to the next
+            (43200 for day and night); not for dates.
+        solver, **options
+            As for `exactcreep.creep`. The sliding limit leaves static friction and inertia out:
+            `mu_s`, `sigma_mu` and the seed have no effect there.
+        seeds : int
+            How many further seeds show what disorder does, each a run of its own.
 
-    def _dimensionless(self) -> dict[str, Any]:
-        """Return the parameters of the laws; a negative slope is the mirror image."""
-        known = self.chain.parameters() | {"tan_alpha": abs(self.chain.tan_alpha)}
-        return {name: known[name] for name in ("n", "l0", "mu_d", "tan_alpha")}
+        Raises
+        ------
+        InputError
+            If an argument is not what it must be, or a seed would have no effect.
+        """  # fmt: skip
+        self.time_unit_of(temperatures, time_unit)  # before the run
+        for name, given in {"seeds": seeds, "seed": options.get("seed")}.items():
+            if given and solver == "sliding" and not temperatures.random:
+                allowed = "has no effect in the sliding limit, which has no static friction"
+                raise InputError(name, given, allowed)
+        result = creep(self.chain, temperatures, solver=solver, **options)
+        return Descent.of(self, result, time_unit, seeds=seeds)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Descent(Shown):
+class Descent:
     """How far a solid crept under temperatures in time, in millimetres.
 
     Attributes
@@ -307,23 +259,23 @@ class Descent(Shown):
         cls, solid: Solid, result: Creep, time_unit: Number | None = None, *, seeds: int = 0
     ) -> Descent:
         """Return the descent of a run of this solid's chain; raise `InputError` for another."""
-        seconds = solid.time_unit_of(result.drive, time_unit)
+        seconds, own = solid.time_unit_of(result.drive, time_unit), result.experiment
         if result.chain != solid.chain:
             raise InputError("result", result.chain, "must be a run of the solid's chain")
+        count = whole_number(seeds, "seeds", least=0)
+
+        def rate(other: Solid, seed: int, solver: str, **about: Any) -> float:
+            run = creep(other.chain, own.drive, seed=seed, solver=solver, record=(), **about)
+            return other.per_year(run.velocity, seconds)
+
         n, many = solid.chain.n, solid.converged_contacts
-        rates, own = {}, result.experiment
-        for contacts in (n, many if n < many else 2 * n):
-            for factor in FRICTION:
-                other = solid.altered(contacts=contacts, friction=factor)
-                chain, drive, seed = other.chain, result.drive, result.seed
-                run = creep(chain, drive, seed=seed, solver="sliding", record=())
-                rates[contacts, factor] = other.per_year(run.velocity, seconds)
-        others = [
-            creep(own.chain, own.drive, seed=(own.seed + k) % 2**64, solver=own.solver, record=(),
-                  start=own.start, **own.options)
-            for k in range(1, 1 + whole_number(seeds, "seeds", least=0))
-        ]  # fmt: skip
-        of_seeds = tuple(solid.per_year(other.velocity, seconds) for other in others)
+        rates = {}
+        for contacts, factor in product((n, many if n < many else 2 * n), FRICTION):
+            other = solid.altered(contacts=contacts, friction=factor)
+            rates[contacts, factor] = rate(other, own.seed, "sliding")
+        further = [(own.seed + k) % 2**64 for k in range(1, 1 + count)]
+        about = {"start": own.start, **own.options}
+        of_seeds = tuple(rate(solid, seed, own.solver, **about) for seed in further)
         return cls(solid, result, seconds, rates, of_seeds)
 
     @property
@@ -339,7 +291,7 @@ class Descent(Shown):
         """Days from the start to each target that was reached, shape (targets,)."""
         ticks = self.result.drive.clock(np.arange(self.result.half_cycles + 1))
         days: NDArray[np.float64] = (ticks[1:] - ticks[0]) * self.time_unit
-        return days / SECONDS_PER_DAY
+        return days / _DAY
 
     @property
     def days(self) -> float:
@@ -350,25 +302,32 @@ class Descent(Shown):
     def millimetres(self) -> NDArray[np.float64]:
         """Displacement of the centre of mass at each target, mm, shape (targets,).
 
-        Raises
-        ------
-        InputError
-            If x_G was not recorded.
+        Raises `InputError` if x_G was not recorded.
         """
         if "x_G" not in self.result.recorded:
             raise InputError("record", self.result.experiment.record, "must hold x_G")
         moved = self.solid.metres(self.result.recorded["x_G"].astype(float))
-        return np.asarray(MILLIMETRES_PER_METRE * moved)
+        return np.asarray(_MILLIMETRES * moved)
 
     @property
     def total(self) -> float:
         """Displacement of the centre of mass at the end, mm."""
-        return float(MILLIMETRES_PER_METRE * self.solid.metres(self.result.x_G))
+        return float(_MILLIMETRES * self.solid.metres(self.result.x_G))
 
     @property
     def millimetres_per_year(self) -> float:
         """Mean velocity of the run, mm per year of 365.25 days."""
         return self.solid.per_year(self.result.velocity, self.time_unit)
+
+    def stretches(self, days: Number) -> NDArray[np.float64]:
+        """Return the descents in stretches of so many days, one after the other, mm.
+
+        What is left at the end is left out; none without a recorded x_G.
+        """
+        ends = np.arange(int(self.days / float(days)) + 1) * float(days)
+        if "x_G" not in self.result.recorded:
+            return np.empty(0)
+        return np.asarray(np.diff(np.interp(ends, self.elapsed, self.millimetres)))
 
     @property
     def weather(self) -> float:
@@ -380,20 +339,10 @@ class Descent(Shown):
         years, blocks = self.stretches(DAYS_PER_YEAR), self.stretches(_BLOCK)
         if years.size >= _FEWEST_YEARS:
             return float(years.std(ddof=1))
-        if blocks.size < _FEWEST_YEARS:
-            return math.nan
-        spread = float(np.square(np.diff(blocks)).mean()) / 2
-        return math.sqrt(float(DAYS_PER_YEAR) / _BLOCK * spread)
-
-    def stretches(self, days: Number) -> NDArray[np.float64]:
-        """Return the descents in stretches of so many days, one after the other, mm.
-
-        What is left at the end is left out; none without a recorded x_G.
-        """
-        ends = np.arange(int(self.days / float(days)) + 1) * float(days)
-        if "x_G" not in self.result.recorded:
-            return np.empty(0)
-        return np.asarray(np.diff(np.interp(ends, self.elapsed, self.millimetres)))
+        spread = (
+            float(np.square(np.diff(blocks)).mean()) if blocks.size >= _FEWEST_YEARS else math.nan
+        )
+        return math.sqrt(float(DAYS_PER_YEAR) / _BLOCK * spread / 2)
 
     @property
     def disorder(self) -> float:
@@ -411,16 +360,14 @@ class Descent(Shown):
     def pivot_step(self) -> float:
         """By how much of itself the descent jumps when the pivot moves on by one contact.
 
-        Notes
-        -----
-        Source: the plateaus of Eq. (vitesse2), of height 2 in ``N + 3 - 2 i``; they end where the
-        slope, or the friction, lets another slider be the pivot.
+        The plateaus, of height 2 in ``N + 3 - 2 i``, end where the slope, or the friction, lets
+        another slider be the pivot.
         """
         n, chain = self.solid.chain.n, self.solid.chain
         if not 0 < abs(chain.tan_alpha) < chain.mu_d:
             return math.nan
-        shares = [n + 3 - 2 * i for i in pivots(n, abs(chain.tan_alpha), chain.mu_d)]
-        return 2 / max(shares) if max(shares) > 0 else math.inf
+        highest = max(n + 3 - 2 * i for i in pivots(n, abs(chain.tan_alpha), chain.mu_d))
+        return 2 / highest if highest > 0 else math.inf
 
     @property
     def artefact(self) -> float:
@@ -430,58 +377,50 @@ class Descent(Shown):
 
     def summary(self) -> dict[str, Any]:
         """Return the numbers by name, ready for JSON: a number that is not finite is None."""
+        names = ("days", "millimetres_per_year", "weather", "disorder", "pivot_step")
         rates = [
             {"contacts": n, "friction": float(factor), "millimetres_per_year": rate}
             for (n, factor), rate in self.rates.items()
         ]
         return plain_data(
-            {
-                "millimetres": self.total,
-                "days": self.days,
-                "millimetres_per_year": self.millimetres_per_year,
-                "measured_millimetres_per_year": float(self.solid.measured) or math.nan,
-                "weather": self.weather,
-                "disorder": self.disorder,
-                "rates": rates,
-                "pivot_step": self.pivot_step,
-                "artefact_of_contacts": self.artefact,
-            }
+            {name: getattr(self, name) for name in names}
+            | {"millimetres": self.total, "artefact_of_contacts": self.artefact, "rates": rates}
+            | {"measured_millimetres_per_year": float(self.solid.measured) or math.nan}
         )
 
     def lines(self) -> list[tuple[str, str]]:
         """Return the descent and what it depends on, as pairs of a name and a sentence."""
         few, many = self.contacts
         chain, sliding = self.solid.chain, self.result.solver == "sliding"
-        yearly = f"{self.millimetres_per_year:.4g} mm/year"
-        if self.solid.measured:
-            yearly += f"; measured: {float(self.solid.measured):.4g} mm/year"
-        if self.days < 360:
-            yearly += ", the rate of these days and no year's"
         less, same, more = (self.rates[many, factor] for factor in FRICTION)
-        lines = [
-            ("descent", f"{self.total:.4g} mm in {self.days:.4g} days: {yearly}"),
-            ("friction", f"{_percent(more / same)} where friction is 10 % more,"
-             f" {_percent(less / same)} where it is 10 % less (sliding limit, N = {many})"),
-            ("contacts", f"{_percent(1 / (1 + self.artefact))} with N = {many} instead of {few}: an"
-             f" artefact of whole pivots (the next is worth {100 * self.pivot_step:.2g} %);"
-             f" N = {self.solid.converged_contacts} is enough"),
-        ]  # fmt: skip
+        rate = f"{self.millimetres_per_year:.4g} mm/year"
+        if self.solid.measured:
+            rate += f"; measured: {float(self.solid.measured):.4g} mm/year"
+        if self.days < 360:
+            rate += ", the rate of these days and no year's"
+        said = {
+            "descent": f"{self.total:.4g} mm in {self.days:.4g} days: {rate}",
+            "friction": f"{_percent(more / same)} where friction is 10 % more,"
+            f" {_percent(less / same)} where it is 10 % less (sliding limit, N = {many})",
+            "contacts": f"{_percent(1 / (1 + self.artefact))} with N = {many} instead of {few}: an"
+            f" artefact of whole pivots (the next is worth {100 * self.pivot_step:.2g} %);"
+            f" N = {self.solid.converged_contacts} is enough",
+        }
         if math.isfinite(self.weather):
             of = "years of this record" if self.days > _FEWEST_YEARS * 366 else "10-day blocks"
-            lines.append(("weather", f"one year differs from another by {self.weather:.2g} mm"
-                                     f" (standard deviation, from the {of})"))  # fmt: skip
-        if math.isfinite(self.disorder):
-            said = f"{self.disorder:.2g} mm/year between {1 + len(self.of_seeds)} seeds"
-            lines.append(("disorder", f"{said} (standard deviation)"))
+            said["weather"] = (
+                f"one year differs from another by {self.weather:.2g} mm"
+                f" (standard deviation, from the {of})"
+            )
+        if self.of_seeds:
+            seeds = f"{self.disorder:.2g} mm/year between {1 + len(self.of_seeds)} seeds"
+            said["disorder"] = f"{seeds} (standard deviation)"
         elif sliding and not chain.slides:
             given = f"mu_s = {shown(chain.mu_s)}, sigma_mu = {shown(chain.sigma_mu)} and the seed"
-            lines.append(("left out", f"{given} have no effect in the sliding limit"))
+            said["left out"] = f"{given} have no effect in the sliding limit"
         elif not sliding and chain.sigma_mu:
-            lines.append(("disorder", "one seed alone; Solid.creep(seeds=4) runs four more"))
-        return lines
-
-    def _facts(self) -> dict[str, Any]:
-        return dict(self.lines())
+            said["disorder"] = "one seed alone; Solid.creep(seeds=4) runs four more"
+        return list(said.items())
 
     def __repr__(self) -> str:
         return "\n".join(f"{name}: {said}" for name, said in self.lines())
@@ -547,20 +486,13 @@ def physical(
     >>> round(roof.continuum_velocity(10, 86400), 3)
     0.862
     """
-    known = {
-        "length": length,
-        "youngs_modulus": youngs_modulus,
-        "density": density,
-        "section": section,
-        "kappa": kappa,
-        "gravity": gravity,
-    }
-    exact = {name: positive_number(value, name) for name, value in known.items()}
-    weight = exact["gravity"] * exact["density"] * exact["length"]
+    given = {"length": length, "youngs_modulus": youngs_modulus, "density": density,
+             "section": section, "kappa": kappa, "gravity": gravity}  # fmt: skip
+    exact = {name: positive_number(value, name) for name, value in given.items()}
     n = whole_number(contacts, "contacts", least=0)
     beside = number_from_zero(measured, "measured")
-    l0 = (n or 1) * exact["youngs_modulus"] / weight
-    chain = Chain(n or 1, l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
+    l0 = exact["youngs_modulus"] / (exact["gravity"] * exact["density"] * exact["length"])
+    chain = Chain(n or 1, (n or 1) * l0, mu_d, mu_s, sigma_mu, tan_alpha=tan_alpha)
     solid = Solid(**exact, chain=chain, measured=beside)
     return solid if n else solid.altered(contacts=solid.converged_contacts)
 
