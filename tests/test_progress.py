@@ -6,14 +6,12 @@ import io
 import math
 import sys
 from collections.abc import Callable
-from dataclasses import FrozenInstanceError
 from typing import Any
 
 import pytest
 
 from exactcreep import compiling, display
 from exactcreep.display import COMPILING, Display
-from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.progress import Hearer, Progress, RecentPace, reporter
 from exactcreep.quasistatic.creep import creep, run_members
@@ -22,38 +20,27 @@ from exactcreep.scene import load_scene
 from exactcreep.studies.compare import compare
 from exactcreep.studies.sweep import sweep
 from exactcreep.studies.thresholds.threshold import threshold
+from tests.paper import captions
 
-CHAIN = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
+CHAIN = captions(2)
 DRIVE = Cycles("0.01", 40)
-COMPUTATIONS: dict[str, tuple[str, Callable[[Callable[[Progress], None]], Any]]] = {
-    "creep": ("half-cycles", lambda hear: creep(CHAIN, DRIVE, progress=hear)),
-    "members": (
-        "half-cycles",
-        lambda hear: run_members([Experiment.of(CHAIN, DRIVE)] * 3, progress=hear),
-    ),
-    "sweep": (
-        "cells",
-        lambda hear: sweep(
-            load_scene("two-sliders-cycles").with_settings(
-                {"drive.cycles": 5, "vary.run.seed": [0, 1, 2]}
-            ),
-            progress=hear,
-        ),
-    ),
-    "threshold": (
-        "amplitudes",
-        lambda hear: threshold(CHAIN, solver="exact", digits=6, progress=hear),
-    ),
-    "compare": (
-        "runs",
-        lambda hear: compare(Experiment.of(CHAIN, DRIVE), events=20, progress=hear),
-    ),
-}
+SCENE = load_scene("two-sliders-cycles")
+SMALL = SCENE.with_settings({"drive.cycles": 5, "vary.run.seed": [0, 1, 2]})
 
 
-@pytest.mark.parametrize("name", COMPUTATIONS)
-def test_every_long_computation_hands_on_the_same_kind_of_progress(name: str) -> None:
-    counted, compute = COMPUTATIONS[name]
+@pytest.mark.parametrize(
+    ("compute", "counted"),
+    [
+        (lambda hear: creep(CHAIN, DRIVE, progress=hear), "half-cycles"),
+        (lambda hear: run_members([Experiment.of(CHAIN, DRIVE)] * 3, progress=hear), "half-cycles"),
+        (lambda hear: sweep(SMALL, progress=hear), "cells"),
+        (lambda hear: threshold(CHAIN, solver="exact", digits=6, progress=hear), "amplitudes"),
+        (lambda hear: compare(Experiment.of(CHAIN, DRIVE), events=20, progress=hear), "runs"),
+    ],
+)
+def test_every_long_computation_hands_on_the_same_kind_of_progress(
+    compute: Callable[[Callable[[Progress], None]], Any], counted: str
+) -> None:
     heard: list[Progress] = []
     compute(heard.append)
     assert heard
@@ -66,26 +53,25 @@ def test_every_long_computation_hands_on_the_same_kind_of_progress(name: str) ->
         assert 1 <= progress.member <= progress.members
 
 
-def test_progress_is_frozen_and_knows_the_half_cycles_of_a_run() -> None:
-    progress = Progress("running", 12, 40, 33, 2.0)
-    assert progress.half_cycles == 12
-    assert progress.events_per_second == 16.5
-    with pytest.raises(FrozenInstanceError):
-        progress.done = 13  # type: ignore[misc]
-
-
-def test_the_time_left_is_in_proportion_and_counts_the_members_that_follow() -> None:
-    assert Progress("running", 10, 40, seconds=3.0).seconds_left == 9.0
-    assert Progress("running", 40, 40, seconds=3.0).seconds_left == 0.0
-    assert Progress("running", 10, 40, seconds=3.0, member=2, members=4).seconds_left == 33.0
-    # where the count does not tell: a tenth of the work is in half of the cells
-    assert Progress("running", 5, 10, seconds=3.0, work=0.1).seconds_left == pytest.approx(27)
-    for unknown in (
-        Progress("running", 0, 40, seconds=3.0),
-        Progress("running", 7, 0, seconds=3.0),
-        Progress("running", 1, 10**6, seconds=3.0),
-    ):
-        assert math.isnan(unknown.seconds_left)
+@pytest.mark.parametrize(
+    ("done", "total", "about", "left"),
+    [
+        (10, 40, {}, 9),
+        (40, 40, {}, 0),
+        (10, 40, {"member": 2, "members": 4}, 33),
+        (5, 10, {"work": 0.1}, 27),  # the count does not tell: a tenth of the work is in half
+        (1, 2, {"work": 0.6, "pace": 0.01}, 40),
+        (0, 40, {}, math.nan),
+        (7, 0, {}, math.nan),
+        (1, 10**6, {}, math.nan),
+    ],
+)
+def test_the_time_left_is_in_proportion_and_counts_the_members_that_follow(
+    done: int, total: int, about: dict[str, Any], left: float
+) -> None:
+    progress = Progress("running", done, total, 33, 3.0, **about)
+    assert progress.seconds_left == pytest.approx(left, nan_ok=True)
+    assert (progress.half_cycles, progress.events_per_second) == (done, 11.0)
 
 
 def test_a_study_that_nobody_listens_to_reports_to_nobody_and_a_new_phase_has_a_new_clock(
@@ -110,14 +96,18 @@ class Terminal(io.StringIO):
         return True
 
 
-def shown(
-    monkeypatch: pytest.MonkeyPatch, screen: io.StringIO, heard: list[Progress], **words: Any
-) -> str:
-    monkeypatch.setattr(sys, "stderr", screen)
+@pytest.fixture(autouse=True)
+def plain_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("TERM", "xterm")
     monkeypatch.setenv("COLUMNS", "120")
+
+
+def shown(
+    monkeypatch: pytest.MonkeyPatch, screen: io.StringIO, heard: list[Progress], **words: Any
+) -> str:
+    monkeypatch.setattr(sys, "stderr", screen)
     with Display(**words) as bar:
         for progress in heard:
             bar.show(progress)
@@ -193,14 +183,13 @@ def test_the_pace_is_that_of_the_last_part_of_the_session() -> None:
     for t in range(1, 60):
         last = pace.at(100.0 + t, 0.1 + (0.001 * t if t < 4 else 0.004 + 0.01 * (t - 4)))
     assert last == pytest.approx(0.01)
-    told = Progress("running", 1, 2, seconds=160.0, work=0.6, pace=last)
-    assert told.seconds_left == pytest.approx(40.0)
 
 
 def test_theta_is_told_within_a_half_cycle_that_takes_long() -> None:
     heard: list[Progress] = []
-    chain = Chain(60, 1000, "0.5", "0.6", tan_alpha="0.25")
-    creep(chain, Cycles("0.3", 1), solver="reference", progress=heard.append, max_events=2_000)
+    creep(
+        captions(60), Cycles("0.3", 1), solver="reference", progress=heard.append, max_events=2_000
+    )
     way = [one for one in heard if one.phase == "running" and one.done == 0]
     thetas = [one.theta for one in way if one.theta is not None]
     assert len(set(thetas)) > 2
@@ -217,10 +206,6 @@ def test_a_bar_is_shown_where_somebody_looks_on_and_waits(
 ) -> None:
     monkeypatch.setattr(display, "_SHORT", 0.0)
     monkeypatch.setattr(display, "_BETWEEN_LINES", 0.0)
-    for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE"):
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("TERM", "xterm")
-    monkeypatch.setenv("COLUMNS", "120")
     said = {}
     for screen in (Terminal(), io.StringIO()):
         monkeypatch.setattr(sys, "stderr", screen)

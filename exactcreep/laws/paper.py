@@ -39,18 +39,9 @@ from exactcreep.laws.arithmetic import (
 def pivots(n: int, tan_alpha: Number, mu_d: Number) -> tuple[int, ...]:
     """Return the one index i of the sliding limit's plateau, or the two where it is not unique.
 
-    Parameters
-    ----------
-    n : int
-    tan_alpha, mu_d : number
-        |tan_alpha| < mu_d; taken at their exact values, so that equality is decided exactly.
-
-    Returns
-    -------
-    tuple of int
-        ``(i,)`` with ``mu_d (1 - 2(i-1)/n) < tan_alpha < mu_d (1 - 2(i-2)/n)``, or ``(i, i + 1)``
-        at the edge between the two. Slider i - 1 rests while the chain dilates, slider n + 2 - i
-        while it contracts.
+    It is ``(i,)`` with ``mu_d (1 - 2(i-1)/n) < tan_alpha < mu_d (1 - 2(i-2)/n)``, or ``(i, i + 1)``
+    at the edge between the two, decided at the exact values of the arguments. Slider i - 1 rests
+    while the chain dilates, slider n + 2 - i while it contracts.
 
     Raises
     ------
@@ -167,16 +158,8 @@ def pivot_window(n: int, i: int, mu_d: Number, mu_s: Number) -> PivotWindow:
     """Return the slopes between which slider i - 1 can rest while the chain dilates.
 
     Neighbouring windows overlap over a width 2 (mu_s - mu_d)/n: the upper edge is Eq.
-    (critical_angle) with i - 1 for i, and `lower_alone` is that equation itself.
-
-    Raises
-    ------
-    ValueError
-        If i is not an index of a plateau, 2 <= i <= n + 1.
-
-    Notes
-    -----
-    Derivation: ``derivations/pivots.py``.
+    (critical_angle) with i - 1 for i, and `lower_alone` is that equation itself. ValueError if not
+    2 <= i <= n + 1. Derivation: ``derivations/pivots.py``.
     """
     require(2 <= i <= n + 1, f"i must be between 2 and n + 1 = {n + 1}, not {i}")
     known = coerced({"mu_d": mu_d, "mu_s": mu_s, "n": n, "i": i})

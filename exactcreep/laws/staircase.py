@@ -26,7 +26,7 @@ def staircase_two_sliders(
     Parameters
     ----------
     l0, mu_d, mu_s, tan_alpha, amplitude : number
-        The chain and the drive, 0 < tan_alpha < mu_d <= mu_s.
+        The chain and the drive, 0 < tan_alpha < mu_d <= mu_s (else ValueError).
     r0 : number, optional
         x_2 - x_1 - l0 at theta = 0, in units of g tau_dyn**2 (conserved modulo 2D); 0 is the
         relaxed chain.
@@ -38,15 +38,9 @@ def staircase_two_sliders(
         the relaxed chain ``2D max(0, ceil((l0 amplitude - a)/(2D)))``; ``max(0, l0 amplitude - m)``
         where mu_s = mu_d. The number of slips is decided at the arguments' exact values.
 
-    Raises
-    ------
-    ValueError
-        If not 0 < tan_alpha < mu_d <= mu_s.
-
     Notes
     -----
-    Derivation: ``derivations/two_sliders.py``; exact form of Eq. (velocity_th_2_cycle_corrected),
-    whose mean over r0 is ``max(0, l0 amplitude - m)``.
+    Derivation: ``derivations/two_sliders.py``; exact form of Eq. (velocity_th_2_cycle_corrected).
     """
     friction, static, slope = rational(mu_d), rational(mu_s), rational(tan_alpha)
     said = f"not at tan_alpha = {tan_alpha}, mu_d = {mu_d}, mu_s = {mu_s}"

@@ -24,23 +24,10 @@ from exactcreep.model.chain import Chain
 def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Number]) -> Number:
     """Return the largest amplitude at which some state of a chain stays at rest through cycles.
 
-    At this amplitude itself such a state exists.
-
-    Parameters
-    ----------
-    l0, tan_alpha : number
-    coefficients : sequence of number
-        Effective static coefficients of sliders 1..N, N >= 2, kept since no slider slips.
-
-    Returns
-    -------
-    number
-        ``min(w_1, w_N, (w_1 + ... + w_N - N |s|)/2)/l0`` with ``w_n = coefficients[n - 1] c``.
-
-    Raises
-    ------
-    ValueError
-        If there are fewer than two sliders, or no state is at rest even without cycles.
+    At this amplitude itself such a state exists. It is
+    ``min(w_1, w_N, (w_1 + ... + w_N - N |s|)/2)/l0`` with ``w_n = coefficients[n - 1] c``, the
+    effective static coefficients of sliders 1..N, which no slip changes. ValueError if there are
+    fewer than two sliders, or no state is at rest even without cycles.
     """
     require(len(coefficients) >= 2, "coefficients must be those of two sliders or more")
     named = {str(k): mu for k, mu in enumerate(coefficients)}

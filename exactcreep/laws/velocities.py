@@ -51,25 +51,9 @@ def gaussian_integral(h: Number) -> Number:
     distribution function. For small h,
     ``I(h) = 1/sqrt(pi) - 2h/3 + (1 - (2/pi) asin(1/3)) h**2/(2 sqrt(pi)) + ...``.
 
-    Parameters
-    ----------
-    h : number or array
-        Half-width of the play in units of the drive's standard deviation, h >= 0.
-
-    Returns
-    -------
-    float, array or mpf
-        Positive; to a unit of the last place of mpmath numbers, to 1e-15 (1 + h**2/10), relative,
-        of others.
-
-    Raises
-    ------
-    ValueError
-        If an h is negative or not finite.
-
-    Notes
-    -----
-    Derivation: ``derivations/gaussian.py``.
+    `h` is the half-width of the play in units of the drive's standard deviation, finite and not
+    negative (ValueError). Precise to a unit of the last place of mpmath numbers, to
+    1e-15 (1 + h**2/10), relative, of others. Derivation: ``derivations/gaussian.py``.
     """
     require(0 <= h < math.inf, f"h must be finite and not negative, not {h}")
     if not is_mpf(h):

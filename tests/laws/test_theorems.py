@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
+from functools import partial
 from itertools import product
 from random import Random
 
@@ -19,6 +20,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.studies.fates.fate import fate
+from tests.paper import captions
 
 F = Fraction
 SLOPE = F(7, 24)
@@ -125,9 +127,12 @@ def prepared(chain: Chain, cycle: EndsCycle) -> tuple[State, Fraction]:
 
 
 @pytest.mark.parametrize("size", [4, 6, 10, 30])
-def test_a_chain_prepared_below_the_edge_of_locked_ends_is_locked_there(size: int) -> None:
-    chain = Chain(size, 1000, "0.5", "0.6", tan_alpha=SLOPE)
-    edge = locked_edge(chain) * chain.l0 / COSINE
+def test_a_chain_is_locked_just_below_the_edge_of_locked_ends_and_not_above(size: int) -> None:
+    chain = captions(size, tan_alpha=SLOPE)
+    known = {name: v for name, v in chain.parameters().items() if name != "sigma_mu"}
+    edge = locked_ends_amplitude(**known)
+    assert isinstance(edge, Fraction)
+    edge *= chain.l0 / COSINE
     cycle = ends_cycle(size, SLOPE, chain.mu_d, chain.mu_s, edge - F(1, 10**4))
     start, amplitude = prepared(chain, cycle)
     end = fate(chain, amplitude, start=start, cycles=300, solver="exact")
@@ -135,29 +140,16 @@ def test_a_chain_prepared_below_the_edge_of_locked_ends_is_locked_there(size: in
     assert end.itinerary is not None
     slipped = {n for _, events in end.itinerary for _, sliders, _ in events for n in sliders}
     assert slipped == {1, size}
-
-
-@pytest.mark.parametrize("size", [4, 6, 10, 30])
-def test_a_chain_prepared_above_the_edge_of_locked_ends_moves_inner_sliders(size: int) -> None:
-    chain = Chain(size, 1000, "0.5", "0.6", tan_alpha=SLOPE)
-    edge = locked_edge(chain) * chain.l0 / COSINE
     start, amplitude = prepared(chain, ends_cycle(size, SLOPE, chain.mu_d, chain.mu_s, edge))
     run = creep(chain, Cycles(amplitude + F(1, 10**7), 20), start=start, record=("x",))
     assert (np.ptp(run.dataset["x"].to_numpy(), axis=0)[1:-1] > 0).any()
-
-
-def locked_edge(chain: Chain) -> Fraction:
-    known = {name: v for name, v in chain.parameters().items() if name != "sigma_mu"}
-    amplitude = locked_ends_amplitude(**known)
-    assert isinstance(amplitude, Fraction)
-    return amplitude
 
 
 def test_three_sliders_have_locked_ends_at_every_amplitude_up_to_a_third_of_mu_s() -> None:
     three = {"n": 3, "l0": 1000, "mu_d": F(1, 2), "mu_s": F(3, 5)}
     assert locked_ends_amplitude(**three, tan_alpha=F(1, 5)) == math.inf
     assert locked_ends_amplitude(**three, tan_alpha=F(1, 5) + F(1, 10**9)) == 0
-    chain = Chain(3, 1000, "0.5", "0.7", tan_alpha=F(9, 40))
+    chain = captions(3, mu_s="0.7", tan_alpha=F(9, 40))
     cycle = ends_cycle(3, chain.tan_alpha, chain.mu_d, chain.mu_s, F(5))
     start, amplitude = prepared(chain, cycle)
     end = fate(chain, amplitude, start=start, cycles=300, solver="exact")
@@ -166,19 +158,17 @@ def test_three_sliders_have_locked_ends_at_every_amplitude_up_to_a_third_of_mu_s
 
 @pytest.mark.parametrize("sigma_mu", ["0", "0.02"])
 def test_below_the_edge_of_lasting_creep_every_start_comes_to_rest(sigma_mu: str) -> None:
-    random, l0 = Random(sigma_mu), 1000
+    random = Random(sigma_mu)
     for seed in range(15):
         size = random.randint(2, 9)
-        tan = F(random.randint(0, 45), 100)
-        chain = Chain(size, l0, "0.5", "0.6", sigma_mu, tan_alpha=tan)
-        edge = laws.edges(chain)["no_lasting_creep"]
-        amplitude = 0.97 * edge
+        chain = captions(size, sigma_mu, tan_alpha=F(random.randint(0, 45), 100))
+        amplitude = 0.97 * laws.edges(chain)["no_lasting_creep"]
         start = State.perturbed(chain, "0.3", start_seed=seed, seed=seed)
         run = creep(chain, Cycles(amplitude, 4000), start=start, seed=seed, record=("x",))
         assert run.outcome is Outcome.AT_REST, (seed, chain)
         # the paths that E(0)/eps leaves: displacements are no longer than paths
         c, s = chain.cos_alpha, chain.sin_alpha
-        reach = l0 * amplitude
+        reach = 1000 * amplitude
         eps = min(0.5 * c - reach, 0.5 * c - s - 2 * reach / size)
         held = np.full(size, 0.5 * c - eps)
         held[[0, -1]] -= reach
@@ -193,33 +183,26 @@ def test_the_edge_of_lasting_creep_of_two_sliders_is_that_of_their_staircase() -
     two = {"l0": 1000, "mu_d": F(1, 2), "tan_alpha": SLOPE}
     edge = no_lasting_creep_amplitude(n=2, **two)
     assert edge * 1000 == (F(1, 2) - SLOPE) * COSINE
-    above = laws.staircase_two_sliders(
-        mu_s=F(3, 5), amplitude=edge * F(1001, 1000), r0=-F(1, 10) * COSINE, **two
-    )
-    below = [
-        laws.staircase_two_sliders(mu_s=F(3, 5), amplitude=edge, r0=F(k, 500) * COSINE, **two)
-        for k in range(-50, 51)
-    ]
-    assert above > 0
-    assert max(below) == 0
+    staircase = partial(laws.staircase_two_sliders, mu_s=F(3, 5), **two)
+    assert staircase(amplitude=edge * F(1001, 1000), r0=-F(1, 10) * COSINE) > 0
+    assert not any(staircase(amplitude=edge, r0=F(k, 500) * COSINE) for k in range(-50, 51))
 
 
 def test_edges_are_those_that_hold_for_the_chain() -> None:
-    clean = Chain(6, 1000, "0.5", "0.6", tan_alpha="0.25")
+    clean = captions(6)
     assert list(laws.edges(clean)) == ["at_rest", "no_lasting_creep", "locked_ends"]
     f = {label: value / 0.00072760687510899 for label, value in laws.edges(clean).items()}
     assert f == pytest.approx({"at_rest": 0.8, "no_lasting_creep": 2 / 3, "locked_ends": 1.4})
-    drawn = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    assert set(laws.edges(drawn)) == {"no_lasting_creep"}
-    assert laws.edges(Chain(1, 1000, "0.5", "0.6", tan_alpha="0.25")) == {}
+    assert set(laws.edges(captions(6, "0.01"))) == {"no_lasting_creep"}
+    assert laws.edges(captions(1)) == {}
     assert laws.edges(clean.mirrored()) == laws.edges(clean)
 
 
 def test_disorder_frees_three_sliders_that_lock_next_to_an_edge_of_their_plateau() -> None:
     # inside Eq. (vitesse_seuil)'s own window of slopes, (.1667, .5), and ten times its threshold
     cycles = Cycles("0.02", 200)
-    clean = creep(Chain(3, 1000, "0.5", "0.6", tan_alpha="0.19"), cycles)
-    drawn = creep(Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.19"), cycles, seed=1)
+    clean = creep(captions(3, tan_alpha="0.19"), cycles)
+    drawn = creep(captions(3, "0.01", tan_alpha="0.19"), cycles, seed=1)
     law = laws.sliding_velocity(n=3, l0=1000, mu_d=0.5, tan_alpha=0.19, amplitude=0.02)
     assert law == pytest.approx(39.0863454)
     assert (clean.outcome, clean.velocity) == (Outcome.CYCLING, 0.0)
@@ -229,7 +212,7 @@ def test_disorder_frees_three_sliders_that_lock_next_to_an_edge_of_their_plateau
 
 @pytest.mark.parametrize("slope", ["0.49", "0.499", "0.4999", "0.49999"])
 def test_two_sliders_without_disorder_do_not_diverge_at_the_critical_slope(slope: str) -> None:
-    chain = Chain(2, 1000, "0.5", "0.6", tan_alpha=slope)
+    chain = captions(2, tan_alpha=slope)
     velocity = creep(chain, Cycles("0.01", 50)).velocity
     assert velocity is not None
     assert abs(velocity - 10) < 2 * 0.1 * chain.cos_alpha
