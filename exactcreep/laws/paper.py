@@ -149,7 +149,7 @@ class PivotWindow(NamedTuple):
 
 
 @law
-def critical_angle(*, n: Number, i: Number, mu_d: Number, mu_s: Number) -> Number:
+def critical_angle(*, n, i, mu_d, mu_s):
     """Return the slope ``mu_d (1 - 2(i-1)/N) + (mu_s - mu_d)/N``, Eq. (critical_angle)."""
     return mu_d * (1 - 2 * (i - 1) / n) + (mu_s - mu_d) / n
 
@@ -179,17 +179,13 @@ def plateau_ends(*, mu_d: Number, sigma_mu: Number) -> tuple[float, float]:
 
 
 @law
-def plateau_velocity(
-    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, amplitude: Number, i: Number = None
-) -> Number:
+def plateau_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     """Return ``(N+3-2i) l0 A``, Eq. (vitesse); Eq. (velocity_th_2_cycle) for two sliders."""
     return (n + 3 - 2 * i) * l0 * amplitude
 
 
 @law
-def plateau_velocity_random(
-    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, sigma_theta: Number, i: Number = None
-) -> Number:
+def plateau_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     """Return ``(N+3-2i) l0 sigma_theta/sqrt(pi)``, after Eq. (vitesse).
 
     For two sliders Eq. (velocity_th_2_gaussian).
@@ -198,7 +194,7 @@ def plateau_velocity_random(
 
 
 @law
-def pivot_force(*, n: Number, i: Number, mu_d: Number, tan_alpha: Number) -> Number:
+def pivot_force(*, n, i, mu_d, tan_alpha):
     """Return the force on the pivot at the end of a dilation, ``(N+1-i) m``, Eq. (forcestatique).
 
     In units of m g.
@@ -207,7 +203,7 @@ def pivot_force(*, n: Number, i: Number, mu_d: Number, tan_alpha: Number) -> Num
 
 
 @law
-def threshold_amplitude(*, n: Number, l0: Number, mu_d: Number, tan_alpha: Number) -> Number:
+def threshold_amplitude(*, n, l0, mu_d, tan_alpha):
     """Return ``A* = N m/(2 l0)``, Eq. (seuil).
 
     >>> from fractions import Fraction
@@ -218,48 +214,38 @@ def threshold_amplitude(*, n: Number, l0: Number, mu_d: Number, tan_alpha: Numbe
 
 
 @law
-def onset_amplitude(
-    *, n: Number, l0: Number, mu_d: Number, mu_s: Number, tan_alpha: Number
-) -> Number:
+def onset_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     """Return ``(N m + D)/(2 l0)``, Eq. (seuil) corrected: the whole chain is set in motion."""
     return (n * margin(mu_d, tan_alpha) + _excess(mu_d, mu_s, tan_alpha)) / (2 * l0)
 
 
 @law
-def threshold_width(*, n: Number, l0: Number, mu_d: Number, tan_alpha: Number) -> Number:
+def threshold_width(*, n, l0, mu_d, tan_alpha):
     """Return ``sigma_theta* = (2/3) sqrt(pi) A*``, before Eq. (vitesse_seuil_random)."""
     return root_of_pi(l0) * n * margin(mu_d, tan_alpha) / (3 * l0)
 
 
 @law
-def creep_velocity(
-    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, amplitude: Number, i: Number = None
-) -> Number:
+def creep_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     """Return ``(N+3-2i) (l0 A - N m/2)``, Eq. (vitesse_seuil); it holds where not negative."""
     return (n + 3 - 2 * i) * (l0 * amplitude - n * margin(mu_d, tan_alpha) / 2)
 
 
 @law
-def creep_velocity_random(
-    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, sigma_theta: Number, i: Number = None
-) -> Number:
+def creep_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     """Return ``(N+3-2i) (l0 sigma_theta/sqrt(pi) - N m/3)``, Eq. (vitesse_seuil_random)."""
     linear = l0 * sigma_theta / root_of_pi(l0)
     return (n + 3 - 2 * i) * (linear - n * margin(mu_d, tan_alpha) / 3)
 
 
 @law
-def two_sliders_velocity(
-    *, l0: Number, mu_s: Number, tan_alpha: Number, amplitude: Number
-) -> Number:
+def two_sliders_velocity(*, l0, mu_s, tan_alpha, amplitude):
     """Return ``l0 A - a``, Eq. (velocity_th_2_cycle_corrected), as printed."""
     return l0 * amplitude - margin(mu_s, tan_alpha)
 
 
 @law
-def two_sliders_velocity_random(
-    *, l0: Number, mu_s: Number, tan_alpha: Number, sigma_theta: Number
-) -> Number:
+def two_sliders_velocity_random(*, l0, mu_s, tan_alpha, sigma_theta):
     """Return ``l0 sigma_theta/sqrt(pi) - (2/3) a``, Eq. (velocity_th_2_gaussienne_corrected)."""
     return l0 * sigma_theta / root_of_pi(l0) - 2 * margin(mu_s, tan_alpha) / 3
 
@@ -268,9 +254,7 @@ def two_sliders_velocity_random(
 
 
 @law
-def solid_velocity(
-    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, amplitude: Number
-) -> Number:
+def solid_velocity(*, n, l0, mu_d, tan_alpha, amplitude):
     """Return ``N l0 (tan(alpha)/mu_d) (A - N m/(2 l0))``, Eq. (vitessecontinue); mu_d > 0."""
     require(mu_d > 0, "mu_d must be positive")
     return n * (tan_alpha / mu_d) * (l0 * amplitude - n * margin(mu_d, tan_alpha) / 2)

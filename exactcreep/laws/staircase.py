@@ -5,7 +5,6 @@ from __future__ import annotations
 from fractions import Fraction
 
 from exactcreep.laws.arithmetic import (
-    Number,
     cosine,
     elementwise,
     floor_of_surd,
@@ -18,9 +17,7 @@ from exactcreep.laws.paper import law, margin
 
 @law
 @elementwise
-def staircase_two_sliders(
-    l0: Number, mu_d: Number, mu_s: Number, tan_alpha: Number, amplitude: Number, r0: Number = 0
-) -> Number:
+def staircase_two_sliders(l0, mu_d, mu_s, tan_alpha, amplitude, r0=0):
     """Return tau_th <v_G> of two sliders under dilation cycles, sigma_mu = 0, exactly.
 
     Parameters

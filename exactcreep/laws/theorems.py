@@ -41,7 +41,7 @@ def at_rest_amplitude(l0: Number, tan_alpha: Number, coefficients: Sequence[Numb
 
 @law
 @elementwise
-def no_lasting_creep_amplitude(*, n: Number, l0: Number, mu_d: Number, tan_alpha: Number) -> Number:
+def no_lasting_creep_amplitude(*, n, l0, mu_d, tan_alpha):
     """Return ``min(mu_d c, N (mu_d c - |s|)/2)/l0``, not below 0, for n >= 2.
 
     Below it no state creeps for ever, whatever the static coefficients >= mu_d of its contacts.
@@ -52,9 +52,7 @@ def no_lasting_creep_amplitude(*, n: Number, l0: Number, mu_d: Number, tan_alpha
 
 @law
 @elementwise
-def locked_ends_amplitude(
-    *, n: Number, l0: Number, mu_d: Number, mu_s: Number, tan_alpha: Number
-) -> Number:
+def locked_ends_amplitude(*, n, l0, mu_d, mu_s, tan_alpha):
     """Return ``min(N (mu_s c - |s|)/2, mu_s c + D floor(mu_s/(mu_s - mu_d)))/l0`` for n >= 2.
 
     Up to it, and at it, there are locked cycles in which only sliders 1 and n slip; above it there

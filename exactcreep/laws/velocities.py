@@ -18,9 +18,7 @@ from exactcreep.model.state import State
 
 
 @law
-def sliding_velocity(
-    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, amplitude: Number, i: Number = None
-) -> Number:
+def sliding_velocity(*, n, l0, mu_d, tan_alpha, amplitude, i=None):
     """Return ``(N+3-2i) max(0, l0 A - N m/2)``: Eq. (vitesse_seuil), exact for mu_s -> mu_d.
 
     For two sliders also the mean of the staircase over the phase of its start.
@@ -29,9 +27,7 @@ def sliding_velocity(
 
 
 @law
-def sliding_velocity_random(
-    *, n: Number, l0: Number, mu_d: Number, tan_alpha: Number, sigma_theta: Number, i: Number = None
-) -> Number:
+def sliding_velocity_random(*, n, l0, mu_d, tan_alpha, sigma_theta, i=None):
     """Return ``(N+3-2i) l0 sigma_theta I(h)``, ``h = N m/(2 l0 sigma_theta)``, see I(h) below.
 
     The law behind Eqs. (vitesse_seuil_random) and (velocity_th_2_gaussienne_corrected), exact for
@@ -44,7 +40,7 @@ def sliding_velocity_random(
 
 @law
 @elementwise
-def gaussian_integral(h: Number) -> Number:
+def gaussian_integral(h):
     """Return I(h), the mean advance of a play operator driven by independent normal numbers.
 
     ``I(h) = integral over z of Phi(z-h) Phi(-z-h) / (Phi(z-h) + Phi(-z-h))``, Phi the normal
