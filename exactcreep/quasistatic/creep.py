@@ -1,4 +1,4 @@
-"""The quasi-static loop: take the chain from target to target, the same for every solver.
+"""Drive a chain from target to target of the temperature: `creep`, and `resume` from a checkpoint.
 
 Between two targets theta ramps; a solver's `Simulation.follow` knows how to do that for a block of
 targets. A block ends where an observer of the run wants to look, and after a tenth of a second, to
@@ -12,29 +12,26 @@ import math
 import os
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 from exactcreep import interrupts
 from exactcreep.display import shows_progress
-from exactcreep.limits import MEMORY, NO_LIMITS, Limits, Stop
+from exactcreep.limits import MEMORY, NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Drive
-from exactcreep.model.enclosure import enclosure
-from exactcreep.model.numbers import InputError, Number, nearest_float
-from exactcreep.model.outcome import Outcome
+from exactcreep.model.enclosure import as_float
+from exactcreep.model.numbers import InputError, Number
 from exactcreep.model.state import State
-from exactcreep.progress import Hearer, Progress, RecentPace
+from exactcreep.progress import Hearer, Progress
 from exactcreep.quasistatic.checkpoint import Checkpoint
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import Creep
-from exactcreep.quasistatic.run import ObservedRun
-from exactcreep.solvers.solver import Simulation, compiled
+from exactcreep.quasistatic.run import PAUSE, ObservedRun
+from exactcreep.solvers.solver import compiled
 
-_PAUSE = 0.1  # seconds between two looks at a run
-_MOST_NUMBERS = 1 << 21  # of a column, recorded at once
 PHYSICS = {
     "draws_below_mu_d": "a static coefficient was drawn below mu_d, and acts as mu_d",
     "theta_beyond_one": "|theta| reached 1, where a spring of the model has no length left",
@@ -130,21 +127,18 @@ def creep(
         Targets left out of the mean velocity; made even for Cycles. Default: none of a Path or a
         TemperatureRecord, a tenth, at least 2, of other drives.
     twin : bool
-        Whether a perturbed copy of the chain (of the solver `exact`), whose start is a few
-        roundings off, is followed until it has parted, and not for 16,384 events only:
-        `trusted_half_cycles`.
+        Whether a perturbed copy of the chain (of the solver `exact`) is followed until it has
+        parted, and not for 16,384 events only: `trusted_half_cycles`.
     accuracy : number, optional
         The run ends as soon as the mean velocity is known to this relative error, at 95 %; the
         drive's `cycles` or `steps` are then the most. It is looked at after 128 targets, and then
-        after 1.5 times as many each time; an `AccuracyWarning`, and ``report["relative_error"]``,
-        say what was reached.
+        after 1.5 times as many each time; ``report["relative_error"]`` says what was reached.
     progress : bool or callable, optional
         A callable is called with a `Progress` about ten times a second. Default: a bar on terminals
         and in notebooks, once the run has taken a second; True: elsewhere too, in lines.
     max_events, max_seconds, max_bytes : number, optional
         Give up, with the partial result and the outcome `LIMIT`, after so many events, so much
-        wall time (noticed within one event, by compiled solvers within about a tenth of a second),
-        or so much recorded data.
+        wall time (noticed within about a tenth of a second), or so much recorded data.
     memory : int
         Bytes of recorded data that are kept in memory, by default 2**30 (1 GiB). What lies beyond
         goes to files without names in the directory for temporary files (TMPDIR).
@@ -182,9 +176,8 @@ def creep(
         A displacement counts as none if rounding alone can make it: 2**-50 n (mu_s + |tan_alpha|)
         cos(alpha) for every slip.
 
-        `velocity_error` comes from averages over blocks of at least 64 cycles or targets
-        (`statistics.standard_error`). It is nan where it still grows with the blocks; correlations
-        that no block of the run shows remain unseen.
+        `velocity_error` comes from averages over blocks (`statistics.standard_error`). It is nan
+        where it still grows with the blocks; what no block of the run shows remains unseen.
 
     Raises
     ------
@@ -206,17 +199,9 @@ def creep(
     ('creeping', 0.776114, (100, 2))
     """
     experiment = Experiment.of(
-        chain,
-        drive,
-        seed=seed,
-        solver=solver,
-        start=start,
-        record=record,
-        burn_in=burn_in,
-        twin=twin,
-        accuracy=accuracy,
-        options=options,
-    )
+        chain, drive, seed=seed, solver=solver, start=start, record=record, burn_in=burn_in,
+        twin=twin, accuracy=accuracy, options=options,
+    )  # fmt: skip
     limits = Limits.of(max_events, max_seconds, max_bytes, memory)
     kept = None if checkpoint is None else Checkpoint(checkpoint, every, force=force)
     return run_members([experiment], progress=progress, limits=limits, checkpoint=kept)[0]
@@ -284,26 +269,30 @@ def run_members(
         After Ctrl-C, with the results so far.
     """
     results: list[Creep] = []
+
+    def watch(index: int, run: ObservedRun, phase: str = "running") -> None:
+        if callable(progress):
+            progress(_progress(run, index + 1, len(experiments), phase))
+        if checkpoint is not None and phase == "running":
+            checkpoint.take(index, run)
+
     if checkpoint is not None:
         checkpoint.begin(experiments)
     with interrupts.deferred() as interrupted:
         limits = replace(limits.begun(), interrupted=interrupted)
         for index, experiment in enumerate(experiments):
-            begun = checkpoint is not None and index in checkpoint.begun
+            begun = checkpoint is not None and index in checkpoint.runs
             if index and not begun and limits.passed():
                 break
             begin = time.perf_counter()
             run = ObservedRun(experiment, limits.memory)
             if checkpoint is not None:
                 checkpoint.restore(index, run)
-            watch = partial(
-                _watch, run, index, len(experiments), progress, checkpoint, RecentPace()
-            )
             if not run.ended:
-                compiling = _warm_up(experiment, limits, partial(watch, "compiling"))
+                compiling = _warm_up(experiment, limits, partial(watch, index, run, "compiling"))
                 limits = limits.later(compiling if index else time.perf_counter() - begin)
-                pause = _PAUSE if checkpoint is None else min(_PAUSE, checkpoint.every)
-                _advance(run, limits, begin + compiling, watch, pause)
+                pause = PAUSE if checkpoint is None else min(PAUSE, checkpoint.every)
+                run.advance(limits, begin + compiling, partial(watch, index, run), pause)
             results.append(run.result())
             _warn(results[-1])
             if interrupted():
@@ -315,44 +304,19 @@ def run_members(
     return results
 
 
-def _watch(
-    run: ObservedRun, index: int, members: int, progress: Hearer, checkpoint: Checkpoint | None,
-    pace: RecentPace, phase: str = "running",
-) -> None:  # fmt: skip
-    """Show how far a run has come, and save it if that is due."""
-    if callable(progress):
-        progress(_progress(run, pace, index + 1, members, phase))
-    if checkpoint is not None and phase == "running":
-        checkpoint.take(index, run)
-        if checkpoint.due():
-            checkpoint.write()
-
-
-def _progress(
-    run: ObservedRun, pace: RecentPace, member: int, members: int, phase: str
-) -> Progress:
+def _progress(run: ObservedRun, member: int, members: int, phase: str) -> Progress:
     """Return how far a run has come, also on its way to the next target."""
-    drive, seed = run.experiment.drive, run.experiment.seed
-    theta, part = run.experiment.theta, 0.0
-    if run.done:
-        theta = float(drive.targets(run.done, 1, seed)[0])
-    if run.done < run.total:
-        before, theta = theta, nearest_float(enclosure(run.simulation.state().theta).middle)
-        way = float(drive.targets(run.done + 1, 1, seed)[0]) - before
+    drive, seed, done = run.experiment.drive, run.experiment.seed, run.done
+    theta = float(drive.targets(done, 1, seed)[0]) if done else run.experiment.theta
+    part = 0.0
+    if done < run.total:
+        before, theta = theta, as_float(run.simulation.state().theta)
+        way = float(drive.targets(done + 1, 1, seed)[0]) - before
         part = min(max((theta - before) / way, 0.0), 1.0) if way else 0.0
-    work = (run.done + part) / run.total
-    return Progress(
-        phase,
-        run.done,
-        run.total,
-        run.simulation.tally.events,
-        run.seconds,
-        member,
-        members,
-        work=work,
-        theta=theta,
-        pace=pace.at(run.seconds, work) if phase == "running" else None,
-    )
+    work, events = (done + part) / run.total, run.simulation.tally.events
+    now = run.pace.at(run.seconds, work) if phase == "running" else None
+    return Progress(phase, done, run.total, events, run.seconds, member, members,
+                    work=work, theta=theta, pace=now)  # fmt: skip
 
 
 def _warn(result: Creep) -> None:
@@ -362,77 +326,15 @@ def _warn(result: Creep) -> None:
         warnings.warn(accuracy_reached(result.report), AccuracyWarning, stacklevel=5)
 
 
-def _advance(
-    run: ObservedRun, limits: Limits, begin: float, watch: Callable[[], None], pause: float
-) -> None:
-    """Go on until the run ends or a limit is reached; `watch` after each pause, and at the end."""
-    run.outcome, run.reason = None, ""
-    simulation, drive, before = run.simulation, run.experiment.drive, run.seconds
-    longest = max(_MOST_NUMBERS // run.experiment.chain.n, 1)  # targets at once
-    reached_with = events = simulation.tally.events  # when the last target was reached
-    watched = time.perf_counter()
-    while run.outcome is None and not run.ended:
-        left = limits.after(events)
-        why = run.recorder.failed
-        if limits.bytes is not None and run.recorder.bytes > limits.bytes:
-            why = limits.full
-        if not why and (early := left.stop(0)) is not None:
-            why = left.reason(early)
-            if early is Stop.DEADLINE:  # what has been reached is saved at rest
-                _rest(run, simulation, NO_LIMITS)
-        if not why and limits.events is None:
-            why = _endless(run.experiment.chain, events - reached_with)
-        if why:
-            run.outcome, run.reason = Outcome.LIMIT, why
-            break
-        left = replace(left, pause=watched + pause)
-        # what may be full at any time is looked at often
-        most = longest if limits.bytes is None else min(2 + run.done, longest)
-        stretch = simulation.follow(drive, run.done + 1, min(run.next - run.done, most), left)
-        run.take(stretch)
-        events = simulation.tally.events
-        if stretch.completed:
-            reached_with = events
-        now = time.perf_counter()
-        run.seconds = before + now - begin
-        if now >= watched + pause:
-            _rest(run, simulation, left)
-            watched = now
-            watch()
-    watch()
-
-
-def _rest(run: ObservedRun, simulation: Simulation, limits: Limits) -> None:
-    """Let a rearrangement under way end, if it does so soon: a snapshot is taken at rest."""
-    if run.recorder.unsaved is not None and run.outcome is None:
-        soon = replace(limits, pause=time.perf_counter() + _PAUSE)
-        run.recorder.add(simulation.come_to_rest(soon))
-
-
 def accuracy_reached(report: Mapping[str, Any]) -> str:
     """Return the sentence that says whether a velocity is as accurate as was asked for."""
     known, wanted = report["relative_error"], f"{report['accuracy']:.2g}"
-    reached = "is not known" if math.isnan(known) else f"is {known:.2g}"
+    reached = "is not known" if known is None or math.isnan(known) else f"is {known:.2g}"
     far = f", within {wanted}" if report["accuracy_reached"] else f", not {wanted}: run more cycles"
     return f"the velocity's relative error at 95 % {reached}{far}"
 
 
-def _endless(chain: Chain, events: int) -> str:
-    """Return why a chain is given up after so many events on the way to one target; "" if not.
-
-    At tan_alpha >= mu_d no energy need be lost: sliders may stop and start again for ever, without
-    rest and without a proof of a runaway.
-    """
-    most = 10**6 + 1000 * chain.n
-    if not chain.may_run_away or events < most:
-        return ""
-    return (
-        f"tan_alpha >= mu_d, and after {events} events in one half-cycle the chain is neither at"
-        " rest nor proved to run away; max_events lets it go on"
-    )
-
-
-def _warm_up(experiment: Experiment, limits: Limits, compiling: Callable[[], None]) -> float:
+def _warm_up(experiment: Experiment, limits: Limits, compiling: Any) -> float:
     """Have the solver's code compiled, or loaded, and return how many seconds that took.
 
     All that may be needed if the time is limited: compiling later would use it up.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from enum import Enum
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -12,20 +13,12 @@ import xarray as xr
 
 from exactcreep import __version__
 from exactcreep.model.chain import Chain
-from exactcreep.model.enclosure import Enclosure, as_written, enclosure, quantity
+from exactcreep.model.enclosure import Enclosure, as_float, as_written, exact_value, quantity
 from exactcreep.model.numbers import nearest_float, plain_data, ratio_of, ratio_text
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.quasistatic.experiment import Experiment, drive_of_kind
-from exactcreep.solvers.tables import (
-    FORCE,
-    LENGTH,
-    NUMBER,
-    RECORDS,
-    TABLES,
-    Column,
-    record_arrays,
-)
+from exactcreep.solvers.tables import COLUMNS, FORCE, LENGTH, NUMBER, TABLES, Column
 
 if TYPE_CHECKING:
     from exactcreep.quasistatic.result import Creep
@@ -39,49 +32,72 @@ _STATE = {
     "theta": Column("float64", NUMBER, "dilation"),
 }
 """What a state holds, behind ``initial_`` and ``final_``."""
+_FIELDS: dict[str, Any] = {
+    "outcome": Outcome, "evidence": Evidence, "reason": str, "velocity": float,
+    "velocity_error": float, "seconds": float, "warnings": json.loads, "report": json.loads,
+    "since": lambda cycle: None if cycle < 0 else int(cycle),  # -1 in files of version 0.2.0
+    "trusted_half_cycles": int,
+}  # fmt: skip
+"""Fields of a result that are attributes of its dataset, and how each is read."""
 _RATIOS = ("amplitude", "sigma_theta", "theta", "kappa", "T0")
 """Parameters of drives that are rationals; they may be longer than a number that a user gives."""
 _DIGITS = 1000
 """So many a file may claim without showing them."""
 
 
+def groups_of(results: Sequence[Creep]) -> dict[str | None, xr.Dataset]:
+    """Return the datasets of a file by their groups: one at the root (None), or several below."""
+    if len(results) == 1:
+        return {None: results[0].dataset}
+    about = {"format": FORMAT, "version": __version__, "members": len(results)}
+    members = {f"member_{k}": result.dataset for k, result in enumerate(results, 1)}
+    return {None: xr.Dataset(attrs=about)} | members
+
+
+def members_of(
+    groups: Mapping[str | None, xr.Dataset], counts: Mapping[str, str]
+) -> Iterator[dict[str, Any]]:
+    """Yield the fields of each result of a file; those that are `counts` by their names in it.
+
+    If the file shows none, it raises whatever it comes upon.
+    """
+    about = groups[None].attrs
+    written = str(about.get("format"))
+    if not written.startswith(FORMAT.rpartition(" ")[0]):
+        raise ValueError("it is not a result of exactcreep")
+    if written != FORMAT:
+        told = f"it is an {written[:40]!r}; this program reads {FORMAT!r}: read it with the"
+        raise ValueError(f"{told} version that wrote it, or run its experiment again")
+    members = [groups[None]]
+    if "members" in about:
+        members = [groups[f"member_{k}"] for k in range(1, len(groups))]
+        if len(members) != about["members"]:
+            raise ValueError(f"it holds {len(members)} of {about['members']} members")
+    for data in members:
+        yield _fields_of(data) | {name: int(data.attrs[kept]) for kept, name in counts.items()}
+
+
 def dataset_of(result: Creep) -> xr.Dataset:
     """Return the dataset of a result; see `Creep.dataset`."""
-    return xr.Dataset(_variables(result), _coordinates(result), _attributes(result))
-
-
-def heading(members: int) -> xr.Dataset:
-    """Return what stands at the root of a file of several results."""
-    return xr.Dataset(attrs={"format": FORMAT, "version": __version__, "members": members})
-
-
-def _coordinates(result: Creep) -> dict[str, Any]:
-    n = result.chain.n
+    experiment, drive, count = result.experiment, result.drive, result.half_cycles
+    n, digits, written = result.chain.n, experiment.digits, dict(result.recorded)
     coordinates: dict[str, Any] = {"slider": np.arange(1, n + 1), "spring": np.arange(1, n)}
-    if result.experiment.record:
-        coordinates["half_cycle"] = np.arange(1, result.half_cycles + 1)
-        dates = result.drive.dates
-        if dates is not None:
-            coordinates["date"] = ("half_cycle", dates[: result.half_cycles])
-    return coordinates
-
-
-def _variables(result: Creep) -> dict[str, Any]:
-    written = dict(result.recorded)
-    if result.experiment.record:
-        written["theta"] = result.drive.targets(1, result.half_cycles, result.seed)
-    digits = result.experiment.digits
+    if experiment.record:
+        coordinates["half_cycle"] = np.arange(1, count + 1)
+        written["theta"] = drive.targets(1, count, result.seed)
+        if drive.dates is not None:
+            coordinates["date"] = ("half_cycle", drive.dates[:count])
     variables: dict[str, Any] = {}
     for table in TABLES:
         variables |= _labelled(table.columns, written, table.dimension)
-    for moment, state in (("initial_", result.experiment.initial), ("final_", result.state)):
+    for moment, state in (("initial_", experiment.initial), ("final_", result.state)):
         columns = {moment + name: column for name, column in _STATE.items()}
         variables |= _labelled(columns, _written(moment, state, digits))
-    for name, value in result.drive.parameters().items():
+    for name, value in drive.parameters().items():
         if isinstance(value, (list, tuple)):
-            texts = np.array([_text(item) for item in value], dtype=str)
+            texts = np.array([str(_attribute(item)) for item in value], dtype=str)
             variables[f"drive_{name}"] = (f"drive_{name}_index", texts)
-    return variables
+    return xr.Dataset(variables, coordinates, _attributes(result))
 
 
 def _labelled(
@@ -99,15 +115,13 @@ def _labelled(
 
 def _written(moment: str, state: State, digits: int | None) -> dict[str, Any]:
     """Return a state by the names it has in files."""
-    written: dict[str, Any] = {
-        f"{moment}draws": state.draws,
-        f"{moment}theta": nearest_float(enclosure(state.theta).middle),
-    }
+    theta = as_float(state.theta)
+    written: dict[str, Any] = {f"{moment}draws": state.draws, f"{moment}theta": theta}
     for name in ("tension", "displacement", "coefficient"):
         values, full = getattr(state, f"{name}s"), moment + name
         written |= as_written(full, values, digits)
         if values.dtype == object:
-            middles = [ratio_text(enclosure(value).middle) for value in values.tolist()]
+            middles = [ratio_text(exact_value(value)) for value in values.tolist()]
             written[f"{full}_exact"] = np.array(middles, dtype=str)
             if not written[f"{full}_radius"].any():
                 del written[f"{full}_radius"], written[f"{full}_decimal"]
@@ -116,89 +130,57 @@ def _written(moment: str, state: State, digits: int | None) -> dict[str, Any]:
 
 def _attributes(result: Creep) -> dict[str, Any]:
     experiment, drive = result.experiment, result.drive.parameters()
-    kind, velocity = drive.pop("kind"), result.velocity_enclosure
+    kind, velocity, burn_in = drive.pop("kind"), result.velocity_enclosure, experiment.burn_in
     about = {
         "format": FORMAT,
         "version": __version__,
-        **_single(result.chain.parameters()),
+        **result.chain.parameters(),
         "drive": kind,
         "drive_parameters": " ".join(drive),
-        **_single(drive),
+        **{name: value for name, value in drive.items() if not isinstance(value, (list, tuple))},
         "seed": np.uint64(result.seed),
         "solver": result.solver,
-        "options": _json(experiment.options),
+        "options": experiment.options,
         "record": " ".join(experiment.record),
-        "burn_in_asked": "default" if experiment.burn_in is None else str(experiment.burn_in),
+        "burn_in_asked": "default" if burn_in is None else str(burn_in),
         "twin": int(experiment.twin),
         "accuracy": experiment.accuracy,
         "start": "relaxed" if experiment.start is None else "given",
-        "start_theta": ratio_text(enclosure(experiment.initial.theta).middle),
-        "outcome": result.outcome.value,
+        "start_theta": exact_value(experiment.initial.theta),
         "direction": result.direction,
-        "evidence": result.evidence.value,
-        "reason": result.reason,
-        "since": -1 if result.since is None else result.since,
-        "velocity": result.velocity,
-        "velocity_error": result.velocity_error,
-        "velocity_exact": velocity and ratio_text(velocity.middle),
-        "velocity_exact_radius": velocity and ratio_text(velocity.radius),
+        "velocity_exact": velocity and velocity.middle,
+        "velocity_exact_radius": velocity and velocity.radius,
         "velocity_units": result.velocity_units,
         **result.counts,
-        "trusted_half_cycles": result.trusted_half_cycles,
-        "seconds": result.seconds,
-        "warnings": _json(result.warnings),
-        "report": _json(result.report),
+        **{name: getattr(result, name) for name in _FIELDS},
     }
-    return {name: value for name, value in about.items() if value is not None}
+    return {name: _attribute(value) for name, value in about.items() if value is not None}
 
 
-def _single(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Return parameters that are no lists, rationals as texts."""
-    return {
-        name: _text(value) if isinstance(value, Fraction) else value
-        for name, value in parameters.items()
-        if not isinstance(value, (list, tuple))
-    }
+def _attribute(value: Any) -> Any:
+    """Return a value as a file can hold it beside its arrays: rationals as ratios of integers."""
+    if isinstance(value, Fraction):
+        return ratio_text(value)
+    if isinstance(value, Mapping):
+        return json.dumps(plain_data(value))
+    return value.value if isinstance(value, Enum) else value
 
 
-def _text(value: Any) -> str:
-    return ratio_text(value) if isinstance(value, Fraction) else str(value)
-
-
-def _json(about: Mapping[str, Any]) -> str:
-    return json.dumps(plain_data(about))
-
-
-def fields_of(data: xr.Dataset) -> dict[str, Any]:
-    """Return all of the result that `dataset_of` wrote but its counts, by the names of `Creep`.
-
-    If the dataset shows none, it raises whatever it comes upon.
-    """
-    about = data.attrs
-    exact = trusted = None
+def _fields_of(data: xr.Dataset) -> dict[str, Any]:
+    """Return the fields of the result that `dataset_of` labelled."""
+    about, exact = data.attrs, None
     if "velocity_exact" in about:
         parts = about["velocity_exact"], about["velocity_exact_radius"]
         exact = Enclosure(*map(ratio_of, parts))
-    if "trusted_half_cycles" in about:
-        trusted = int(about["trusted_half_cycles"])
-    since = int(about.get("since", -1))
-    recorded = record_arrays(dict.fromkeys(RECORDS, ()), 1)
-    names = [name for name in map(str, data.data_vars) if quantity(name) in recorded]
-    return {
+    columns = COLUMNS.keys() - {"theta"}
+    names = [name for name in map(str, data.data_vars) if quantity(name) in columns]
+    fields: dict[str, Any] = {"since": None, "trusted_half_cycles": None}
+    fields |= {name: read(about[name]) for name, read in _FIELDS.items() if name in about}
+    return fields | {
         "experiment": _experiment(data),
-        "outcome": Outcome(about["outcome"]),
-        "evidence": Evidence(about["evidence"]),
-        "reason": str(about["reason"]),
-        "velocity": float(about["velocity"]),
-        "velocity_error": float(about["velocity_error"]),
         "velocity_enclosure": exact,
-        "trusted_half_cycles": trusted,
-        "warnings": json.loads(about["warnings"]),
-        "seconds": float(about["seconds"]),
         "state": _state(data, "final", float(data["final_theta"])),
         "recorded": {name: data[name].to_numpy() for name in names},
-        "report": json.loads(about["report"]),
-        "since": None if since < 0 else since,
     }
 
 

@@ -14,7 +14,7 @@ import xarray as xr
 
 from exactcreep.model.enclosure import quantity
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.files import write_file
+from exactcreep.quasistatic.files import Content, write_file
 from exactcreep.solvers.tables import EVENT_KINDS, HALF_CYCLE_TABLE, LOGS, NUMBER, Schema
 
 if TYPE_CHECKING:
@@ -84,19 +84,16 @@ def _frames(dataset: xr.Dataset, at_once: int) -> Iterator[pd.DataFrame]:
         columns: dict[str, Any] = {}
         about: dict[str, dict[str, str]] = {"units": {}, "meanings": {}}
         for key, variable in dataset.items():
-            name = str(key)
+            name, unit = str(key), variable.attrs["units"]
             values = variable.to_numpy()[begin:end].astype(types[name])
+            parts = {name: values}
             if name == "kind":
-                parts = {name: pd.Categorical.from_codes(values, EVENT_KINDS)}
-            elif values.ndim == 1:
-                parts = {name: values}
-            else:
-                numbers = range(1, values.shape[1] + 1)
-                parts = {f"{name}_{k}": values[:, k - 1] for k in numbers}
-            for part in parts:
-                about["units"][part] = variable.attrs["units"] if name != "kind" else NUMBER
-                about["meanings"][part] = variable.attrs.get("long_name", "")
+                parts, unit = {name: pd.Categorical.from_codes(values, EVENT_KINDS)}, NUMBER
+            elif values.ndim > 1:
+                parts = {f"{name}_{k}": column for k, column in enumerate(values.T, 1)}
             columns |= parts
+            about["units"] |= dict.fromkeys(parts, unit)
+            about["meanings"] |= dict.fromkeys(parts, variable.attrs.get("long_name", ""))
         index = pd.RangeIndex(first + begin, first + end, name=dimension)
         made = pd.DataFrame(columns, index=index)
         made.attrs.update(about)
@@ -108,11 +105,8 @@ def _compact(values: Any) -> Any:
 
     Fewer might fit, too, but the squares of such numbers would overflow unseen.
     """
-    if values.dtype != np.int64:
-        return values.dtype
-    most = np.iinfo(np.int32)
-    fits = not values.size or (most.min <= values.min() and values.max() <= most.max)
-    return np.dtype(np.int32 if fits else np.int64)
+    fits = values.dtype == np.int64 and (values == values.astype(np.int32)).all()
+    return np.dtype(np.int32) if fits else values.dtype
 
 
 def export(result: Creep, name: str, path: str | os.PathLike[str], *, force: bool = False) -> int:
@@ -123,16 +117,14 @@ def export(result: Creep, name: str, path: str | os.PathLike[str], *, force: boo
     ending = check_ending(path)
     whole = table(result, name)
     frames = _frames(whole, ROWS_AT_ONCE)
-    if ending == ".csv":
-        pieces = _csv(frames)
-    else:
+    content: Content = _csv(frames)
+    if ending == ".parquet":
         try:
-            writer: Any = import_module("exactcreep.quasistatic.parquet")
+            content = import_module("exactcreep.quasistatic.parquet").parquet(frames)
         except ImportError:
             needed = 'needs pyarrow: pip install "exactcreep[export]"'
             raise InputError("to", os.fspath(path), needed) from None
-        pieces = writer.parquet(frames)
-    write_file(path, pieces, "to", force=force)
+    write_file(path, content, "to", force=force)
     return whole[next(iter(whole))].shape[0]
 
 

@@ -1,4 +1,4 @@
-"""Files for output: may one be written there, and written in one piece or not at all."""
+"""Write files in one piece or not at all: a locked part beside the target, fsync, rename."""
 
 from __future__ import annotations
 
@@ -9,8 +9,7 @@ import itertools
 import os
 import re
 import secrets
-import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,15 @@ with contextlib.suppress(ImportError):  # not on Windows, where no part is known
 
 PICTURES = (".png", ".pdf", ".svg")
 _PART = re.compile(r"\.[0-9a-f]{8}\.part$")
+Content = bytes | memoryview | Iterable[bytes | memoryview] | Callable[[io.FileIO], None]
+"""Of a file: bytes, pieces of them, or what writes it."""
+
+
+class Occupied(InputError):
+    """A file exists, and is not to be overwritten."""
+
+    def __init__(self, field: str, value: str, allowed: str = "") -> None:
+        super().__init__(field, value, allowed or "exists and is not overwritten without force")
 
 
 def file_name(value: Any, field: str) -> str:
@@ -41,13 +49,6 @@ def file_name(value: Any, field: str) -> str:
     return name
 
 
-class Occupied(InputError):
-    """A file exists, and is not to be overwritten."""
-
-    def __init__(self, field: str, value: str, allowed: str = "") -> None:
-        super().__init__(field, value, allowed or "exists and is not overwritten without force")
-
-
 def check_output(path: str | os.PathLike[str], field: str, *, force: bool) -> Path:
     """Return `path` if a file can be written there, else raise `InputError`.
 
@@ -64,16 +65,16 @@ def _regular_file(path: str | os.PathLike[str], field: str) -> Path:
     """Return the file, there or not yet, to which links at `path` lead, if it can be written."""
     name = file_name(path, field)
     target = Path(os.path.realpath(name))
-    if target.is_dir():
-        raise InputError(field, name, "must be a file, not a directory")
-    if target.exists() and not target.is_file():
-        raise InputError(field, name, "must be a regular file, not a device, a pipe or a socket")
-    if Path(name).is_symlink() and not target.exists():
-        raise InputError(field, name, "must not be a link to a file that does not exist")
-    if not target.parent.is_dir():
-        raise InputError(field, name, "must lie in a directory that exists")
-    if not os.access(target.parent, os.W_OK):
-        raise InputError(field, name, "must lie in a directory that can be written")
+    there, irregular = target.exists(), "must be a regular file, not a device, a pipe or a socket"
+    for wrong, allowed in (
+        (target.is_dir(), "must be a file, not a directory"),
+        (there and not target.is_file(), irregular),
+        (Path(name).is_symlink() and not there, "must not be a link to a file that does not exist"),
+        (not target.parent.is_dir(), "must lie in a directory that exists"),
+        (not os.access(target.parent, os.W_OK), "must lie in a directory that can be written"),
+    ):
+        if wrong:
+            raise InputError(field, name, allowed)
     return target
 
 
@@ -86,14 +87,13 @@ def free_name(path: str | os.PathLike[str]) -> Path:
 
 def output_directory(path: str | os.PathLike[str], field: str) -> Path:
     """Return `path` as a directory for output, made if it does not exist, or raise `InputError`."""
-    name = file_name(path, field)
-    target = Path(name)
+    target = Path(file_name(path, field))
     try:
         target.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise InputError(field, name, "must be a directory") from None
+        raise InputError(field, str(target), "must be a directory") from None
     except OSError as error:
-        raise InputError(field, name, f"cannot be made: {error.strerror}") from None
+        raise InputError(field, str(target), f"cannot be made: {error.strerror}") from None
     return target
 
 
@@ -135,87 +135,23 @@ def _locked(file: int) -> bool:
     return False
 
 
-def _begin(target: Path) -> tuple[Path, int]:
-    """Return a new part of a file, locked while it is open."""
-    while True:
-        part = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
-        # made, as any file, with the permissions that the user's mask leaves
-        file = os.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666)
-        _locked(file)
-        if part.exists():  # not taken away by another process before the lock held
-            return part, file
-        os.close(file)
+class _Part(io.FileIO):
+    """A new file beside its target, locked, for libraries that must not see a disk fill up.
 
-
-def write_file(
-    path: str | os.PathLike[str],
-    data: bytes | memoryview | Iterable[bytes | memoryview],
-    field: str,
-    *,
-    force: bool = True,
-) -> None:
-    """Make `data` the content of a file, in one piece or not at all, even if the power fails.
-
-    Links are followed; `field` is the name used in messages.
-
-    Raises
-    ------
-    Occupied
-        If the file exists, perhaps since a moment ago, and `force` is not given.
-    InputError
-        If it cannot be written, on a full disk for instance; what was there before is still there.
-    """
-    target = _regular_file(path, field)
-    try:
-        part, descriptor = _begin(target)
-        try:
-            with open(descriptor, "wb") as file:
-                file.writelines([data] if isinstance(data, (bytes, memoryview)) else data)
-                file.flush()
-                os.fsync(file.fileno())
-                if force:
-                    os.replace(part, target)
-                else:
-                    _create(part, target)
-        except BaseException:
-            part.unlink(missing_ok=True)
-            raise
-        if os.name == "posix":  # the new name, too, must be on the disk
-            folder = os.open(target.parent, os.O_RDONLY)
-            try:
-                os.fsync(folder)
-            finally:
-                os.close(folder)
-    except FileExistsError:
-        raise Occupied(field, os.fspath(path)) from None
-    except OSError as error:
-        reason = f"cannot be written: {error.strerror or error}"
-        raise InputError(field, os.fspath(path), reason) from None
-
-
-def _create(part: Path, target: Path) -> None:
-    """Give a part its name, or raise `FileExistsError` if that is taken."""
-    try:
-        os.link(part, target)
-    except FileExistsError:
-        raise
-    except OSError:  # a file system without links
-        os.close(os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
-        os.replace(part, target)
-    else:
-        part.unlink()
-
-
-class ScratchFile(io.FileIO):
-    """A file without a name for a library that must never see a disk fill up.
-
-    Once writing has failed, nothing more is written, and `failed` holds the error.
+    Once writing has failed nothing more is written, and `failed` holds the error.
     """
 
-    def __init__(self) -> None:
-        with tempfile.TemporaryFile(buffering=0) as file:
-            super().__init__(os.dup(file.fileno()), "r+")
-        self.failed: OSError | None = None
+    def __init__(self, target: Path) -> None:
+        while True:
+            self.path = target.with_name(f".{target.name}.{secrets.token_hex(4)}.part")
+            # made, as any file, with the permissions that the user's mask leaves
+            flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+            super().__init__(os.open(self.path, flags, 0o666), "r+")
+            self.failed: OSError | None = None
+            _locked(self.fileno())
+            if self.path.exists():  # not taken away by another process before the lock held
+                return
+            self.close()
 
     def write(self, data: Any) -> int:
         """Write all of `data`, unless an error has come before."""
@@ -229,11 +165,67 @@ class ScratchFile(io.FileIO):
         self.seek(len(rest), io.SEEK_CUR)
         return length
 
-    def pieces(self) -> Iterator[bytes]:
-        """Yield what was written, piece by piece."""
-        self.seek(0)
-        while piece := self.read(2**20):
-            yield piece
+    def truncate(self, size: int | None = None) -> int:
+        """Make the file so long, unless an error has come before."""
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.failed = self.failed or error
+            return self.tell() if size is None else size
 
-    def __del__(self) -> None:
-        self.close()  # without Python's warning of a file that was left open
+    def fill(self, content: Content) -> None:
+        """Write all of a file, and bring it to the disk."""
+        if callable(content):
+            content(self)
+        else:
+            self.writelines([content] if isinstance(content, (bytes, memoryview)) else content)
+        if self.failed is not None:
+            raise self.failed
+        os.fsync(self.fileno())
+
+    def name_it(self, target: Path, *, force: bool) -> None:
+        """Give the part its name, or raise `FileExistsError` if that is taken."""
+        if not force:
+            try:
+                os.link(self.path, target)
+                return
+            except FileExistsError:
+                raise
+            except OSError:  # a file system without links
+                os.close(os.open(target, os.O_WRONLY | os.O_CREAT | os.O_EXCL))
+        os.replace(self.path, target)
+
+
+def write_file(
+    path: str | os.PathLike[str], content: Content, field: str, *, force: bool = True
+) -> None:
+    """Make `content` that of a file, in one piece or not at all, even if the power fails.
+
+    Links are followed; `field` is the name used in messages.
+
+    Raises
+    ------
+    Occupied
+        If the file exists, perhaps since a moment ago, and `force` is not given.
+    InputError
+        If it cannot be written, on a full disk for instance; what was there before is still there.
+    """
+    target = _regular_file(path, field)
+    try:
+        with _Part(target) as part:
+            try:
+                part.fill(content)
+                part.name_it(target, force=force)
+            finally:
+                part.path.unlink(missing_ok=True)
+        if os.name == "posix":  # the new name, too, must be on the disk
+            folder = os.open(target.parent, os.O_RDONLY)
+            try:
+                os.fsync(folder)
+            finally:
+                os.close(folder)
+    except FileExistsError:
+        raise Occupied(field, os.fspath(path)) from None
+    except OSError as error:
+        reason = f"cannot be written: {error.strerror or error}"
+        raise InputError(field, os.fspath(path), reason) from None

@@ -1,18 +1,18 @@
-"""NetCDF files of datasets: made in memory, and sealed with a digest.
+"""NetCDF files of datasets, sealed with a digest.
 
-HDF5 brings its process down when a disk is full, and can search a damaged file for ever. A file is
-therefore made in memory, and ends with the SHA-256 of itself (behind the end that HDF5 knows of);
-one that does not is refused.
+HDF5 brings its process down when a disk is full, and can search a damaged file for ever. It is
+therefore given a file that never fails, and that ends with the SHA-256 of itself (behind the end
+that HDF5 knows of); one that does not is refused.
 """
 
 from __future__ import annotations
 
 import hashlib
 import io
+import mmap
 import os
 import re
-import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +21,8 @@ import h5py
 import xarray as xr
 from xarray.backends import H5NetCDFStore
 
-from exactcreep.limits import MEMORY
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.files import ScratchFile, file_name
+from exactcreep.quasistatic.files import file_name
 
 _SEAL = re.compile(rb"\nexactcreep sha256 ([0-9a-f]{64})\n")
 _SEAL_LENGTH = 84
@@ -31,31 +30,19 @@ _INFLATED = 1000
 """Bytes of values for each byte of a file: beyond what compression makes of true numbers."""
 
 
-def netcdf(groups: Mapping[str | None, xr.Dataset]) -> Iterator[bytes | memoryview]:
-    """Yield the pieces of a NetCDF file that holds datasets in groups; None is the root.
+def netcdf(groups: Mapping[str | None, xr.Dataset]) -> Callable[[io.FileIO], None]:
+    """Return what writes a NetCDF file that holds datasets in groups; None is the root."""
 
-    It is made in memory, and beyond `MEMORY` in a file without a name, which is read back.
-
-    Raises
-    ------
-    InputError
-        If that file cannot be written.
-    """
-    large = sum(dataset.nbytes for dataset in groups.values()) > MEMORY
-    buffer = ScratchFile() if large else io.BytesIO()
-    try:
-        with h5netcdf.File(buffer, "w") as file:
+    def write(file: io.FileIO) -> None:
+        with h5netcdf.File(file, "w") as made:
             for group, dataset in groups.items():
-                dataset.dump_to_store(H5NetCDFStore(file, group=group, mode="a"))
-    finally:
-        if isinstance(buffer, ScratchFile) and buffer.failed is not None:
-            reason = f"cannot hold the file that is made: {buffer.failed.strerror}"
-            raise InputError("TMPDIR", tempfile.gettempdir(), reason)
-    digest = hashlib.sha256()
-    for piece in buffer.pieces() if isinstance(buffer, ScratchFile) else [buffer.getbuffer()]:
-        digest.update(piece)
-        yield piece
-    yield b"\nexactcreep sha256 %s\n" % digest.hexdigest().encode()
+                dataset.dump_to_store(H5NetCDFStore(made, group=group, mode="a"))
+        file.seek(0)
+        digest = hashlib.file_digest(file, "sha256")
+        file.seek(0, io.SEEK_END)
+        file.write(b"\nexactcreep sha256 %s\n" % digest.hexdigest().encode())
+
+    return write
 
 
 def read_groups(path: str | os.PathLike[str], field: str) -> dict[str | None, xr.Dataset]:
@@ -77,19 +64,13 @@ def read_groups(path: str | os.PathLike[str], field: str) -> dict[str | None, xr
 def _require_seal(name: str) -> None:
     """Raise `ValueError` unless a file ends with its digest."""
     with open(name, "rb") as file:
-        size = file.seek(0, io.SEEK_END)
-        file.seek(max(0, size - _SEAL_LENGTH))
-        seal = _SEAL.fullmatch(file.read())
-        if seal is None:
-            told = "it does not end with a checksum, as results since version 0.2.0 do: read it"
-            raise ValueError(f"{told} with the version that wrote it, or run its experiment again")
-        file.seek(0)
-        digest, left = hashlib.sha256(), size - _SEAL_LENGTH
-        while left > 0:
-            part = file.read(min(left, 1 << 20))
-            digest.update(part)
-            left -= len(part)
-    if digest.hexdigest().encode() != seal[1]:
+        size = os.fstat(file.fileno()).st_size
+        data = memoryview(mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) if size else b"")
+    seal = _SEAL.fullmatch(data[-_SEAL_LENGTH:])
+    if seal is None:
+        told = "it does not end with a checksum, as results since version 0.2.0 do: read it"
+        raise ValueError(f"{told} with the version that wrote it, or run its experiment again")
+    if hashlib.sha256(data[:-_SEAL_LENGTH]).hexdigest().encode() != seal[1]:
         raise ValueError("its checksum does not match")
 
 

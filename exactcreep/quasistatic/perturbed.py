@@ -7,7 +7,6 @@ disorder goes the same way until it has parted; as that is mostly soon, it costs
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +14,7 @@ import numpy as np
 from exactcreep.limits import Limits
 from exactcreep.model.outcome import Evidence
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.observer import NEVER, Observer
 from exactcreep.solvers.exact.layout import TENSION_TOLERANCE
 from exactcreep.solvers.solver import Simulation, Stretch, require
 
@@ -25,46 +25,45 @@ MOST_EVENTS = 2**14
 _FIRST, _LONGEST = 64, 2**14  # targets at once
 
 
-class PerturbedCopy:
+class PerturbedCopy(Observer):
     """Compares a run with its perturbed copy, and says from where on the run is undecided.
 
     Attributes
     ----------
-    needs : tuple of str
-        What the run has to record.
     doubted_from : int
         The first target from which on the run is undecided, 0 if it is not.
     trusted : int
         The last target up to which the copy has agreed to `TRUSTED`.
-    parted : bool
-        Whether it has ceased to.
+    parted, followed : bool
+        Whether it has ceased to; whether it goes on.
     """
 
     def __init__(self, experiment: Experiment, simulation: Simulation) -> None:
         self.drive, self._asked = experiment.drive, experiment.twin
         self.copy = simulation.perturbed()
-        self.needs = () if self.copy is None else ("tension", "slips")
         self.doubted_from, self.trusted, self.checked = 0, 0, 0
         self.parted, self.followed = False, self.copy is not None
-        self.known = False  # whether the simulation says at each target if it is decided
+        self._known = False  # whether the simulation says at each target if it is decided
+        self.copied: Any = {}  # a snapshot of the copy; {}: at its start, None: it goes no further
+        self.state = dict.fromkeys(("doubted_from", "trusted", "checked"), 0)
+        self.state |= {"parted": False, "followed": False, "copied": None}
 
     def next(self, done: int) -> int:
         """Return the next target at which the run is compared."""
         if self.copy is not None:
             return done + min(max(_FIRST, done), _LONGEST)
-        if self.known or self.doubted_from:  # each target says for itself whether it is decided
-            return done + (1 << 62)
+        if self._known or self.doubted_from:  # each target says for itself whether it is decided
+            return NEVER
         return max(self.checked + max(1, self.checked // 4), done + 1)
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
         """Take the copy to the same targets, and see where it ceases to be where the run is."""
         done = first + stretch.completed - 1
-        self.known = stretch.doubts is not None
+        self._known = stretch.doubts is not None
         if stretch.doubts is not None:
             self._doubt(first, stretch.doubts > 0)
         elif done >= min(self.next(self.checked), self.drive.half_cycles):
-            undecided = simulation.evidence is Evidence.UNDECIDED
-            self._doubt(self.checked + 1, np.array([undecided]))
+            self._doubt(self.checked + 1, np.array([simulation.evidence is Evidence.UNDECIDED]))
             self.checked = done
         if self.copy is not None:
             self._compare(self.copy, stretch, first)
@@ -98,27 +97,18 @@ class PerturbedCopy:
         return self.trusted if self.parted or self.followed else None
 
     def kept(self) -> dict[str, Any]:
-        """Return what a snapshot keeps of it."""
-        names = ("doubted_from", "trusted", "checked", "parted", "followed")
-        copy: Any = {}  # at its start
+        """Return what a checkpoint keeps of it."""
+        self.copied = {}
         if self.copy is None or self.copy.at_rest:
-            copy = self.copy and self.copy.snapshot()
-        return {name: getattr(self, name) for name in names} | {"copy": copy}
+            self.copied = self.copy and self.copy.snapshot()
+        return super().kept()
 
-    def restore(self, kept: Mapping[str, Any], done: int) -> None:
-        """Take over what `kept` returned after `done` targets, or raise `ValueError`."""
-        require(self.kept().keys() == kept.keys(), "the perturbed copy is incomplete")
-        counts = [kept[name] for name in ("doubted_from", "trusted", "checked")]
-        whole = all(type(count) is int and 0 <= count <= done for count in counts)
-        flags = [kept["parted"], kept["followed"]]
-        require(whole and all(type(flag) is bool for flag in flags), "what is trusted is not known")
-        (self.doubted_from, self.trusted, self.checked), (self.parted, self.followed) = (
-            counts,
-            flags,
-        )
-        if kept["copy"] is None:
+    def check(self, done: int) -> None:
+        """Raise `ValueError` unless it can have come so far in `done` targets."""
+        most = max(self.doubted_from, self.trusted, self.checked)
+        require(most <= done, "what is trusted is not known")
+        if self.copied is None:
             self.copy = None
-        else:
-            require(self.copy is not None and self.followed, "there is no perturbed copy")
-            if kept["copy"] and self.copy is not None:
-                self.copy.restore(kept["copy"])
+        require(self.followed == (self.copy is not None), "there is no perturbed copy")
+        if self.copied and self.copy is not None:
+            self.copy.restore(self.copied)

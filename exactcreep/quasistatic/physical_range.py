@@ -2,26 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.disorder import LARGEST_DEVIATE
-from exactcreep.model.enclosure import enclosure, floats
+from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import nearest_float
 from exactcreep.quasistatic.experiment import Experiment
+from exactcreep.quasistatic.observer import Observer
 from exactcreep.solvers.solver import Simulation, Stretch, require
 
 
-class PhysicalRange:
+class PhysicalRange(Observer):
     """Counts the targets at which a run has left it."""
 
     def __init__(self, experiment: Experiment) -> None:
         self.experiment = experiment
-        self.theta_beyond_one = 0
-        self.crossings = 0
+        self.theta_beyond_one = self.crossings = 0
+        self.state = {"theta_beyond_one": 0, "crossings": 0}
         self._gaps = _narrow_gaps(experiment)
         self.needs = () if self._gaps is None else ("x",)
 
@@ -35,16 +33,9 @@ class PhysicalRange:
             gaps = self._gaps + np.diff(floats(stretch.recorded["x"]), axis=1)
             self.crossings += int(np.count_nonzero((gaps <= 0).any(axis=1)))
 
-    def kept(self) -> dict[str, Any]:
-        """Return what a snapshot keeps of it."""
-        return {"theta_beyond_one": self.theta_beyond_one, "crossings": self.crossings}
-
-    def restore(self, kept: Mapping[str, Any], done: int) -> None:
-        """Take over what `kept` returned after `done` targets, or raise `ValueError`."""
-        require(self.kept().keys() == kept.keys(), "counts are missing")
-        for name, count in kept.items():
-            require(type(count) is int and 0 <= count <= done, f"{name} is out of range")
-            setattr(self, name, count)
+    def check(self, done: int) -> None:
+        """Raise `ValueError` if more was counted than there were targets."""
+        require(max(self.kept().values()) <= done, "what left the range is out of range")
 
 
 def _narrow_gaps(experiment: Experiment) -> NDArray[np.float64] | None:
@@ -55,12 +46,9 @@ def _narrow_gaps(experiment: Experiment) -> NDArray[np.float64] | None:
     coefficients, is taken.
     """
     chain, initial = experiment.chain, experiment.initial
-    if chain.n == 1:
-        return None
     limit = chain.mu_s + LARGEST_DEVIATE * chain.sigma_mu + abs(chain.tan_alpha)
     tensions, l0 = floats(initial.tensions), nearest_float(chain.l0)
-    most = 2 * chain.n * nearest_float(limit) + float(np.abs(tensions).max())
-    if (1 - experiment.widest) * l0 > most:
+    most = 2 * chain.n * nearest_float(limit) + float(np.abs(tensions).max(initial=0.0))
+    if chain.n == 1 or (1 - experiment.widest) * l0 > most:
         return None
-    length = (1 + nearest_float(enclosure(initial.theta).middle)) * l0
-    return length + tensions - np.diff(floats(initial.displacements))
+    return (1 + as_float(initial.theta)) * l0 + tensions - np.diff(floats(initial.displacements))

@@ -17,8 +17,9 @@ from exactcreep.limits import Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
 from exactcreep.model.enclosure import Enclosure, floats
-from exactcreep.model.numbers import InputError, Shown, plain_data, whole_number
+from exactcreep.model.numbers import InputError, whole_number
 from exactcreep.model.outcome import Evidence, Outcome, direction_of
+from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.quasistatic.course import known_of
 from exactcreep.quasistatic.experiment import Experiment
@@ -44,17 +45,18 @@ COUNTS = {
 }
 """Attributes of `Creep` by their names in files, and in a `Tally`."""
 _FORESEEN = 10**6  # cycles
-_RENAMED = "Creep.{} is a count, as its name shall say: use Creep.{}"
+_IN_SHORT = ("outcome", "evidence", "direction", "velocity", "velocity_error", "velocity_units",
+             "velocity_of", "metastable", "half_cycles", "event_count", "reason")  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Creep(Shown):
+class Creep(Result):
     """What a chain did along a drive, and how well that is known.
 
     Attributes
     ----------
     experiment : Experiment
-        Everything that determined the run.
+        Everything that determined the run; `chain`, `drive`, `solver` and `seed` are its own.
     outcome : Outcome
         What the chain does, or why the computation stopped; see `exactcreep.creep`.
     evidence : Evidence
@@ -64,9 +66,8 @@ class Creep(Shown):
     since : int or None
         The cycle from which on the chain does what `outcome` says, up to the end of the run: x_G
         repeats its motion from there, and the tensions repeat, to within 2**-40 of the friction, as
-        far back as they are known (`exact`: followed again for up to 1e7 events; `certified`,
-        `mpmath`, `reference`: the last 1000 cycles; others: 64). If it does not repeat, the cycle
-        in which the burn-in ends. None for other drives, a runaway or a limit.
+        far back as they are known (some thousand cycles). If it does not repeat, the cycle in which
+        the burn-in ends. None for other drives, a runaway or a limit.
     velocity : float
         Mean displacement of x_G after the burn-in, or in its cycle if the chain has settled; unit
         ``g tau_dyn**2`` per half-cycle of Cycles, per unit of time of a TemperatureRecord, per
@@ -76,10 +77,8 @@ class Creep(Shown):
         if there are too few half-cycles to tell. `velocity_reason` says why one of them is nan.
     velocity_enclosure : Enclosure or None
         The velocity as the rational that the solver's digits make it; None if it has none.
-    half_cycles : int
-        Targets reached.
-    burn_in : int
-        Targets left out of the velocity.
+    half_cycles, burn_in : int
+        Targets reached, and those left out of the velocity.
     rearrangements, event_count, slip_count : int
     draws_below_mu_d : int
         Static coefficients drawn below `mu_d`, which act as `mu_d`.
@@ -110,6 +109,10 @@ class Creep(Shown):
     saved : mapping of int to mapping
         How far the simulation was, by targets reached: from there `state_at` begins. A result
         from a file has none.
+
+    Notes
+    -----
+    Two are equal if their datasets are identical, whatever the time they took.
 
     Examples
     --------
@@ -189,10 +192,8 @@ class Creep(Shown):
     @property
     def velocity_text(self) -> str | None:
         """The velocity in the digits that were asked for and are known; None without digits."""
-        digits = self.experiment.digits
-        if self.velocity_enclosure is None or digits is None:
-            return None
-        return self.velocity_enclosure.text(digits)
+        known, digits = self.velocity_enclosure, self.experiment.digits
+        return None if known is None or digits is None else known.text(digits)
 
     @property
     def velocity_units(self) -> str:
@@ -208,8 +209,35 @@ class Creep(Shown):
             return "a chain that runs away"
         if self.velocity_error == 0 and self.drive.cyclic:
             return f"the cycle in which it has settled, since cycle {self.since}"
-        named = "half-cycles" if self.drive.cyclic else "targets"
-        return f"this run: the mean over {named} {self.burn_in + 1} to {self.half_cycles}"
+        return f"this run: the mean over {self._named} {self.burn_in + 1} to {self.half_cycles}"
+
+    @property
+    def _named(self) -> str:
+        return "half-cycles" if self.drive.cyclic else "targets"
+
+    @property
+    def velocity_reason(self) -> str:
+        """Why the velocity, or only its standard error, is nan; "" where both are known."""
+        cyclic, after = self.drive.cyclic, self.half_cycles - self.burn_in
+        if math.isnan(self.velocity):
+            burn_in = self.experiment.burn_in_of(self.half_cycles)
+            if self.half_cycles > burn_in and not cyclic:
+                return "one row of a record lasts no time"
+            whole = "whole cycle" if cyclic else "target"
+            return (
+                f"no {whole} was completed after the burn-in of {burn_in} {self._named};"
+                f" {self.half_cycles} were reached"
+            )
+        if math.isinf(self.velocity):
+            return "the chain runs away: a velocity without bound has no standard error"
+        if not math.isnan(self.velocity_error):
+            return ""
+        few = f"{after} {self._named} after the burn-in are too few for a standard error"
+        if after < FEWEST_STEPS * (2 if cyclic else 1):
+            return few
+        if not self.event_count:
+            return f"nothing happened in {after} {self._named}: how rarely it does is not known"
+        return f"{few} beside the time over which the advance is correlated"
 
     @cached_property
     def metastable(self) -> str:
@@ -219,9 +247,8 @@ class Creep(Shown):
         `exactcreep.laws.stopping.stopping_time`. Else "".
         """
         chain, drive = self.chain, self.drive
-        if self.outcome is not Outcome.CREEPING or chain.sigma_mu == 0:
-            return ""
-        if not isinstance(drive, Cycles):
+        creeps = self.outcome is Outcome.CREEPING and chain.sigma_mu != 0
+        if not (creeps and isinstance(drive, Cycles)):
             return ""
         time = import_module("exactcreep.laws.stopping").stopping_time(chain, drive.amplitude)
         if time.cycles >= max(_FORESEEN, 50 * self.half_cycles):
@@ -230,30 +257,6 @@ class Creep(Shown):
         if not time.computed:
             when = f"after some {max(time.cycles, 1.0):.0e} cycles (order of magnitude)"
         return f"metastable: drawn coefficients stop the chain for ever {when}; then v = 0"
-
-    @property
-    def velocity_reason(self) -> str:
-        """Why the velocity, or only its standard error, is nan; "" where both are known."""
-        cyclic, after = self.drive.cyclic, self.half_cycles - self.burn_in
-        named, whole = ("half-cycles", "whole cycle") if cyclic else ("targets", "target")
-        if math.isnan(self.velocity):
-            burn_in = self.experiment.burn_in_of(self.half_cycles)
-            if self.half_cycles > burn_in and not cyclic:
-                return "one row of a record lasts no time"
-            return (
-                f"no {whole} was completed after the burn-in of {burn_in} {named};"
-                f" {self.half_cycles} were reached"
-            )
-        if math.isinf(self.velocity):
-            return "the chain runs away: a velocity without bound has no standard error"
-        if not math.isnan(self.velocity_error):
-            return ""
-        few = f"{after} {named} after the burn-in are too few for a standard error"
-        if after < FEWEST_STEPS * (2 if cyclic else 1):
-            return few
-        if not self.event_count:
-            return f"nothing happened in {after} {named}: how rarely it does is not known"
-        return f"{few} beside the time over which the advance is correlated"
 
     @property
     def followed(self) -> int | None:
@@ -280,14 +283,18 @@ class Creep(Shown):
     @property
     def events(self) -> int:
         """`event_count`, by the name that it had."""
-        warnings.warn(_RENAMED.format("events", "event_count"), DeprecationWarning, stacklevel=2)
-        return self.event_count
+        return self._renamed("events", "event_count")
 
     @property
     def slips(self) -> int:
         """`slip_count`, by the name that it had."""
-        warnings.warn(_RENAMED.format("slips", "slip_count"), DeprecationWarning, stacklevel=2)
-        return self.slip_count
+        return self._renamed("slips", "slip_count")
+
+    def _renamed(self, old: str, new: str) -> int:
+        told = f"Creep.{old} is a count, as its name shall say: use Creep.{new}"
+        warnings.warn(told, DeprecationWarning, stacklevel=3)
+        count: int = getattr(self, new)
+        return count
 
     def state_at(self, half_cycle: int) -> State:
         """Return the state at rest in which the run was after a half-cycle.
@@ -306,9 +313,8 @@ class Creep(Shown):
         # the run may have gone on from the last targets before it was given up
         if until == most and self.outcome not in (Outcome.LIMIT, Outcome.RUNAWAY):
             return self.state
-        simulation = experiment.algorithm.simulation(
-            experiment.chain, experiment.initial, experiment.seed, ()
-        )
+        start, seed = experiment.initial, experiment.seed
+        simulation = experiment.algorithm.simulation(experiment.chain, start, seed, ())
         done = max((target for target in self.saved if target < until), default=0)
         if done:
             simulation.restore(self.saved[done])
@@ -318,53 +324,30 @@ class Creep(Shown):
         return simulation.state()
 
     def _facts(self) -> dict[str, Any]:
-        return {
-            "n": self.chain.n,
-            "solver": self.solver,
-            "outcome": self.outcome,
-            "evidence": self.evidence,
-            "direction": self.direction,
-            "velocity": float(f"{self.velocity:.6g}"),
-            "velocity_error": float(f"{self.velocity_error:.2g}"),
-            "velocity_units": self.velocity_units,
-            "velocity_of": self.velocity_of,
-            "metastable": self.metastable,
-            "half_cycles": self.half_cycles,
-            "event_count": self.event_count,
-            "reason": self.reason,
-        }
+        short = {name: getattr(self, name) for name in _IN_SHORT}
+        for name, digits in (("velocity", 6), ("velocity_error", 2)):
+            short[name] = float(f"{short[name]:.{digits}g}")
+        return {"n": self.chain.n, "solver": self.solver} | short
 
-    def summary(self) -> dict[str, Any]:
-        """Return the numbers by name, ready for JSON: a number that is not finite is None."""
-        out: dict[str, Any] = {
-            "velocity": self.velocity_text or self.velocity,
-            "velocity_error": self.velocity_error,
-            "velocity_units": self.velocity_units,
-            "velocity_of": self.velocity_of,
-            "outcome": self.outcome.value,
-            "evidence": self.evidence.value,
-            "direction": self.direction,
-            "since": self.since,
-            "solver": self.solver,
-            **self.counts,
-            "x_G": self.x_G,
-            "seconds": self.seconds,
-            "seed": self.seed,
-        }
+    def _numbers(self) -> dict[str, Any]:
+        names = ("velocity", "velocity_error", "velocity_units", "velocity_of", "outcome",
+                 "evidence", "direction", "since", "solver")  # fmt: skip
         known = self.velocity_enclosure
-        perhaps: dict[str, Any] = {
-            "metastable": self.metastable,
-            "course": self.course,
-            "velocity_radius": known.radius_text() if known and known.radius else "",
-            "reason": self.reason,
-            "velocity_reason": self.velocity_reason,
-            "warnings": self.warnings,
-            "report": self.report,
-        }
-        out |= {name: value for name, value in perhaps.items() if value}
-        if self.trusted_half_cycles is not None:
-            out["trusted_half_cycles"] = self.trusted_half_cycles
-        return plain_data(out)
+        radius = known.radius_text() if known and known.radius else ""
+        perhaps: dict[str, Any] = {"metastable": self.metastable, "course": self.course}
+        perhaps |= {"velocity_radius": radius, "reason": self.reason}
+        for name in ("velocity_reason", "warnings", "report", "trusted_half_cycles"):
+            perhaps[name] = getattr(self, name)
+        return (
+            {name: getattr(self, name) for name in names}
+            | {"velocity": self.velocity_text or self.velocity}
+            | self.counts
+            | {"x_G": self.x_G, "seconds": self.seconds, "seed": self.seed}
+            | {name: value for name, value in perhaps.items() if value or value == 0}
+        )
+
+    def _compared(self) -> dict[str, Any]:
+        return {"dataset": self.dataset.assign_attrs(seconds=0.0)}
 
     @cached_property
     @lists_columns(*TABLES)
@@ -436,7 +419,7 @@ class Creep(Shown):
         >>> from exactcreep import Chain, Cycles, creep
         >>> result = creep(Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25"), Cycles("0.001", 5))
         >>> result.save("run.nc")
-        >>> Creep.load("run.nc").state == result.state
+        >>> Creep.load("run.nc") == result
         True
         """
         save_members([self], path, force=force)
@@ -453,56 +436,28 @@ class Creep(Shown):
     @classmethod
     def from_dataset(cls, data: xr.Dataset) -> Creep:
         """Return the result that `dataset` shows."""
-        counts: dict[str, Any] = {name: int(data.attrs[kept]) for kept, name in COUNTS.items()}
-        return cls(**counts, **_datasets().fields_of(data))
+        return cls(**next(_datasets().members_of({None: data}, COUNTS)))
 
 
 def save_members(
     results: Sequence[Creep], path: str | os.PathLike[str], *, force: bool = False
 ) -> None:
     """Write results to one NetCDF file: a single one at its root, several as groups 1, 2, ..."""
-    groups: dict[str | None, xr.Dataset] = {None: results[0].dataset}
-    if len(results) != 1:
-        groups = {None: _datasets().heading(len(results))}
-        groups |= {f"member_{k}": result.dataset for k, result in enumerate(results, 1)}
-    write_file(path, _netcdf().netcdf(groups), "out", force=force)
+    groups = _datasets().groups_of(results)
+    write_file(path, import_module("exactcreep.quasistatic.netcdf").netcdf(groups), "out",
+               force=force)  # fmt: skip
 
 
 def load_members(path: str | os.PathLike[str]) -> list[Creep]:
     """Return the results that `save_members` or `Creep.save` wrote, or raise `InputError`."""
-    return [result for _, result in read_members(path)]
-
-
-def read_members(path: str | os.PathLike[str]) -> list[tuple[xr.Dataset, Creep]]:
-    """Return the datasets in a file, and the results that they show; see `load_members`."""
-    groups, form = _netcdf().read_groups(path, "result"), _datasets().FORMAT
-    about = groups[None].attrs
+    groups = import_module("exactcreep.quasistatic.netcdf").read_groups(path, "result")
     try:
-        written = str(about.get("format"))
-        if written != form:
-            refusal = "is not a result of exactcreep"
-            if written.startswith(form.rpartition(" ")[0]):
-                refusal = (
-                    f"is an {written[:40]!r}; this program reads {form!r}: read it with the"
-                    " version that wrote it, or run its experiment again"
-                )
-            raise InputError("result", os.fspath(path), refusal)
-        members = [groups[None]]
-        if "members" in about:
-            members = [groups[f"member_{k}"] for k in range(1, len(groups))]
-            if len(members) != about["members"]:
-                raise ValueError(f"it holds {len(members)} of {about['members']} members")
-        return [(data, Creep.from_dataset(data)) for data in members]
+        return [Creep(**fields) for fields in _datasets().members_of(groups, COUNTS)]
     except InputError:
         raise
     except Exception as error:  # what can be wrong with numbers that were changed has no end
         reason = " ".join(str(error).split())[:200]
         raise InputError("result", os.fspath(path), f"cannot be read: {reason}") from None
-
-
-def _netcdf() -> Any:
-    """Return the module that writes and reads NetCDF; a run without a file waits for none."""
-    return import_module("exactcreep.quasistatic.netcdf")
 
 
 def _datasets() -> Any:

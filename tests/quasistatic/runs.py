@@ -1,22 +1,28 @@
-"""Chains whose runs several files look at, and when two of these are the same."""
+"""Chains whose runs several files look at, and what refuses a file."""
 
 from __future__ import annotations
 
-from exactcreep import Chain, Creep
+from collections.abc import Callable
+from typing import Any
 
-TWO = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-TWO_SURE = Chain(2, 1000, "0.5", "0.6", tan_alpha="0.25")
-THREE = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-SIX = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+from exactcreep import Chain, InputError
+
+
+def incline(n: int, sigma_mu: str = "0.01", **changed: Any) -> Chain:
+    """Return a chain on the incline of the tests."""
+    given = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "tan_alpha": "0.25"} | changed
+    return Chain(n, sigma_mu=sigma_mu, **given)
+
+
+TWO, THREE, SIX, THIRTY = (incline(n) for n in (2, 3, 6, 30))
+TWO_SURE = incline(2, "0")
 RECORDS = ("x_G", "x", "tension", "slips", "events")
 
 
-def same(first: Creep, second: Creep) -> bool:
-    """Whether two results are the same, bit for bit, apart from the time they took."""
-    a, b = first.dataset.drop_attrs(deep=False), second.dataset.drop_attrs(deep=False)
-    about_a, about_b = (
-        {name: repr(value) for name, value in result.dataset.attrs.items() if name != "seconds"}
-        for result in (first, second)
-    )
-    assert about_a == about_b
-    return a.identical(b)
+def told(read: Callable[[], Any]) -> str:
+    """Return the sentence that refuses a file; "" if it was read."""
+    try:
+        read()
+    except InputError as error:
+        return str(error)
+    return ""

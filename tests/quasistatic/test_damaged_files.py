@@ -6,22 +6,21 @@ import hashlib
 import json
 import random
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from exactcreep import Chain, Creep, Cycles, InputError, TemperatureRecord, creep, load_scene
+from exactcreep import Creep, Cycles, TemperatureRecord, creep, load_scene
 from exactcreep.quasistatic import netcdf as files
-from exactcreep.quasistatic.netcdf import netcdf
-
-THREE = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+from exactcreep.quasistatic.files import write_file
+from tests.quasistatic.runs import incline, told
 
 
 @pytest.fixture(scope="module")
 def certified() -> Creep:
-    return creep(THREE, Cycles("0.0015", 4), solver="certified", record=("x_G", "events"))
+    drive = Cycles("0.0015", 4)
+    return creep(incline(3, "0"), drive, solver="certified", record=("x_G", "events"))
 
 
 def mutations(data: bytes, count: int, seed: int) -> Iterator[bytes]:
@@ -39,15 +38,6 @@ def mutations(data: bytes, count: int, seed: int) -> Iterator[bytes]:
             data[:at],
             data[:at] + rng.randbytes(end - at) + data[end:],
         ])  # fmt: skip
-
-
-def told(read: Callable[[], Any]) -> str:
-    """Return the sentence that refuses a file; "" if it was read."""
-    try:
-        read()
-    except InputError as error:
-        return str(error)
-    return ""
 
 
 def test_a_file_damaged_anywhere_is_refused(certified: Creep, tmp_path: Path) -> None:
@@ -81,7 +71,7 @@ def test_a_claim_that_would_cost_unbounded_time_is_refused(
     value, sentence = CLAIMS[name]
     data = certified.dataset.copy()
     data.attrs[name] = value
-    (tmp_path / "bad.nc").write_bytes(b"".join(netcdf({None: data})))
+    write_file(tmp_path / "bad.nc", files.netcdf({None: data}), "out")
     assert sentence in told(lambda: Creep.load(tmp_path / "bad.nc"))
 
 

@@ -12,13 +12,14 @@ import pandas as pd
 import pyarrow.parquet as pq
 import pytest
 
-from exactcreep import Chain, Creep, Cycles, InputError, creep
+from exactcreep import Creep, Cycles, InputError, creep
 from exactcreep.cli import status
 from exactcreep.quasistatic import export as frames
 from exactcreep.solvers.tables import HALF_CYCLE_TABLE, LOGS
 from tests.processes import finished
+from tests.quasistatic.runs import incline
 
-CHAIN = Chain(4, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+CHAIN = incline(4)
 RECORD = ("x_G", "x", "slips", *LOGS)
 TABLES = ("half_cycles", *LOGS)
 
@@ -41,13 +42,13 @@ def test_the_tables_of_a_run_add_up_to_it(run: Creep) -> None:
 
 
 def test_events_find_their_rearrangement_by_its_index(run: Creep) -> None:
-    avalanches = run.to_pandas("rearrangements")
-    both = run.to_pandas("events").merge(
+    events, avalanches = run.to_pandas("events"), run.to_pandas("rearrangements")
+    both = events.merge(
         avalanches, left_on="rearrangement", right_index=True, suffixes=("", "_all")
     )
-    assert len(both) == len(run.to_pandas("events"))
-    assert (both["theta"] == both["theta_all"]).all()
-    assert (both["half_cycle"] == both["half_cycle_all"]).all()
+    assert len(both) == len(events)
+    for name in ("theta", "half_cycle"):
+        assert (both[name] == both[f"{name}_all"]).all()
     last = both.groupby("rearrangement")["time"].last().to_numpy()
     assert last == pytest.approx(avalanches["duration"].to_numpy(), rel=1e-15)
 
@@ -148,8 +149,7 @@ def test_a_run_in_which_nothing_happened_has_tables_without_rows(tmp_path: Path)
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="counts memory in kibibytes")
 def test_ten_million_events_are_exported_within_two_gibibytes(tmp_path: Path) -> None:
-    chain = Chain(100, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    run = creep(chain, Cycles("0.0124", 500), record=("events",), max_events=10**7)
+    run = creep(incline(100), Cycles("0.0124", 500), record=("events",), max_events=10**7)
     run.save(tmp_path / "run.nc")
     rows = run.recorded["event_time"].size
     assert rows >= run.event_count >= 10**7
@@ -166,13 +166,15 @@ def test_ten_million_events_are_exported_within_two_gibibytes(tmp_path: Path) ->
     assert pq.ParquetFile(tmp_path / "run.parquet").metadata.num_rows == rows
 
 
-def test_a_table_that_was_not_recorded_is_asked_for_in_a_sentence(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("table", "sentence"),
+    [("events", "was not recorded: the run needs record"), ("avalanches", "must be one of half_c")],
+)
+def test_a_table_that_there_is_not_is_asked_for_in_a_sentence(table: str, sentence: str) -> None:
     bare = creep(CHAIN, Cycles("0.005", 1), record=())
     assert list(bare.to_pandas("half_cycles")) == ["theta"]
-    with pytest.raises(InputError, match="was not recorded: the run needs record"):
-        bare.to_pandas("events")
-    with pytest.raises(InputError, match="must be one of half_cycles, events"):
-        bare.export("avalanches", tmp_path / "it.csv")
+    with pytest.raises(InputError, match=sentence):
+        bare.to_pandas(table)
 
 
 def test_parquet_without_pyarrow_says_what_to_install(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import io
 import itertools
 import json
 import os
@@ -13,7 +15,9 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -266,3 +270,26 @@ def test_groups_of_one_netcdf_file_are_the_datasets_that_were_given(tmp_path: Pa
         found = xr.load_dataset(tmp_path / "a.nc", group=group, engine="h5netcdf")
         assert found.identical(dataset)
     assert xr.load_dataset(tmp_path / "a.nc", engine="h5netcdf").attrs == {"n": 2}
+
+
+@pytest.mark.parametrize("room", [0, 3000, 20_000])
+def test_a_library_that_fills_the_disk_lives_on_and_leaves_what_was_there(
+    room: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Disk(io.FileIO):
+        def write(self, data: Any) -> int:
+            left = room - self.tell()
+            if left <= 0:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(data[:left])
+
+    class Full(files._Part, Disk):
+        """A file on a disk with so little room."""
+
+    write_file(tmp_path / "a.nc", OLD, "out")
+    monkeypatch.setattr(files, "_Part", Full)
+    data = xr.Dataset({"v": ("t", np.ones(9000))})
+    with pytest.raises(InputError, match="No space left"):
+        write_file(tmp_path / "a.nc", netcdf({None: data}), "out")
+    assert (tmp_path / "a.nc").read_bytes() == OLD
+    assert left(tmp_path) == ["a.nc"]

@@ -9,19 +9,15 @@ import pytest
 
 from exactcreep import Chain, Creep, Cycles, GaussianSteps, InputError, creep, resume
 from exactcreep.model.state import State
-from exactcreep.quasistatic.result import load_members, save_members
-from exactcreep.quasistatic.run import _MOST_SAVED
-
-CHAIN = Chain(6, 1000, "0.5", "0.6", "1/100", tan_alpha="1/4")
-TWO = Chain(2, 1000, "0.5", "0.6", "1/100", tan_alpha="1/4")
+from tests.quasistatic.runs import SIX, TWO
 
 
 @pytest.mark.parametrize(
     ("chain", "drive", "solver", "options"),
     [
-        (CHAIN, Cycles("0.004", 60), "exact", {"record": ("events", "x")}),
-        (CHAIN, GaussianSteps("0.002", 120), "exact", {"record": ()}),
-        (CHAIN, GaussianSteps("0.002", 120), "sliding", {}),
+        (SIX, Cycles("0.004", 60), "exact", {"record": ("events", "x")}),
+        (SIX, GaussianSteps("0.002", 120), "exact", {"record": ()}),
+        (SIX, GaussianSteps("0.002", 120), "sliding", {}),
         (TWO, GaussianSteps("0.001", 9), "certified", {}),
         (TWO, Cycles("0.001", 5), "verlet", {"dt": "1/32"}),
     ],
@@ -44,8 +40,8 @@ def _ended_at(run: Creep, half_cycle: int) -> State:
 
 
 def test_a_result_saves_few_states_and_begins_at_the_nearest() -> None:
-    run = creep(CHAIN, Cycles("0.004", 3000), record=())
-    assert 1 < len(run.saved) <= _MOST_SAVED
+    run = creep(SIX, Cycles("0.004", 3000), record=())
+    assert 1 < len(run.saved) < 40
     assert max(run.saved) <= run.half_cycles
     wrong = {target: dict(kept, **run.saved[min(run.saved)]) for target, kept in run.saved.items()}
     late = max(target for target in run.saved if target < run.half_cycles) + 1
@@ -58,12 +54,12 @@ def test_a_result_saves_few_states_and_begins_at_the_nearest() -> None:
 
 def test_a_run_that_was_given_up_or_resumed_or_loaded_knows_its_states(tmp_path: Any) -> None:
     drive, kept = Cycles("0.004", 40), tmp_path / "run.ckpt"
-    whole = creep(CHAIN, drive)
-    part = creep(CHAIN, drive, max_events=whole.event_count // 2, checkpoint=kept)
+    whole = creep(SIX, drive)
+    part = creep(SIX, drive, max_events=whole.event_count // 2, checkpoint=kept)
     assert part.half_cycles < whole.half_cycles
     gone_on = resume(kept)
-    save_members([gone_on], tmp_path / "run.nc")
-    loaded = load_members(tmp_path / "run.nc")[0]
+    gone_on.save(tmp_path / "run.nc")
+    loaded = Creep.load(tmp_path / "run.nc")
     for half_cycle in (0, 5, part.half_cycles):
         state = whole.state_at(half_cycle)
         assert all(run.state_at(half_cycle) == state for run in (part, gone_on, loaded))

@@ -320,6 +320,8 @@ def require_plain(like: Mapping[str, Any], given: Any) -> None:
             require(all(0 <= count < 2**60 for count in given[name].values()), "a count is not")
         elif isinstance(value, list) and name in ("tensions", "displacements", "forces"):
             require(len(value) == len(given[name]), f"{name} has another length")
+        elif isinstance(value, (bool, int, str)):
+            same_kind(value, given[name], name)
     require(given["flow"] is None, "it is not at rest")
     _require_bounded(given)
 

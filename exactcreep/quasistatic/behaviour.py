@@ -1,0 +1,95 @@
+"""What a chain does at the end of a run: it rests, creeps, or goes round without an advance."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from exactcreep.model.enclosure import Enclosure, as_float, enclosure, floats
+from exactcreep.model.numbers import nearest_float
+from exactcreep.model.outcome import Outcome
+from exactcreep.model.state import State
+from exactcreep.quasistatic.velocity import Mark, MeanVelocity
+from exactcreep.solvers.recurrence import Returns
+from exactcreep.solvers.solver import Tally
+
+NEARLY = "the tensions return to within "
+"""How the reason begins of a chain that has settled so."""
+_STILL = enclosure(0)
+
+
+@dataclass(frozen=True)
+class Behaviour:
+    """What a chain does at the end of a run, and since which cycle.
+
+    `velocity` is that of its cycle, if it has settled; `doubtful` whether that is undecided.
+    """
+
+    outcome: Outcome
+    since: int | None = None
+    reason: str = ""
+    doubtful: bool = False
+    velocity: Enclosure | None = None
+
+
+def behaviour(
+    velocity: MeanVelocity, recurrence: Returns | None, state: State, tally: Tally, done: int
+) -> Behaviour:
+    """Return what the chain does at the end, once every target is reached; see `creep`."""
+    begin = velocity.burnt(done)
+    all_burn_in = begin is None or begin.done == done
+    if begin is None or all_burn_in:
+        begin = velocity.marks[0]
+    advanced = _advanced(velocity, begin, state, tally)
+    if recurrence is None:
+        if tally.events == begin.events:
+            return Behaviour(Outcome.AT_REST)
+        return _drifting(velocity, advanced, None, done)
+    settled = recurrence.settled()
+    if settled is None and (approach := recurrence.approaching()):
+        cycle, change = approach
+        reason = f"locked in the limit: tensions still change by {change:.1e} m g per cycle"
+        return Behaviour(Outcome.CYCLING, cycle, reason, doubtful=True, velocity=_STILL)
+    if settled is None:
+        found = _drifting(velocity, advanced, begin.done // 2, done)
+        if all_burn_in and recurrence.chain.sigma_mu == 0 and found.outcome is Outcome.CREEPING:
+            reason = "the run lies within its burn-in: the advance may be that of a transient"
+            found = replace(found, reason=reason, doubtful=True)
+        return found
+    outcome = Outcome.CYCLING if settled.velocity is None else Outcome.CREEPING
+    reason = f"{NEARLY}{settled.apart:.1e} m g, not exactly" if settled.apart else ""
+    if settled.period == 0:
+        outcome = Outcome.AT_REST
+    if outcome is not Outcome.CREEPING and advanced and not reason:
+        reason = f"the chain advanced in a transient only, up to cycle {settled.since}"
+    doubtful = settled.apart > 0
+    return Behaviour(outcome, settled.since, reason, doubtful, settled.velocity or _STILL)
+
+
+def _drifting(velocity: MeanVelocity, advanced: bool, since: int | None, done: int) -> Behaviour:
+    """Return what is known of a chain that has not settled, from its drift."""
+    chain = velocity.experiment.chain
+    burn_in, mean = velocity.mean(done)
+    least = velocity.error(burn_in, least=True)
+    value = abs(as_float(mean)) if mean is not None else 0.0
+    if mean is not None and value < 2 * least:
+        known = velocity.error(velocity.experiment.burn_in_of(done))
+        bound = "which may be larger than their estimate"
+        if not math.isnan(known):
+            bound = f"|velocity| is at most {value + 2 * least:.2g}"
+        reason = f"no drift is seen beyond two standard errors: {bound}"
+        return Behaviour(Outcome.CYCLING, since, reason, doubtful=True)
+    if advanced:
+        return Behaviour(Outcome.CREEPING, since)
+    if since is None or chain.sigma_mu != 0:
+        return Behaviour(Outcome.CYCLING, since)
+    reason = "not every slider has advanced, and the tensions have not returned"
+    return Behaviour(Outcome.CYCLING, since, reason, doubtful=True)
+
+
+def _advanced(velocity: MeanVelocity, begin: Mark, state: State, tally: Tally) -> bool:
+    """Return whether every slider has moved the same way, by more than rounding can make."""
+    change = floats(state.displacements) - begin.displacements
+    chain = velocity.experiment.chain
+    rounding = nearest_float((tally.slips - begin.slips) * chain.rounding)
+    return bool((change > rounding).all() or (change < -rounding).all())

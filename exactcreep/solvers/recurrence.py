@@ -1,0 +1,176 @@
+"""Has the chain come back? Tensions at the ends of cycles, compared with those of earlier cycles.
+
+Without disorder the tensions at the end of a cycle decide all that follows: once they return, the
+chain goes round on a limit cycle for ever. With disorder no contact gets back its threshold; what
+can be known is that nothing has moved during a cycle, so that nothing ever will again.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from exactcreep.model.chain import Chain
+from exactcreep.model.enclosure import Enclosure, enclosure, enclosures, floats
+from exactcreep.model.numbers import nearest_float
+from exactcreep.solvers.statistics import falls_like_inverse_square
+
+NEAR = 2.0**-40
+"""How nearly what returns does so, in units of what is largest."""
+LONGEST_PERIOD = 1000
+"""Cycles: how far back the tensions at the end are looked for."""
+_REMEMBERED = 1024  # cycles, at least, whose ends are kept
+_MOST_KEPT = 2**21  # numbers of all of them
+_APPROACH = 64  # equal cycles: fewer do not show how tensions approach theirs
+_NOTED = 64  # the longest period that is noted of cycles that are forgotten
+_X_G, _SLIPS, _TENSIONS = 0, 1, 2  # columns of the ends of cycles
+
+
+class Settled(NamedTuple):
+    """How a chain goes on that has come back.
+
+    Attributes
+    ----------
+    period : int
+        Cycles after which the tensions return; 0 if nothing moves any more.
+    since : int
+        The cycle from which on they do.
+    apart : float
+        How far from their values; 0: to all digits, or to within their enclosures.
+    velocity : Enclosure or None
+        Mean displacement per half-cycle; None if the chain does not advance.
+    """
+
+    period: int
+    since: int
+    apart: float
+    velocity: Enclosure | None
+
+
+class Returns:
+    """Remembers how a chain stood at the ends of the last thousand cycles, and since when.
+
+    Every so many cycles the older half is forgotten, with a note of the shortest period that held;
+    what remains depends only on how many cycles were completed.
+
+    Parameters
+    ----------
+    chain : Chain
+    x_G : float
+    tensions : ndarray of float64, shape (n - 1,)
+        At the start, as they are at the temperature of the ends of cycles.
+    """
+
+    def __init__(self, chain: Chain, x_G: float, tensions: NDArray[np.float64]) -> None:
+        self.chain = chain
+        self.ends = np.array([[x_G, 0.0, *tensions]])
+        self.forgotten = 0
+        self.noted = (0, 0)  # a period, and since which cycle it held
+        self.known: list[Any] = []  # x_G and tensions of the last cycles, exactly
+        self.most = max(min(_REMEMBERED, _MOST_KEPT // chain.n), 2)
+        self._close = NEAR * (chain.friction + chain.excess + abs(chain.sin_alpha))
+
+    @property
+    def cycles(self) -> int:
+        """Whole cycles so far."""
+        return self.forgotten + len(self.ends) - 1
+
+    def feed(self, x_G: NDArray[Any], tensions: NDArray[Any], slips: NDArray[Any]) -> None:
+        """Take over the ends of some further cycles: a row for each, and its number of slips."""
+        ends = np.empty((len(x_G), self.chain.n + 1))
+        ends[:, _X_G], ends[:, _TENSIONS:] = floats(x_G), floats(tensions)
+        ends[:, _SLIPS] = self.ends[-1, _SLIPS] + np.cumsum(slips)
+        if tensions.dtype == object:
+            pairs = zip(x_G.tolist(), enclosures(tensions).tolist(), strict=True)
+            new = [(enclosure(x), row) for x, row in pairs]
+            self.known = [*self.known, *new][-LONGEST_PERIOD - 1 :]
+        while len(ends):
+            room = 2 * self.most + 1 - len(self.ends)
+            self.ends, ends = np.concatenate([self.ends, ends[:room]]), ends[room:]
+            if len(self.ends) > 2 * self.most:
+                periods = range(1, min(_NOTED, self.most) + 1)
+                since, best = min((self.repeats_since(k), k) for k in periods)
+                self.noted = best, since
+                self.ends = self.ends[self.most :]
+                self.forgotten += self.most
+
+    def repeats_since(self, period: int) -> int:
+        """Return the first cycle from which on the chain moves with a period, up to its advance.
+
+        If that was before the cycles that are remembered and another period was noted then, the
+        first of these.
+        """
+        steps = np.diff(self.ends[:, _X_G])
+        if steps.size < period:
+            return self.cycles
+        last = -1
+        if steps.size > period:
+            close = NEAR * max(1.0, float(np.abs(self.ends[:, _X_G]).max()))
+            if abs(steps[-1] - steps[-1 - period]) > close:  # most often
+                return self.forgotten + steps.size - period
+            last = _last(np.abs(steps[period:] - steps[:-period]) > close)
+        tensions = self.ends[:, _TENSIONS:]
+        changes = tensions[period:] - tensions[:-period]
+        forces = np.diff(changes, axis=1, prepend=0.0, append=0.0)
+        last = max(last, _last(np.abs(forces).max(axis=1) > self._close))
+        if last >= 0:
+            return self.forgotten + last + 1
+        noted, since = self.noted
+        return since if noted and period % noted == 0 else self.forgotten
+
+    def settled(self) -> Settled | None:
+        """Return how the chain goes on if it has come back; None if it has not."""
+        if self.cycles and self.ends[-1, _SLIPS] == self.ends[-2, _SLIPS]:
+            return Settled(0, self.repeats_since(1), 0.0, None)
+        if self.chain.sigma_mu != 0:
+            return None
+        tensions = self.ends[:, _TENSIONS:]
+        earlier = tensions[-2 : -LONGEST_PERIOD - 2 : -1]
+        apart = np.abs(tensions[-1] - earlier).max(axis=1, initial=0.0)
+        for period in (np.flatnonzero(apart <= self._close) + 1).tolist():
+            off, since = float(apart[period - 1]), self.repeats_since(period)
+            if len(self.known) > period:
+                pairs = zip(self.known[-1][1], self.known[-1 - period][1], strict=True)
+                off = max((one.apart(other) for one, other in pairs), default=0.0)
+            # what returns but nearly is believed if it does so for another period
+            if not off or self.cycles - since >= 2 * period:
+                return Settled(period, since, off, self._velocity(period))
+        return None
+
+    def approaching(self) -> tuple[int, float] | None:
+        """Return since when tensions approach a cycle like 1/k, and their last change; else None.
+
+        Equal numbers of slips in many cycles, a slider that stays, and ever smaller changes.
+        """
+        slips = np.diff(self.ends[:, _SLIPS])
+        alike = slips.size - 1 - _last(slips != slips[-1:])
+        if self.chain.sigma_mu != 0 or alike < _APPROACH or self._moved(alike).all():
+            return None
+        changes = np.diff(self.ends[-(alike // 2) :, _TENSIONS:], axis=0)
+        steps = np.abs(changes).max(axis=1, initial=0.0)
+        if not falls_like_inverse_square(steps):
+            return None
+        return self.cycles - alike, float(steps[-1])
+
+    def _moved(self, period: int) -> NDArray[np.int64]:
+        """Return which way each slider has moved, 0 if no further than rounding can take it."""
+        gone = self.ends[-1] - self.ends[-1 - period]
+        change = np.concatenate([[0.0], np.cumsum(gone[_TENSIONS:])])
+        change += gone[_X_G] - change.mean()
+        rounding = nearest_float(int(gone[_SLIPS]) * self.chain.rounding)
+        return np.where(np.abs(change) > rounding, np.sign(change), 0).astype(np.int64)
+
+    def _velocity(self, period: int) -> Enclosure | None:
+        """Return the mean displacement per half-cycle; None unless every slider has advanced."""
+        if abs(self._moved(period).sum()) < self.chain.n:
+            return None
+        rows = self.known if len(self.known) > period else self.ends
+        return enclosure(rows[-1][_X_G]).rate(enclosure(rows[-1 - period][_X_G]), 2 * period)
+
+
+def _last(where: NDArray[np.bool_]) -> int:
+    """Return the last place where something holds, -1 if there is none."""
+    places = np.flatnonzero(where)
+    return int(places[-1]) if places.size else -1
