@@ -41,8 +41,6 @@ _FIELDS: dict[str, Any] = {
 """Fields of a result that are attributes of its dataset, and how each is read."""
 _RATIOS = ("amplitude", "sigma_theta", "theta", "kappa", "T0")
 """Parameters of drives that are rationals; they may be longer than a number that a user gives."""
-_DIGITS = 1000
-"""So many a file may claim without showing them."""
 
 
 def groups_of(results: Sequence[Creep]) -> dict[str | None, xr.Dataset]:
@@ -191,7 +189,6 @@ def _experiment(data: xr.Dataset) -> Experiment:
         if held is not None and held != about[name]:
             raise ValueError(f"it holds {held} of {name} = {about[name]}")
     options = json.loads(about["options"])
-    _check_digits(data, int(options.get("digits") or 0))
     numbers = ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
     parameters: dict[str, Any] = {}
     for name in about["drive_parameters"].split():
@@ -217,17 +214,6 @@ def _experiment(data: xr.Dataset) -> Experiment:
         twin=bool(about["twin"]),
         accuracy=float(about["accuracy"]) if "accuracy" in about else None,
     )
-
-
-def _check_digits(data: xr.Dataset, digits: int) -> None:
-    """Raise `ValueError` if a file claims far more digits than its numbers have.
-
-    To calculate with them would take a time that has nothing to do with the file's size.
-    """
-    lengths = [v.to_numpy().itemsize // 4 for v in data.values() if v.dtype.kind in "UO" and v.size]
-    shown = max(lengths, default=0)
-    if digits > max(_DIGITS, 10 * shown) and data.sizes.get("event", 1):
-        raise ValueError(f"its numbers have at most {shown} of digits = {digits}")
 
 
 def _state(data: xr.Dataset, moment: str, theta: Any) -> State:

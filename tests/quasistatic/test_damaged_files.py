@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import random
 import re
 from collections.abc import Iterator
@@ -56,7 +55,6 @@ CLAIMS = {
     "n": (10**8, "it holds 3 of n = 100000000"),
     "members": (10**9, "it holds 0 of 1000000000 members"),
     "half_cycles": (10**12, "it holds 8 of half_cycles = 1000000000000"),
-    "options": (json.dumps({"digits": 100_000}), "digits = 100000"),
     "l0": ("1e999999999", "not a ratio of integers: 1e999999999"),
     "velocity_exact": ("9" * 10**6, "not a ratio of integers: 999"),
     "cycles": (10**15, "at most 1000000000000"),
