@@ -39,8 +39,8 @@ def test_the_readme_has_exactly_three_set_up_commands_of_one_line_each() -> None
     assert "-m sphinx -q notebooks build/book " in set_up[2]
 
 
-def test_the_readme_fits_two_screens() -> None:
-    assert len(README.splitlines()) < 95
+def test_the_readme_fits_a_few_screens() -> None:
+    assert len(README.splitlines()) < 180
 
 
 def test_the_map_of_the_rooms_says_of_each_what_it_says_of_itself() -> None:
