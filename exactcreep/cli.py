@@ -11,32 +11,27 @@ from typing import Any
 import typer
 
 from exactcreep import __version__, interrupts
-from exactcreep.commands import files, questions
+from exactcreep.commands import files, studies
 from exactcreep.commands.answer import complain
-from exactcreep.commands.compare import compare
-from exactcreep.commands.options import expanded, help_of, public
-from exactcreep.commands.plan import plan
-from exactcreep.commands.reproduce import reproduce
+from exactcreep.commands.options import expanded, help_of
 from exactcreep.commands.run import resume, run
 
-PICTURED = (run, resume, reproduce, files.sweep, files.show, files.animate, compare)
-"""Commands that draw, and take the size of pictures."""
-COMMANDS: dict[str, Callable[..., None] | tuple[str, ...]] = {
+COMMANDS: dict[str, Callable[..., None] | None] = {
     "scenes": files.scenes,
     "run": run,
     "resume": resume,
-    "reproduce": reproduce,
+    "reproduce": files.reproduce,
     "sweep": files.sweep,
     "show": files.show,
     "export": files.export,
     "animate": files.animate,
     "explore": files.explore,
-    "plan": plan,
-    **questions.QUESTIONS,
-    "compare": compare,
-    "audit": questions.audit,
+    "plan": studies.plan,
+    **dict.fromkeys(studies.QUESTIONS),
+    "compare": studies.compare,
+    "audit": studies.audit,
 }
-"""The commands by name: a function, or what `question` needs to ask one of the package."""
+"""The commands by name; None: a public function of the package, see `studies.question`."""
 REPLACED = {"tradeoff": "compare SCENE", "envelope": "compare SCENE"}
 """Commands that are no more, and what answers their questions."""
 
@@ -51,16 +46,13 @@ def program(wanted: Collection[str]) -> typer.Typer:
         context_settings={"help_option_names": ["-h", "--help"]},
     )
     app.callback()(_exactcreep)
-    for name, made in COMMANDS.items():
-        if callable(made):
-            called = expanded(made, pictures=made in PICTURED) if name in wanted else made
-            words = help_of(made)
-        else:
-            told = public(name.replace("-", "_"))
-            question = name.replace("-", "_")
-            called = questions.question(question, *made) if name in wanted else told
-            words = help_of(called)
-        app.command(name, help=words)(called if name in wanted else _nothing)
+    for name, command in COMMANDS.items():
+        told, called = (command, command) if command else studies.question(name)
+        if name not in wanted:
+            called = _nothing
+        elif command:
+            called = expanded(command)
+        app.command(name, help=help_of(told))(called)
     return app
 
 

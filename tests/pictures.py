@@ -43,8 +43,11 @@ def ink(axes: Axes) -> int:
     return int(gone[height - top : height - bottom, left:right].sum())
 
 
-def assert_shows_data(figure: Figure) -> None:
-    """Fail where axes are blank, whatever their labels say."""
+def assert_shows_data(figure: Figure) -> Figure:
+    """Fail where axes are blank, whatever their labels say, or none of a column is labelled."""
     assert figure.axes
     for axes in figure.axes:
         assert ink(axes) > SPECK, axes.get_ylabel() or axes.get_title()
+        named = [*axes.get_shared_x_axes().get_siblings(axes), axes]
+        assert any(each.get_xlabel() or each.get_ylabel() for each in named)
+    return figure

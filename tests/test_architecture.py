@@ -37,7 +37,7 @@ MODULES = {
     for path in sorted(PACKAGE.rglob("*.py"))
 }
 UPWARDS = {
-    (module, "exactcreep.figures.run_plots")
+    (module, "exactcreep.figures.run")
     for module in ("quasistatic/result.py", "solvers/solver.py")
 }
 """Imports against the stream: what draws itself in a notebook waits for matplotlib only then."""

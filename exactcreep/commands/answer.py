@@ -1,29 +1,29 @@
-"""What commands print: one JSON object, or a summary and tables for the eye; and how they leave."""
+"""What a command comes to: printed as one JSON object or for the eye, saved, drawn; its status."""
 
 from __future__ import annotations
 
+import inspect
 import json
 import math
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from pkgutil import resolve_name
-from typing import Any
+from typing import Any, TypeAlias
 
 import typer
 
-from exactcreep import interrupts
-from exactcreep.commands.options import GROUPS
+import exactcreep
+from exactcreep.commands.options import GROUPS, whole
 from exactcreep.display import Display
 
 FAILED, LIMIT, STALE, INTERRUPTED = 1, 3, 4, 130
 """Exit statuses: a promise is broken, a limit was reached, the checkpoint is stale, Ctrl-C."""
 _JSON_NUMBER = re.compile(r"-?(0|[1-9]\d*)(\.\d+)?([eE][+-]?\d+)?")
 _MOST_LINES, _MOST_WORDS = 12, 6  # of a list that are printed
-_FOR_EVER = "1e9"  # seconds: a study that looks at the clock looks for Ctrl-C, too
+_NARROWEST, _WIDEST = 1.0, 50.0  # inches of a picture
 _LABELS = {
     "law_seuil": "paper, Eq. (seuil)",
     "law_corrected": "corrected, (N m + D)/(2 l0)",
@@ -35,8 +35,8 @@ _LABELS = {
 }
 """What the keys of summaries are called where their own words do not tell."""
 
-Rows = list[tuple[str, Any]]
-"""What is said line by line: a name and its value."""
+
+# --- JSON -----------------------------------------------------------------------------------------
 
 
 def as_json(value: Any, indent: str = "") -> str:
@@ -99,7 +99,7 @@ def say_heading(scene: str, title: str) -> None:
     say(f"[bold]{escape(scene)}[/bold]" + (f": {escape(title)}" if title else ""))
 
 
-def say_rows(rows: Rows) -> None:
+def say_rows(rows: Iterable[tuple[str, Any]]) -> None:
     """Print names and what they stand for, in two columns."""
     from rich.table import Table
     from rich.text import Text
@@ -113,7 +113,7 @@ def say_rows(rows: Rows) -> None:
 def say_summary(summary: Mapping[str, Any]) -> None:
     """Print the summary of a result: a line for each key that has something to tell."""
     rows = [(key, _worded(value)) for key, value in summary.items()]
-    say_rows([(_LABELS.get(key, key.replace("_", " ")), text) for key, text in rows if text])
+    say_rows((_LABELS.get(key, key.replace("_", " ")), text) for key, text in rows if text)
 
 
 def _worded(value: Any) -> str:
@@ -132,10 +132,8 @@ def _worded(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         several = any(isinstance(part, (Mapping, list)) for part in value)
         most, between = (_MOST_LINES, "\n") if several else (_MOST_WORDS, ", ")
-        said = [_worded(part) for part in value[:most]]
-        if len(value) > most:
-            said.append(f"and {len(value) - most} more")
-        return between.join(said)
+        more = [f"and {len(value) - most} more"] if len(value) > most else []
+        return between.join([*map(_worded, value[:most]), *more])
     return str(value)
 
 
@@ -169,143 +167,31 @@ def counted(words: Iterable[str] | Mapping[str, int]) -> str:
     return ", ".join(f"{count} {word}" for word, count in Counter(words).most_common())
 
 
-# --- what a study answers -------------------------------------------------------------------------
-
-
-@contextmanager
-def shown(name: str = "", *, quiet: bool = False, hint: str = "") -> Iterator[Display]:
-    """Show how far a command has come; on Ctrl-C say it, with a hint, and leave with status 130."""
-    with Display(name, quiet=quiet) as display:
-        try:
-            yield display
-        except KeyboardInterrupt:
-            display.stop()
-            complain(f"interrupted{display.reached}{hint}")
-            raise typer.Exit(INTERRUPTED) from None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Drawing:
-    """Where the answer of a study goes.
-    """
-
-    plot: Path | None = None
-    json: bool = False
-    force: bool = False
-    @property
-    def data(self) -> Path | None:
-        """Where the dataset goes, of a study that has one."""
-        return None
-
-    def answer(
-        self,
-        study: Callable[..., Any],
-        draw: str,
-        rows: Callable[[Any], object] | None = None,
-        about: Mapping[str, Any] | None = None,
-        **pictured: Any,
-    ) -> Any:
-        """Carry out a study, save its dataset, draw it, and print one JSON object, or a summary.
-
-        The files are checked before: nothing is computed that could not be kept. After Ctrl-C a
-        study that takes `max_seconds` comes back with what is known, as at the end of its time.
-
-        Parameters
-        ----------
-        study : callable
-            Called with `progress`, and with `max_seconds` if it is a keyword of it.
-        draw : str
-            A function of `exactcreep.figures`, as ``module:name``.
-        rows : callable, optional
-            Prints the answer by itself.
-        about : mapping, optional
-            What the JSON object begins with.
-        **pictured
-            Further arguments of `draw`.
-        """
-        from exactcreep.quasistatic.files import check_output, check_plot, write_file
-        from exactcreep.quasistatic.netcdf import netcdf
-
-        if self.plot is not None:
-            check_plot(self.plot, force=self.force)
-        if self.data is not None:
-            check_output(self.data, "out", force=self.force)
-        given = getattr(study, "keywords", {})
-        timed = "max_seconds" in given
-        words = {"max_seconds": _FOR_EVER} if timed and given["max_seconds"] is None else {}
-        interrupted = False
-        with shown(quiet=self.json) as display:
-            if timed:
-                with interrupts.deferred():
-                    found = study(progress=display.show, **words)
-                    interrupted = interrupts.waiting()
-            else:
-                found = study(progress=display.show)
-        if self.data is not None:
-            write_file(self.data, netcdf({None: found.dataset}), "out")
-        if self.plot is not None:
-            resolve_name(f"exactcreep.figures.{draw}")(found, self.plot, **pictured)
-        if self.json:
-            typer.echo(as_json({**(about or {})} | found.summary()))
-        else:
-            say_summary(found.summary()) if rows is None else rows(found)
-            for path in (self.data, self.plot):
-                if path is not None:
-                    typer.echo(f"written: {path}")
-        if interrupted:
-            complain("interrupted: this is what is known")
-            raise typer.Exit(INTERRUPTED)
-        return found
-
-
-@dataclass(frozen=True, kw_only=True)
-class Output(Drawing):
-    """Where the answer of a study that has a dataset goes.
-
-    Parameters
-    ----------
-    out : path
-        Write the data to this NetCDF file.
-    """
-
-    out: Path | None = None
-
-    @property
-    def data(self) -> Path | None:
-        """Where the dataset goes."""
-        return self.out
-
-
-GROUPS |= {"Drawing": Drawing, "Output": Output}
+def duration(seconds: float) -> str:
+    """Return a time for the eye: ``35 us``, ``1.2 s``; ``-`` if it is not known."""
+    if math.isnan(seconds):
+        return "-"
+    unit, size = ("s", 1.0) if seconds >= 1 else ("ms", 1e-3) if seconds >= 1e-3 else ("us", 1e-6)
+    return f"{seconds / size:.3g} {unit}"
 
 
 def grouped(
-    settings: Sequence[Mapping[str, Any]], said: Sequence[Any]
+    settings: Sequence[Mapping[str, Any]], results: Sequence[Any]
 ) -> list[tuple[list[str], list[int]]]:
     """Return groups of members with equal results whose settings are neighbours.
 
-    Parameters
-    ----------
-    settings : sequence of mapping
-        Keys and values of each member.
-    said : sequence
-        What is printed of each member; it is compared by ``==``.
-
-    Returns
-    -------
-    list of (list of str, list of int)
-        Of each group the values of every key, a range as ``first … last``, and its members.
+    Of each group: the values of every key, a range as ``first … last``, and its members. The
+    settings are those of each member by its keys; the results are compared by ``==``.
     """
     rows: list[tuple[list[list[Any]], list[int]]] = []
-    for number, (setting, _) in enumerate(zip(settings, said, strict=False)):
+    for number, (setting, _) in enumerate(zip(settings, results, strict=False)):
         rows.append(([[value] for value in setting.values()], [number]))
     for column in reversed(range(len(settings[0]) if settings else 0)):
         kept: list[tuple[list[list[Any]], list[int]]] = []
         for values, members in rows:
-            if kept and said[kept[-1][1][0]] == said[members[0]]:
+            if kept and results[kept[-1][1][0]] == results[members[0]]:
                 before = kept[-1][0]
-                same = [one == other for one, other in zip(before, values, strict=True)]
-                if all(same[:column]) and all(same[column + 1 :]):
+                if all(k == column or before[k] == values[k] for k in range(len(values))):
                     before[column] += values[column]
                     kept[-1][1].extend(members)
                     continue
@@ -328,3 +214,164 @@ def _setting_text(value: Any) -> str:
         return f"{float(value):.6g}"
     except (TypeError, ValueError):
         return str(value)
+
+
+# --- answers --------------------------------------------------------------------------------------
+
+
+@contextmanager
+def shown(name: str = "", *, quiet: bool = False, hint: str = "") -> Iterator[Display]:
+    """Show how far a command has come; on Ctrl-C say it, with a hint, and leave with status 130."""
+    with Display(name, quiet=quiet) as display:
+        try:
+            yield display
+        except KeyboardInterrupt:
+            display.stop()
+            complain(f"interrupted{display.reached}{hint}")
+            raise typer.Exit(INTERRUPTED) from None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a command has to tell.
+
+    Attributes
+    ----------
+    summary : mapping
+        What ``--json`` prints.
+    say : callable, optional
+        Prints it for the eye; default: a line for each key.
+    save : callable
+        Writes its data to the path of ``--out``.
+    draw : callable
+        Returns the figure that goes to ``--plot``.
+    status : int
+        To leave with.
+    remark : str
+        A sentence for standard error.
+    """
+
+    summary: Mapping[str, Any]
+    say: Callable[[], object] | None = None
+    save: Callable[[Path], object] = Path.touch
+    draw: Callable[[], Any] = object
+    status: int = 0
+    remark: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Output:
+    """Where the answer of a command goes."""
+
+    out: Path | None = None
+    plot: Path | None = None
+    json: bool = False
+    force: bool = False
+    size: str | None = None
+    dpi: str | None = None
+
+    def check(self, drawn: Path | None = None, **others: Path | None) -> None:
+        """Raise `InputError` unless every file can be written, and no two are the same.
+
+        Nothing is computed that could not be kept. The size of a picture needs one: `drawn`, or
+        that of ``--plot``; `others` are files of further options.
+        """
+        from exactcreep.quasistatic.files import check_output, check_picture
+
+        named = {path.resolve(): name for name, path in others.items() if path is not None}
+        for path, name in ((self.out, "out"), (self.plot, "plot")):
+            if path is not None:
+                check_output(path, name, force=self.force)
+                if (first := named.setdefault(path.resolve(), name)) != name:
+                    allowed = f"must not be the file of --{first}"
+                    raise exactcreep.InputError(name, str(path), allowed)
+        if self.plot is not None:
+            check_picture(self.plot)
+        picture = self.plot or drawn
+        allowed = "is that of a picture, and needs --plot" if picture is None else ""
+        if picture is not None and picture.suffix.lower() == ".html":
+            allowed = "is that of a picture: a page fits its window"
+        for name, text in (("size", self.size), ("dpi", self.dpi)):
+            if text is not None and allowed:
+                raise exactcreep.InputError(name, text, allowed)
+        self.printed()
+
+    def printed(self) -> AbstractContextManager[None]:
+        """Return the context in which pictures have the size that was asked for."""
+        if self.size is None and self.dpi is None:
+            return nullcontext()
+        from exactcreep.figures.style import printed
+
+        sides = None if self.size is None else _inches(self.size)
+        return printed(sides, whole(self.dpi, "dpi", 10, 2400))
+
+    def deliver(self, answer: Answer) -> None:
+        """Save, draw and print an answer, and leave with its status.
+
+        The disk may be full: what was computed is told all the same.
+        """
+
+        def draw(path: Path) -> None:
+            from exactcreep.figures.style import save_picture
+
+            with self.printed():
+                save_picture(answer.draw(), path)
+
+        written, failed = list[Path](), None
+        for path, write in ((self.out, answer.save), (self.plot, draw)):
+            if path is not None:
+                try:
+                    write(path)
+                    written.append(path)
+                except exactcreep.InputError as error:
+                    failed = failed or error
+        if self.json:
+            typer.echo(as_json(answer.summary))
+        else:
+            answer.say() if answer.say else say_summary(answer.summary)
+            for path in written:
+                typer.echo(f"written: {path}")
+        if failed is not None:
+            raise failed
+        if answer.remark:
+            complain(answer.remark)
+        if answer.status:
+            raise typer.Exit(answer.status)
+
+
+Drawing: TypeAlias = Output
+"""Of a command that has no data to save."""
+Printed: TypeAlias = Output
+"""Of one that only prints."""
+Pictures: TypeAlias = Output
+"""Of one whose pictures are not an option."""
+
+
+def _only(*names: str) -> Callable[..., Output]:
+    """Return what makes an `Output` of some of its options."""
+
+    def made(**given: Any) -> Output:
+        return Output(**given)
+
+    taken = inspect.signature(Output).parameters
+    made.__signature__ = inspect.Signature([taken[name] for name in names])  # type: ignore[attr-defined]
+    return made
+
+
+GROUPS |= {
+    "Output": Output,
+    "Drawing": _only("plot", "json", "force", "size", "dpi"),
+    "Printed": _only("json"),
+    "Pictures": _only("size", "dpi"),
+}
+
+
+def _inches(text: str) -> tuple[float, float]:
+    try:
+        width, height = map(float, text.split("x"))
+    except ValueError:
+        width = height = math.nan
+    if not all(_NARROWEST <= side <= _WIDEST for side in (width, height)):
+        allowed = f"must be WIDTHxHEIGHT in inches, each from {_NARROWEST:g} to {_WIDEST:g}"
+        raise exactcreep.InputError("size", text, allowed)
+    return width, height

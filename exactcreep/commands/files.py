@@ -1,28 +1,42 @@
-"""Commands about scenes and saved runs: list, show, export, animate, explore, sweep."""
+"""Commands about scenes and files: list, show, export, animate, explore, sweep, reproduce."""
 
 from __future__ import annotations
 
+import itertools
+import math
+import time
 import webbrowser
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 import exactcreep
-from exactcreep.commands.answer import as_json, complain, counted, shown
-from exactcreep.commands.options import chosen, run_settings
+from exactcreep.commands.answer import (
+    Answer,
+    Pictures,
+    Printed,
+    complain,
+    counted,
+    say,
+    say_table,
+    shown,
+)
+from exactcreep.commands.options import chosen, one_of, run_settings, whole
 
 if TYPE_CHECKING:
     from exactcreep import Scene
+    from exactcreep.figures.paper import Table
 
-
+ALL = "all"
 _LARGE = 100e6  # bytes of a table that are worth a warning
 _SOME = 1000  # rows that tell how long the others are
 
 
-def scenes(*, show: str | None = None, json: bool = False) -> None:
+def scenes(*, show: str | None = None, output: Printed) -> None:
     """List the built-in scenes, or print one as a start for your own.
 
     A scene is a TOML file: a chain, its drive, what is recorded, and what varies.
@@ -42,27 +56,16 @@ def scenes(*, show: str | None = None, json: bool = False) -> None:
     if show is not None:
         if show not in texts:
             raise exactcreep.InputError("show", show, one_of(show, texts))
-        typer.echo(as_json({"name": show, "toml": texts[show]}) if json else texts[show], nl=json)
-        return
-    found = [exactcreep.load_scene(name) for name in texts]
-    if json:
-        listed = [
-            {"name": scene.name, "title": scene.title, "members": len(scene.settings())}
-            for scene in found
-        ]
-        typer.echo(as_json({"scenes": listed}))
-        return
-    width = max(len(scene.name) for scene in found)
-    for scene in found:
-        typer.echo(f"{scene.name:<{width}}  {scene.title}")
-
-
-def one_of(name: str, known: Sequence[str] | dict[str, Any]) -> str:
-    """Return what is allowed, and the name that was meant."""
-    import difflib
-
-    near = difflib.get_close_matches(name, known, 1, 0.5)
-    return "must be one of " + ", ".join(known) + (f" (did you mean {near[0]}?)" if near else "")
+        about = {"name": show, "toml": texts[show]}
+        return output.deliver(Answer(about, lambda: typer.echo(texts[show], nl=False)))
+    loaded = [exactcreep.load_scene(name) for name in texts]
+    listed = [
+        {"name": scene.name, "title": scene.title, "members": len(scene.settings())}
+        for scene in loaded
+    ]
+    width = max(len(scene.name) for scene in loaded)
+    lines = "\n".join(f"{scene.name:<{width}}  {scene.title}" for scene in loaded)
+    output.deliver(Answer({"scenes": listed}, lambda: typer.echo(lines)))
 
 
 def show(
@@ -73,6 +76,7 @@ def show(
     member: str = "1",
     out: Path | None = None,
     force: bool = False,
+    pictures: Pictures,
 ) -> None:
     """Draw x_G(t), the slips in space and time, and the tensions and forces at one moment.
 
@@ -93,24 +97,19 @@ def show(
     out : path
         PNG, PDF or SVG file; default RUN.png.
     """
-    import matplotlib as mpl
-
-    from exactcreep.figures.run_view import draw_portrait, portrait
-    from exactcreep.figures.style import STYLE, save_picture
-    from exactcreep.model.numbers import whole_number
+    from exactcreep.figures.run import draw_portrait, portrait
+    from exactcreep.figures.style import save_picture
     from exactcreep.quasistatic.files import check_plot
     from exactcreep.quasistatic.result import load_members
 
     members = load_members(run)
     target = out or run.with_suffix(".png")
     check_plot(target, force=force)
-    wide = whole_number(window, "window", least=1)
+    pictures.check(target)
     seen = chosen(members, member)
-    wanted = None
-    if half_cycle is not None:
-        wanted = whole_number(half_cycle, "half_cycle", least=0, most=seen.half_cycles)
-    with mpl.rc_context(STYLE):
-        save_picture(draw_portrait(portrait(seen, wanted, wide)), target)
+    wide, wanted = whole(window, "window"), whole(half_cycle, "half_cycle", 0, seen.half_cycles)
+    with pictures.printed():
+        save_picture(draw_portrait(portrait(seen, wanted, wide or 1)), target)
     if seen.course:
         typer.echo(f"{seen.evidence.value}: {seen.course}")
     typer.echo(f"written: {target}")
@@ -168,6 +167,7 @@ def animate(
     max_seconds: str | None = None,
     out: Path | None = None,
     force: bool = False,
+    pictures: Pictures,
 ) -> None:
     """Draw one avalanche exactly as it moves, from its closed form.
 
@@ -194,7 +194,6 @@ def animate(
     """
     from exactcreep.figures.animation import draw_avalanche, find_avalanche, largest_avalanche
     from exactcreep.limits import Limits
-    from exactcreep.model.numbers import whole_number
     from exactcreep.quasistatic.files import check_output, write_file
 
     wanted = scene.with_settings(run_settings(solver=solver, seed=seed))
@@ -205,12 +204,12 @@ def animate(
     if ending == ".html" and frames is not None:
         allowed = "are those of a GIF file: a page moves without them"
         raise exactcreep.InputError("frames", frames, allowed)
-    count = whole_number(frames or "120", "frames", least=2, most=10_000)
+    pictures.check(out or Path(ending))
+    count = whole(frames or "120", "frames", 2, 10_000)
     limits = Limits.of(max_seconds=max_seconds)
-    if rearrangement is None:
+    number = whole(rearrangement, "rearrangement", 0)
+    if number is None:
         number = largest_avalanche(experiment, limits=limits)
-    else:
-        number = whole_number(rearrangement, "rearrangement", least=0)
     target = out or Path(f"{wanted.name}-{number}.gif")
     check_output(target, "out", force=force)
     avalanche = find_avalanche(experiment, number, limits)
@@ -219,7 +218,8 @@ def animate(
 
         write_file(target, saved(avalanche).encode(), "out", force=force)
     else:
-        draw_avalanche(avalanche, target, frames=count)
+        with pictures.printed():
+            draw_avalanche(avalanche, target, frames=count or 2)
     motion = avalanche.rearrangement
     typer.echo(
         f"rearrangement {number}, half-cycle {avalanche.half_cycle}:"
@@ -245,9 +245,8 @@ def explore(*, port: str = "0", browser: bool = True) -> None:
         Whether to open the page.
     """
     from exactcreep.figures.explorer import page_server
-    from exactcreep.model.numbers import whole_number
 
-    with page_server(whole_number(port, "port", least=0, most=65_535)) as server:
+    with page_server(whole(port, "port", 0, 65_535) or 0) as server:
         url = f"http://127.0.0.1:{server.server_address[1]}/"
         typer.echo(f"{url} (Ctrl-C ends it)")
         if browser:
@@ -266,6 +265,7 @@ def sweep(
     resume: bool = False,
     plot: Path | None = None,
     force: bool = False,
+    pictures: Pictures,
 ) -> None:
     """Run every member of a scene as a labelled grid, on all cores or on a cluster.
 
@@ -293,13 +293,12 @@ def sweep(
     plot : path
         Draw the velocities to this PNG, PDF or SVG file.
     """
-    from exactcreep.model.numbers import whole_number
     from exactcreep.model.outcome import behaviour
     from exactcreep.quasistatic.files import check_plot
 
     given = run_settings(solver=solver)
-    if seeds is not None:
-        given["vary.run.seed"] = list(range(whole_number(seeds, "seeds", least=1, most=10**6)))
+    if (count := whole(seeds, "seeds", most=10**6)) is not None:
+        given["vary.run.seed"] = list(range(count))
     wanted = scene.with_settings(given)
     folder = out or Path(f"{wanted.name}-sweep")
     if plot is not None:
@@ -307,16 +306,17 @@ def sweep(
         if not set(wanted.vary) - {"run.seed"}:
             allowed = "needs something that varies besides the seed"
             raise exactcreep.InputError("plot", str(plot), allowed)
+    replace(pictures, plot=plot, force=True).check()
     if workers is not None and scheduler is not None:
         allowed = "cannot be given together with a scheduler"
         raise exactcreep.InputError("workers", workers, allowed)
-    count = None if workers is None else whole_number(workers, "workers", least=1)
+    threads = whole(workers, "workers")
     with (
         nullcontext() if scheduler is None else _cluster(scheduler) as executor,
         shown(wanted.name, hint=f"; --out {folder} --resume goes on") as display,
     ):
         grid = exactcreep.sweep(
-            wanted, executor=executor, workers=count, out=folder, resume=resume,
+            wanted, executor=executor, workers=threads, out=folder, resume=resume,
             progress=display.show,
         )  # fmt: skip
     sizes = ", ".join(f"{name} {size}" for name, size in grid["velocity"].sizes.items())
@@ -327,9 +327,11 @@ def sweep(
     typer.echo(f"{grid['velocity'].size} cells ({sizes or 'one'}): {outcomes}")
     typer.echo(f"written: {folder / 'sweep.nc'}")
     if plot is not None:
+        from exactcreep.figures.style import save_picture
         from exactcreep.figures.sweep import draw_sweep
 
-        draw_sweep(grid, plot, title=wanted.title or wanted.name)
+        with pictures.printed():
+            save_picture(draw_sweep(grid, wanted.title or wanted.name), plot)
         typer.echo(f"written: {plot}")
 
 
@@ -340,3 +342,89 @@ def _cluster(scheduler: str) -> Any:
         allowed = "needs dask: pip install 'exactcreep[cluster]'"
         raise exactcreep.InputError("scheduler", scheduler, allowed) from None
     return cluster(scheduler)
+
+
+def reproduce(
+    name: str = "",
+    *,
+    quick: bool = False,
+    out: Path = Path("figures"),
+    force: bool = False,
+    workers: str | None = None,
+    pictures: Pictures,
+) -> None:
+    """Compute and draw the paper's figures.
+
+    Writes NAME.png, NAME.pdf, NAME.nc (the data) and NAME.csv (the table: measured, the paper's
+    law, the exact one, deviations in standard errors), and prints the table.
+
+    Examples:
+
+        exactcreep reproduce all --quick
+
+        exactcreep reproduce chain-plateaus --out pictures
+
+    Parameters
+    ----------
+    name : all|NAME
+        A picture; without a name they are listed.
+    quick : bool
+        Fewer points and shorter runs: minutes in all.
+    out : DIR
+        Directory of the files.
+    """
+    from exactcreep.figures.paper import PICTURES
+    from exactcreep.quasistatic.files import check_output, output_directory
+
+    if not name:
+        for picture in PICTURES.values():
+            typer.echo(f"{picture.name:24}Fig. {picture.figure}")
+        return
+    if name not in (ALL, *PICTURES):
+        raise exactcreep.InputError("picture", name, one_of(name, [ALL, *PICTURES]))
+    wanted = list(PICTURES.values()) if name == ALL else [PICTURES[name]]
+    threads = whole(workers, "workers")
+    output_directory(out, "out")
+    pictures.check(out)
+    for picture, ending in itertools.product(wanted, ("png", "pdf", "nc", "csv")):
+        check_output(out / f"{picture.name}.{ending}", "out", force=force)
+    begin = time.perf_counter()
+    for number, picture in enumerate(wanted):
+        hint = f"; {number} of {len(wanted)} pictures are in {out}" * bool(number)
+        with shown(picture.name, hint=hint) as display:
+            data = picture.data(quick=quick, workers=threads, progress=display.show)
+        with pictures.printed():
+            tables = picture.write(data, out)
+        for table in tables:
+            _print_table(table)
+        typer.echo(f"written: {out / picture.name}.png, .pdf, .nc, .csv\n")
+    if len(wanted) > 1:
+        typer.echo(f"{len(wanted)} pictures in {time.perf_counter() - begin:.0f} s")
+
+
+def _print_table(table: Table) -> None:
+    """Print a table: measured, laws, deviations in standard errors."""
+    say(f"[bold]{table.name}[/bold]: {table.title}; deviations in standard errors")
+    exact = f"exact: {table.exact}" if table.exact else ""
+    for line in filter(None, (f"paper: {table.printed}", exact, table.note)):
+        say(f"  {line}", markup=False)
+    rows = [
+        (
+            *(f"{v:.6g}" if isinstance(v, float) else str(v) for v in row.varied.values()),
+            f"{row.measured:.6g}",
+            f"{row.error:.2g}",
+            *_beside(row.printed, row.deviation_printed),
+            *_beside(row.exact, row.deviation_exact),
+        )
+        for row in table.rows
+    ]
+    names = (*table.rows[0].varied, "measured", "std. error", "paper", "dev.", "exact", "dev.")
+    say_table(names, rows, folded=names)
+
+
+def _beside(law: Sequence[float], deviation: float) -> tuple[str, str]:
+    """Return the values of a law, and how far off it the measured value is."""
+    off = "" if math.isnan(deviation) else f"{deviation:+.1f}"
+    if deviation == 0 and len(set(law)) > 1:
+        off = "between"
+    return " or ".join(dict.fromkeys(f"{value + 0.0:.6g}" for value in law)), off

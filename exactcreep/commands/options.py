@@ -11,7 +11,6 @@ import ast
 import inspect
 import re
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -36,12 +35,24 @@ SHARED = {
     "member": ("int", "Which member of a scene that varies something."),
     "workers": ("int", "Threads; default one per processor."),
     "max_seconds": ("SECONDS", "Come back after so much time."),
+    "out": ("path", "Write the data to this NetCDF file."),
     "plot": ("path", "Draw what is found to this PNG, PDF or SVG file."),
+    "size": ("WxH", "Of pictures, in inches, as in 6x4."),
+    "dpi": ("int", "Dots per inch of pictures."),
     "json": ("bool", "Print one JSON object."),
     "force": ("bool", "Overwrite files that exist."),
 }
 """Types and descriptions of parameters that commands share, unless their docstrings have others."""
 _ENTRY = re.compile(r"^(\w[\w, ]*?)(?: : (.*))?$\n((?:^ +\S.*\n|^\n(?= ))*)", re.MULTILINE)
+GROUPS: dict[str, Callable[..., Any]] = {}
+"""What takes a group of options, by the annotation that names it."""
+
+
+class _Defaults(dict[str, Any]):
+    """Names of a module that is not imported: as default values they stand for None."""
+
+    def __missing__(self, name: str) -> None:
+        return None
 
 
 def public(name: str) -> Callable[..., Any]:
@@ -55,27 +66,15 @@ def public(name: str) -> Callable[..., Any]:
         for node in stub.body
         if isinstance(node, ast.ImportFrom) and any(each.asname == name for each in node.names)
     )
-    text = (_PACKAGE / f"{module.replace('.', '/')}.py").read_text("utf-8")
-    (found,) = (node for node in ast.parse(text).body if getattr(node, "name", "") == name)
+    tree = ast.parse((_PACKAGE / f"{module.replace('.', '/')}.py").read_text("utf-8"))
+    (found,) = (node for node in tree.body if getattr(node, "name", "") == name)
     assert isinstance(found, ast.FunctionDef)
     found.body, found.decorator_list = found.body[:1], []
-    given: list[list[Any]] = [found.args.defaults, found.args.kw_defaults]
-    for defaults in given:
-        defaults[:] = [each and ast.Constant(_literal(each)) for each in defaults]
-    tree = ast.parse("from __future__ import annotations")
-    tree.body.append(found)
-    made: dict[str, Any] = {}
-    exec(compile(ast.fix_missing_locations(tree), name, "exec"), made)
+    tree.body = [*ast.parse("from __future__ import annotations").body, found]
+    made = _Defaults()
+    exec(compile(tree, name, "exec"), {}, made)
     stand_in: Callable[..., Any] = made[name]
     return stand_in
-
-
-def _literal(default: ast.expr) -> Any:
-    """Return a default that is written out; None for a name, whose module is not imported."""
-    try:
-        return ast.literal_eval(default)
-    except ValueError:
-        return None
 
 
 def described(function: Callable[..., Any]) -> dict[str, tuple[str, str]]:
@@ -84,9 +83,8 @@ def described(function: Callable[..., Any]) -> dict[str, tuple[str, str]]:
     known = dict(SHARED)
     section = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[\w ]*\n-+\n|\Z)", text, re.M | re.S)
     for names, kind, about in _ENTRY.findall(section[1] if section else ""):
-        words = re.sub(r"``|`", "", " ".join(about.split()))
-        for name in names.split(","):
-            known[name.strip()] = (kind, words.replace("[", r"\["))
+        words = re.sub(r"``|`", "", " ".join(about.split())).replace("[", r"\[")
+        known |= dict.fromkeys(map(str.strip, names.split(",")), (kind, words))
     return known
 
 
@@ -96,78 +94,62 @@ def help_of(function: Callable[..., Any]) -> str:
     return re.sub(r"(?<=\S)\n(?=\S)", " ", text)
 
 
-def _parameter(one: inspect.Parameter, about: tuple[str, str]) -> inspect.Parameter:
+def _taken(one: inspect.Parameter, about: tuple[str, str]) -> inspect.Parameter:
     """Return a parameter as typer takes it: text, a flag, a pair, or several texts."""
     kind, text = about
     asked, default = str(one.annotation), one.default
-    required = default is one.empty
     flags = _FLAGS.get(one.name, ())
     metavar: str | None
     metavar = next((short for word, short in _METAVARS.items() if kind.startswith(word)), kind)
-    plain = Path if "Path" in asked else str
-    annotation: Any = plain if required else plain | None
+    annotation: Any = Path if "Path" in asked else str
+    annotation = annotation if default is one.empty else annotation | None
     if "bool" in asked:
         annotation, metavar = bool | None if default is None else bool, None
         name = one.name.replace("_", "-")
-        flags = (f"--{name}/--no-{name}",) if default is not False else (f"--{name}",)
+        flags = (f"--{name}",) if default is False else (f"--{name}/--no-{name}",)
     elif "tuple[" in asked:
         annotation = tuple[str, str] | None
     elif "list[" in asked:
         annotation = list[str] | None
-    if one.kind is one.KEYWORD_ONLY:
-        made = typer.Option(*flags, metavar=metavar, help=text)
-    else:
-        made = typer.Argument(metavar=metavar, help=text)
-    if not required and default is not None and not isinstance(default, bool):
+    made: Any = typer.Option if one.kind is one.KEYWORD_ONLY else typer.Argument
+    made = made(*flags, metavar=metavar, help=text)
+    if default is not one.empty and default is not None and not isinstance(default, bool):
         default = str(default)
-    return inspect.Parameter(
-        one.name, one.KEYWORD_ONLY, default=default, annotation=Annotated[annotation, made]
+    return one.replace(
+        kind=one.KEYWORD_ONLY, default=default, annotation=Annotated[annotation, made]
     )
 
 
 def expanded(
-    function: Callable[..., None], told: Callable[..., Any] | None = None, pictures: bool = False
+    function: Callable[..., None], told: Callable[..., Any] | None = None
 ) -> Callable[..., None]:
     """Return a command as typer takes it, all parameters by name.
 
-    Parameters
-    ----------
-    function : callable
-        Called with what the options come to.
-    told : callable, optional
-        Whose signature and docstring the options have, without arguments; default `function`.
-    pictures : bool
-        Whether the size of pictures and their dots per inch are options, too.
+    It is called with what the options come to, and has the signature and docstring of `told`, whose
+    parameters are all options; by default its own.
     """
-    signature = inspect.signature(told or function)
     about, taken = described(told or function), dict[str, inspect.Parameter]()
-    groups: dict[str, tuple[Callable[..., Any], tuple[str, ...]]] = {}
-    for name, one in signature.parameters.items():
+    groups: dict[str, dict[str, str]] = {}
+    signature = inspect.signature(told or function).parameters
+    for name, one in signature.items():
         asked = str(one.annotation).strip("'\"")
         if any(word in asked for word in _UNSEEN):
             continue
-        group = GROUPS.get(asked)
-        if group is None:
+        if asked not in GROUPS:
             option = one.replace(kind=one.KEYWORD_ONLY) if told else one
-            taken[name] = _parameter(option, about.get(name, ("", "")))
+            taken[name] = _taken(option, about.get(name, ("", "")))
             continue
-        inner, known = inspect.signature(group).parameters, described(group)
-        groups[name] = group, tuple(inner)
-        taken |= {each: _parameter(inner[each], known.get(each, ("", ""))) for each in inner}
-    if pictures:
-        size = "picture_size" if "size" in taken else "size"
-        about, inner = described(printed), inspect.signature(printed).parameters
-        for name, each in ((size, "size"), ("dpi", "dpi")):
-            taken[name] = _parameter(inner[each].replace(name=name), about[each])
+        known, groups[name] = described(GROUPS[asked]), {}
+        for own, inner in inspect.signature(GROUPS[asked]).parameters.items():
+            flag = f"picture_{own}" if own in signature else own
+            groups[name][own] = flag
+            taken[flag] = _taken(inner.replace(name=flag), known.get(own, ("", "")))
 
     def called(**given: Any) -> None:
-        context: AbstractContextManager[None] = nullcontext()
-        if pictures:
-            context = printed(given, size=given.pop(size), dpi=given.pop("dpi"))
-        for name, (group, members) in groups.items():
-            given[name] = group(**{member: given.pop(member) for member in members})
-        with context:
-            function(**given)
+        for name, members in groups.items():
+            words = {own: given.pop(flag) for own, flag in members.items()}
+            given[name] = GROUPS[str(signature[name].annotation).strip("'\"")](**words)
+        function(**given)
 
     called.__name__ = function.__name__
     called.__doc__ = help_of(told or function)
@@ -225,49 +207,18 @@ def scene_of(scene: str, *, settings: list[str] | None = None) -> Any:
     return replace(loaded, title=f"with {', '.join(settings)}") if settings else loaded
 
 
-def printed(
-    given: dict[str, Any], *, size: str | None = None, dpi: str | None = None
-) -> AbstractContextManager[None]:
-    """Return the context in which pictures have the size that was asked for.
+def start_of(*, start_tension: str | None = None) -> str | None:
+    """Return the tension at the start.
 
     Parameters
     ----------
-    size : WxH
-        Of pictures, in inches, as in 6x4.
-    dpi : int
-        Dots per inch of pictures.
+    start_tension : number
+        Tension of every spring at the start; default the relaxed chain.
     """
-    if size is None and dpi is None:
-        return nullcontext()
-    from exactcreep.figures.style import printed
-    from exactcreep.model.numbers import whole_number
-
-    name = "dpi" if size is None else "size"
-    if given.get("plot", ...) is None:
-        raise exactcreep.InputError(name, size or dpi, "is that of a picture, and needs --plot")
-    if str(given.get("out")).lower().endswith(".html"):
-        allowed = "is that of a picture: a page fits its window"
-        raise exactcreep.InputError(name, size or dpi, allowed)
-    dots = None if dpi is None else whole_number(dpi, "dpi", least=10, most=2400)
-    return printed(None if size is None else _inches(size), dots)
+    return start_tension
 
 
-_NARROWEST, _WIDEST = 1.0, 50.0  # inches of a picture
-
-
-def _inches(text: str) -> tuple[float, float]:
-    try:
-        width, height = map(float, text.split("x"))
-    except ValueError:
-        width = height = float("nan")
-    if not all(_NARROWEST <= side <= _WIDEST for side in (width, height)):
-        allowed = f"must be WIDTHxHEIGHT in inches, each from {_NARROWEST:g} to {_WIDEST:g}"
-        raise exactcreep.InputError("size", text, allowed)
-    return width, height
-
-
-GROUPS: dict[str, Callable[..., Any]] = {"Chain": chain_of, "Scene": scene_of}
-"""What takes a group of options, by the annotation that names it."""
+GROUPS |= {"Chain": chain_of, "Scene": scene_of, "State | None": start_of}
 
 
 # --- what options mean ----------------------------------------------------------------------------
@@ -275,9 +226,14 @@ GROUPS: dict[str, Callable[..., Any]] = {"Chain": chain_of, "Scene": scene_of}
 
 def chosen(members: Sequence[T], member: str) -> T:
     """Return the member that ``--member`` names."""
+    return members[(whole(member, "member", most=len(members)) or 1) - 1]
+
+
+def whole(text: str | None, name: str, least: int = 1, most: int | None = None) -> int | None:
+    """Return the whole number that an option gives; None if it is not given."""
     from exactcreep.model.numbers import whole_number
 
-    return members[whole_number(member, "member", least=1, most=len(members)) - 1]
+    return None if text is None else whole_number(text, name, least=least, most=most)
 
 
 def run_settings(**given: Any) -> dict[str, Any]:
@@ -285,12 +241,9 @@ def run_settings(**given: Any) -> dict[str, Any]:
     return {f"run.{name}": value for name, value in given.items() if value is not None}
 
 
-def parsed_seeds(text: str | None) -> int | list[int] | None:
-    """Return how many seeds, or which, ``--seeds`` names."""
-    from exactcreep.model.numbers import whole_number
+def one_of(name: str, known: Sequence[str] | dict[str, Any]) -> str:
+    """Return what is allowed, and the name that was meant."""
+    import difflib
 
-    if text is None:
-        return None
-    if "," not in text:
-        return whole_number(text, "seeds", least=1)
-    return [whole_number(part.strip(), "seeds", least=0) for part in text.split(",")]
+    near = difflib.get_close_matches(name, known, 1, 0.5)
+    return "must be one of " + ", ".join(known) + (f" (did you mean {near[0]}?)" if near else "")

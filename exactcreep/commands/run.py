@@ -3,34 +3,46 @@
 from __future__ import annotations
 
 import json
+import math
 import warnings
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 import exactcreep
-from exactcreep.commands.answer import INTERRUPTED, LIMIT, STALE, as_json, complain, shown
+from exactcreep.commands.answer import (
+    INTERRUPTED,
+    LIMIT,
+    STALE,
+    Answer,
+    Output,
+    as_json,
+    counted,
+    grouped,
+    of_members,
+    say,
+    say_heading,
+    say_rows,
+    say_table,
+    shown,
+)
 from exactcreep.commands.options import GROUPS, run_settings
-from exactcreep.commands.summary import Summary
 
 if TYPE_CHECKING:
-    from exactcreep import Creep, Descent, InputError, Scene
+    from exactcreep import Creep, Descent, Scene
     from exactcreep.quasistatic.checkpoint import Checkpoint
     from exactcreep.scene import Member
 
 
 @dataclass(frozen=True, kw_only=True)
-class Session:
+class Session(Output):
     """Where a run goes, and how far.
 
     Parameters
     ----------
-    out : path
-        Write the data to this NetCDF file.
     plot : path
         Draw x_G and theta to this PNG, PDF or SVG file.
     every : SECONDS
@@ -43,114 +55,65 @@ class Session:
         Give up a member that records more.
     """
 
-    out: Path | None = None
-    plot: Path | None = None
-    json: bool = False
-    force: bool = False
     every: str = "60"
     max_events: str | None = None
     max_seconds: str | None = None
     max_bytes: str | None = None
-
-    def check(self, members: Sequence[Member], checkpoint: Path | None) -> None:
-        """Raise `InputError` unless every file can be written, and no two are the same."""
-        from exactcreep.quasistatic.files import check_output, check_picture
-
-        named = {} if checkpoint is None else {checkpoint.resolve(): "checkpoint"}
-        for path, name in ((self.out, "out"), (self.plot, "plot")):
-            if path is not None:
-                check_output(path, name, force=self.force)
-                first = named.setdefault(path.resolve(), name)
-                if first != name:
-                    allowed = f"must not be the file of --{first}"
-                    raise exactcreep.InputError(name, str(path), allowed)
-        if self.plot is not None:
-            check_picture(self.plot)
-            if not any("x_G" in member.experiment.record for member in members):
-                allowed = "needs x_G among what is recorded"
-                raise exactcreep.InputError("plot", str(self.plot), allowed)
 
     def run(
         self, members: Sequence[Member], note: Mapping[str, Any], kept: Checkpoint | None
     ) -> None:
         """Run members, then save, draw and print them; leave with the exit status they make.
 
-        The checkpoint holds the `note`: the scene's name and title, and the settings of members.
+        The `note` of the checkpoint: the scene's name and title, and the settings of members.
         """
         from exactcreep.limits import Limits
         from exactcreep.quasistatic.checkpoint import CheckpointWarning
         from exactcreep.quasistatic.creep import run_members
 
         limits = Limits.of(self.max_events, self.max_seconds, self.max_bytes)
-        self.check(members, None if kept is None else Path(kept.path))
-        status = 0
+        self.check(checkpoint=None if kept is None else Path(kept.path))
+        if self.plot and not any("x_G" in member.experiment.record for member in members):
+            allowed = "needs x_G among what is recorded"
+            raise exactcreep.InputError("plot", str(self.plot), allowed)
+        status, remark = 0, ""
         with shown(quiet=self.json) as display, warnings.catch_warnings():
             # the summary and the JSON say what these say, the last line of checkpoints
             for kind in (exactcreep.PhysicsWarning, exactcreep.AccuracyWarning, CheckpointWarning):
                 warnings.simplefilter("ignore", kind)
             try:
+                experiments = [member.experiment for member in members]
                 results = run_members(
-                    [member.experiment for member in members],
-                    progress=display.show,
-                    limits=limits,
-                    checkpoint=kept,
+                    experiments, progress=display.show, limits=limits, checkpoint=kept
                 )
             except exactcreep.Interrupted as interrupted:
-                results, status = interrupted.results, INTERRUPTED
+                results, status, remark = interrupted.results, INTERRUPTED, "interrupted"
+                remark += f"; exactcreep resume {kept.path} goes on" if kept else ""
         limited = any(each.outcome is exactcreep.Outcome.LIMIT for each in results)
         if not status and (limited or len(results) < len(members)):
             status = LIMIT
+        if kept is not None and kept.stale:
+            status, remark = max(status, STALE), f"{kept.stale}; it does not hold the last part"
+        scene, title = str(note.get("scene", "")), str(note.get("title", ""))
         settings = [member.settings for member in members]
         descent = None if status == INTERRUPTED else _descent(results, members)
-        scene, title = str(note.get("scene", "")), str(note.get("title", ""))
-        summary = Summary(results, settings, scene, title, descent)
-        written, failure = self.keep(summary)
-        if self.json:
-            typer.echo(as_json(summary.as_dict()))
-        else:
-            summary.print()
-            for path in written:
-                typer.echo(f"written: {path}")
-        if failure is not None:
-            raise failure
-        if kept is not None and kept.stale:
-            complain(f"{kept.stale}; it does not hold the last part")
-            status = max(status, STALE)
-        elif status == INTERRUPTED:
-            on = "" if kept is None else f"; exactcreep resume {kept.path} goes on"
-            complain(f"interrupted{on}")
-        if status:
-            raise typer.Exit(status)
+        summary = of_members(scene, settings, [one.summary() for one in results])
+        if descent is not None:
+            summary |= {"descent": descent.summary()}
 
-    def keep(self, summary: Summary) -> tuple[list[Path], InputError | None]:
-        """Save and draw results; return the files that were written, and what failed.
+        def draw() -> Any:
+            from exactcreep.figures.run import draw_descent, draw_run
 
-        The disk may be full: what was computed is told all the same.
-        """
-        from exactcreep.quasistatic.files import Occupied, free_name
-        from exactcreep.quasistatic.result import save_members
+            if descent is not None:
+                return draw_descent(descent, title)
+            return draw_run(results, settings, title)
 
-        written: list[Path] = []
-        failure: InputError | None = None
-        try:
-            if self.out is not None:
-                try:
-                    save_members(summary.results, self.out, force=self.force)
-                    written.append(self.out)
-                except Occupied:  # another program has taken the name during the run
-                    other = None
-                    while other is None:  # a third one may take the next name at the same time
-                        with suppress(Occupied):
-                            save_members(summary.results, free := free_name(self.out))
-                            other = free
-                    allowed = f"was made by another program meanwhile; this result is in {other}"
-                    failure = Occupied("out", str(self.out), allowed)
-            if self.plot is not None:
-                summary.draw(self.plot)
-                written.append(self.plot)
-        except exactcreep.InputError as error:
-            failure = error
-        return written, failure
+        def tell() -> None:
+            say_heading(scene, title)
+            _print(results, settings, descent)
+
+        answer = Answer(summary, tell, lambda path: _save(results, path, self.force), draw, status)
+        self.deliver(replace(answer, remark=remark))
 
 
 GROUPS["Session"] = Session
@@ -162,6 +125,23 @@ def _descent(results: Sequence[Creep], members: Sequence[Member]) -> Descent | N
     if len(members) != 1 or solid is None or seconds is None or not results[0].half_cycles:
         return None
     return exactcreep.Descent.of(solid, results[0], seconds)
+
+
+def _save(results: Sequence[Creep], out: Path, force: bool) -> None:
+    """Save results; under another name, if a program has taken theirs during the run."""
+    from exactcreep.quasistatic.files import Occupied, free_name
+    from exactcreep.quasistatic.result import save_members
+
+    try:
+        save_members(results, out, force=force)
+    except Occupied:
+        other = None
+        while other is None:  # a third program may take the next name at the same time
+            with suppress(Occupied):
+                save_members(results, free := free_name(out))
+                other = free
+        allowed = f"was made by another program meanwhile; this result is in {other}"
+        raise Occupied("out", str(out), allowed) from None
 
 
 def run(
@@ -223,14 +203,14 @@ def run(
         names = [name for entry in record for name in entry.split(",") if name]
         given["run.record"] = [] if names == ["none"] else names
     wanted = scene.with_settings(given)
-    members = wanted.members()
+    members = [replace(each, experiment=replace(each.experiment, twin=twin))
+               for each in wanted.members()]  # fmt: skip
     varied = as_json([member.settings for member in members])
     note = {"scene": wanted.name, "title": wanted.title, "settings": varied}
-    followed = [replace(each, experiment=replace(each.experiment, twin=twin)) for each in members]
     kept = None
     if checkpoint is not None:
         kept = Checkpoint(checkpoint, session.every, force=session.force, note=note)
-    session.run(followed, note, kept)
+    session.run(members, note, kept)
 
 
 def resume(checkpoint: Path, *, session: Session) -> None:
@@ -256,3 +236,129 @@ def resume(checkpoint: Path, *, session: Session) -> None:
         settings = json.loads(kept.note["settings"], parse_float=Literal)
     members = [Member(*each) for each in zip(settings, kept.experiments, strict=True)]
     session.run(members, {"scene": checkpoint.stem} | dict(kept.note), kept)
+
+
+# --- what is printed of a run ---------------------------------------------------------------------
+
+
+def _print(
+    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]], descent: Descent | None
+) -> None:
+    """Print the results, the paper's prediction beside the measured value."""
+    first = results[0]
+    names = ("l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha")
+    numbers = "".join(f", {name} = {float(getattr(first.chain, name)):.6g}" for name in names)
+    options = "".join(f", {name} = {v}" for name, v in first.experiment.options.items())
+    say(
+        f"{'first member: ' * bool(settings[0])}N = {first.chain.n}{numbers};"
+        f" solver {first.solver}{options}, seed {first.seed}"
+    )
+    if len(settings) > 1 or settings[0]:
+        _print_members(results, settings)
+    else:
+        _print_one(first, descent)
+
+
+def _measured(result: Creep, digits: int = 6) -> str:
+    """Return the velocity with its standard error."""
+    value, error, known = result.velocity, result.velocity_error, result.velocity_enclosure
+    if result.velocity_text is not None and known is not None:
+        radius = f", known to {known.radius_text()}" if known.radius else ""
+        return f"{result.velocity_text} (standard error {error:.2g}{radius})"
+    if not math.isfinite(value):
+        return "not known" if math.isnan(value) else "unbounded"
+    if math.isnan(error):
+        return f"{value:.{digits}g}"
+    if error < 1e-9 * abs(value) or error == 0:
+        return f"{value:.{digits}g} ± {error:.2g}"
+    places = max(0, 1 - math.floor(math.log10(error)))  # two digits of the error
+    return f"{value:.{places}f} ± {error:.{places}f}"
+
+
+def _predicted(result: Creep, digits: int) -> tuple[str, str]:
+    """Return the label of the paper's equation for a run, and its velocities where it holds."""
+    from exactcreep.laws import prediction
+
+    found = prediction(result.chain, result.drive)
+    if found is None:
+        return "", ""
+    holds = result.chain.tan_alpha <= 0 or any(value > 0 for value in found.printed)
+    values = found.printed if holds else ()
+    return found.label, " or ".join(f"{value:.{digits}g}" for value in values)
+
+
+def _print_one(result: Creep, descent: Descent | None) -> None:
+    since = "" if result.since is None else f" since cycle {result.since}"
+    remark = f": {result.reason}" if result.reason else ""
+    rows: list[tuple[str, Any]] = [
+        ("outcome", _behaviour(result) + since + remark),
+        (f"velocity per {result.drive.per}", _measured(result)),
+        ("  of", result.velocity_of),
+    ]
+    rows += [("  but", result.metastable)] if result.metastable else []
+    if result.velocity_reason and math.isfinite(result.velocity):
+        rows.append(("  standard error", f"not known: {result.velocity_reason}"))
+    elif math.isnan(result.velocity):
+        rows.append(("  because", result.velocity_reason))
+    label, law = _predicted(result, 6)
+    rows += [(f"  paper, Eq. ({label})", law or "none: below its threshold")] if label else []
+    rows += [] if descent is None else descent.lines()
+    ties = f", {result.undecided} comparisons by the model's rules" if result.undecided else ""
+    course = f": {result.course}" if result.course else ""
+    rows.append(("evidence", result.evidence.value + ties + course))
+    if "accuracy" in result.report:
+        from exactcreep.quasistatic.creep import accuracy_reached
+
+        rows.append(("accuracy", accuracy_reached(result.report)))
+    target = "half-cycles" if result.drive.cyclic else "targets"
+    reached = f"{result.half_cycles} {target}, {result.rearrangements} rearrangements"
+    rows.append(("counts", f"{reached}, {result.event_count} events, {result.slip_count} slips"))
+    if result.long_rearrangements:
+        rows.append(("accuracy", _accuracy(result.long_rearrangements)))
+    rows += [("outside the model", f"{name}: {count}") for name, count in result.warnings.items()]
+    say_rows([*rows, ("time", f"{result.seconds:.3g} s")])
+
+
+def _behaviour(result: Creep) -> str:
+    from exactcreep.model.outcome import behaviour
+
+    return behaviour(result.outcome, result.direction)
+
+
+def _accuracy(count: int) -> str:
+    from exactcreep.solvers.exact.layout import PROMISED_EVENTS
+
+    return (
+        f"{count} rearrangement{'s' * (count > 1)} of more than {PROMISED_EVENTS} events, for which"
+        " 1e-12 is not promised"
+    )
+
+
+def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]) -> None:
+    from exactcreep.quasistatic.course import known_of
+
+    cells = [
+        (_measured(one, 4), _predicted(one, 4)[1], _behaviour(one), str(one.slip_count))
+        for one in results
+    ]
+    rows = [
+        (*setting, *cells[members[0]], f"({len(members)} members)" * (len(members) > 1))
+        for setting, members in grouped(settings, cells)
+    ]
+    keys = [key.rpartition(".")[2] for key in settings[0]]
+    names = (*keys, "velocity", "paper", "outcome", "slips", "")
+    say_table(names, rows, right=("paper", "slips"), folded=keys)
+    missing = len(settings) - len(results)
+    say(
+        f"{len(results)} members: {counted(row[2] for row in cells)}"
+        + (f"; {missing} not run" if missing else "")
+        + f"; {sum(one.seconds for one in results):.3g} s"
+    )
+    known, evidence = known_of(results), counted(one.evidence.value for one in results)
+    say(f"{known} (evidence: {evidence})" if known else f"evidence: {evidence}")
+    if sentences := [one.metastable for one in results if one.metastable]:
+        say(f"{len(sentences)} members creep, but {sentences[0]}")
+    if long := sum(one.long_rearrangements for one in results):
+        say(f"accuracy: {_accuracy(long)}")
+    if outside := sum((Counter(one.warnings) for one in results), Counter()):
+        say(f"outside the model: {counted(outside)}")

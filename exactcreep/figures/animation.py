@@ -9,14 +9,14 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import matplotlib as mpl
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from exactcreep.figures.run_view import Floats, draw_forces
-from exactcreep.figures.style import INKS, STYLE, picture
+from exactcreep.figures.run import Floats, draw_forces
+from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.enclosure import as_float, floats
 from exactcreep.model.numbers import InputError
@@ -34,21 +34,10 @@ _LINGER = 30  # pictures of the end
 _FINENESS = 600  # points of a curve: about one per pixel
 _NAMED = 8  # sliders, at most, that a legend names
 _DOWN, _UP, _REST = INKS[1], INKS[0], "#DDDDDD"
-_RAMP = mpl.colormaps["cividis"]
 
 
 class RunAvalanche(NamedTuple):
-    """One rearrangement of a run.
-
-    Attributes
-    ----------
-    experiment : Experiment
-    number : int
-        Of the rearrangement, from 0.
-    half_cycle : int
-        In which it happens, from 1.
-    rearrangement : Rearrangement
-    """
+    """Rearrangement `number` of a run, from 0; it happens in `half_cycle`, from 1."""
 
     experiment: Experiment
     number: int
@@ -105,11 +94,8 @@ def find_avalanche(
         if early := limits.after(simulation.tally.events).reason(stretch.stop):
             reason = f"was not reached: {early} after {count} rearrangements"
         raise InputError("rearrangement", number, reason)
-    itinerary = tuple(
-        event.signature
-        for row, event in logged_events(stretch.whole)
-        if row.rearrangement == number
-    )
+    logged = logged_events(stretch.whole)
+    itinerary = tuple(event.signature for row, event in logged if row.rearrangement == number)
     motions = _rearrangements(experiment, state, half_cycle)
     motion = next(itertools.islice(motions, number - int(numbers[0]), None))
     if motion.itinerary != itinerary:
@@ -119,9 +105,8 @@ def find_avalanche(
 
 
 def _simulation(experiment: Experiment) -> Simulation:
-    return experiment.algorithm.simulation(
-        experiment.chain, experiment.initial, experiment.seed, ("events",)
-    )
+    made = experiment.algorithm.simulation
+    return made(experiment.chain, experiment.initial, experiment.seed, ("events",))
 
 
 def _rearrangements(
@@ -164,10 +149,9 @@ class Moments(NamedTuple):
 
 def moments_of(motion: Rearrangement, times: Floats) -> Moments:
     """Return a rearrangement at the given times, from its closed form."""
-    replay = motion.replay(FLOAT64)
-    n = motion.chain.n
+    replay, n = motion.replay(FLOAT64), motion.chain.n
     moving = np.zeros((n, times.size), dtype=bool)
-    held = np.repeat(np.array([[replay.threshold(m)] for m in range(n)]), times.size, axis=1)
+    held = np.repeat([[replay.threshold(m)] for m in range(n)], times.size, axis=1)
     for phase in replay:
         phase.finish()
         later = times >= phase.time
@@ -184,7 +168,11 @@ def moments_of(motion: Rearrangement, times: Floats) -> Moments:
 
 # --- drawing -------------------------------------------------------------------------------------
 
+Move = Callable[[int], object]
+"""Moves what is drawn to one of the instants."""
 
+
+@styled
 def draw_avalanche(found: RunAvalanche, path: str | os.PathLike[str], *, frames: int = 120) -> None:
     """Write the avalanche as an animated GIF: the chain, the forces, the displacements.
 
@@ -198,77 +186,72 @@ def draw_avalanche(found: RunAvalanche, path: str | os.PathLike[str], *, frames:
     motion, chain = found.rearrangement, found.experiment.chain
     times = np.linspace(float(motion.sol.t_min), float(motion.sol.t_max), frames)
     fine = np.linspace(times[0], times[-1], max(_FINENESS, frames))
-    shown, course = moments_of(motion, times), moments_of(motion, fine).moved
-    with mpl.rc_context(STYLE), tempfile.TemporaryDirectory() as folder:
-        figure = picture(6.6, 5.6, dpi=100)
-        above, middle, below = figure.subplots(3, 1, height_ratios=(0.8, 1.3, 1.5))
-        moves = (
-            _draw_chain(above, shown, float(np.abs(course).max())),
-            _draw_forces(middle, shown, chain.friction),
-            _draw_course(below, motion, times, shown.moved, fine, course),
+    shown, curves = moments_of(motion, times), moments_of(motion, fine).moved
+    figure = new_figure(6.6, 5.6, dpi=100)
+    above, middle, below = figure.subplots(3, 1, height_ratios=(0.8, 1.3, 1.5))
+    moves = (
+        _draw_chain(above, shown, float(np.abs(curves).max())),
+        _draw_forces(middle, shown, chain.friction),
+        _draw_curves(below, times, shown.moved, fine, curves),
+    )
+    events = [float(event.time) for event in motion.events]
+    below.vlines(events, *below.get_ylim(), color="0.9", linewidth=0.5, zorder=0)
+    heading = figure.suptitle(" ", fontsize=9)
+
+    def move(k: int) -> list[Any]:
+        for each in moves:
+            each(k)
+        heading.set_text(
+            rf"rearrangement {found.number} (half-cycle {found.half_cycle},"
+            rf" $\theta_\mathrm{{c}} = {as_float(motion.theta):.6g}$):"
+            rf" $t = {times[k]:.2f}\,\tau_\mathrm{{dyn}}$,"
+            rf" {int(shown.moving[:, k].sum())} of {chain.n} move"
         )
-        heading = figure.suptitle(" ", fontsize=9)
+        return []
 
-        def move(k: int) -> list[Any]:
-            for each in moves:
-                each(k)
-            heading.set_text(
-                rf"rearrangement {found.number} (half-cycle {found.half_cycle},"
-                rf" $\theta_\mathrm{{c}} = {as_float(motion.theta):.6g}$):"
-                rf" $t = {times[k]:.2f}\,\tau_\mathrm{{dyn}}$,"
-                rf" {int(shown.moving[:, k].sum())} of {chain.n} move"
-            )
-            return []
-
-        move(0)
-        figure.canvas.draw()
-        figure.set_layout_engine("none")  # the layout of the first picture serves for all
-        order = [*range(frames), *[frames - 1] * _LINGER]
-        moving = FuncAnimation(figure, move, order, init_func=list, cache_frame_data=False)
+    move(0)
+    figure.canvas.draw()
+    figure.set_layout_engine("none")  # the layout of the first picture serves for all
+    order = [*range(frames), *[frames - 1] * _LINGER]
+    moving = FuncAnimation(figure, move, order, init_func=list, cache_frame_data=False)
+    with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder, "avalanche.gif")
         moving.save(drawn, writer=PillowWriter(fps=_PICTURES_A_SECOND), dpi=figure.dpi)
         write_file(path, drawn.read_bytes(), "out")
 
 
-def _draw_chain(axes: Axes, shown: Moments, widest: float) -> Callable[[int], None]:
-    """Draw sliders and springs; return what moves them to a picture."""
+def _draw_chain(axes: Axes, shown: Moments, widest: float) -> Move:
+    """Draw sliders and springs."""
     n = len(shown.moved)
     places = np.arange(1, n + 1, dtype=float)
     scale = 0.42 / max(widest, 1e-300)  # the distance of two sliders is drawn as 1
     (springs,) = axes.plot([], [], color="0.45", linewidth=0.8, zorder=1)
-    size = float(np.clip(900 / n, 8, 160))
-    sliders = axes.scatter(places, np.zeros(n), s=size, marker="s", edgecolors="black",
-                           linewidths=0.6, zorder=2)  # fmt: skip
+    sliders = axes.scatter(places, 0 * places, s=float(np.clip(900 / n, 8, 160)), marker="s",
+                           edgecolors="black", linewidths=0.6, zorder=2)  # fmt: skip
     axes.set(xlim=(0.3, n + 0.7), ylim=(-1, 1), yticks=[])
     about = f"slider (downhill to the right; displacements times {scale:.3g})"
     axes.set_xlabel(about, fontsize=8)
-    for ink, name, where in (
-        (_DOWN, "moves down", 0.02), (_UP, "moves up", 0.24), ("0.45", "rests", 0.42),
-    ):  # fmt: skip
+    inks = {"moves down": (_DOWN, 0.02), "moves up": (_UP, 0.24), "rests": ("0.45", 0.42)}
+    for name, (ink, where) in inks.items():
         axes.text(where, 0.86, f"■ {name}", color=ink, transform=axes.transAxes, fontsize=8,
                   va="center", family="DejaVu Sans")  # fmt: skip
+    teeth = 9 if n <= 12 else 5
+    across = np.zeros((n - 1, teeth + 2))
+    across[:, 2:-2:2], across[:, 3:-2:2] = 0.22, -0.22
 
     def move(k: int) -> None:
         here = places + scale * shown.moved[:, k]
-        sliders.set_offsets(np.column_stack([here, np.zeros(n)]))
+        sliders.set_offsets(np.column_stack([here, 0 * here]))
         ways = np.where(shown.velocities[:, k] >= 0, _DOWN, _UP)
         sliders.set_facecolor(np.where(shown.moving[:, k], ways, _REST).tolist())
-        springs.set_data(*_zigzag(here))
+        along = np.linspace(here[:-1], here[1:], teeth + 2, axis=1)
+        springs.set_data(along.ravel(), across.ravel())
 
     return move
 
 
-def _zigzag(places: Floats) -> tuple[Floats, Floats]:
-    """Return the line of the springs between sliders at `places`."""
-    teeth = 9 if places.size <= 12 else 5
-    along = np.linspace(places[:-1], places[1:], teeth + 2, axis=1)
-    across = np.zeros_like(along)
-    across[:, 2:-2:2], across[:, 3:-2:2] = 0.22, -0.22
-    return along.ravel(), across.ravel()
-
-
-def _draw_forces(axes: Axes, shown: Moments, friction: float) -> Callable[[int], None]:
-    """Draw the forces between their limits; return what moves them to a picture."""
+def _draw_forces(axes: Axes, shown: Moments, friction: float) -> Move:
+    """Draw the forces between their limits."""
     forces, held = (np.abs(values).max(axis=1) for values in (shown.forces, shown.held))
     bars, marks = draw_forces(axes, forces, held, friction)
 
@@ -281,25 +264,20 @@ def _draw_forces(axes: Axes, shown: Moments, friction: float) -> Callable[[int],
     return move
 
 
-def _draw_course(
-    axes: Axes, motion: Rearrangement, times: Floats, moved: Floats, fine: Floats, course: Floats
-) -> Callable[[int], None]:
-    """Draw displacements over time and events; return what draws them up to a picture."""
-    active = np.flatnonzero(np.abs(course).max(axis=1) > 0).tolist()
+def _draw_curves(axes: Axes, times: Floats, moved: Floats, fine: Floats, curves: Floats) -> Move:
+    """Draw displacements over time."""
+    active = np.flatnonzero(np.abs(curves).max(axis=1) > 0).tolist()
     named = len(active) <= _NAMED
-    lines = []
-    for order, n in enumerate(active):
-        ink = _RAMP(order / max(len(active) - 1, 1))
-        label = f"slider {n + 1}" if named else None
-        lines += axes.plot([], [], color=ink, linewidth=1.1, label=label)
+    ramp = colormaps["cividis"](np.linspace(0, 1, len(active)))
+    labels = [f"slider {n + 1}" if named else None for n in active]
+    lines = [axes.plot([], [], color=ink, linewidth=1.1, label=label)[0]
+             for ink, label in zip(ramp, labels, strict=True)]  # fmt: skip
     clock = axes.axvline(0, color=INKS[0], linewidth=0.8)
-    low, high = float(course.min()), float(course.max())
-    room = 0.06 * (high - low)
-    axes.set(xlim=(0, times[-1]), ylim=(low - room, high + room))
-    events = [float(event.time) for event in motion.events]
-    axes.vlines(events, low - room, high + room, color="0.9", linewidth=0.5, zorder=0)
+    low, high = float(curves.min()), float(curves.max())
+    margin = 0.06 * (high - low)
+    axes.set(xlim=(0, times[-1]), ylim=(low - margin, high + margin))
     axes.set_xlabel(r"time $t/\tau_\mathrm{dyn}$ (grey: events)")
-    axes.set_ylabel(r"displacement ($g\,\tau_\mathrm{dyn}^2$)")
+    axes.set_ylabel(f"displacement {LENGTH}")
     if active and named:
         axes.legend(loc="best", fontsize=7)
     elif active:
@@ -307,10 +285,9 @@ def _draw_course(
                   transform=axes.transAxes, fontsize=7, va="top")  # fmt: skip
 
     def move(k: int) -> None:
-        now = times[k]
-        passed = fine <= now
+        now, passed = times[k], fine <= times[k]
         for n, line in zip(active, lines, strict=True):
-            line.set_data(np.append(fine[passed], now), np.append(course[n, passed], moved[n, k]))
+            line.set_data(np.append(fine[passed], now), np.append(curves[n, passed], moved[n, k]))
         clock.set_xdata([now, now])
 
     return move

@@ -2,70 +2,333 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Mapping
+import csv
+import io
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.figures import drawing
-from exactcreep.figures.drawing import (
-    CYCLES,
+from exactcreep.figures.style import (
+    DASHED,
+    DASHES,
+    DOTTED,
+    INKS,
+    LENGTH,
+    VELOCITY,
+    new_figure,
+    save_picture,
+    styled,
+)
+from exactcreep.figures.sweep import (
+    CONTROL,
     EXACT,
     LIMIT,
-    PRINTED,
-    RANDOM,
-    VELOCITY,
-    Picture,
+    SEED,
+    Law,
+    Point,
+    draw_points,
+    mean_law,
+    points_of,
 )
-from exactcreep.figures.style import DASHED, DASHES, GUIDE, INKS, Style
-from exactcreep.figures.tables import LAWS, Data, Point, Table, series
 from exactcreep.laws import (
+    creep_velocity,
+    creep_velocity_random,
     critical_angle,
     law_values,
     plateau_ends,
+    plateau_velocity_random,
+    sliding_velocity,
+    sliding_velocity_random,
     threshold_amplitude,
     threshold_width,
+    two_sliders_velocity_random,
 )
-from exactcreep.model.numbers import InputError
+from exactcreep.progress import Hearer
+from exactcreep.quasistatic.files import write_file
+from exactcreep.quasistatic.netcdf import netcdf
+from exactcreep.scene import load_scene
+from exactcreep.studies.sweep import sweep
 
-_LAW = "velocity_th_2_gaussienne_corrected"
-_PLATEAU = "velocity_th_2_gaussian"
-_ASYMPTOTE: Style = {
+Data = Mapping[str, xr.Dataset]
+"""The sweeps of a picture by the names of their scenes."""
+UNIT = "g tau_dyn^2 per half-cycle or target"
+
+
+def _two_sliders(*, l0: Any, mu_d: Any, tan_alpha: Any, sigma_theta: Any) -> Any:
+    given = {"l0": l0, "mu_d": mu_d, "tan_alpha": tan_alpha, "sigma_theta": sigma_theta}
+    return sliding_velocity_random(n=2, i=2, **given)
+
+
+_GAUSSIAN = "(N+3-2i) l0 sigma I(h), h = N m/(2 l0 sigma): exact in the sliding limit"
+LAWS = {
+    "velocity_th_2_gaussienne_corrected": Law(
+        two_sliders_velocity_random,
+        _two_sliders,
+        "l0 sigma/sqrt(pi) - (2/3) a",
+        "l0 sigma I(h), h = m/(l0 sigma): sliding limit, and the mean over phases",
+    ),
+    "vitesse_random": Law(
+        plateau_velocity_random,
+        sliding_velocity_random,
+        "(N+3-2i) l0 sigma/sqrt(pi)",
+        _GAUSSIAN,
+    ),
+    "vitesse_seuil": Law(
+        creep_velocity,
+        sliding_velocity,
+        "(N+3-2i) (l0 A - N m/2)",
+        "(N+3-2i) max(0, l0 A - N m/2): exact in the sliding limit mu_s -> mu_d",
+    ),
+    "vitesse_seuil_random": Law(
+        creep_velocity_random,
+        sliding_velocity_random,
+        "(N+3-2i) (l0 sigma/sqrt(pi) - N m/3)",
+        _GAUSSIAN,
+    ),
+}
+"""The laws that tables compare with, by the labels of the paper's equations."""
+
+
+# --- tables --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Table:
+    """The points of one series: a sweep beside a law of the paper.
+
+    Attributes
+    ----------
+    name, title : str
+    rows : tuple of Point
+    printed, exact : str
+        The formulas of the two laws, in words.
+    note : str
+        One line about the whole table: where the printed law is not the exact one.
+    """
+
+    name: str
+    title: str
+    rows: tuple[Point, ...]
+    printed: str = ""
+    exact: str = ""
+    note: str = ""
+
+    @classmethod
+    def of(cls, data: Data, title: str, label: str, note: str = "", scene: str = "") -> Table:
+        """Return the sweep of a scene, default the first, beside the paper's equation `label`."""
+        name, law = scene or next(iter(data)), LAWS[label]
+        rows = tuple(point.beside(law) for point in points_of(data[name]))
+        return cls(name, title, rows, f"Eq. ({label}): {law.words}", law.words_exact, note)
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The chain and the drive of the first point."""
+        return self.rows[0].parameters
+
+
+def to_csv(tables: Sequence[Table]) -> str:
+    """Return tables as one CSV: a column for each quantity that varies, numbers in full.
+
+    A number that is not known is nan, and what a series does not vary is empty. Where a plateau is
+    not unique, a law has its two values in two columns, else the same in both. The unit is that of
+    the measured value, its standard error and the laws; deviations count standard errors.
+    """
+    varied = list(dict.fromkeys(key for one in tables for row in one.rows for key in row.varied))
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    laws = [f"{form}_law_{end}" for form in ("printed", "exact") for end in ("least", "largest")]
+    writer.writerow(["series", *varied, "measured", "standard_error", *laws,
+                     "deviation_printed", "deviation_exact", "unit"])  # fmt: skip
+    for table in tables:
+        for row in table.rows:
+            ends = [end(law, default=math.nan) for law in (row.printed, row.exact)
+                    for end in (min, max)]  # fmt: skip
+            numbers = [row.measured, row.error, *ends, row.deviation_printed, row.deviation_exact]
+            where = [row.varied.get(key, "") for key in varied]
+            writer.writerow([table.name, *where, *(repr(float(v)) for v in numbers), UNIT])
+    return text.getvalue()
+
+
+# --- what a picture is ---------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of the paper with data: the scenes behind it, its tables, how it is drawn.
+
+    Attributes
+    ----------
+    name : str
+        Of the files, and of the first scene.
+    figure : str
+        The label of the paper's figure.
+    size : pair of float
+        Width and height in inches.
+    series : sequence of tuple
+        Title and law of each table, and its note and scene if it has them; see `Table.of`.
+    quick : mapping
+        For each scene the dotted keys that are set differently for a quick look.
+    drawing : callable
+        Called with an empty figure, the data and the tables; draws.
+    always : mapping
+        Dotted keys that are set in every scene, quick or not.
+    """
+
+    name: str
+    figure: str
+    size: tuple[float, float]
+    series: Sequence[tuple[str, ...]]
+    quick: Mapping[str, Mapping[str, Any]]
+    drawing: Callable[[Figure, Data, list[Table]], None]
+    always: Mapping[str, Any] = field(default_factory=dict)
+
+    def data(
+        self, *, quick: bool, workers: int | None = None, progress: Hearer = None
+    ) -> dict[str, xr.Dataset]:
+        """Return its sweeps, with the sliding limit under the same random dilations."""
+        data = {}
+        for name, settings in self.quick.items():
+            scene = load_scene(name).with_settings({**self.always, **(settings if quick else {})})
+            data[name] = sweep(scene, workers=workers, progress=progress)
+            random = scene.tables["drive"].get("kind") == "gaussian"
+            if random and "run.solver" not in scene.vary and SEED in scene.vary:
+                scene = scene.with_settings({"run.solver": "sliding"})
+                data[name] = with_control(data[name], sweep(scene, workers=workers))
+        return data
+
+    def tables(self, data: Data) -> list[Table]:
+        """Return its tables."""
+        return [Table.of(data, *about) for about in self.series]
+
+    @styled
+    def draw(self, data: Data, tables: list[Table]) -> Figure:
+        """Return the picture; computed points outside of its axes are marked at their edge."""
+        figure = new_figure(*self.size)
+        self.drawing(figure, data, tables)
+        for axes in figure.axes:
+            _mark_outside(axes)
+        return figure
+
+    def write(self, data: Data, out: Path) -> list[Table]:
+        """Write NAME.png, .pdf, .nc and .csv to a directory, and return the tables."""
+        tables = self.tables(data)
+        figure = self.draw(data, tables)
+        for ending in ("png", "pdf"):
+            save_picture(figure, out / f"{self.name}.{ending}")
+        groups = {name if len(data) > 1 else None: dataset for name, dataset in data.items()}
+        write_file(out / f"{self.name}.nc", netcdf(groups), "out")
+        write_file(out / f"{self.name}.csv", to_csv(tables).encode(), "out")
+        return tables
+
+
+def with_control(dataset: xr.Dataset, sliding: xr.Dataset) -> xr.Dataset:
+    """Return a sweep with the velocities of the sliding limit under the same dilations."""
+    about = {**sliding["velocity"].attrs, "long_name": "sliding limit, same random dilations"}
+    return dataset.assign({CONTROL: (sliding["velocity"].dims, sliding["velocity"].data, about)})
+
+
+# --- what the drawings share ---------------------------------------------------------------------
+
+SLOPE = r"$\tan\alpha$"
+Style = dict[str, Any]
+LawFunction = Callable[..., Any]
+PRINTED: Style = {"color": INKS[0], "linestyle": "-", "linewidth": 1.1}
+RANDOM_LAW: Style = {**PRINTED, "color": INKS[3]}  # where that of cycles is drawn too
+CYCLES: Style = {"markerfacecolor": "white", "color": INKS[6]}  # open circles, as in the paper
+RANDOM: Style = {"color": INKS[6]}  # full circles
+GUIDE: Style = {"color": "0.55", "linewidth": 0.7, "linestyle": DOTTED}
+ASYMPTOTE: Style = {
     "color": "0.6",
     "linewidth": 0.9,
+    "linestyle": "-",
     "label": r"$\tilde{l}_0\sigma_\theta/\sqrt{\pi}$",
 }
-_NOTE = (
+_NAMES = {
+    "vitesse": "plateaus of the velocity",
+    "vitesse_seuil": "velocity above the threshold",
+    "vitesse_seuil_random": "velocity, random dilations",
+    "velocity_th_2_gaussienne_corrected": "velocity of two sliders",
+}
+
+
+def _law_name(label: str) -> str:
+    """Return what a legend calls a law of the paper."""
+    return f"paper: {_NAMES.get(label)}"
+
+
+def _law_line(law: LawFunction, over: str, values: Sequence[Any], given: Style) -> Any:
+    """Return a law over the values of one parameter; the mean where a plateau is not unique."""
+    return np.array([mean_law(law, given | {over: value}) for value in values])
+
+
+def _draw_law(
+    axes: Axes, law: LawFunction, over: str, values: Sequence[Any], given: Style, **style: Any
+) -> None:
+    """Draw a law over the values of one parameter."""
+    axes.plot([float(value) for value in values], _law_line(law, over, values, given), **style)
+
+
+def _mark_outside(axes: Axes) -> None:
+    """Mark computed points above or below the axes at their edge, with their values."""
+    low, high = axes.get_ylim()
+    beyond: dict[tuple[float, bool], list[float]] = {}
+    for container in list(axes.containers):
+        for x, y in container[0].get_xydata():
+            if not low <= y <= high:
+                beyond.setdefault((x, y > high), []).append(y)
+    for (x, above), values in beyond.items():
+        edge, sign, side = (high, "^", "top") if above else (low, "v", "bottom")
+        axes.plot(x, edge, sign, color="black", markersize=5, clip_on=False, zorder=4)
+        words = ", ".join(f"{value:.4g}" for value in sorted(values))
+        axes.annotate(words, (x, edge), xytext=(-6, -5 if above else 5), va=side, ha="right",
+                      textcoords="offset points", fontsize=7)  # fmt: skip
+
+
+def _note(axes: Axes, text: str, place: tuple[float, float], apart: float, **style: Any) -> None:
+    """Write beside a place, so many points apart."""
+    side = "left" if apart > 0 else "right"
+    axes.annotate(text, place, xytext=(apart, 0), textcoords="offset points", ha=side, **style)
+
+
+def _degrees(axes: Axes) -> None:
+    """Put the angle in degrees on top of an axis of tan(alpha)."""
+    both = (lambda t: np.degrees(np.arctan(t)), lambda a: np.tan(np.radians(a)))
+    axes.secondary_xaxis("top", functions=both).set_xlabel(r"$\alpha$ (degrees)")
+    axes.tick_params(axis="x", which="both", top=False)
+
+
+# --- two sliders ---------------------------------------------------------------------------------
+
+_LAW = "velocity_th_2_gaussienne_corrected"
+_STATIC = (
     "The printed law has mu_s cos(alpha) - sin(alpha) where mu_d cos(alpha) - sin(alpha) belongs"
     " (it is low by (2/3)(mu_s - mu_d) cos(alpha)), and is the first two terms of the exact one."
 )
-
-
-# --- the trace ------------------------------------------------------------------------------------
-
 _SHOWN = 24  # dilations of the trace that can be told apart
 
 
 @partial(
-    Picture, "two-sliders-trace", (5.4, 5.6),
-    series("Two sliders under random dilations, l0 sigma_theta = 100", _LAW, _NOTE),
-    {"two-sliders-trace": {}}, figure="position2sliders", always={"run.record": ["x_G", "x"]},
+    Picture, "two-sliders-trace", "position2sliders", (5.4, 5.6),
+    [("Two sliders under random dilations, l0 sigma_theta = 100", _LAW, _STATIC)],
+    {"two-sliders-trace": {}}, always={"run.record": ["x_G", "x"]},
 )  # fmt: skip
 def trace(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw theta and the displacements of two sliders, and the long run in an inset."""
     dataset = data["two-sliders-trace"]
-    theta = np.concatenate([[0.0], dataset["recorded_theta"].to_numpy()])
+    theta = np.append(0.0, dataset["recorded_theta"])
     x = np.vstack([[0.0, 0.0], dataset["recorded_x"].to_numpy()])
-    mean = x.mean(axis=1)
-    time = np.arange(theta.size)
+    mean, time, shown = x.mean(axis=1), np.arange(theta.size), slice(0, _SHOWN + 1)
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1, 2.1))
-    shown = slice(0, _SHOWN + 1)
     top.step(time[shown], theta[shown], where="post", color="0.2", linewidth=1)
     top.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     top.set_ylabel(r"dilation $\theta$")
@@ -76,16 +339,16 @@ def trace(figure: Figure, data: Data, tables: list[Table]) -> None:
     ):
         style = {"color": ink, "linestyle": dashes, "linewidth": width, "label": name}
         bottom.step(time[shown], values[shown], where="post", **style)
-    room = float(mean[shown].max() - min(mean[shown].min(), 0))
+    highest = float(mean[shown].max() - min(mean[shown].min(), 0))
     bottom.set(
         xlim=(0, _SHOWN), xlabel=r"time $t/\tau_\mathrm{th}$ (temperature changes)",
-        ylim=(-0.06 * room, 1.12 * room), ylabel=r"displacement ($g\,\tau_\mathrm{dyn}^2$)",
+        ylim=(-0.06 * highest, 1.12 * highest), ylabel=f"displacement {LENGTH}",
     )  # fmt: skip
     bottom.legend(loc="upper left")
-    inset = bottom.inset_axes((0.59, 0.11, 0.37, 0.36))
-    inset.plot(time, mean / 1000, color=INKS[6], linewidth=1)
     (row,) = tables[0].rows
     (law,) = row.printed
+    inset = bottom.inset_axes((0.59, 0.11, 0.37, 0.36))
+    inset.plot(time, mean / 1000, color=INKS[6], linewidth=1)
     inset.plot(time, law * time / 1000, **PRINTED)
     inset.set(xlim=(0, time[-1]), ylim=(0, None))
     inset.set_title(rf"long run: {row.measured:.1f} per change; law {law:.1f}", fontsize=7, pad=3)
@@ -93,81 +356,76 @@ def trace(figure: Figure, data: Data, tables: list[Table]) -> None:
     inset.tick_params(labelsize=7)
 
 
-# --- over the slope -------------------------------------------------------------------------------
-
-
 @partial(
-    Picture, "two-sliders-angle", (5.2, 3.9),
-    series("Two sliders, random dilations, over tan(alpha)", _LAW, _NOTE),
-    {"two-sliders-angle": {"drive.steps": 1000}}, figure="velocity2sliders",
+    Picture, "two-sliders-angle", "velocity2sliders", (5.2, 3.9),
+    [("Two sliders, random dilations, over tan(alpha)", _LAW, _STATIC)],
+    {"two-sliders-angle": {"drive.steps": 1000}},
 )  # fmt: skip
 def angle(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of two sliders over the slope."""
     (table,) = tables
     axes = figure.subplots()
     over = "tan_alpha", [Fraction(k, 200) for k in range(1, 100)], table.parameters
-    drawing.draw_law(axes, _PLATEAU, *over, **_ASYMPTOTE, linestyle="-")
-    drawing.draw_law(axes, _LAW, *over)
-    label = f"{drawing.LIMIT}: " + r"$\tilde{l}_0\sigma_\theta\,I(h)$"
-    drawing.draw_law(axes, _LAW, *over, "exact", label=label)
-    drawing.draw_points(axes, table.rows, "tan_alpha", **drawing.RANDOM, label="computed")
-    low, high = plateau_ends(**{name: table.parameters[name] for name in ("mu_d", "sigma_mu")})
-    for place, name, side, apart in (
-        (low, r"$\alpha_\mathrm{c}^-$", "left", 2),
-        (high, r"$\alpha_\mathrm{c}^+$", "right", -2),
-        (float(table.parameters["mu_d"]), r"$\alpha_\mathrm{c}$", "left", 2),
+    _draw_law(axes, plateau_velocity_random, *over, **ASYMPTOTE)
+    _draw_law(axes, LAWS[_LAW].printed, *over, **PRINTED, label=_law_name(_LAW))
+    label = f"{LIMIT}: " + r"$\tilde{l}_0\sigma_\theta\,I(h)$"
+    _draw_law(axes, LAWS[_LAW].exact, *over, **EXACT, label=label)
+    draw_points(axes, table.rows, "tan_alpha", **RANDOM, label="computed")
+    friction, disorder = (table.parameters[name] for name in ("mu_d", "sigma_mu"))
+    low, high = plateau_ends(mu_d=friction, sigma_mu=disorder)
+    for place, name, apart in (
+        (low, r"$\alpha_\mathrm{c}^-$", 2),
+        (high, r"$\alpha_\mathrm{c}^+$", -2),
+        (float(friction), r"$\alpha_\mathrm{c}$", 2),
     ):
         axes.axvline(place, **GUIDE, zorder=0)
-        axes.annotate(name, (place, 0.35), xytext=(apart, 0), textcoords="offset points", ha=side,
-                      fontsize=9)  # fmt: skip
-    axes.set(xlim=(-0.01, 0.53), ylim=(0, 7), xlabel=drawing.SLOPE, ylabel=VELOCITY)
+        _note(axes, name, (place, 0.35), apart, fontsize=9)
+    axes.set(xlim=(-0.01, 0.53), ylim=(0, 7), xlabel=SLOPE, ylabel=VELOCITY)
     axes.legend(loc="lower center", bbox_to_anchor=(0.5, 0.12))
-    drawing.degrees(axes)
-
-
-# --- over the size of the dilations ---------------------------------------------------------------
+    _degrees(axes)
 
 
 @partial(
-    Picture, "two-sliders-amplitude", (5.2, 5.2),
-    series("Two sliders, random dilations, over sigma_theta", _LAW, _NOTE),
-    {"two-sliders-amplitude": {"drive.steps": 800}}, figure="velocity2sliders_theta",
+    Picture, "two-sliders-amplitude", "velocity2sliders_theta", (5.2, 5.2),
+    [("Two sliders, random dilations, over sigma_theta", _LAW, _STATIC)],
+    {"two-sliders-amplitude": {"drive.steps": 800}},
 )  # fmt: skip
 def amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of two sliders over sigma_theta, and its ratio to the asymptote."""
     rows, parameters = tables[0].rows, tables[0].parameters
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
     sizes = np.geomspace(1e-4, 0.12, 240).tolist()
-    over = "sigma_theta", sizes, parameters
-    base, printed = (drawing.law_line(label, *over) for label in (_PLATEAU, _LAW))
-    exact = drawing.law_line(_LAW, *over, "exact")
-    top.plot(sizes, base, **_ASYMPTOTE)
+    base, printed, exact = (
+        _law_line(law, "sigma_theta", sizes, parameters)
+        for law in (plateau_velocity_random, LAWS[_LAW].printed, LAWS[_LAW].exact)
+    )
+    top.plot(sizes, base, **ASYMPTOTE)
     positive = np.where(printed > 0, printed, np.nan)
-    top.plot(sizes, positive, **PRINTED, label=drawing.law_name(_LAW))
+    top.plot(sizes, positive, **PRINTED, label=_law_name(_LAW))
     label = r"$\tilde{l}_0\sigma_\theta\,I(h)$, $h = m/(\tilde{l}_0\sigma_\theta)$"
     top.plot(sizes, exact, **EXACT, label=label)
-    drawing.draw_points(top, rows, "sigma_theta", **drawing.RANDOM, label="computed")
+    draw_points(top, rows, "sigma_theta", **RANDOM, label="computed")
     top.set(yscale="log", ylim=(1e-4, 150), ylabel=VELOCITY)
     top.legend(loc="lower right")
-    bottom.plot(sizes, np.ones(len(sizes)), **_ASYMPTOTE)
+    bottom.plot(sizes, np.ones(len(sizes)), **ASYMPTOTE)
     bottom.plot(sizes, printed / base, **PRINTED)
     bottom.plot(sizes, exact / base, **EXACT)
 
     def ratio(row: Point) -> float:
-        return 1 / law_values(LAWS[_PLATEAU].printed, row.parameters)[0]
+        return 1 / mean_law(plateau_velocity_random, row.parameters)
 
-    drawing.draw_points(bottom, rows, "sigma_theta", ratio, **drawing.RANDOM)
-    (star,) = law_values(threshold_width, parameters | {"mu_d": parameters["mu_s"]})
+    draw_points(bottom, rows, "sigma_theta", ratio, **RANDOM)
+    star = mean_law(threshold_width, parameters | {"mu_d": parameters["mu_s"]})
     for axes in (top, bottom):
         axes.axvline(star, **GUIDE, zorder=0)
-    top.annotate(r"$\sigma_\theta^*$", (star, 20.0), xytext=(3, 0), textcoords="offset points")
+    _note(top, r"$\sigma_\theta^*$", (star, 20.0), 3)
     bottom.set(
         xscale="log", ylim=(-0.1, 1.15), xlim=(8e-5, 0.13), ylabel="velocity / asymptote",
         xlabel=r"$\sigma_\theta$   ($\tilde{l}_0 = 10^3$)",
     )  # fmt: skip
 
 
-# --- chains ---------------------------------------------------------------------------------------
+# --- chains --------------------------------------------------------------------------------------
 
 _BELOW = "Below its threshold the printed law does not hold; the exact one is zero."
 _TWO_TERMS = "The printed law is the first two terms of the exact one in N m/(2 l0 sigma_theta)."
@@ -175,18 +433,14 @@ _FOURS = (
     "N = 4k at tan(alpha) = mu_d/2 stands on the edge between two plateaus: the sliding limit is"
     " not unique, and both values are given."
 )
-_RANDOM_LAW: Style = {**PRINTED, "color": INKS[3]}  # where that of cycles is drawn too
-
-
-# --- plateaus over the slope ----------------------------------------------------------------------
 
 
 @partial(
-    Picture, "chain-plateaus", (5.6, 4.4),
-    series("Five and six sliders, random dilations, over tan(alpha)", "vitesse_random",
-           "The printed plateau is the limit of large dilations; the exact law knows the play"
-           " N (mu_d cos(alpha) - sin(alpha)) that each reversal costs."),
-    {"chain-plateaus": {"drive.steps": 50}}, figure="velocityNsliders",
+    Picture, "chain-plateaus", "velocityNsliders", (5.6, 4.4),
+    [("Five and six sliders, random dilations, over tan(alpha)", "vitesse_random",
+      "The printed plateau is the limit of large dilations; the exact law knows the play"
+      " N (mu_d cos(alpha) - sin(alpha)) that each reversal costs.")],
+    {"chain-plateaus": {"drive.steps": 50}},
 )  # fmt: skip
 def plateaus(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of five and of six sliders over the slope, with the plateaus."""
@@ -194,29 +448,44 @@ def plateaus(figure: Figure, data: Data, tables: list[Table]) -> None:
     for n, marks, dashes, width in ((5, CYCLES, DASHES[2], 1.2), (6, RANDOM, "-", 1.1)):
         rows = [row for row in tables[0].rows if row.varied["n"] == n]
         parameters = rows[0].parameters
-        line = {"color": INKS[0], "linestyle": dashes, "linewidth": width}
-        label = f"{drawing.law_name('vitesse')}, $N={n}$"
-        drawing.draw_plateaus(axes, "vitesse_random", "printed", parameters, **line, label=label)
-        exact = {**EXACT, "label": f"{LIMIT}, $N={n}$"}
-        if n == 5:
-            exact["linestyle"] = dashes
-        drawing.draw_plateaus(axes, "vitesse_random", "exact", parameters, **exact)
-        drawing.draw_points(axes, rows, "tan_alpha", **marks, label=rf"computed, $N={n}$")
+        printed: Style = {**PRINTED, "linestyle": dashes, "linewidth": width}
+        exact = EXACT | ({"linestyle": dashes} if n == 5 else {})
+        for law, style, name in (
+            (plateau_velocity_random, printed, _law_name("vitesse")),
+            (sliding_velocity_random, exact, LIMIT),
+        ):
+            label = f"{name}, $N={n}$"
+            for slopes, values in _plateaus(law, parameters):
+                axes.plot(slopes, values, **style, label=label)
+                label = ""
+        draw_points(axes, rows, "tan_alpha", **marks, label=rf"computed, $N={n}$")
         _mark_angles(axes, n, parameters)
     axes.axvline(float(parameters["mu_d"]), **GUIDE)
-    axes.annotate(r"$\alpha_\mathrm{c}$", (0.5, 1), xytext=(3, 0), textcoords="offset points")
-    axes.set(xlim=(-0.01, 0.53), ylim=(-4.2, 42), xlabel=drawing.SLOPE, ylabel=VELOCITY)
+    _note(axes, r"$\alpha_\mathrm{c}$", (0.5, 1), 3)
+    axes.set(xlim=(-0.01, 0.53), ylim=(-4.2, 42), xlabel=SLOPE, ylabel=VELOCITY)
     axes.legend(loc="upper left", ncols=1)
-    drawing.degrees(axes)
+    _degrees(axes)
 
 
-def _mark_angles(axes: Axes, n: int, parameters: Mapping[str, Any]) -> None:
+def _plateaus(law: LawFunction, given: Style) -> Iterator[tuple[list[float], list[float]]]:
+    """Yield slopes of each plateau, and the law of random dilations there."""
+    n, friction = int(given["n"]), given["mu_d"]
+    for i in range(2, n + 2):
+        low, high = (friction * (1 - Fraction(2 * (i - k), n)) for k in (1, 2))
+        if high <= 0:
+            break
+        low = max(low, Fraction(0))
+        slopes = [low + (high - low) * Fraction(k, 24) for k in range(25)]
+        values = [law_values(law, given | {"tan_alpha": slope, "i": i})[0] for slope in slopes]
+        yield [float(slope) for slope in slopes], values
+
+
+def _mark_angles(axes: Axes, n: int, parameters: Style) -> None:
     """Mark the printed critical angles and the windows of two pivots below each."""
-    friction, static = (parameters[name] for name in ("mu_d", "mu_s"))
-    width = float(2 * (static - friction) / n)
+    width = float(2 * (parameters["mu_s"] - parameters["mu_d"]) / n)
     height = -1.4 if n == 6 else -2.8
     for i in range(2, n + 1):
-        upper = float(critical_angle(n=n, i=i, mu_d=friction, mu_s=static))
+        upper = mean_law(critical_angle, parameters | {"i": i})
         if upper <= 0:
             continue
         name = r"two stable pivots, up to $\alpha^*_{N,i}$" if n == 6 and i == 2 else None
@@ -228,40 +497,33 @@ def _mark_angles(axes: Axes, n: int, parameters: Mapping[str, Any]) -> None:
                           fontsize=7, color=INKS[2])  # fmt: skip
 
 
-# --- over the amplitude ---------------------------------------------------------------------------
-
-
-_CYCLES = series("Thirty sliders, cycles, over the amplitude", "vitesse_seuil",
-                 _BELOW)  # fmt: skip
-_RANDOM = series("Thirty sliders, random dilations, over sigma_theta", "vitesse_seuil_random",
-                 _TWO_TERMS, "chain-amplitude-random")  # fmt: skip
-
-
 @partial(
-    Picture, "chain-amplitude", (5.4, 4.2), lambda data: _CYCLES(data) + _RANDOM(data),
+    Picture, "chain-amplitude", "velocityNslidersbis", (5.4, 4.2),
+    [("Thirty sliders, cycles, over the amplitude", "vitesse_seuil", _BELOW),
+     ("Thirty sliders, random dilations, over sigma_theta", "vitesse_seuil_random", _TWO_TERMS,
+      "chain-amplitude-random")],
     {"chain-amplitude": {"drive.cycles": 30}, "chain-amplitude-random": {"drive.steps": 40}},
-    figure="velocityNslidersbis",
 )  # fmt: skip
 def chain_amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity of thirty sliders over A_theta and over sigma_theta."""
     cycles, random = tables
-    chain = cycles.parameters
-    axes = figure.subplots()
+    axes, chain = figure.subplots(), cycles.parameters
     sizes = np.linspace(1e-4, 0.0125, 160).tolist()
-    drawing.draw_law(axes, "vitesse_seuil", "amplitude", sizes, chain)
-    over = "vitesse_seuil_random", "sigma_theta", sizes, chain
-    drawing.draw_law(axes, *over, **_RANDOM_LAW)
-    drawing.draw_law(axes, *over, "exact", label=f"{LIMIT}: $I(h)$")
-    drawing.draw_points(axes, cycles.rows, "amplitude", **CYCLES, label="cycles, computed")
+    _draw_law(axes, creep_velocity, "amplitude", sizes, chain, **PRINTED,
+              label=_law_name("vitesse_seuil"))  # fmt: skip
+    over = "sigma_theta", sizes, chain
+    label = _law_name("vitesse_seuil_random")
+    _draw_law(axes, creep_velocity_random, *over, **RANDOM_LAW, label=label)
+    _draw_law(axes, sliding_velocity_random, *over, **EXACT, label=f"{LIMIT}: $I(h)$")
+    draw_points(axes, cycles.rows, "amplitude", **CYCLES, label="cycles, computed")
     label = "random dilations, computed"
-    drawing.draw_points(axes, random.rows, "sigma_theta", **RANDOM, label=label)
-    for threshold, text, side, apart in (
-        (threshold_amplitude, r"$A_\theta^*$", "right", -3),
-        (threshold_width, r"$\sigma_\theta^*$", "left", 3),
-    ):
-        (place,) = law_values(threshold, chain)
+    draw_points(axes, random.rows, "sigma_theta", **RANDOM, label=label)
+    for law, text, apart in (
+        (threshold_amplitude, r"$A_\theta^*$", -3), (threshold_width, r"$\sigma_\theta^*$", 3),
+    ):  # fmt: skip
+        place = mean_law(law, chain)
         axes.plot([place, place], [-3, 34], **GUIDE)
-        axes.annotate(text, (place, 29), xytext=(apart, 0), textcoords="offset points", ha=side)
+        _note(axes, text, (place, 29), apart)
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axes.set(
         xlim=(0, 0.0125), xlabel=r"$A_\theta$ or $\sigma_\theta$   ($\tilde{l}_0 = 10^3$)",
@@ -270,16 +532,11 @@ def chain_amplitude(figure: Figure, data: Data, tables: list[Table]) -> None:
     axes.legend(loc="upper left")
 
 
-# --- over the number of sliders -------------------------------------------------------------------
-
-_SIZE = series("Cycles, over the number of sliders", "vitesse_seuil",
-               f"{_BELOW} {_FOURS}")  # fmt: skip
-_SIZE_RANDOM = series("Random dilations, over the number of sliders", "vitesse_seuil_random",
-                      f"{_TWO_TERMS} {_FOURS}", "chain-size-random")  # fmt: skip
-
-
 @partial(
-    Picture, "chain-size", (5.6, 4.4), lambda data: _SIZE(data) + _SIZE_RANDOM(data),
+    Picture, "chain-size", "cloche", (5.6, 4.4),
+    [("Cycles, over the number of sliders", "vitesse_seuil", f"{_BELOW} {_FOURS}"),
+     ("Random dilations, over the number of sliders", "vitesse_seuil_random",
+      f"{_TWO_TERMS} {_FOURS}", "chain-size-random")],
     {
         "chain-size": {"drive.cycles": 25},
         "chain-size-random": {
@@ -287,24 +544,23 @@ _SIZE_RANDOM = series("Random dilations, over the number of sliders", "vitesse_s
             "vary.chain.n": [*range(2, 9), 10, 12, 14, 18, 22, 26, 30, 38, 46, 56, 64],
         },
     },
-    figure="cloche",
 )  # fmt: skip
 def size(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw the velocity over the number of sliders, with the discrete plateaus behind it."""
     axes = figure.subplots()
     sizes = range(2, 67)
     for table, label, style, longest in zip(
-        tables, ("vitesse_seuil", "vitesse_seuil_random"), (PRINTED, _RANDOM_LAW), (46, 66),
+        tables, ("vitesse_seuil", "vitesse_seuil_random"), (PRINTED, RANDOM_LAW), (46, 66),
         strict=True,
     ):  # fmt: skip
-        parameters = table.parameters
+        given = table.parameters
         # the continuous i of Eq. (critical_angle): N + 3 - 2i = N tan(alpha)/mu_d
-        slope = parameters["tan_alpha"] / parameters["mu_d"]
-        form, between = LAWS[label].printed, [{"n": n, "i": (n + 3 - n * slope) / 2} for n in sizes]
-        smooth = [law_values(form, parameters | place)[0] for place in between]
-        axes.plot(sizes, smooth, **style, label=f"{drawing.law_name(label)}, continuous $i$")
+        slope = given["tan_alpha"] / given["mu_d"]
+        smooth = [mean_law(LAWS[label].printed, given | {"n": n, "i": (n + 3 - n * slope) / 2})
+                  for n in sizes]  # fmt: skip
+        axes.plot(sizes, smooth, **style, label=f"{_law_name(label)}, continuous $i$")
         tight = [(n, value) for n in sizes if n <= longest
-                 for value in law_values(LAWS[label].exact, parameters | {"n": n})]  # fmt: skip
+                 for value in law_values(LAWS[label].exact, given | {"n": n})]  # fmt: skip
         axes.plot(
             *zip(*tight, strict=True), linestyle="none", marker="_", markersize=7,
             markeredgewidth=1.1, color=style["color"], alpha=0.8, zorder=2,
@@ -313,24 +569,21 @@ def size(figure: Figure, data: Data, tables: list[Table]) -> None:
     for table, style, name in zip(
         tables, (CYCLES, RANDOM), ("cycles", "random dilations"), strict=True
     ):
-        drawing.draw_points(axes, table.rows, "n", **style, label=f"{name}, computed")
+        draw_points(axes, table.rows, "n", **style, label=f"{name}, computed")
     axes.axhline(0, color="0.7", linewidth=0.6, zorder=0)
     axes.set(xlim=(0, 66), ylim=(-2, 62), xlabel=r"number of sliders $N$", ylabel=VELOCITY)
     axes.legend(loc="upper left")
 
 
-# --- irregular creep ------------------------------------------------------------------------------
-
-
 @partial(
-    Picture, "chain-jumps", (5.8, 4.3),
-    series("Thirty sliders without disorder near the critical amplitude, from several starts",
-           "vitesse_seuil"),
+    Picture, "chain-jumps", "jumps", (5.8, 4.3),
+    [("Thirty sliders without disorder near the critical amplitude, from several starts",
+      "vitesse_seuil")],
     {"chain-jumps": {
         "drive.cycles": 600,
         "vary.run.start": ["relaxed", *({"size": "1e-6", "seed": k} for k in (1, 2, 3))],
     }},
-    figure="jumps", always={"run.record": ["x_G"]},
+    always={"run.record": ["x_G"]},
 )  # fmt: skip
 def jumps(figure: Figure, data: Data, tables: list[Table]) -> None:
     """Draw x_G(t) just above and just below the critical amplitude, from several starts."""
@@ -341,15 +594,15 @@ def jumps(figure: Figure, data: Data, tables: list[Table]) -> None:
     others: Style = {"linewidth": 0.7, "linestyle": (0, (4, 1))}
     for k, ink, name in ((1, INKS[6], "1.01"), (0, "0.6", "0.99")):
         relaxed: Style = {"linewidth": 1.5, "label": rf"$A_\theta = {name}\,A_\theta^*$"}
-        for number, course in enumerate(x[k]):
+        for number, trajectory in enumerate(x[k]):
             style = others if number else relaxed
-            axes.plot(time, np.append(0.0, course), color=ink, zorder=2 + k, **style)
+            axes.plot(time, np.append(0.0, trajectory), color=ink, zorder=2 + k, **style)
     label = rf"{x.shape[1] - 1} starts each with tensions of $10^{{-6}}$"
     axes.plot([], [], color=INKS[6], **others, label=label)
     axes.set(
         xlim=(0, time[-1]), xlabel=r"time $t/\tau_\mathrm{th}$ (half-cycles)",
         ylim=(min(-1.0, 1.1 * float(x.min())), None),
-        ylabel=r"displacement $\Delta\tilde{x}_G$ ($g\,\tau_\mathrm{dyn}^2$)",
+        ylabel=rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}",
     )  # fmt: skip
     axes.xaxis.set_major_locator(MaxNLocator(6))
     axes.legend(loc="upper left")
@@ -359,12 +612,3 @@ PICTURES: Mapping[str, Picture] = {
     picture.name: picture for picture in list(vars().values()) if isinstance(picture, Picture)
 }
 """The paper's figures by name, in the paper's order."""
-
-
-def picture_named(name: str) -> Picture:
-    """Return the picture of that name, or raise `InputError`."""
-    if name not in PICTURES:
-        near = difflib.get_close_matches(name, PICTURES, 1, 0.5)
-        hint = f" (did you mean {near[0]}?)" if near else ""
-        raise InputError("picture", name, "must be all or one of " + ", ".join(PICTURES) + hint)
-    return PICTURES[name]

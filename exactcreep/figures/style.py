@@ -1,4 +1,4 @@
-"""Pictures in the manner of the paper: readable in print, and for the colour-blind."""
+"""The style of all pictures: readable in print, for the colour-blind, and in the paper's manner."""
 
 from __future__ import annotations
 
@@ -15,21 +15,27 @@ from matplotlib.figure import Figure
 
 from exactcreep.quasistatic.files import check_picture, write_file
 
-DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
-Style = dict[str, Any]
-"""Of lines and marks, by the names that matplotlib gives its arguments."""
-DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 2))
-GUIDE: Style = {"color": "0.55", "linewidth": 0.7, "linestyle": DOTTED}
-"""How a place on an axis is marked."""
 STYLE = mpl.rc_params_from_file(
     Path(__file__).with_name("exactcreep.mplstyle"), use_default_template=False
 )
-"""The house's style: the file ``exactcreep.mplstyle``, which matplotlib's own functions take."""
+"""What ``exactcreep.mplstyle`` holds, which matplotlib's own functions take."""
+styled = mpl.rc_context(STYLE)
+"""Decorator of functions that draw in this style."""
 INKS: tuple[str, ...] = tuple(STYLE["axes.prop_cycle"].by_key()["color"])
+DASHES = ("-", (0, (5, 1.5)), (0, (1, 1)), (0, (5, 1, 1, 1)))
+DASHED, DOTTED = (0, (4, 1.5)), (0, (1, 2))
+LENGTH = r"($g\,\tau_\mathrm{dyn}^2$)"
+VELOCITY = r"$\tau_\mathrm{th}\langle\tilde{v}_G\rangle$  " + LENGTH
+MOST_NAMED = 16
+"""Families that a legend can name."""
+_SYMBOLS = {
+    "n": "N", "l0": r"$\tilde{l}_0$", "mu_d": r"$\mu_\mathrm{d}$", "mu_s": r"$\mu_\mathrm{s}$",
+    "sigma_mu": r"$\sigma_\mu$", "tan_alpha": r"$\tan\alpha$", "amplitude": r"$A_\theta$",
+    "sigma_theta": r"$\sigma_\theta$",
+}  # fmt: skip
 _ASKED: ContextVar[tuple[tuple[float, float] | None, int | None]] = ContextVar(
     "_ASKED", default=(None, None)
 )
-"""Size and dots per inch of all pictures of a command, where they were asked for."""
 
 
 @contextmanager
@@ -50,19 +56,22 @@ def printed(size: tuple[float, float] | None = None, dpi: int | None = None) -> 
         _ASKED.reset(token)
 
 
-def picture(width: float = 6.0, height: float = 4.0, dpi: int = STYLE["savefig.dpi"]) -> Figure:
-    """Return an empty figure in the house's style, size in inches; see `save_picture`.
+def new_figure(width: float, height: float, title: str = "", dpi: int | None = None) -> Figure:
+    """Return an empty figure, size in inches, unless `printed` asks for another one.
 
-    `printed` may ask for another size, and other dots per inch.
+    The title is drawn as it is written, not as a formula.
     """
     size, dots = _ASKED.get()
-    figure = Figure(figsize=size or (width, height), dpi=dots or dpi, layout="constrained")
+    dpi = dots or dpi or STYLE["savefig.dpi"]
+    figure = Figure(figsize=size or (width, height), dpi=dpi, layout="constrained")
     FigureCanvasAgg(figure)
+    if title:
+        figure.suptitle(title, fontsize=10, parse_math=False)
     return figure
 
 
 def save_picture(figure: Figure, path: Path | str) -> None:
-    """Write a figure as PNG, PDF or SVG, by the name's ending.
+    """Write a figure as PNG, PDF or SVG, by the name's ending, in one piece.
 
     Raises
     ------
@@ -77,20 +86,8 @@ def save_picture(figure: Figure, path: Path | str) -> None:
     write_file(target, drawn.getbuffer(), "plot")
 
 
-@contextmanager
-def new_figure(path: Path | str, width: float, height: float, title: str = "") -> Iterator[Figure]:
-    """Yield an empty figure in the house's style, which is written to `path` at the end."""
-    check_picture(Path(path))
-    with mpl.rc_context(STYLE):
-        figure = picture(width, height)
-        if title:
-            figure.suptitle(title, fontsize=10, parse_math=False)
-        yield figure
-        save_picture(figure, path)
-
-
 def symbol_of(key: str) -> str:
-    """Return how a quantity that varies is called in a picture, by its key or its last part."""
+    """Return what a varied quantity is called in a picture, by its key or the key's last part."""
     name = key.rpartition(".")[2]
     return _SYMBOLS.get(name, name)
 
@@ -101,25 +98,9 @@ def setting_text(key: str, value: Any) -> str:
         return f"{key.rpartition('.')[2]} {value.get('seed', 0)}"
     if isinstance(value, str) and key == "run.start":
         return value
-    return f"{symbol_of(key)} = {_value_text(value)}"
-
-
-_SYMBOLS = {
-    "n": "N",
-    "l0": r"$\tilde{l}_0$",
-    "mu_d": r"$\mu_\mathrm{d}$",
-    "mu_s": r"$\mu_\mathrm{s}$",
-    "sigma_mu": r"$\sigma_\mu$",
-    "tan_alpha": r"$\tan\alpha$",
-    "amplitude": r"$A_\theta$",
-    "sigma_theta": r"$\sigma_\theta$",
-}
-
-
-def _value_text(value: Any) -> str:
     if isinstance(value, (list, Mapping)):
-        return f"({len(value)} values)"
+        return f"{symbol_of(key)} = ({len(value)} values)"
     try:
-        return f"{float(value):.6g}"
+        return f"{symbol_of(key)} = {float(value):.6g}"
     except (TypeError, ValueError):
-        return str(value)
+        return f"{symbol_of(key)} = {value}"

@@ -1,114 +1,267 @@
-"""The picture of a sweep: velocity over what varies, beside the law of the sliding limit."""
+"""Measured velocities beside the laws: the points of a sweep, and its picture."""
 
 from __future__ import annotations
 
 import itertools
+import json
 import math
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from exactcreep.figures.drawing import EXACT, LIMIT, VELOCITY, draw_points, mean_law
-from exactcreep.figures.style import INKS, new_figure, setting_text, symbol_of
-from exactcreep.figures.tables import Point, points_of
+from exactcreep.figures.style import (
+    DASHED,
+    INKS,
+    MOST_NAMED,
+    VELOCITY,
+    new_figure,
+    setting_text,
+    styled,
+    symbol_of,
+)
 from exactcreep.laws import law_values, sliding_velocity, sliding_velocity_random
-from exactcreep.model.numbers import InputError
+from exactcreep.model.numbers import InputError, exact_number, nearest_float
+from exactcreep.studies.sweep import dimensions
 
-_MOST_FAMILIES = 16  # that a legend can name
+SEED = "run.seed"
+CONTROL = "velocity_sliding"
+"""Variable of a sweep: the velocity of the sliding limit under the same random dilations."""
 MAPPED = 5
 """Values of each of two quantities from which on a sweep is drawn as a map."""
-_FINE = 80  # points along a side at which the law is known
-_MARKS = ("o", "s", "^", "D")
+LIMIT = r"exact for $\mu_\mathrm{s}\to\mu_\mathrm{d}$"
+"""What a legend calls the law of the sliding limit."""
+EXACT: dict[str, Any] = {"color": INKS[1], "linestyle": DASHED, "linewidth": 1.3}
+"""How the corrected or exact law is drawn."""
+_SHARED = ("n", "l0", "mu_d", "mu_s", "sigma_mu", "tan_alpha", "amplitude", "sigma_theta")
+_FEWEST_SEEDS = 6  # whose scatter is trusted more than the block averages of each
+_ROUNDING = 1e-9  # relative; closer than this a value agrees with a law, or does not scatter
+_FINE = 80  # points along a side of a map at which the law is known
 
 
-def draw_sweep(dataset: xr.Dataset, path: Path | str, *, title: str = "") -> None:
+class Law(NamedTuple):
+    """A law of the paper as printed, the exact law behind it, and both in words."""
+
+    printed: Callable[..., Any]
+    exact: Callable[..., Any]
+    words: str
+    words_exact: str
+
+
+def mean_law(law: Callable[..., Any], parameters: Mapping[str, Any]) -> float:
+    """Return the mean of the values of a law, nan where there is none."""
+    values = law_values(law, parameters)
+    return sum(values) / len(values) if values else math.nan
+
+
+@dataclass(frozen=True)
+class Point:
+    """A measured velocity beside the laws.
+
+    Attributes
+    ----------
+    varied : mapping of str to value
+        Which point of a grid it is: the dimensions, without the seed, and their values.
+    measured, error : float
+        Mean over the seeds and its standard error, unit ``g tau_dyn**2`` per half-cycle (or
+        target).
+    printed, exact : tuple of float
+        What the paper's law gives as printed, and the corrected or exact law; two values where the
+        plateau is not unique, none where there is no law.
+    parameters : dict
+        The chain and its drive, exactly, by the names that laws use; and what else was varied.
+    """
+
+    varied: Mapping[str, Any]
+    measured: float
+    error: float = math.nan
+    printed: tuple[float, ...] = ()
+    exact: tuple[float, ...] = ()
+    parameters: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def deviation_printed(self) -> float:
+        """Measured minus printed law, in standard errors; nan if there is nothing to compare."""
+        return deviation(self.measured, self.error, self.printed)
+
+    @property
+    def deviation_exact(self) -> float:
+        """Measured minus corrected or exact law, in standard errors."""
+        return deviation(self.measured, self.error, self.exact)
+
+    def beside(self, law: Law) -> Point:
+        """Return the point with a law, which does not hold where it is negative as printed."""
+        printed, exact = (law_values(form, self.parameters) for form in (law.printed, law.exact))
+        if printed and max(printed) < 0 <= self.parameters["tan_alpha"]:
+            printed = ()
+        return replace(self, printed=printed, exact=exact)
+
+
+def deviation(measured: float, error: float, law: Sequence[float]) -> float:
+    """Return how many standard errors `measured` lies above the law, or outside of its values.
+
+    Zero between the two values of a plateau that is not unique; nan without a law or an error;
+    +-inf where a value that scatters by no more than rounding differs.
+    """
+    if not law or math.isnan(measured) or math.isnan(error):
+        return math.nan
+    low, high = min(law), max(law)
+    outside = measured - high if measured > high else min(measured - low, 0.0)
+    rounding = _ROUNDING * max(abs(low), abs(high), 1.0)
+    if abs(outside) <= rounding:
+        return 0.0
+    return outside / error if error > rounding else math.copysign(math.inf, outside)
+
+
+def points_of(dataset: xr.Dataset) -> list[Point]:
+    """Return the points of a sweep's grid without laws, the seeds of each taken together.
+
+    If the sweep knows what the sliding limit does under the same random dilations (`CONTROL`), the
+    scatter of the dilations is taken out: velocity minus sliding limit, plus its known mean.
+    """
+    vary: dict[str, list[Any]] = json.loads(dataset.attrs["vary"])
+    names = dimensions(vary)
+    shared = {name: _exact(dataset.attrs[name]) for name in _SHARED if name in dataset.attrs}
+    points = []
+    keys = [key for key in vary if key != SEED]
+    for chosen in itertools.product(*(enumerate(vary[key]) for key in keys)):
+        pairs = dict(zip(keys, chosen, strict=True))
+        own = {key.rpartition(".")[2]: _exact(value) for key, (_, value) in pairs.items()}
+        varied = {names[key]: _shown(value) for key, (_, value) in pairs.items()}
+        here = dataset.isel({names[key]: place for key, (place, _) in pairs.items()})
+        points.append(Point(varied, *_over_seeds(here, shared | own), parameters=shared | own))
+    return points
+
+
+def _exact(value: Any) -> Any:
+    try:
+        return exact_number(value, "value")
+    except InputError:
+        return value
+
+
+def _shown(value: Any) -> Any:
+    """Return a varied value as it goes into a table."""
+    exact = _exact(value)
+    if not isinstance(exact, Fraction):
+        return value if isinstance(value, str) else json.dumps(value)
+    return int(exact) if exact.denominator == 1 else nearest_float(exact)
+
+
+def _over_seeds(here: xr.Dataset, parameters: Mapping[str, Any]) -> tuple[float, float]:
+    """Return the mean velocity and its standard error.
+
+    From the scatter of the seeds if there are enough of them, else from their block averages.
+    """
+    velocity, error = (np.atleast_1d(here[name]) for name in ("velocity", "velocity_error"))
+    controlled = CONTROL in here and velocity.size > 1
+    if controlled:
+        known = mean_law(sliding_velocity_random, parameters)
+        velocity = velocity - np.atleast_1d(here[CONTROL]) + known
+    if controlled or velocity.size >= _FEWEST_SEEDS:
+        scatter = float(velocity.std(ddof=1)) if velocity.size > 1 else math.nan
+        return float(velocity.mean()), scatter / math.sqrt(velocity.size)
+    return float(velocity.mean()), math.sqrt(float((error**2).sum())) / velocity.size
+
+
+# --- drawing -------------------------------------------------------------------------------------
+
+
+def draw_points(
+    axes: Axes,
+    points: Iterable[Point],
+    x: str,
+    scale: Callable[[Point], float] = lambda point: 1.0,
+    **style: Any,
+) -> None:
+    """Draw measured velocities over a dimension, with their standard errors."""
+    kept = list(points)
+    y = [point.measured * scale(point) for point in kept]
+    error = [0.0 if math.isnan(p.error) else p.error * scale(p) for p in kept]
+    about = {"marker": "o", "markersize": 4, "linestyle": "none", "elinewidth": 0.7, "capsize": 0}
+    places = [point.varied[x] for point in kept]
+    axes.errorbar(places, y, yerr=error, zorder=3, **{**about, "markeredgewidth": 0.8, **style})
+
+
+@styled
+def draw_sweep(dataset: xr.Dataset, title: str = "") -> Figure:
     """Draw the velocities of a sweep over the quantity with most values, all seeds together.
 
     What varies besides makes families, each in a colour of its own. The law of the sliding
     limit, where there is one, is a broken line. Two quantities of which each has at least
     `MAPPED` values, and nothing else, make a map with contours of the law.
 
-    Parameters
-    ----------
-    dataset : Dataset
-        From `exactcreep.studies.sweep.sweep`.
-    path : path
-        A PNG, PDF or SVG file.
-    title : str
-
     Raises
     ------
     InputError
-        If nothing varies but the seed, or the file cannot be written.
+        If nothing varies but the seed.
     """
     points = points_of(dataset)
-    values = {key: list(dict.fromkeys(one.varied[key] for one in points))
+    values = {key: list(dict.fromkeys(point.varied[key] for point in points))
               for key in points[0].varied}  # fmt: skip
     if not values:
         raise InputError("plot", "sweep", "needs something that varies besides the seed")
-    numeric = {key: not any(isinstance(one, str) for one in each) for key, each in values.items()}
-    if len(values) == 2 and all(numeric[key] and len(values[key]) >= MAPPED for key in values):
-        with new_figure(path, 6.0, 4.4, title) as figure:
-            _draw_map(figure, points, *values)
+    many = {key: not any(isinstance(one, str) for one in each) and len(each)
+            for key, each in values.items()}  # fmt: skip
+    if len(values) == 2 and min(many.values()) >= MAPPED:
+        figure = new_figure(6.0, 4.4, title)
+        _draw_map(figure, points, *values)
     else:
-        over = max(values, key=lambda key: (numeric[key], len(values[key])))
-        with new_figure(path, 5.6, 4.0, title) as figure:
-            _draw_families(figure, points, over)
+        figure = new_figure(5.6, 4.0, title)
+        over = max(values, key=lambda key: (many[key] > 0, len(values[key])))
+        _draw_families(figure.subplots(), points, over)
+    return figure
 
 
 def _draw_map(figure: Figure, points: Sequence[Point], across: str, up: str) -> None:
     """Draw the velocity in colour over two quantities, and contours of the law."""
     axes = figure.subplots()
-    x, y = (sorted({one.varied[key] for one in points}) for key in (across, up))
-    measured = {(one.varied[across], one.varied[up]): one.measured for one in points}
+    x, y = (sorted({point.varied[key] for point in points}) for key in (across, up))
+    measured = {(point.varied[across], point.varied[up]): point.measured for point in points}
     values = np.array([[measured[a, b] for a in x] for b in y])
-    # a runaway has no velocity
-    values[~np.isfinite(values)] = math.nan
+    values[~np.isfinite(values)] = math.nan  # a runaway has no velocity
     image = axes.pcolormesh(x, y, values, shading="nearest", cmap="cividis", rasterized=True)
     bar = figure.colorbar(image, ax=axes, pad=0.02, label=VELOCITY)
     axes.set(xlabel=symbol_of(across), ylabel=symbol_of(up))
-    fine_x, fine_y = _between(x), _between(y)
-    parameters = points[0].parameters
-    law = np.array([[_law({**parameters, across: a, up: b}) for a in fine_x] for b in fine_y])
+    # of whole numbers none between
+    fine_x, fine_y = (
+        each if all(isinstance(value, int) for value in each) else
+        np.linspace(each[0], each[-1], _FINE).tolist()
+        for each in (x, y)
+    )  # fmt: skip
+    shared = points[0].parameters
+    law = np.array([[_law(shared | {across: a, up: b}) for a in fine_x] for b in fine_y])
     if np.isfinite(law).sum() < 2 or np.nanmin(law) == np.nanmax(law):
         return
-    # where the law is 0 it is so everywhere around
-    levels = [one for one in MaxNLocator(8).tick_values(np.nanmin(law), np.nanmax(law)) if one]
+    ticks = MaxNLocator(8).tick_values(np.nanmin(law), np.nanmax(law))
+    levels = [level for level in ticks if level]  # where the law is 0 it is so all around
     lines = axes.contour(fine_x, fine_y, law, levels=levels, colors="white", linewidths=0.9)
     axes.clabel(lines, fontsize=7)
     bar.add_lines(lines)
     axes.set_title(f"lines: {LIMIT}", fontsize=8)
 
 
-def _between(values: list[Any]) -> list[Any]:
-    """Return places along an axis, of whole numbers none between."""
-    if all(isinstance(value, int) for value in values):
-        return values
-    return list(np.linspace(values[0], values[-1], _FINE))
-
-
-def _draw_families(figure: Figure, points: Sequence[Point], over: str) -> None:
+def _draw_families(axes: Axes, points: Sequence[Point], over: str) -> None:
     """Draw the velocity over one quantity, each of the others' values in a colour of its own."""
-    axes = figure.subplots()
     families: dict[str, list[Point]] = {}
-    for one in points:
-        others = [setting_text(key, value) for key, value in one.varied.items() if key != over]
-        families.setdefault(", ".join(others) or "computed", []).append(one)
-    marks = itertools.product(_MARKS, INKS)
-    for (label, family), (mark, ink) in zip(families.items(), itertools.cycle(marks), strict=False):
-        draw_points(
-            axes, family, over, marker=mark, color=ink, markerfacecolor="white", label=label
-        )
-        law = [_law(one.parameters) for one in family]
-        axes.plot([one.varied[over] for one in family], law, **{**EXACT, "color": ink})
-    axes.plot([], [], **{**EXACT, "color": "0.3"}, label=LIMIT)
+    for point in points:
+        others = [setting_text(key, value) for key, value in point.varied.items() if key != over]
+        families.setdefault(", ".join(others) or "computed", []).append(point)
+    marks = itertools.cycle(itertools.product("os^D", INKS))
+    for (label, family), (mark, ink) in zip(families.items(), marks, strict=False):
+        draw_points(axes, family, over, marker=mark, color=ink, markerfacecolor="white",
+                    label=label)  # fmt: skip
+        law = [_law(point.parameters) for point in family]
+        axes.plot([point.varied[over] for point in family], law, **EXACT | {"color": ink})
+    axes.plot([], [], **EXACT | {"color": "0.3"}, label=LIMIT)
     axes.set(xlabel=symbol_of(over), ylabel=VELOCITY)
-    if len(families) <= _MOST_FAMILIES:
+    if len(families) <= MOST_NAMED:
         axes.legend(loc="best")
 
 
@@ -120,5 +273,5 @@ def _law(given: Mapping[str, Any]) -> float:
         laws = {"amplitude": sliding_velocity, "sigma_theta": sliding_velocity_random}
         for size, law in laws.items():
             if given.get(size):
-                return mean_law(law_values(law, given))
+                return mean_law(law, given)
     return math.nan

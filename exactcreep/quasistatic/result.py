@@ -371,7 +371,7 @@ class Creep(Result):
         ``"extent"``). Without axes they are drawn in a new figure of pyplot.
         """
         # by name, as pandas loads its backend: what draws stands on a floor below
-        return import_module("exactcreep.figures.run_plots").Plots(self)
+        return import_module("exactcreep.figures.run").Plots(self)
 
     @property
     def tree(self) -> xr.DataTree:

@@ -192,7 +192,7 @@ class Rearrangement(Shown):
 
     def plot(self) -> Any:
         """Draw velocities in space and time, and the energies, in a new figure; return its axes."""
-        return import_module("exactcreep.figures.run_plots").plot_rearrangement(self)
+        return import_module("exactcreep.figures.run").plot_rearrangement(self)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Rearrangement):

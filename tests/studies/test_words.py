@@ -23,7 +23,7 @@ from exactcreep import (
     threshold,
 )
 from exactcreep.cli import status
-from exactcreep.figures.run_view import portrait
+from exactcreep.figures.run import portrait
 from tests.paper import captions
 
 

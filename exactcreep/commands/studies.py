@@ -1,0 +1,323 @@
+"""Commands that ask a question: of a chain, of the members of a scene, or of a saved run.
+
+What is a public function of a chain is a command as it stands: its options are the arguments of the
+function, and its help is the docstring.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+import exactcreep
+from exactcreep import interrupts
+from exactcreep.commands.answer import (
+    FAILED,
+    INTERRUPTED,
+    LIMIT,
+    Answer,
+    Output,
+    Printed,
+    complain,
+    duration,
+    grouped,
+    of_members,
+    say,
+    say_heading,
+    say_summary,
+    say_table,
+    settings_text,
+    shown,
+)
+from exactcreep.commands.options import expanded, public, whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from exactcreep import Plan, Scene
+
+_FOR_EVER = "1e9"  # seconds: a study that looks at the clock looks for Ctrl-C, too
+_MOST_IN_FULL = 8  # planned members; of more one line each is printed
+QUESTIONS: dict[str, tuple[str, ...]] = {
+    "threshold": (
+        "threshold:draw_threshold",
+        "Output",
+        "--n 3 --digits 40",
+        "--n 5 --after 20 --windows --refine 3 --json",
+    ),
+    "half-life": ("threshold:draw_threshold", "Output", "--n 6 --plot survival.png"),
+    "intercept": ("threshold:draw_threshold", "Output", "--n 30 --sigma-mu 0.01 --fit 1.3 2"),
+    "fate": (
+        "fate:draw_fate",
+        "Drawing",
+        "--n 5 --amplitude 0.000765",
+        "--n 6 --amplitude 0.000969 --solver exact --plot fate.png",
+    ),
+    "survival": (
+        "fate:draw_survival",
+        "Output",
+        "--n 6 --amplitude 0.000969",
+        "--n 6 --amplitude 0.000984 --cycles 50000 --plot lives.png",
+    ),
+}
+"""The public functions that are commands: what draws their answers, the group of options that says
+where these go, and examples of options."""
+
+
+def write_dataset(data: xr.Dataset, path: Path) -> None:
+    """Write a dataset to a NetCDF file, in one piece."""
+    from exactcreep.quasistatic.files import write_file
+    from exactcreep.quasistatic.netcdf import netcdf
+
+    write_file(path, netcdf({None: data}), "out")
+
+
+def question(command: str) -> tuple[Callable[..., Any], Callable[..., None]]:
+    """Return a public function as a command shows it, and the command itself; see `QUESTIONS`.
+
+    Its exit status is 3 where the function gives up, or has a reason to come back early.
+    """
+    draw, group, *examples = QUESTIONS[command]
+    name = command.replace("-", "_")
+    told = public(name)
+    signature = inspect.signature(told)
+    output_option = inspect.Parameter("output", inspect.Parameter.KEYWORD_ONLY, annotation=group)
+    taken = [*signature.parameters.values(), output_option]
+    told.__signature__ = signature.replace(parameters=taken)  # type: ignore[attr-defined]
+    lines = "\n\n".join(f"    exactcreep {command} {line}" for line in examples)
+    status = "Exit status: 0 answered, 2 bad input, 3 a limit was reached (what is known is shown)."
+    said, parameters, rest = (inspect.getdoc(told) or "").partition("\n\nParameters\n")
+    told.__doc__ = f"{said}\n\nExamples:\n\n{lines}\n\n{status}{parameters}{rest}"
+
+    def ask(*, chain: Any, output: Output, start: str | None = None, **given: Any) -> None:
+        words = {key: value for key, value in given.items() if value is not None}
+        words.setdefault("max_seconds", _FOR_EVER)
+        if start is not None:
+            words["start"] = exactcreep.State.prepared(chain, [start] * (chain.n - 1))
+        output.check()
+        # after Ctrl-C it comes back with what is known, as at the end of its time
+        with shown(quiet=output.json) as display, interrupts.deferred():
+            try:
+                result = getattr(exactcreep, name)(chain, **words, progress=display.show)
+            except exactcreep.GivenUp as given_up:
+                complain(str(given_up))
+                raise typer.Exit(LIMIT) from None
+            interrupted = interrupts.waiting()
+        limit = exactcreep.Outcome.LIMIT
+        limited = result.outcome is limit if hasattr(result, "outcome") else result.reason
+        output.deliver(Answer(
+            result.summary(),
+            save=lambda path: write_dataset(result.dataset(), path),
+            draw=lambda: resolve_name(f"exactcreep.figures.{draw}")(result),
+            status=INTERRUPTED if interrupted else LIMIT if limited else 0,
+            remark="interrupted: this is what is known" if interrupted else "",
+        ))  # fmt: skip
+
+    return told, expanded(ask, told)
+
+
+def compare(
+    scene: Scene,
+    *,
+    dts: str = "0.1,0.03,0.01",
+    digits: str = "30",
+    events: str | None = None,
+    seeds: str | None = None,
+    output: Output,
+) -> None:
+    """Show what each solver is worth beside the certified one, with the same disorder.
+
+    For exact, Verlet without and with located events, and the sliding limit: events that agree,
+    the position error before the first wrong one, its order in dt, the bias of the mean velocity
+    with an interval of 95 % over the seeds, time per half-cycle and memory.
+
+    Of a scene with several members the first is compared; --set chooses another.
+
+    Examples:
+
+        exactcreep compare six-sliders-cycles
+
+        exactcreep compare thirty-sliders-cycles --events 300 --json
+
+        exactcreep compare six-sliders-cycles --seeds 16 --dts 0.1,0.03,0.01 --plot compared.png
+
+    Parameters
+    ----------
+    dts : LIST
+        Time steps of verlet, unit tau_dyn.
+    digits : int
+        Decimal digits of the certified solver.
+    events : int
+        Certified events to compare, of each seed; default by the number of sliders.
+    seeds : SEEDS
+        Compare over K seeds, or over those listed: 1,2,3; default by the number of sliders.
+    """
+    from exactcreep.studies import comparison
+    from exactcreep.studies.compare import ladder
+
+    first = scene.settings()[0]
+    experiment = scene.experiment(first)
+    best = exactcreep.Method("certified", digits=whole(digits, "digits"))
+    methods = ladder(experiment.chain, [part.strip() for part in dts.split(",")], best)
+    wanted: Any = whole(seeds, "seeds") if seeds is None or "," not in seeds else [
+        whole(part.strip(), "seeds", 0) for part in seeds.split(",")
+    ]  # fmt: skip
+    count, truth = whole(events, "events"), None if experiment.chain.slides else best
+    output.check()
+    with shown(quiet=output.json) as display:
+        data = exactcreep.compare(
+            experiment, methods, truth=truth, events=count, seeds=wanted, progress=display.show
+        )
+    about, title = {"scene": scene.name, "set": first}, scene.title or scene.name
+
+    def draw() -> Any:
+        from exactcreep.figures.compare import draw_compared
+
+        return draw_compared(data, title)
+
+    def tell() -> None:
+        say_heading(scene.name, scene.title)
+        _print_compared(data)
+
+    save = partial(write_dataset, data)
+    output.deliver(Answer({**about, **comparison.summary(data)}, tell, save, draw))
+
+
+def _print_compared(data: xr.Dataset) -> None:
+    from exactcreep.studies.comparison import advice, order, table
+
+    def known(value: float, form: str, factor: float = 1) -> str:
+        return "-" if math.isnan(value) else format(factor * value, form)
+
+    seeds = data.sizes["seed"]
+    say(f"{int(data.events.sum())} events of {data.truth}, {seeds} seed{'s' * (seeds > 1)}")
+    rows = []
+    for name, row in table(data).iterrows():
+        short = str(name).replace("dt = ", "").replace(",", "")
+        around = "" if math.isnan(row.bias + row.bias_error) else f" ± {100 * row.bias_error:.1g}"
+        rows.append((
+            short.replace(" digits", "").replace("ated", "."), known(row.parted, ".0f"),
+            known(row.agreed, ".0f"), known(row.error, ".1e"),
+            known(row.bias, "+.2g", 100) + around, duration(row.seconds),
+            known(row.ratio, ".3g"), known(row.memory, ".0f", 1e-3),
+        ))  # fmt: skip
+    names = ("parted", "after", "error", "bias %", "time", "/exact", "kB")
+    say_table(("", *names), rows, right=names, collapse_padding=True, pad_edge=False)
+    for label, locate in (("Verlet", False), ("with located events", True)):
+        value, lower, upper = order(data, locate=locate)
+        if not math.isnan(value):
+            between = "" if math.isnan(lower) else f" ({lower:.2f} to {upper:.2f})"
+            say(f"order of the position error, {label}: {value:.2f}{between}")
+    say(
+        "parted: seeds with a wrong event; after: so many events that agree, median (inf: none"
+        " differs); error: the largest of positions before the wrong event (g tau_dyn^2), median;"
+        " bias: of the mean velocity against exact with the same disorder, 95 %; time: per"
+        " half-cycle, median",
+        style="dim",
+    )
+    say(f"[bold]{advice(data)}[/bold]")
+
+
+def plan(
+    scene: Scene, *, digits: str = "15", max_seconds: str | None = None, output: Printed
+) -> None:
+    """Say what a scene needs, which solver answers it and why, what it costs, how far to trust it.
+
+    A solver that the scene names itself is never overridden. Of more than 8 members one line each
+    is printed; --json has all of all.
+
+    Examples:
+
+        exactcreep plan six-sliders-cycles
+
+        exactcreep plan two-sliders-cycles --digits 40 --json
+
+    Exit status: 0 planned, 2 bad input, 3 the time was over before every member was planned.
+
+    Parameters
+    ----------
+    digits : int
+        Significant digits that are wanted of the trajectory.
+    """
+    from exactcreep.studies.plan import plan_scene
+
+    with shown(quiet=output.json) as display:
+        plans = plan_scene(scene, digits=digits, max_seconds=max_seconds, progress=display.show)
+    settings, left = scene.settings(), ""
+    if len(plans) < len(settings):
+        left = f"max_seconds was reached: {len(plans)} of {len(settings)} members are planned"
+
+    def tell() -> None:
+        say_heading(scene.name, scene.title)
+        if len(settings) <= _MOST_IN_FULL:
+            for setting, one in plans:
+                if setting:
+                    say(settings_text(setting))
+                _print_plan(one)
+            return
+        words = [f"{one.solver}: {one.reason}" for _, one in plans]
+        for texts, members in grouped([setting for setting, _ in plans], words):
+            many = f" ({len(members)} members)" if len(members) > 1 else ""
+            which = settings_text(dict(zip(settings[0], texts, strict=True)))
+            say(f"{which}{many}: {words[members[0]]}")
+
+    summary = of_members(scene.name, settings, [one.summary() for _, one in plans])
+    output.deliver(Answer(summary, tell, status=LIMIT if left else 0, remark=left))
+
+
+def _print_plan(plan: Plan) -> None:
+    needs = [(one.name, "needed" if one.needed else "not needed", one.reason) for one in plan.needs]
+    say_table(("", "", ""), needs, folded=("",), padding=(0, 2), show_header=False)
+    say(f"[bold]{plan.solver}[/bold]: {plan.reason}")
+    if plan.law:
+        values = " or ".join(f"{value:.10g}" for value in plan.law)
+        what = "velocity" if plan.solver == "law" else "velocity by the paper's law"
+        say(f"{what} per {plan.experiment.drive.per}: {values}")
+    if plan.theorems:
+        say("amplitudes: " + ", ".join(f"{k} {v:.6g}" for k, v in plan.theorems.items()))
+    if not math.isnan(plan.events):
+        cost = "not known" if math.isnan(plan.seconds) else f"about {duration(plan.seconds)}"
+        say(f"cost: {cost}, from {plan.events:.3g} events (by the first ten half-cycles)")
+    elif plan.solver != "law":
+        say("cost: not known")
+    if plan.course:
+        say(f"trust: {plan.course}")
+
+
+def audit(run: Path, *, max_seconds: str | None = None, output: Printed) -> None:
+    """Re-check a finished run from its events: motion, contacts, static conditions, energy.
+
+    Example:
+
+        exactcreep audit run.nc
+
+    Exit status: 0 nothing was found, 1 the log contradicts the model, 2 bad input, 3 the time
+    was over before everything was looked at.
+
+    Parameters
+    ----------
+    run : RUN.nc
+        A result that recorded its events.
+    """
+    from exactcreep.studies.audits.audit import audit_file
+
+    with shown(quiet=output.json) as display:
+        audits = audit_file(run, max_seconds=max_seconds, progress=display.show)
+    summaries = [each.summary() for each in audits]
+
+    def tell() -> None:
+        for number, summary in enumerate(summaries, 1):
+            if len(summaries) > 1:
+                typer.echo(f"member {number}")
+            say_summary(summary)
+
+    failed, limited = any(each.findings for each in audits), any(each.reason for each in audits)
+    summary = summaries[0] if len(summaries) == 1 else {"members": summaries}
+    output.deliver(Answer(summary, tell, status=FAILED if failed else LIMIT if limited else 0))

@@ -1,0 +1,39 @@
+"""The picture of `compare`: the error of each method rest by rest, and its bias beside its cost."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+
+from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
+from exactcreep.studies.comparison import spread, table
+
+_FLOOR = 1e-18
+"""Smaller errors, and none at all, are drawn there: at the lower edge."""
+
+
+@styled
+def draw_compared(data: xr.Dataset, title: str = "") -> Figure:
+    """Draw the position errors of the first seed rest by rest, and the biases against the time."""
+    biases, rows, first = spread(data).bias, table(data), data.isel(seed=0)
+    figure = new_figure(9.0, 4.6, title)
+    left, right = figure.subplots(1, 2)
+    for k, name in enumerate(data.method.values):
+        ink, errors = INKS[k % len(INKS)], np.maximum(first.errors.values[k], _FLOOR)
+        agreed = int(first.rests[k])
+        left.plot(data.rest[:agreed], errors[:agreed], color=ink, label=name)
+        left.plot(data.rest[agreed:], errors[agreed:], color=ink, linewidth=0.5)
+        value, low, high = 100 * biases.values[k]
+        bars = [[value - low], [high - value]] if np.isfinite(high - low) else None
+        if np.isfinite(value):
+            right.errorbar(rows.seconds.iloc[k], value, bars, color=ink, marker="o", capsize=2)
+    left.set(yscale="log", xlabel="rests, one after each rearrangement")
+    left.set_ylabel(rf"largest error of $\tilde{{x}}_n$ {LENGTH}")
+    left.set_title("thin: after the first wrong event", fontsize=8)
+    right.axhline(0.0, color=INKS[7], linewidth=0.8, zorder=0)
+    right.set(xscale="log", xlabel="time per half-cycle (s)")
+    right.set_ylabel("bias of the mean velocity (%), 95 %")
+    right.margins(x=0.12)
+    figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    return figure

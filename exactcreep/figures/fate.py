@@ -1,0 +1,87 @@
+"""Pictures of what becomes of a chain: its trajectory until it settles, and the lives of many."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from exactcreep.figures.style import DASHED, INKS, LENGTH, new_figure, styled
+from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import floats
+from exactcreep.model.outcome import Outcome, behaviour
+from exactcreep.quasistatic.creep import creep
+from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.fates.survival import Survival
+
+_MOST_CYCLES = 10_000  # of a picture
+_WORDS = {Outcome.AT_REST: "at rest", Outcome.CYCLING: "locked", Outcome.CREEPING: "creeps"}
+
+
+@styled
+def draw_fate(found: Fate) -> Figure:
+    """Draw x_G and the tensions at the ends of cycles, and where they have settled.
+
+    The chain is followed again, with the solver that found its fate.
+    """
+    settled, shown = found.settled_after, max(found.cycles, 1)
+    if settled is not None and found.period is not None:
+        shown = settled + max(2 * found.period, settled // 5, 5)
+    shown = min(shown, _MOST_CYCLES)
+    how = "not settled" if settled is None else f"settled after {settled}"
+    title = (
+        f"N = {found.chain.n}, A = {float(found.amplitude):.9g}:"
+        f" {behaviour(found.outcome, found.direction)}, {how} cycles ({found.evidence.value})"
+    )
+    record = ("x_G", "tension")
+    run = creep(found.chain, Cycles(found.amplitude, shown), start=found.start,
+                solver=found.solver, record=record)  # fmt: skip
+    x_g, tensions = (floats(run.recorded[name][1::2]) for name in record)
+    figure = new_figure(6.0, 5.0, title)
+    above, below = figure.subplots(2, 1, sharex=True)
+    cycles = np.arange(1, x_g.size + 1)
+    above.plot(cycles, x_g, color=INKS[0])
+    above.set_ylabel(rf"$\tilde{{x}}_G$  {LENGTH}")
+    for spring, values in enumerate(tensions.T):
+        ink, label = INKS[spring % len(INKS)], f"$T_{{{spring + 1}}}$"
+        below.plot(cycles, values, color=ink, linewidth=0.8, label=label)
+    below.set(xlabel="cycle", ylabel="tension  ($m g$)")
+    if tensions.shape[1] <= len(INKS):
+        below.legend(loc="best", ncols=4)
+    if settled is not None and settled <= shown:
+        for axes in (above, below):
+            axes.axvline(settled, color=INKS[7], linestyle=(0, (4, 2)), linewidth=0.9)
+        side = "right" if 2 * settled > shown else "left"  # the wider one has room for the words
+        above.text(settled, 0.02, f" {_WORDS[found.outcome]}, period {found.period} ", fontsize=8,
+                   transform=above.get_xaxis_transform(), va="bottom", ha=side)  # fmt: skip
+    return figure
+
+
+@styled
+def draw_survival(found: Survival) -> Figure:
+    """Draw which part of the starts outlives each number of cycles, beside a constant rate."""
+    curve, rate, cut = found.curve, found.rate, found.censored
+    end = max(float(curve.cycles.max(initial=1.0)), 1.0)
+    title = f"N = {found.chain.n}, A = {float(found.amplitude):.9g}, {found.starts} starts"
+    figure = new_figure(6.0, 4.2, title)
+    axes = figure.subplots()
+    steps = np.append(0.0, curve.cycles)
+    low, high, moving = (
+        np.append(1.0, np.where(np.isnan(values), curve.moving, values))
+        for values in (curve.low, curve.high, curve.moving)
+    )
+    axes.fill_between(steps, low, high, step="post", color=INKS[4], alpha=0.3, linewidth=0,
+                      label="Kaplan-Meier, 95 %")  # fmt: skip
+    axes.step(steps, moving, where="post", color=INKS[0])
+    if cut.size:
+        height = moving[np.searchsorted(steps, cut, side="right") - 1]
+        axes.plot(cut, height, "|", color=INKS[6], markersize=8, label=f"{cut.size} censored")
+    if rate.low > 0:
+        times = np.linspace(rate.cut, end, 200)
+        begin = moving[np.searchsorted(steps, rate.cut, side="right") - 1]
+        constant = begin * np.exp(-rate.rate * (times - rate.cut))
+        label = f"constant rate: one in {1 / rate.rate:.4g} cycles"
+        axes.plot(times, constant, color=INKS[1], linestyle=DASHED, label=label)
+    axes.set(xlim=(0.0, end), xlabel="cycle", ylim=(0.0, 1.05))
+    axes.set_ylabel("starts not locked or at rest yet")
+    axes.legend()
+    return figure

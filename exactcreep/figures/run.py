@@ -1,0 +1,562 @@
+"""Pictures of runs: x_G and theta over time, a solid's descent, and a run around one half-cycle.
+
+`Plots` and `plot_rearrangement` are what `Creep.plot` and `Rearrangement.plot` draw with pyplot.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.container import BarContainer
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from numpy.typing import NDArray
+
+from exactcreep.figures.style import (
+    DASHES,
+    DOTTED,
+    INKS,
+    LENGTH,
+    MOST_NAMED,
+    new_figure,
+    setting_text,
+    styled,
+)
+from exactcreep.model.contacts import Contacts
+from exactcreep.model.enclosure import as_float, floats
+from exactcreep.model.numbers import InputError, whole_number
+from exactcreep.model.outcome import behaviour
+from exactcreep.model.state import State
+from exactcreep.model.temperature_record import TemperatureRecord
+from exactcreep.motion.arithmetic import FLOAT64
+from exactcreep.quasistatic.result import Creep
+from exactcreep.solid import DAYS_PER_YEAR, FRICTION, Descent, Solid
+from exactcreep.solvers.sliding import Sliding
+from exactcreep.solvers.solver import Rearrangement, Stretch, advance
+from exactcreep.solvers.tables import joined
+from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
+
+Floats = NDArray[np.float64]
+WINDOW = 200
+"""Half-cycles that a space-time diagram shows, unless asked for others."""
+_MOST_POINTS = 20_000  # of a line; more cannot be told apart
+_LONGEST_TRACE = 400  # half-cycles of theta; of more a band says as much
+_MOST_ENDS = 32  # of lines, that words can be written beside
+_INSTANTS = 400  # of a rearrangement that is drawn
+_SHADES = ("#FFFFFF", "#FEE391", "#FEC44F", "#FE9929", "#CC4C02", "#7F2704", "#2B0B00")
+_DEGREES = "\N{DEGREE SIGN}C"
+_DISPLACEMENT = rf"displacement $\Delta\tilde{{x}}_G$ {LENGTH}"
+
+
+# --- one or several runs -------------------------------------------------------------------------
+
+
+@styled
+def draw_run(
+    results: Sequence[Creep], settings: Sequence[Mapping[str, Any]] = (), title: str = ""
+) -> Figure:
+    """Draw theta(t) and x_G(t) of one or several runs that recorded x_G, time in half-cycles.
+
+    A single run that recorded the positions shows every slider as well, as the paper's
+    Fig. position2sliders; several runs show x_G of all, one line each, coloured by the first
+    quantity that varies.
+    """
+    band = all(run.drive.cyclic and run.half_cycles > _LONGEST_TRACE for run in results)
+    figure = new_figure(6.4, 5.2, title)
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=(1, 5 if band else 2.4))
+    (_draw_band if band else _draw_theta)(top, results)
+    top.set_ylabel(r"dilation $\theta$")
+    top.margins(x=0.01)
+    if len(results) == 1:
+        draw_one(bottom, results[0])
+    else:
+        _draw_members(bottom, results, settings or [{}] * len(results))
+    return figure
+
+
+def _draw_band(axes: Axes, results: Sequence[Creep]) -> None:
+    """Draw what the lines of so many cycles fill."""
+    longest = max(run.half_cycles for run in results)
+    for level in sorted({abs(run.drive.targets(1, 1, run.seed)[0]) for run in results})[::-1]:
+        axes.fill_between([0, longest], -level, level, facecolor="0.85", edgecolor="0.3")
+    text = rf"cycles between $\pm A_\theta$ ({longest} half-cycles)"
+    axes.text(0.5, 0.5, text, transform=axes.transAxes, ha="center", va="center", fontsize=8)
+
+
+def _draw_theta(axes: Axes, results: Sequence[Creep]) -> None:
+    """Draw theta over time, one line for each drive."""
+    drives: dict[Any, Creep] = {}
+    for run in results:
+        drives.setdefault((str(run.drive), run.seed if run.drive.random else None), run)
+    if len(drives) > len(INKS):
+        axes.set_title(f"the first {len(INKS)} of {len(drives)} drives", fontsize=8)
+    for run, ink in zip(drives.values(), ("0.25", *INKS[1:]), strict=False):
+        theta = run.drive.targets(1, run.half_cycles, run.seed)
+        axes.plot(*_trajectory(theta), color=ink, linewidth=0.7 if theta.size < 2000 else 0.3)
+
+
+def draw_one(axes: Axes, run: Creep) -> None:
+    """Draw x_G of a run over time, and every slider where there are few."""
+    start = run.experiment.initial.displacements.astype(float)
+    line = _trajectory(run.recorded["x_G"], start.mean())
+    axes.plot(*line, color=INKS[6], linewidth=1.6, label=r"$\Delta\tilde{x}_G$", zorder=3)
+    if "x" in run.recorded and run.chain.n <= 6:
+        for n, values in enumerate(run.recorded["x"].T):
+            label = rf"$\Delta\tilde{{x}}_{{{n + 1}}}$"
+            axes.plot(*_trajectory(values, start[n]), color=INKS[n], label=label, linewidth=0.9,
+                      linestyle=DASHES[n % len(DASHES)])  # fmt: skip
+    _name_time(axes, run)
+    axes.set_ylabel(f"displacement {LENGTH}")
+    axes.legend(loc="best")
+
+
+def _name_time(axes: Axes, run: Creep) -> None:
+    target = "half-cycles" if run.drive.cyclic else "targets"
+    axes.set_xlabel(rf"time $t/\tau_\mathrm{{th}}$ ({target})")
+    axes.margins(x=0.01)
+
+
+def _draw_members(
+    axes: Axes, results: Sequence[Creep], settings: Sequence[Mapping[str, Any]]
+) -> None:
+    families: dict[str, list[tuple[Creep, str]]] = {}
+    # what all members share does not tell them apart
+    telling = [key for key, value in settings[0].items() if any(s[key] != value for s in settings)]
+    for run, setting in zip(results, settings, strict=False):
+        if "x_G" in run.recorded and run.recorded["x_G"].size:
+            name, *others = [setting_text(key, setting[key]) for key in telling] or [""]
+            families.setdefault(name, []).append((run, ", ".join(others)))
+    legend = len(families) <= MOST_NAMED
+    ends: list[tuple[float, str, str]] = []
+    styles = itertools.product(DASHES, INKS)
+    for (name, family), (dashes, ink) in zip(families.items(), itertools.cycle(styles)):
+        label = name if len(family) == 1 else f"{name} ({len(family)} members)"
+        for run, own in family:
+            axes.plot(*_trajectory(run.recorded["x_G"]), color=ink, linestyle=dashes, label=label,
+                      linewidth=1.4 if label else 0.8, alpha=None if label else 0.8)  # fmt: skip
+            words = own if legend else ", ".join(filter(None, (name, own)))
+            ends.append((float(run.recorded["x_G"][-1]), words, ink))
+            label = ""
+    _name_time(axes, results[0])
+    axes.set_ylabel(_DISPLACEMENT)
+    if legend:
+        axes.legend(loc="upper left")
+    if any(words for _, words, _ in ends) and len(ends) <= _MOST_ENDS:
+        _name_ends(axes, ends)
+
+
+def _name_ends(axes: Axes, ends: list[tuple[float, str, str]]) -> None:
+    """Write each line's own setting beside its end, moved apart where they would overlap."""
+    low, high = axes.get_ylim()
+    axes.set_ylim(low, high)
+    at = -1.0
+    for value, words, ink in sorted(ends):
+        at = max((value - low) / (high - low), at + 1 / 36)  # of the height: one line of text
+        axes.annotate(words, (1.0, at), xycoords="axes fraction", xytext=(4, 0), color=ink,
+                      textcoords="offset points", fontsize=6.5, va="center",
+                      annotation_clip=False)  # fmt: skip
+
+
+def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any], NDArray[Any]]:
+    return _thinned(np.arange(values.size + 1), np.append(start, values))
+
+
+def _thinned(time: NDArray[Any], values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return at most `_MOST_POINTS` points that keep the smallest and largest of each stretch."""
+    if time.size <= _MOST_POINTS:
+        return time, values
+    width = -(-2 * time.size // _MOST_POINTS)
+    kept = {time.size - 1}
+    for start in range(0, time.size, width):
+        stretch = values[start : start + width]
+        kept |= {start + int(stretch.argmin()), start + int(stretch.argmax())}
+    shown = sorted(kept)
+    return time[shown], values[shown]
+
+
+# --- a solid -------------------------------------------------------------------------------------
+
+
+@styled
+def draw_descent(descent: Descent, title: str = "") -> Figure:
+    """Draw temperatures in time, and how far the solid comes down: of some years, in each of them.
+
+    Beside it stands what the sliding limit comes to on the solid's contacts and on many, each with
+    a bar from a tenth more to a tenth less friction, and what was measured.
+    """
+    drive, moved = descent.result.drive, descent.millimetres
+    dates, yearly = drive.dates, descent.stretches(DAYS_PER_YEAR)
+    time: NDArray[Any] = descent.elapsed if dates is None else dates[: moved.size]
+    called = "above\n" + r"that of $\theta=0$ (K)"
+    if isinstance(drive, TemperatureRecord):
+        called = f"({_DEGREES if drive.unit == 'C' else 'K'})"
+    several = yearly.size > 4
+    years = 1.0 if several else descent.days / float(DAYS_PER_YEAR)
+    figure = new_figure(7.2, 5.2, title)
+    axes = figure.subplot_mosaic(
+        [["top", "."], ["bottom", "side"]], height_ratios=(1, 1.7), width_ratios=(5.5, 1)
+    )
+    top, bottom, side = (axes[name] for name in ("top", "bottom", "side"))
+    top.sharex(bottom)
+    side.sharey(bottom)
+    top.plot(*_thinned(time, descent.temperatures), color="0.25", linewidth=0.4)
+    top.set_ylabel(f"temperature {called}")
+    top.tick_params(labelbottom=False)
+    if several:
+        places = np.linspace(0, time.size - 1, yearly.size + 1)[:-1].astype(int)
+        bottom.plot(time[places], yearly, color=INKS[6], linewidth=0.8, marker=".")
+        bottom.set(ylim=(0, 1.25 * yearly.max()), ylabel="descent in each year (mm)")
+    else:
+        bottom.plot(*_thinned(time, moved), color=INKS[6], linewidth=1.6)
+        bottom.set_ylabel("descent of the centre of mass (mm)")
+    bottom.set_xlabel("days" if dates is None else "date")
+    said = f"N = {descent.contacts[0]}, solver {descent.result.solver}"
+    if descent.solid.measured:
+        said += f"; dashed: {float(descent.solid.measured):.4g} mm a year, measured"
+        for each in (bottom, side):
+            level = float(descent.solid.measured) * years
+            each.axhline(level, color=INKS[1], linestyle="--", linewidth=1)
+    bottom.set_title(said, fontsize=8)
+    bottom.margins(x=0.01)
+    for place, n in enumerate(descent.contacts):
+        less, same, more = (descent.rates[n, factor] * years for factor in FRICTION)
+        if np.isfinite([less, same, more]).all():
+            side.plot([place] * 2, [more, less], color=INKS[place], linewidth=3, alpha=0.5)
+        side.plot(place, same, marker="o", color=INKS[place])
+    side.set_xticks((0, 1), [f"N=\n{n}" for n in descent.contacts], fontsize=8)
+    side.set_xlim(-0.6, 1.6)
+    when = "mean" if several else "at the end"
+    side.set_title(f"{when},\nfriction \N{PLUS-MINUS SIGN}10 %", fontsize=8)
+    side.tick_params(labelleft=False)
+    if dates is not None:
+        locator: Any = AutoDateLocator()  # type: ignore[no-untyped-call]
+        bottom.xaxis.set_major_locator(locator)
+        bottom.xaxis.set_major_formatter(ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]
+    return figure
+
+
+# --- a run around one half-cycle -----------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class Portrait:
+    """A run seen around one half-cycle.
+
+    Attributes
+    ----------
+    result : Creep
+    half_cycle : int
+        The one whose end is looked at; 0 is the start.
+    first : int
+        The first half-cycle of the window.
+    theta, x_G : ndarray, shape (w + 1,)
+        At the ends of the half-cycles of the window; the first entry is what was before it.
+    slips : ndarray of int, shape (w, n)
+        Slips of each slider within each half-cycle of the window.
+    state : State
+        At the end of `half_cycle`.
+    """
+
+    result: Creep
+    half_cycle: int
+    first: int
+    theta: Floats
+    x_G: Floats
+    slips: NDArray[np.int64]
+    state: State
+
+    @property
+    def forces(self) -> Floats:
+        """Non-frictional force on each slider at the end of `half_cycle`, unit m g."""
+        tensions = np.diff(floats(self.state.tensions), prepend=0.0, append=0.0)
+        return tensions + self.result.chain.sin_alpha
+
+    @property
+    def limits(self) -> Floats:
+        """Largest force that each resting slider withstands, mu_s,n cos(alpha), unit m g."""
+        chain = self.result.chain
+        if self.result.solver == Sliding.name:
+            return np.full(chain.n, chain.friction)
+        return Contacts(chain).thresholds(floats(self.state.coefficients), FLOAT64)
+
+    def bounds(self, coefficient: Any) -> tuple[Floats, Floats]:
+        """Return the least and largest tension that a friction coefficient allows each spring.
+
+        From ``|F_n| <= coefficient cos(alpha)`` for all sliders, added up from either end.
+        """
+        chain = self.result.chain
+        b, s = chain.times_cosine(coefficient), chain.sin_alpha
+        below = np.arange(1, chain.n)
+        above = below[::-1]
+        low, high = (np.minimum(below * (b + w), above * (b - w)) for w in (s, -s))
+        return -low, high
+
+
+def portrait(result: Creep, half_cycle: int | None = None, window: int = WINDOW) -> Portrait:
+    """Return a run around the end of a half-cycle (0: the start; default: the last).
+
+    What was not recorded is computed again, from the start with the same parameters and disorder:
+    bit for bit. The space-time diagram shows `window` half-cycles at most.
+
+    Raises
+    ------
+    InputError
+        If the run has no such half-cycle, or does not repeat what it recorded.
+    """
+    total, experiment, drive = result.half_cycles, result.experiment, result.drive
+    asked = total if half_cycle is None else half_cycle
+    asked = whole_number(asked, "half_cycle", least=0, most=total)
+    window = whole_number(window, "window", least=1)
+    last = min(max(asked + window // 2, window), total)
+    first = max(last - window, 0) + 1
+    simulation = experiment.algorithm.simulation(
+        experiment.chain, experiment.initial, experiment.seed, ("x_G", "slips")
+    )
+    states = {0: experiment.initial}
+    shown: list[Any] = [{"x_G": np.empty(0), "slips": np.empty((0, experiment.chain.n), int)}]
+    done = 0
+
+    def take(stretch: Stretch) -> None:
+        nonlocal done
+        _check_repeats(result, done, floats(stretch.recorded["x_G"]))
+        done += stretch.completed
+        if done >= first:
+            shown.append(stretch.recorded)
+
+    for until in (first - 1, asked, last):
+        advance(simulation, drive, until, done=done, take=take)
+        states.setdefault(until, simulation.state())
+    recorded = joined(shown)
+    x_G = np.append(floats(states[first - 1].displacements).mean(), floats(recorded["x_G"]))
+    theta = drive.targets(max(first - 1, 1), x_G.size - (first == 1), result.seed)
+    if first == 1:
+        theta = np.append(as_float(experiment.initial.theta), theta)
+    return Portrait(result, asked, first, theta, x_G, recorded["slips"], states[asked])
+
+
+def _check_repeats(result: Creep, done: int, again: Floats) -> None:
+    """Raise `InputError` if the run does not come to the x_G that it recorded."""
+    recorded = floats(result.recorded.get("x_G", np.empty(0)))[done : done + again.size]
+    for k in np.flatnonzero(again[: recorded.size] != recorded)[:1].tolist():
+        was = f"was {float(recorded[k])!r} at half-cycle {done + k + 1} when the run was saved"
+        raise InputError("x_G", float(again[k]), f"{was}: this program computes it differently")
+
+
+@styled
+def draw_portrait(seen: Portrait) -> Figure:
+    """Draw x_G(t) and theta(t), the slips in space and time, and the forces at one moment."""
+    chain, result = seen.result.chain, seen.result
+    title = (
+        rf"$N={chain.n}$, $\tilde{{l}}_0={float(chain.l0):g}$,"
+        rf" $\mu_\mathrm{{d}}={float(chain.mu_d):g}$, $\mu_\mathrm{{s}}={float(chain.mu_s):g}$,"
+        rf" $\sigma_\mu={float(chain.sigma_mu):g}$, $\tan\alpha={float(chain.tan_alpha):g}$;"
+        f" solver {result.solver}, seed {result.seed}:"
+        f" {behaviour(result.outcome, result.direction)}"
+    )
+    figure = new_figure(7.4, 8.2)
+    figure.suptitle(title, fontsize=9)
+    rows = "top top, middle middle, space space, tensions forces"
+    if chain.n == 1:
+        rows = rows.replace("tensions", "forces")
+    panels: list[Any] = [row.split() for row in rows.split(",")]
+    axes = figure.subplot_mosaic(panels, height_ratios=(0.75, 1.25, 1.7, 1.7))
+    top, middle, space = (axes[name] for name in ("top", "middle", "space"))
+    time = seen.first - 1 + np.arange(seen.theta.size)
+    top.step(time, seen.theta, where="pre", color="0.25", linewidth=0.8)
+    top.set_ylabel(r"$\theta$ at the end")
+    middle.step(time, seen.x_G, where="pre", color=INKS[6], linewidth=1.2)
+    middle.set_ylabel(rf"$\Delta\tilde{{x}}_G$ {LENGTH}")
+    _draw_slips(figure, space, seen)
+    for each in (top, middle, space):
+        each.axvline(seen.half_cycle, color=INKS[0], linewidth=0.8, linestyle=(0, (3, 2)))
+        each.tick_params(labelbottom=each is space)
+        each.sharex(top) if each is not top else None
+    if result.half_cycles > len(seen.slips) and "x_G" in result.recorded:
+        _draw_whole(middle.inset_axes((0.68, 0.16, 0.3, 0.4)), seen)
+    theta = as_float(seen.state.theta)
+    moment = rf"end of half-cycle {seen.half_cycle} ($\theta = {theta:.4g}$)"
+    if chain.n > 1:
+        _draw_tensions(axes["tensions"], seen)
+        axes["tensions"].set_title(moment, fontsize=8)
+    draw_forces(axes["forces"], seen.forces, seen.limits, chain.friction)
+    axes["forces"].set_xlabel("slider $n$")
+    axes["forces"].set_title(moment, fontsize=8)
+    return figure
+
+
+def _draw_whole(inset: Axes, seen: Portrait) -> None:
+    """Draw all of x_G that was recorded, with the window marked."""
+    recorded = seen.result.recorded["x_G"]
+    shown = np.unique(np.linspace(0, recorded.size - 1, 2000).astype(int))
+    inset.plot(shown + 1, floats(recorded)[shown], color=INKS[6], linewidth=0.8)
+    inset.axvspan(seen.first - 1, seen.first - 1 + len(seen.slips), color=INKS[4], alpha=0.5)
+    inset.set_xlim(0, recorded.size)
+    inset.tick_params(labelsize=6)
+    inset.set_title("whole run", fontsize=6, pad=2)
+
+
+def _draw_slips(figure: Figure, axes: Axes, seen: Portrait) -> None:
+    """Draw how often each slider slips within each half-cycle, in at most seven classes."""
+    most = int(seen.slips.max(initial=0))
+    edges = np.arange(most + 2)
+    if most >= len(_SHADES):
+        edges = np.unique([0, *np.geomspace(1, most + 1, len(_SHADES)).round()]).astype(int)
+    shades = _SHADES[: edges.size - 1]
+    window, n = seen.slips.shape
+    image = axes.pcolormesh(
+        np.arange(seen.first - 1, seen.first + window), np.arange(n + 1) + 0.5, seen.slips.T,
+        cmap=ListedColormap(list(shades)), norm=BoundaryNorm(edges - 0.5, len(shades)),
+        rasterized=True,
+    )  # fmt: skip
+    axes.set(ylabel="slider (1 uppermost)", xlabel=r"time $t/\tau_\mathrm{th}$ (half-cycles)",
+             ylim=(n + 0.5, 0.5))  # fmt: skip
+    axes.yaxis.set_major_locator(MaxNLocator(8, integer=True))
+    bar = figure.colorbar(image, ax=axes, pad=0.01, aspect=16)
+    classes = list(itertools.pairwise(edges.tolist()))
+    names = [str(a) if b - a == 1 else f"{a}-{b - 1}" for a, b in classes]
+    bar.set_ticks([(a + b - 1) / 2 for a, b in classes], labels=names)
+    bar.ax.tick_params(labelsize=7, length=0)
+    bar.set_label("slips per half-cycle", fontsize=8)
+
+
+def _draw_tensions(axes: Axes, seen: Portrait) -> None:
+    """Draw the tensions between the bounds that friction sets."""
+    chain = seen.result.chain
+    springs = np.arange(1, chain.n)
+    for coefficient, dashes, name in ((chain.mu_d, "-", "d"), (chain.mu_s, (0, (4, 2)), "s")):
+        label = rf"limit for $\mu_\mathrm{{{name}}}$"
+        axes.plot(springs, np.array(seen.bounds(coefficient)).T, color="0.45", linewidth=0.9,
+                  linestyle=dashes, label=[label, ""])  # fmt: skip
+    axes.plot(springs, floats(seen.state.tensions), color=INKS[0], marker="o", linewidth=0.9,
+              markersize=3 if chain.n <= 60 else 1.5, label=r"$T_n$")  # fmt: skip
+    axes.set(xlabel="spring $n$", ylabel=r"tension ($m\,g$)")
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.margins(y=0.15)
+    axes.legend(loc="best", fontsize=7)
+
+
+def draw_forces(
+    axes: Axes, forces: Floats, limits: Floats, friction: float
+) -> tuple[BarContainer, Line2D]:
+    """Draw the force on each slider between its static limits; return the limits and the marks."""
+    n, highest = limits.size, max(float(limits.max()), float(np.abs(forces).max()))
+    sliders = np.arange(1, n + 1)
+    bars = axes.bar(sliders, 2 * limits, 0.84, bottom=-limits, color="0.88",
+                    label=r"$|F_n| \leq \mu_{\mathrm{s},n}\cos\alpha$")  # fmt: skip
+    (marks,) = axes.plot(sliders, forces, linestyle="none", marker="o", color=INKS[6],
+                         markersize=4 if n <= 60 else 2, label=r"$F_n$")  # fmt: skip
+    for force, label in ((-friction, None), (friction, r"$\pm\mu_\mathrm{d}\cos\alpha$")):
+        axes.axhline(force, color=INKS[6], linewidth=0.7, linestyle=DOTTED, label=label)
+    axes.set(xlim=(0.3, n + 0.7), ylim=(-1.1 * highest, 1.75 * highest))
+    axes.set_ylabel(r"force $F_n$ ($m\,g$)")
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    axes.legend(loc="upper center", ncols=3, fontsize=7, columnspacing=1.0, handlelength=1.5)
+    return bars, marks
+
+
+# --- with pyplot ---------------------------------------------------------------------------------
+
+
+class Plots:
+    """The pictures of one run; call it for x_G over time.
+
+    Parameters
+    ----------
+    result : Creep
+    """
+
+    def __init__(self, result: Creep) -> None:
+        self._result = result
+
+    def __call__(self, ax: Axes | None = None, *, solid: Solid | None = None) -> Axes:
+        """Draw x_G, and every slider of a short chain, over time; return the axes.
+
+        Time is in half-cycles; of a record of temperatures it is in dates, and the temperatures
+        stand beside it in degrees. With the `solid` whose chain it is, displacements are in
+        millimetres.
+
+        Raises
+        ------
+        InputError
+            If the run did not record x_G, or the solid has another chain.
+        """
+        result, drive = self._result, self._result.drive
+        if "x_G" not in result.recorded:
+            raise InputError("plot", "x_G", 'was not recorded: the run needs record = ["x_G"]')
+        if solid is not None and solid.chain != result.chain:
+            raise InputError("solid", solid, "must be the solid of the run's chain")
+        axes = ax if ax is not None else plt.subplots(layout="constrained")[1]
+        if not isinstance(drive, TemperatureRecord):
+            draw_one(axes, result)
+            return axes
+        reached, moved, name = result.half_cycles, floats(result.recorded["x_G"]), _DISPLACEMENT
+        time = drive.clock(np.arange(1, reached + 1))
+        over = time if drive.dates is None else drive.dates[:reached]
+        if solid is not None:
+            moved, name = 1000 * solid.metres(moved), "descent (mm)"
+        beside = axes.twinx()
+        beside.plot(over, drive.temperatures[:reached], color="0.7", linewidth=0.6)
+        unit = _DEGREES if drive.unit == "C" else "K"
+        beside.set_ylabel(f"temperature ({unit})", color="0.5")
+        axes.plot(over, moved, color=INKS[6], linewidth=1.6)
+        axes.set_zorder(beside.get_zorder() + 1)
+        axes.patch.set_visible(False)
+        axes.set(xlabel="time" if drive.dates is None else "date", ylabel=name)
+        return axes
+
+    def avalanches(self, measure: str = "size", ax: Axes | None = None, **style: Any) -> Axes:
+        """Draw how a `measure` of the avalanches after the burn-in is distributed; return the axes.
+
+        Further arguments are those of matplotlib's `errorbar`.
+
+        Raises
+        ------
+        InputError
+            If the measure is not known, or the run did not record its rearrangements, or has none
+            after its burn-in.
+        """
+        if measure not in MEASURES:
+            raise InputError("measure", measure, "must be one of " + ", ".join(MEASURES))
+        counted = avalanches_of(self._result)
+        if not counted.block.size:
+            burnt = f"the burn-in of {self._result.burn_in} half-cycles"
+            raise InputError("avalanches", 0, f"none in a whole cycle after {burnt}")
+        found = distribution(counted, measure)
+        axes = ax if ax is not None else plt.subplots(layout="constrained")[1]
+        kept = found.density > 0
+        y, error = found.density[kept], np.nan_to_num(found.error[kept])
+        points = {"marker": "o", "markersize": 3, "linewidth": 0.8, "elinewidth": 0.7}
+        axes.errorbar(found.middle[kept], y, error, **{**points, **style})
+        axes.set(xscale="log", yscale="log", xlabel=MEASURES[measure].label)
+        axes.set_ylabel(f"density of {measure}")
+        # errors as large as the density itself would reach down to zero
+        axes.set_ylim(bottom=min(float(y.min()) / 3, axes.get_ylim()[1]))
+        return axes
+
+
+def plot_rearrangement(motion: Rearrangement) -> tuple[Axes, Axes]:
+    """Draw velocities in space and time, and the energies; return the axes."""
+    n, times = motion.chain.n, np.linspace(0.0, float(motion.duration), _INSTANTS)
+    velocities = floats(motion.sol(times).velocities)
+    figure, (above, below) = plt.subplots(2, 1, sharex=True, layout="constrained")
+    most = float(np.abs(velocities).max()) or 1.0
+    image = above.pcolormesh(times, np.arange(1, n + 1), velocities, shading="nearest",
+                             cmap="RdBu_r", vmin=-most, vmax=most)  # fmt: skip
+    figure.colorbar(image, ax=above, label=r"velocity ($g\,\tau_\mathrm{dyn}$)")
+    above.set(ylabel="slider (1 uppermost)", ylim=(n + 0.5, 0.5))
+    above.yaxis.set_major_locator(MaxNLocator(8, integer=True))
+    dashes = ("-", "-", "--", "-")  # what gravity gives and springs lose may be nearly equal
+    for (name, values), dash in zip(motion.energy(times)._asdict().items(), dashes, strict=True):
+        below.plot(times, values - values[0], dash, label=name)
+    below.set(xlabel=r"time ($\tau_\mathrm{dyn}$)", ylabel=r"energy ($m g^2 \tau_\mathrm{dyn}^2$)")
+    below.legend(title="since the start", fontsize=8)
+    return above, below
