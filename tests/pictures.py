@@ -18,36 +18,39 @@ def pixels(figure: Figure) -> np.ndarray:
     return np.asarray(canvas.buffer_rgba()).astype(int)[..., :3]
 
 
-def ink(axes: Axes) -> int:
-    """Return how many pixels inside the axes change if what is drawn of data is taken away.
+def inks(figure: Figure) -> dict[Axes, int]:
+    """Return how many pixels inside each axes change if what is drawn of data is taken away.
 
     A page with labels, ticks, grid and legend alone has none.
     """
-    figure = axes.figure
     with mpl.rc_context():
         pixels(figure)
         figure.set_layout_engine("none")
-        data = [*axes.lines, *axes.collections, *axes.patches, *axes.images]
-        for guide in axes.lines:  # a broken line across the axes marks a place, and is no data
-            if guide.get_transform() != axes.transData and guide.get_linestyle() != "-":
-                guide.set_visible(False)
+        drawn = [one for axes in figure.axes for one in (*axes.lines, *axes.collections,
+                                                         *axes.patches, *axes.images)]  # fmt: skip
+        for axes in figure.axes:
+            for guide in axes.lines:  # a broken line across the axes marks a place, and is no data
+                if guide.get_transform() != axes.transData and guide.get_linestyle() != "-":
+                    guide.set_visible(False)
         full = pixels(figure)
-        shown = [(each, each.get_visible()) for each in data]
-        for each in data:
-            each.set_visible(False)
-        gone = (full != pixels(figure)).any(axis=-1)
-        for each, visible in shown:
-            each.set_visible(visible)
-    left, bottom, right, top = (int(side) for side in axes.bbox.extents)
-    height = gone.shape[0]
-    return int(gone[height - top : height - bottom, left:right].sum())
+        visible = [one for one in drawn if one.get_visible()]
+        for one in visible:
+            one.set_visible(False)
+        gone = (full != pixels(figure)).any(axis=-1)[::-1]  # from below, as places in the figure
+        for one in visible:
+            one.set_visible(True)
+    counts = {}
+    for axes in figure.axes:
+        left, bottom, right, top = (int(side) for side in axes.bbox.extents)
+        counts[axes] = int(gone[bottom:top, left:right].sum())
+    return counts
 
 
 def assert_shows_data(figure: Figure) -> Figure:
     """Fail where axes are blank, whatever their labels say, or none of a column is labelled."""
     assert figure.axes
-    for axes in figure.axes:
-        assert ink(axes) > SPECK, axes.get_ylabel() or axes.get_title()
+    for axes, ink in inks(figure).items():
+        assert ink > SPECK, axes.get_ylabel() or axes.get_title()
         named = [*axes.get_shared_x_axes().get_siblings(axes), axes]
         assert any(each.get_xlabel() or each.get_ylabel() for each in named)
     return figure

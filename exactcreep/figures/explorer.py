@@ -34,9 +34,7 @@ from exactcreep.quasistatic.experiment import Experiment
 HOST = "127.0.0.1"
 MOST_EVENTS, MOST_SECONDS, MOST_SLIDERS = 40_000, 1, 200
 """Of an answer that is to be seen at once."""
-_RECORD = ("x_G", "rearrangements", "slip_table")
 _MOMENTS = 800  # equally spaced, at which a motion is taken from its closed form; events besides
-_KINDS = {"<": "text/html", "{": "application/json"}  # by how a text begins
 _ALONE = Lock()  # a thread that silences warnings silences those of all threads
 
 
@@ -81,10 +79,9 @@ def experiment_of(given: Mapping[str, str]) -> Experiment:
         if name not in values:
             raise InputError(name, text, "must be one of " + ", ".join(values))
         values[name] = text.strip()
-    chain = Chain(
-        whole_number(values["n"], "n", least=1, most=MOST_SLIDERS),
-        1000, values["mu_d"], values["mu_s"], values["sigma_mu"], tan_alpha=values["tan_alpha"],
-    )  # fmt: skip
+    n = whole_number(values["n"], "n", least=1, most=MOST_SLIDERS)
+    friction = (values[name] for name in ("mu_d", "mu_s", "sigma_mu"))
+    chain = Chain(n, 1000, *friction, tan_alpha=values["tan_alpha"])
     cycles = whole_number(values["cycles"], "cycles", least=1, most=10_000)
     seed = whole_number(values["seed"], "seed", least=0)
     return Experiment.of(chain, Cycles(values["amplitude"], cycles), seed=seed)
@@ -100,37 +97,35 @@ def course(experiment: Experiment) -> dict[str, Any]:
     InputError
         If the solver cannot follow the chain.
     """
+    recording = replace(experiment, record=("x_G", "rearrangements", "slip_table"))
     with _ALONE, warnings.catch_warnings():
         warnings.simplefilter("ignore", PhysicsWarning)  # `told` says it
-        limits = Limits.of(MOST_EVENTS, MOST_SECONDS)
-        (run,) = run_members([replace(experiment, record=_RECORD)], limits=limits)
-    kept = run.recorded
+        (run,) = run_members([recording], limits=Limits.of(MOST_EVENTS, MOST_SECONDS))
+    kept, drive = run.recorded, experiment.drive
     half_cycle = kept["rearrangement_half_cycle"]
     reached = max(run.half_cycles, int(half_cycle.max(initial=1)))
-    ramps = np.append(experiment.theta, experiment.drive.targets(1, reached, experiment.seed))
+    ramps = np.append(experiment.theta, drive.targets(1, reached, experiment.seed))
     span = np.diff(ramps)[half_cycle - 1]
     passed = floats(kept["rearrangement_theta"]) - ramps[half_cycle - 1]
     part = np.divide(passed, span, out=np.zeros_like(passed), where=span != 0)
+    known = math.isfinite(run.velocity)
     told = f"{behaviour(run.outcome, run.direction)} ({run.evidence.value})"
-    if math.isfinite(run.velocity):
-        told += f", mean velocity {run.velocity:.6g} per {run.experiment.drive.per}"
+    if known:
+        told += f", mean velocity {run.velocity:.6g} per {drive.per}"
         told += f" ± {run.velocity_error:.2g}" if run.velocity_error > 0 else ""
     told += f"; {run.reason}" if run.reason else ""
     told += "".join(f"; {PHYSICS[name]} ({count} times)" for name, count in run.warnings.items())
+    told += f". {run.half_cycles} targets, {run.slip_count} slips, {run.event_count} events."
+    slips = ("slider", "rearrangement", "displacement")
     return {
-        "described": f"{experiment.chain}, {experiment.drive}, seed {experiment.seed},"
-        f" {experiment.solver}",
+        "described": f"{experiment.chain}, {drive}, seed {experiment.seed}, {experiment.solver}",
         "n": experiment.chain.n,
         "half_cycles": run.half_cycles,
         "when": _packed(half_cycle - 1 + np.clip(part, 0, 1)),
         "displacement": _packed(floats(kept["rearrangement_displacement"])),
-        "slip": {
-            name: _packed(floats(kept[f"slip_{name}"]))
-            for name in ("slider", "rearrangement", "displacement")
-        },
-        "velocity": run.velocity if math.isfinite(run.velocity) else None,
-        "told": f"{told}. {run.half_cycles} targets, {run.slip_count} slips,"
-        f" {run.event_count} events.",
+        "slip": {name: _packed(floats(kept[f"slip_{name}"])) for name in slips},
+        "velocity": run.velocity if known else None,
+        "told": told,
     }
 
 
@@ -159,8 +154,8 @@ def avalanche(found: RunAvalanche) -> dict[str, Any]:
         "held": _packed(shown.held.T),
         "force": _packed(shown.forces[:, 0]),
         "events": [
-            [float(event.time), event.kind.value, list(event.sliders), list(event.signs)]
-            for event in motion.events
+            [time, event.kind.value, list(event.sliders), list(event.signs)]
+            for time, event in zip(events.tolist(), motion.events, strict=True)
         ],
     }
 
@@ -224,13 +219,7 @@ class _Server(ThreadingHTTPServer):
 
 
 def page_server(port: int = 0) -> ThreadingHTTPServer:
-    """Return a server of the page, which a `with` block closes.
-
-    Raises
-    ------
-    InputError
-        If the port is taken, or not allowed.
-    """
+    """Return a server of the page, which a `with` block closes, or raise `InputError`."""
     try:
         return _Server((HOST, port), _Visit)
     except OSError as error:
@@ -240,18 +229,17 @@ def page_server(port: int = 0) -> ThreadingHTTPServer:
 class _Visit(BaseHTTPRequestHandler):
     """One question of the page."""
 
-    def reply(self) -> None:
+    def do_GET(self) -> None:
         """Answer it."""
         # a page of somebody else, whose name was made to lead here, or which asks from elsewhere
-        hosts = {"Host": self.headers["Host"] or "", "Origin": self.headers["Origin"]}
-        for name, text in hosts.items():
-            where = text if name == "Host" or text is None else urlsplit(text).netloc
-            if where is not None and where.rpartition(":")[0] not in (HOST, "localhost"):
-                return self._answer(403, "this page is for this machine alone")
-        asked = urlsplit(self.path)
-        given = dict(parse_qsl(asked.query, keep_blank_values=True))
+        asking, origin = [self.headers["Host"] or ""], self.headers["Origin"]
+        asking += [] if origin is None else [urlsplit(origin).netloc]
+        if any(name.rpartition(":")[0] not in (HOST, "localhost") for name in asking):
+            return self._answer(403, "this page is for this machine alone")
+        wanted = urlsplit(self.path)
+        given = dict(parse_qsl(wanted.query, keep_blank_values=True))
         try:
-            text = answer(asked.path.removeprefix("/"), given)
+            text = answer(wanted.path.removeprefix("/"), given)
             self._answer(404 if text is None else 200, text or "there is no such page")
         except InputError as error:
             self._answer(400, as_text({"field": error.field, "sentence": str(error)}))
@@ -259,10 +247,9 @@ class _Visit(BaseHTTPRequestHandler):
             sentence = f"{type(error).__name__}: {error} (a defect)"
             self._answer(500, as_text({"sentence": sentence}))
 
-    do_GET = reply  # the name by which the library calls it
-
     def _answer(self, status: int, text: str) -> None:
-        body, kind = text.encode(), _KINDS.get(text[:1], "text/plain")
+        kinds = {"<": "text/html", "{": "application/json"}  # by how a text begins
+        body, kind = text.encode(), kinds.get(text[:1], "text/plain")
         self.send_response(status)
         self.send_header("Content-Type", f"{kind}; charset=utf-8")
         self.send_header("Content-Length", str(len(body)))

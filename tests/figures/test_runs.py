@@ -1,14 +1,16 @@
-"""Pictures of runs and of rearrangements show their numbers, however long and however many."""
+"""Pictures of runs show their numbers, however long and however many, and repeat the run."""
 
 from __future__ import annotations
+
+import dataclasses
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from matplotlib.figure import Figure
 
 from exactcreep import (
     Chain,
+    Creep,
     Cycles,
     GaussianSteps,
     InputError,
@@ -18,40 +20,62 @@ from exactcreep import (
     physical,
     rearrange,
 )
-from exactcreep.figures.runs import draw_run
+from exactcreep.figures.run import draw_portrait, draw_run, portrait
+from tests.paper import paper_chain
 from tests.pictures import assert_shows_data
 
-CHAIN = Chain(2, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+CHAIN, SIX = paper_chain(2), paper_chain(6)
+DRIVE = Cycles("0.004", 20)
 
 
-def test_a_line_of_fewer_points_keeps_what_is_largest_and_smallest(drawn: list[Figure]) -> None:
+def drawn(runs: list[Creep], **about: object):
+    return assert_shows_data(draw_run(runs, **about)).axes
+
+
+def test_a_line_of_fewer_points_keeps_what_is_largest_and_smallest() -> None:
     run = creep(CHAIN, GaussianSteps("0.002", 30_000), seed=1)
-    draw_run([run], "unused.png")
-    top, bottom = drawn[0].axes
     theta = run.drive.targets(1, run.half_cycles, run.seed)
-    for line, values in ((top.lines[0], theta), (bottom.lines[0], run.recorded["x_G"])):
-        time, shown = line.get_data()
+    for axes, values in zip(drawn([run]), (theta, run.recorded["x_G"]), strict=True):
+        time, shown = axes.lines[0].get_data()
         assert time.size < 20_002
         assert (shown.min(), shown.max()) == (min(values.min(), 0), max(values.max(), 0))
         assert (time[-1], shown[-1]) == (30_000, values[-1])
         np.testing.assert_array_equal(shown[1:], values[time[1:] - 1])
 
 
-def test_drives_beyond_the_inks_are_counted_and_left_out(drawn: list[Figure]) -> None:
+def test_drives_beyond_the_inks_are_counted_and_left_out() -> None:
     runs = [creep(CHAIN, GaussianSteps("0.005", 5), seed=seed) for seed in range(10)]
-    draw_run(runs, "unused.png")
-    top, bottom = drawn[0].axes
+    top, bottom = drawn(runs)
     assert top.get_title() == "the first 8 of 10 drives"
     assert (len(top.lines), len(bottom.lines)) == (8, 10)
 
 
-def test_many_cycles_are_drawn_as_the_band_that_they_fill(drawn: list[Figure]) -> None:
-    draw_run([creep(CHAIN, Cycles("0.002", 201))], "unused.png")
-    top, bottom = drawn[0].axes
+def test_members_are_told_apart_by_what_varies_among_them() -> None:
+    settings = [{"chain.n": 2, "drive.amplitude": a, "run.seed": s} for a in (1, 2) for s in (1, 2)]
+    runs = [creep(CHAIN, Cycles(f"0.00{s['drive.amplitude']}", 9), seed=s["run.seed"])
+            for s in settings]  # fmt: skip
+    _, axes = drawn(runs, settings=settings)
+    named = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert named == [rf"$A_\theta$ = {a} (2 members)" for a in (1, 2)]
+    assert sorted(text.get_text() for text in axes.texts) == ["seed = 1"] * 2 + ["seed = 2"] * 2
+    inks = [line.get_color() for line in axes.lines]
+    assert inks[0] == inks[1] != inks[2] == inks[3]
+    for line, run in zip(axes.lines, runs, strict=True):
+        np.testing.assert_array_equal(line.get_ydata()[1:], run.recorded["x_G"])
+
+
+def test_a_short_chain_shows_its_sliders_and_many_cycles_a_band() -> None:
+    run = creep(CHAIN, Cycles("0.002", 201), record=("x_G", "x"))
+    top, bottom = drawn([run])
     (band,) = top.collections
     assert not top.lines
     assert np.abs(band.get_paths()[0].vertices[:, 1]).max() == 0.002
-    assert bottom.lines[0].get_xdata()[-1] == 402
+    mean, *sliders = (line.get_ydata()[1:] for line in bottom.lines)
+    np.testing.assert_array_equal(mean, run.recorded["x_G"])
+    np.testing.assert_array_equal(np.array(sliders).T, run.recorded["x"])
+
+
+# --- in a notebook -------------------------------------------------------------------------------
 
 
 @pytest.fixture
@@ -62,17 +86,15 @@ def shown():
 
 
 def test_the_energies_of_a_rearrangement_add_up_to_those_of_its_row() -> None:
-    chain = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    run = creep(chain, Cycles("0.004", 1), seed=3, record=("rearrangements",))
+    run = creep(SIX, Cycles("0.004", 1), seed=3, record=("rearrangements",))
     row = run.to_pandas("rearrangements").iloc[0]
-    motion = rearrange(chain, State.relaxed(chain, seed=3), direction=+1, seed=3)
+    motion = rearrange(SIX, State.relaxed(SIX, seed=3), direction=+1, seed=3)
     begin, end = motion.energy(0), motion.energy(motion.duration)
     assert (begin.kinetic, begin.gravity, begin.dissipated) == (0, 0, 0)
-    assert end.elastic == pytest.approx(row["elastic_after"], rel=1e-12)
-    assert end.gravity == pytest.approx(-row["gravity"], rel=1e-12)
-    assert end.dissipated == pytest.approx(row["dissipation"], rel=1e-12)
-    times = np.linspace(0, float(motion.duration), 99)
-    known = motion.energy(times)
+    found = [end.elastic, -end.gravity, end.dissipated]
+    expected = [row["elastic_after"], row["gravity"], row["dissipation"]]
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    known = motion.energy(np.linspace(0, float(motion.duration), 99))
     assert (np.diff(known.dissipated) > -1e-14).all()  # friction only takes
     assert known.kinetic.max() > 0
     np.testing.assert_allclose(sum(known), begin.elastic, rtol=1e-13)
@@ -84,9 +106,8 @@ def test_a_rearrangement_draws_its_velocities_and_energies() -> None:
     above, below = motion.plot()
     assert_shows_data(above.figure)
     (mesh,) = above.collections
-    assert np.asarray(mesh.get_array()).max() == pytest.approx(
-        motion.sol(np.linspace(0, motion.duration, 400)).velocities.max(), rel=1e-12
-    )
+    fastest = motion.sol(np.linspace(0, motion.duration, 400)).velocities.max()
+    assert np.asarray(mesh.get_array()).max() == pytest.approx(fastest, rel=1e-12)
     lines = {line.get_label(): line.get_ydata()[-1] for line in below.lines}
     assert lines["dissipated"] == motion.energy(motion.duration).dissipated
 
@@ -100,8 +121,7 @@ def test_a_record_is_drawn_in_dates_degrees_and_millimetres() -> None:
     record = TemperatureRecord.of(degrees, "29e-6", 10, times=days, unit="C")
     run = creep(roof.chain, record)
     axes = run.plot(solid=roof)
-    assert axes.get_xlabel() == "date"
-    assert axes.get_ylabel() == "descent (mm)"
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("date", "descent (mm)")
     assert_shows_data(axes.figure)
     (line,) = axes.lines
     np.testing.assert_array_equal(line.get_ydata(), 1000 * roof.metres(run.recorded["x_G"]))
@@ -110,3 +130,59 @@ def test_a_record_is_drawn_in_dates_degrees_and_millimetres() -> None:
     np.testing.assert_allclose(beside.lines[0].get_ydata(), degrees[: run.half_cycles])
     with pytest.raises(InputError, match="the solid of the run's chain"):
         creep(CHAIN, record).plot(solid=roof)
+
+
+# --- around one half-cycle -----------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def run():
+    return creep(SIX, DRIVE, seed=3, record=("x_G",))
+
+
+@pytest.mark.parametrize("half_cycle", [0, 1, 7, 30, 40])
+def test_a_portrait_shows_what_a_full_record_holds(run: Creep, half_cycle: int) -> None:
+    full = creep(SIX, DRIVE, seed=3, record=("x_G", "x", "tension", "slips")).recorded
+    seen = portrait(run, half_cycle, window=10)
+    there = slice(seen.first - 1, seen.first - 1 + 10)
+    assert seen.first - 1 <= half_cycle <= seen.first + 9
+    np.testing.assert_array_equal(seen.slips, full["slips"][there])
+    np.testing.assert_array_equal(seen.x_G[1:], full["x_G"][there])
+    assert seen.x_G[0] == np.vstack([np.zeros(6), full["x"]])[seen.first - 1].mean()
+    assert (np.abs(seen.forces) <= seen.limits).all()
+    if half_cycle:
+        np.testing.assert_array_equal(seen.state.tensions, full["tension"][half_cycle - 1])
+        np.testing.assert_array_equal(seen.theta[1:], DRIVE.targets(seen.first, 10))
+
+
+def test_tensions_are_shown_within_the_bounds_of_friction() -> None:
+    chain = Chain(7, 1000, "0.5", "0.6", 0, tan_alpha="0.2")
+    result = creep(chain, GaussianSteps("0.005", 30), seed=1)
+    for half_cycle in range(0, 31, 3):
+        seen = portrait(result, half_cycle)
+        (low, high), (least, most) = seen.bounds(chain.mu_s), seen.bounds(chain.mu_d)
+        # where all forces of one side stand at their limit, only the sum's rounding is left
+        rounding = 2**-50 * chain.n
+        assert (seen.state.tensions >= low - rounding).all()
+        assert (seen.state.tensions <= high + rounding).all()
+        assert ((low < least) & (most < high)).all()
+
+
+def test_what_the_run_does_not_have_or_repeat_is_refused(run: Creep) -> None:
+    changed = run.recorded["x_G"].copy()
+    changed[11] = np.nextafter(changed[11], 1e9)
+    other = dataclasses.replace(run, recorded={"x_G": changed})
+    with pytest.raises(InputError, match="at half-cycle 12 when the run was saved"):
+        portrait(other, 20)
+    with pytest.raises(InputError, match=r"half_cycle = 41.*at most 40"):
+        portrait(run, 41)
+
+
+@pytest.mark.parametrize("n", [1, 2, 90])
+def test_a_portrait_of_any_chain_is_drawn(n: int) -> None:
+    figure = draw_portrait(portrait(creep(paper_chain(n), Cycles("0.002", 2))))
+    if n == 2:
+        assert_shows_data(figure)
+    assert len(figure.axes) == 5 + (n > 1)
+    (marks,) = (line for line in figure.axes[-2].lines if line.get_marker() == "o")
+    assert marks.get_xdata().size == n

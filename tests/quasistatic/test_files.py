@@ -175,11 +175,12 @@ import numpy as np
 import xarray as xr
 from exactcreep import Chain, Cycles, creep
 from exactcreep.cli import status
-from exactcreep.commands import reproduce
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic import checkpoint
 from exactcreep.quasistatic.files import write_file
-from exactcreep.figures import runs, style as figures
+from exactcreep.figures import style as figures
+from exactcreep.figures.paper import Picture
+from exactcreep.figures.run import draw_run
 
 @contextmanager
 def full_disk(name):  # no file in it can be longer than 20 kB
@@ -205,17 +206,15 @@ with full_disk("result"):
 with full_disk("run"):
     assert status([*run, "--out", "it", "--force"]) == 2
 with full_disk("picture"):
-    runs.draw_run([result], "it.png")
+    figures.save_picture(draw_run([result]), "it.png")
 with full_disk("sweep"):
     assert status([*sweep, "."]) == 2
 with full_disk("checkpoint"):
     write_file("it", checkpoint.to_bytes({"values": np.zeros(9000)}), "checkpoint")
 with full_disk("reproduce"):
-    class Blank:
-        name = "it"
-        draw = staticmethod(lambda data, tables: figures.picture(0.1, 0.1))
+    blank = Picture("it", "", (0.1, 0.1), [], {}, lambda figure, data, tables: None)
     data = {name: xr.Dataset({"v": ("t", np.arange(9000))}) for name in "ab"}
-    reproduce.write(Blank, data, [], Path("."))
+    blank.write(data, Path("."))
 print("goes on")
 """
 WRITERS = {"result": "it", "run": "it", "picture": "it.png", "sweep": "sweep.nc",

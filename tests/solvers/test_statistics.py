@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from exactcreep import Chain, Cycles, GaussianSteps, creep
-from exactcreep.solvers.statistics import FEWEST_STEPS, rests_for_long, standard_error
+from exactcreep.solvers.statistics import (
+    _MOST_GROWTH,
+    FEWEST_STEPS,
+    rests_for_long,
+    standard_error,
+)
 
 
 def chain_of(n: int, tan_alpha: str) -> Chain:
@@ -121,3 +126,8 @@ def test_rests_of_two_sliders_end_where_the_slope_is_large_beside_the_disorder()
         for seed in range(20)
     ]
     assert sum(not math.isnan(result.velocity_error) for result in results) >= 8
+
+
+def test_the_growth_that_chance_allows_is_a_quantile_of_fisher_s_ratio() -> None:
+    for blocks, most in _MOST_GROWTH.items():
+        assert most == pytest.approx(stats.f.ppf(0.99, blocks - 1, FEWEST_STEPS - 1), rel=1e-12)

@@ -11,12 +11,14 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from exactcreep.cli import status
-from exactcreep.figures import sweep as grids
+from exactcreep.figures.style import VELOCITY
+from exactcreep.figures.sweep import draw_sweep
 from exactcreep.laws import sliding_velocity, sliding_velocity_random
 from exactcreep.model.numbers import InputError
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
+from tests.conftest import Command
+from tests.pictures import assert_shows_data
 
 
 def swept(**vary: Any) -> xr.Dataset:
@@ -24,18 +26,18 @@ def swept(**vary: Any) -> xr.Dataset:
     return sweep(load_scene("two-sliders-cycles").with_settings(settings), workers=1)
 
 
-def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit(
-    drawn: list[Figure],
-) -> None:
+def drawn(grid: xr.Dataset, title: str = "") -> Figure:
+    return assert_shows_data(draw_sweep(grid, title))
+
+
+def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit() -> None:
     grid = swept(
         vary__chain__tan_alpha=["0.1", "0.2", "0.3"],
         vary__drive__amplitude=["0.005", "0.01"],
         vary__run__seed=[1, 2],
     )
-    grids.draw_sweep(grid, "unused.png", title="two sliders")
-    (axes,) = drawn[0].axes
+    (axes,) = drawn(grid).axes
     assert axes.get_xlabel() == r"$\tan\alpha$"
-    assert drawn[0].get_suptitle() == "two sliders"
     for number, amplitude in enumerate((0.005, 0.01)):
         points = axes.containers[number]
         x, y = points.lines[0].get_data(orig=False)
@@ -52,21 +54,21 @@ def test_points_are_the_means_over_the_seeds_and_lines_the_sliding_limit(
         np.testing.assert_allclose(line.get_ydata(orig=False), expected, rtol=1e-12, atol=0)
 
 
-def test_the_line_of_random_dilations_is_their_own_law(drawn: list[Figure]) -> None:
+def test_the_line_of_random_dilations_is_their_own_law() -> None:
     scene = load_scene("two-sliders-angle").with_settings(
         {"drive.steps": 20, "vary.chain.tan_alpha": ["0.1", "0.2"], "vary.run.seed": [1]}
     )
-    grids.draw_sweep(sweep(scene, workers=1), "unused.png")
-    (line,) = [one for one in drawn[0].axes[0].lines if len(one.get_xdata()) == 2
-               and one.get_linestyle() == "--"]  # fmt: skip
+    (axes,) = drawn(sweep(scene, workers=1)).axes
+    (line,) = [line for line in axes.lines if len(line.get_xdata()) == 2
+               and line.get_linestyle() == "--"]  # fmt: skip
     given = {"n": 2, "l0": 1000, "mu_d": 0.5, "sigma_theta": 0.01}
     expected = [float(sliding_velocity_random(**given, tan_alpha=t)) for t in (0.1, 0.2)]
     np.testing.assert_allclose(line.get_ydata(orig=False), expected, rtol=1e-12, atol=0)
 
 
-def test_where_there_is_no_law_there_is_no_line(drawn: list[Figure]) -> None:
-    grids.draw_sweep(swept(vary__chain__tan_alpha=["-0.1", "0.2", "0.5"]), "unused.png")
-    lines = [line for line in drawn[0].axes[0].lines if line.get_linestyle() == "--"]
+def test_where_there_is_no_law_there_is_no_line() -> None:
+    (axes,) = drawn(swept(vary__chain__tan_alpha=["-0.1", "0.2", "0.5"])).axes
+    lines = [line for line in axes.lines if line.get_linestyle() == "--"]
     assert [np.isnan(line.get_ydata()).tolist() for line in lines if len(line.get_xdata())] == [
         [True, False, True]
     ]
@@ -74,44 +76,38 @@ def test_where_there_is_no_law_there_is_no_line(drawn: list[Figure]) -> None:
 
 def test_seeds_alone_make_no_picture() -> None:
     with pytest.raises(InputError, match="besides the seed"):
-        grids.draw_sweep(swept(vary__run__seed=[1, 2]), "unused.png")
+        draw_sweep(swept(vary__run__seed=[1, 2]))
 
 
 def test_the_command_draws_its_sweep_and_refuses_before_it_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    command: Command, tmp_path: Path
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     words = ["sweep", "two-sliders-cycles", "--set", "drive.cycles=4", "--out", "grid"]
     vary = "vary.drive.amplitude=" + json.dumps([0.005, 0.01])
-    assert status([*words, "--seeds", "2", "--plot", "grid.png"]) == 2
-    assert status([*words, "--set", vary, "--plot", "grid.txt"]) == 2
+    assert "besides the seed" in command(*words, "--seeds", "2", "--plot", "grid.png").sentence
+    assert "must end in" in command(*words, "--set", vary, "--plot", "grid.txt").sentence
     assert not (tmp_path / "grid").exists()
-    assert status([*words, "--set", vary, "--plot", "grid.png"]) == 0, capsys.readouterr()
+    assert command(*words, "--set", vary, "--plot", "grid.png").code == 0
     assert (tmp_path / "grid.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_a_title_is_drawn_as_it_is_written(drawn: list[Figure]) -> None:
+def test_a_title_is_drawn_as_it_is_written() -> None:
     title = r"$\bad{ is no formula, and 5 $ is money"
-    grids.draw_sweep(swept(vary__chain__tan_alpha=["0.1", "0.2"]), "unused.png", title=title)
-    drawn[0].canvas.draw()
-    assert drawn[0].get_suptitle() == title
+    figure = drawn(swept(vary__chain__tan_alpha=["0.1", "0.2"]), title)
+    assert figure.get_suptitle() == title
 
 
-def test_two_quantities_of_many_values_make_a_map_with_contours_of_the_law(
-    drawn: list[Figure],
-) -> None:
+def test_two_quantities_of_many_values_make_a_map_with_contours_of_the_law() -> None:
     slopes, sizes = [f"0.{k}" for k in range(1, 5)], [f"0.00{k}" for k in range(1, 8)]
     grid = swept(vary__chain__tan_alpha=slopes, vary__drive__amplitude=sizes)
-    grids.draw_sweep(grid, "unused.png")
-    assert not drawn[-1].axes[0].get_title()  # four slopes are families
+    assert not drawn(grid).axes[0].get_title()  # four slopes are families
     grid = swept(vary__chain__tan_alpha=["0", *slopes], vary__drive__amplitude=sizes)
-    grids.draw_sweep(grid, "unused.png")
-    axes, bar = drawn[-1].axes
+    axes, bar = drawn(grid).axes
     mesh, lines = axes.collections[:2]
     shown = np.asarray(mesh.get_array()).reshape(7, 5)
     velocity = grid["velocity"].transpose("amplitude", "tan_alpha").to_numpy()
     np.testing.assert_array_equal(shown, velocity)
-    assert bar.get_ylabel() == grids.VELOCITY
+    assert bar.get_ylabel() == VELOCITY
     # along a contour the law has the contour's value
     given = {"n": 2, "l0": 1000.0, "mu_d": 0.5}
     checked = 0

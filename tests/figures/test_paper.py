@@ -10,57 +10,50 @@ import math
 from fractions import Fraction
 from pathlib import Path
 
-import matplotlib as mpl
 import matplotlib.pyplot as plt
 import pandas as pd
 import pytest
 import xarray as xr
 
-from exactcreep.cli import status
-from exactcreep.commands.reproduce import _deviation, data_of, write
-from exactcreep.figures.paper import PICTURES
-from exactcreep.figures.style import STYLE
-from exactcreep.figures.tables import (
-    CONTROL,
-    Point,
-    Table,
-    deviation,
-    points_of,
-    to_csv,
-    with_control,
-)
+from exactcreep.commands.files import _beside
+from exactcreep.figures.paper import PICTURES, Table, to_csv, with_control
+from exactcreep.figures.style import styled
+from exactcreep.figures.sweep import CONTROL, Point, deviation, points_of
 from exactcreep.laws import threshold_amplitude
 from exactcreep.model.numbers import exact_number
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
-from tests.pictures import assert_shows_data, ink
+from tests.conftest import Command
+from tests.pictures import assert_shows_data, inks
 
 pytestmark = pytest.mark.xdist_group("figures")  # they share the data of `tiny`
 
-STARTS = ["relaxed", {"size": "1e-6", "seed": 1}]
+SEEDS = {"vary.run.seed": [1, 2]}
 TINY = {
     "two-sliders-trace": {"drive.steps": 60},
     "two-sliders-angle": {
-        "drive.steps": 40, "vary.chain.tan_alpha": ["0", "0.25", "0.49"], "vary.run.seed": [1, 2],
+        "drive.steps": 40, "vary.chain.tan_alpha": ["0", "0.25", "0.49"], **SEEDS,
     },
     "two-sliders-amplitude": {
-        "drive.steps": 40, "vary.drive.sigma_theta": ["0.001", "0.01"], "vary.run.seed": [1, 2],
+        "drive.steps": 40, "vary.drive.sigma_theta": ["0.001", "0.01"], **SEEDS,
     },
-    "chain-plateaus": {
-        "drive.steps": 10, "vary.chain.tan_alpha": ["0.1", "0.2", "0.49"], "vary.run.seed": [1, 2],
-    },
+    "chain-plateaus": {"drive.steps": 10, "vary.chain.tan_alpha": ["0.1", "0.49"], **SEEDS},
     "chain-amplitude": {"drive.cycles": 5, "vary.drive.amplitude": ["0.002", "0.0037", "0.005"]},
     "chain-amplitude-random": {
-        "drive.steps": 5, "vary.drive.sigma_theta": ["0.002", "0.005"], "vary.run.seed": [1, 2],
+        "drive.steps": 5, "vary.drive.sigma_theta": ["0.002", "0.005"], **SEEDS,
     },
     "chain-size": {"drive.cycles": 5, "vary.chain.n": [2, 7, 8]},
-    "chain-size-random": {"drive.steps": 5, "vary.chain.n": [2, 8], "vary.run.seed": [1, 2]},
-    "chain-jumps": {"drive.cycles": 100, "vary.run.start": STARTS},
+    "chain-size-random": {"drive.steps": 5, "vary.chain.n": [2, 8], **SEEDS},
+    "chain-jumps": {
+        "drive.cycles": 100, "vary.run.start": ["relaxed", {"size": "1e-6", "seed": 1}],
+    },
 }  # fmt: skip
 PAPER = {
     "position2sliders", "velocity2sliders", "velocity2sliders_theta", "velocityNsliders",
     "velocityNslidersbis", "cloche", "jumps",
 }  # fmt: skip
+CAPTION = {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01"}
+SLOPE = {"tan_alpha": "0.25"}
 
 
 @functools.cache
@@ -68,14 +61,14 @@ def tiny(name: str):
     """Return a picture with its data, as short as it can be drawn."""
     picture = PICTURES[name]
     small = dataclasses.replace(picture, quick={scene: TINY[scene] for scene in picture.quick})
-    return small, data_of(small, quick=True, workers=2)
+    return small, small.data(quick=True, workers=2)
 
 
-def drawing_of(name: str):
-    picture, data = tiny(name)
-    tables = picture.tables(data)
-    with mpl.rc_context(STYLE):
-        return picture.draw(data, tables), tables
+def rows_of(name: str, **settings: object) -> tuple[Point, ...]:
+    changed = {name: {f"vary.{key}": value for key, value in settings.items()}}
+    changed[name]["drive.steps"] = 1000
+    picture = dataclasses.replace(PICTURES[name], quick=changed)
+    return picture.tables(picture.data(quick=True))[0].rows
 
 
 def test_every_figure_with_data_of_the_paper_has_a_picture_and_nothing_else_has() -> None:
@@ -85,28 +78,23 @@ def test_every_figure_with_data_of_the_paper_has_a_picture_and_nothing_else_has(
 @pytest.mark.parametrize(
     ("scene", "said"),
     [
-        ("two-sliders-trace", {"n": 2, "sigma_mu": "0.01", "tan_alpha": "0.25",
-                               "sigma_theta": "0.1"}),
-        ("two-sliders-angle", {"n": 2, "sigma_mu": "0.01", "sigma_theta": "0.01"}),
-        ("two-sliders-amplitude", {"n": 2, "sigma_mu": "0.01", "tan_alpha": "0.25"}),
-        ("chain-plateaus", {"sigma_mu": "0.01", "sigma_theta": "0.01"}),
-        ("chain-amplitude", {"n": 30, "sigma_mu": "0.01", "tan_alpha": "0.25"}),
-        ("chain-amplitude-random", {"n": 30, "sigma_mu": "0.01", "tan_alpha": "0.25"}),
-        ("chain-size", {"sigma_mu": "0.01", "tan_alpha": "0.25", "amplitude": "0.005"}),
-        ("chain-size-random", {"sigma_mu": "0.01", "tan_alpha": "0.25"}),
-        ("chain-jumps", {"n": 30, "sigma_mu": 0, "tan_alpha": "0.25"}),
+        ("two-sliders-trace", {"n": 2, "sigma_theta": "0.1", **SLOPE}),
+        ("two-sliders-angle", {"n": 2, "sigma_theta": "0.01"}),
+        ("two-sliders-amplitude", {"n": 2, **SLOPE}),
+        ("chain-plateaus", {"sigma_theta": "0.01"}),
+        ("chain-amplitude", {"n": 30, **SLOPE}),
+        ("chain-amplitude-random", {"n": 30, **SLOPE}),
+        ("chain-size", {"amplitude": "0.005", **SLOPE}),
+        # such dilations go as far as those cycles
+        ("chain-size-random", {"sigma_theta": repr(0.005 * math.sqrt(math.pi)), **SLOPE}),
+        ("chain-jumps", {"n": 30, "sigma_mu": 0, **SLOPE}),
     ],
-)  # fmt: skip
+)
 def test_a_scene_has_the_parameters_of_the_caption(scene: str, said: dict) -> None:
     loaded = load_scene(scene)
     given = {**loaded.tables["chain"], **loaded.tables["drive"]}
-    for name, value in {"l0": 1000, "mu_d": "0.5", "mu_s": "0.6", **said}.items():
-        assert exact_number(given[name], name) == exact_number(value, name)
-
-
-def test_the_random_dilations_of_the_size_figure_match_its_cycles() -> None:
-    sigma = load_scene("chain-size-random").tables["drive"]["sigma_theta"]
-    assert float(sigma) == 0.005 * math.sqrt(math.pi)
+    for name, value in {**CAPTION, **said}.items():
+        assert float(exact_number(given[name], name)) == float(exact_number(value, name))
 
 
 def test_the_amplitudes_of_jumps_lie_one_percent_from_the_law() -> None:
@@ -116,80 +104,63 @@ def test_the_amplitudes_of_jumps_lie_one_percent_from_the_law() -> None:
 
 
 @pytest.mark.parametrize("name", list(PICTURES))
-def test_a_picture_is_written_with_its_data_and_table(name: str, tmp_path: Path) -> None:
+def test_a_picture_shows_and_keeps_every_number(name: str, tmp_path: Path) -> None:
     picture, data = tiny(name)
-    tables = picture.tables(data)
-    write(picture, data, tables, tmp_path)
-    assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-    assert (tmp_path / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+    tables = picture.write(data, tmp_path)
+    for ending, begin in (("png", b"\x89PNG"), ("pdf", b"%PDF")):
+        assert (tmp_path / f"{name}.{ending}").read_bytes().startswith(begin)
     with (tmp_path / f"{name}.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert len(rows) == sum(len(table.rows) for table in tables)
-    for row in rows:
-        assert math.isfinite(float(row["measured"]))
+        measured = [float(row["measured"]) for row in csv.DictReader(file)]
+    assert measured == [row.measured for table in tables for row in table.rows]
+    assert all(map(math.isfinite, measured))
     for scene in picture.quick:
         group = None if len(picture.quick) == 1 else scene
         kept = xr.load_dataset(tmp_path / f"{name}.nc", group=group, engine="h5netcdf")
         assert kept.identical(data[scene])
-
-
-@pytest.mark.parametrize("name", list(PICTURES))
-def test_a_picture_shows_its_data_and_names_its_axes(name: str) -> None:
-    figure, tables = drawing_of(name)
-    assert_shows_data(figure)
-    for axes in figure.axes:
-        shared = axes.get_shared_x_axes().get_siblings(axes)
-        assert any(each.get_xlabel() for each in shared)
+    figure = assert_shows_data(picture.draw(data, tables))
     shown = [y for axes in figure.axes for points in axes.containers
              for y in points[0].get_ydata(orig=False)]  # fmt: skip
-    if shown:  # every measured value is there, where points are drawn
-        measured = {row.measured for table in tables for row in table.rows}
-        assert measured <= set(shown)
+    assert not shown or set(measured) <= set(shown)
 
 
 def test_a_blank_page_with_labels_shows_no_data() -> None:
-    with mpl.rc_context(STYLE):
-        figure, axes = plt.subplots()
+    figure, axes = styled(plt.subplots)()
     axes.set(xlabel="amplitude", ylabel="velocity", title="thirty sliders")
     axes.plot([], [], label="computed")
     axes.legend()
     axes.grid()
-    assert ink(axes) == 0
+    assert inks(figure) == {axes: 0}
+    with pytest.raises(AssertionError):
+        assert_shows_data(figure)
     axes.plot([0.2, 0.8], [0.2, 0.8])
-    assert ink(axes) > 100
+    assert inks(figure)[axes] > 100
     plt.close(figure)
 
 
 def test_a_computed_point_beyond_the_axes_is_marked_at_their_edge_with_its_value() -> None:
-    figure, (table,) = drawing_of("chain-plateaus")
-    axes = figure.axes[0]
+    picture, data = tiny("chain-plateaus")
+    (table,) = tables = picture.tables(data)
+    axes = picture.draw(data, tables).axes[0]
     top = axes.get_ylim()[1]
     beyond = [row.measured for row in table.rows if row.measured > top]
     assert beyond  # as in the paper's figure, the steepest slope
-    words = ", ".join(f"{value:.4g}" for value in sorted(beyond))
     (mark,) = (line for line in axes.lines if line.get_marker() == "^")
     assert (mark.get_xdata()[0], mark.get_ydata()[0]) == (0.49, top)
+    words = ", ".join(f"{value:.4g}" for value in sorted(beyond))
     assert words in {text.get_text() for text in axes.texts}
 
 
 # --- what the tables must show -------------------------------------------------------------------
 
 
-def rows_of(name: str, **settings: object) -> tuple[Point, ...]:
-    picture = PICTURES[name]
-    changed = dataclasses.replace(picture, quick={name: settings | {"drive.steps": 1000}})
-    return picture.tables(data_of(changed, quick=True))[0].rows
-
-
 def test_two_sliders_follow_the_exact_law_where_the_printed_one_is_off() -> None:
-    rows = rows_of("two-sliders-angle", **{"vary.chain.tan_alpha": ["0.1", "0.25", "0.4"]})
-    for row in rows:
+    for row in rows_of("two-sliders-angle", **{"chain.tan_alpha": ["0.1", "0.25", "0.4"]}):
         assert abs(row.deviation_exact) < 4
         assert row.deviation_printed > 20  # it has mu_s where mu_d belongs
 
 
 def test_two_sliders_depart_near_alpha_zero_and_the_angle_of_avalanche() -> None:
-    rows = rows_of("two-sliders-angle", **{"vary.chain.tan_alpha": ["0", "0.004", "0.49"]})
+    rows = rows_of("two-sliders-angle", **{"chain.tan_alpha": ["0", "0.004", "0.49"]})
     level, shallow, steep = rows
     assert abs(level.measured) < 4 * level.error
     assert shallow.deviation_exact < -10
@@ -197,11 +168,9 @@ def test_two_sliders_depart_near_alpha_zero_and_the_angle_of_avalanche() -> None
 
 
 def test_below_its_threshold_a_printed_law_has_no_value() -> None:
-    _, (cycles, _) = drawing_of("chain-amplitude")
-    below, *above = cycles.rows
-    assert below.varied["amplitude"] == 0.002
-    assert below.printed == ()
-    assert below.exact == (0.0,)
+    picture, data = tiny("chain-amplitude")
+    below, *above = picture.tables(data)[0].rows
+    assert (below.varied, below.printed, below.exact) == ({"amplitude": 0.002}, (), (0.0,))
     assert math.isnan(below.deviation_printed)
     assert all(row.printed[0] > 0 for row in above)
 
@@ -237,7 +206,7 @@ def test_a_deviation_counts_standard_errors_outside_of_the_law(
 ) -> None:
     found = deviation(measured, error, law)
     assert found == pytest.approx(expected, rel=1e-12, nan_ok=True)
-    assert _deviation(found, law) == words
+    assert _beside(law, found) == (" or ".join(f"{value:.6g}" for value in law), words)
 
 
 def test_a_table_is_a_csv_with_numbers_in_columns_of_numbers() -> None:
@@ -245,39 +214,32 @@ def test_a_table_is_a_csv_with_numbers_in_columns_of_numbers() -> None:
         Table("plateau", "", (
             Point({"n": 6, "tan_alpha": 0.1}, 1.5, 0.25, (2.0,), (1.0, 1.25)),
             Point({"n": 7, "tan_alpha": 0.2}, -1.0),
-        ), "", "", ""),
-        Table("life", "", (Point({"start": "cold"}, 1e-300, 0.0),), "", "", "", unit="cycles"),
+        )),
+        Table("life", "", (Point({"start": "cold"}, 1e-300, 0.0),)),
     ]  # fmt: skip
     frame = pd.read_csv(io.StringIO(to_csv(tables)))
     assert frame["series"].tolist() == ["plateau", "plateau", "life"]
-    assert frame["unit"].tolist()[1:] == ["g tau_dyn^2 per half-cycle or target", "cycles"]
+    assert set(frame["unit"]) == {"g tau_dyn^2 per half-cycle or target"}
     assert frame["start"].tolist()[2] == "cold"
     for name in set(frame) - {"series", "start", "unit"}:
         assert frame[name].dtype.kind == "f", name
-    first = frame.iloc[0]
-    assert (first["exact_law_least"], first["exact_law_largest"]) == (1.0, 1.25)
-    assert (first["printed_law_least"], first["printed_law_largest"]) == (2.0, 2.0)
-    assert (first["deviation_printed"], first["deviation_exact"]) == (-2.0, 1.0)
+    first = frame.iloc[0].drop(["series", "start", "unit"])
+    assert first.to_dict() == {
+        "n": 6, "tan_alpha": 0.1, "measured": 1.5, "standard_error": 0.25,
+        "printed_law_least": 2, "printed_law_largest": 2,
+        "exact_law_least": 1, "exact_law_largest": 1.25,
+        "deviation_printed": -2, "deviation_exact": 1,
+    }  # fmt: skip
     assert frame["measured"].tolist()[2] == 1e-300
     assert frame.iloc[1].drop(["series", "n", "tan_alpha", "measured", "unit"]).isna().all()
 
 
-# --- the command ---------------------------------------------------------------------------------
-
-
-def test_the_command_lists_refuses_and_keeps_files(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert status(["reproduce"]) == 0
-    listed = capsys.readouterr().out
-    assert all(name in listed for name in PICTURES)
-    assert status(["reproduce", "chain-plateau"]) == 2
-    assert "did you mean chain-plateaus?" in capsys.readouterr().err
-    words = ["reproduce", "two-sliders-trace", "--quick", "--out", str(tmp_path / "figures")]
-    assert status(words) == 0
-    assert "paper: Eq. (velocity_th_2_gaussienne_corrected)" in capsys.readouterr().out
+def test_the_command_lists_refuses_and_keeps_files(command: Command, tmp_path: Path) -> None:
+    assert all(name in command("reproduce").out for name in PICTURES)
+    assert "did you mean chain-plateaus?" in command("reproduce", "chain-plateau").sentence
+    words = ["reproduce", "two-sliders-trace", "--quick", "--out", "figures"]
+    assert "paper: Eq. (velocity_th_2_gaussienne_corrected)" in command(*words).out
     written = {path.name for path in (tmp_path / "figures").iterdir()}
     assert written == {f"two-sliders-trace.{ending}" for ending in ("png", "pdf", "nc", "csv")}
-    assert status(words) == 2
-    assert "exists" in capsys.readouterr().err
-    assert status([*words, "--force"]) == 0
+    assert "exists" in command(*words).sentence
+    assert command(*words, "--force").code == 0
