@@ -229,7 +229,7 @@ def page_server(port: int = 0) -> ThreadingHTTPServer:
 class _Visit(BaseHTTPRequestHandler):
     """One question of the page."""
 
-    def do_GET(self) -> None:
+    def reply(self) -> None:
         """Answer it."""
         # a page of somebody else, whose name was made to lead here, or which asks from elsewhere
         asking, origin = [self.headers["Host"] or ""], self.headers["Origin"]
@@ -246,6 +246,8 @@ class _Visit(BaseHTTPRequestHandler):
         except Exception as error:
             sentence = f"{type(error).__name__}: {error} (a defect)"
             self._answer(500, as_text({"sentence": sentence}))
+
+    do_GET = reply  # the name by which the library calls it
 
     def _answer(self, status: int, text: str) -> None:
         kinds = {"<": "text/html", "{": "application/json"}  # by how a text begins
