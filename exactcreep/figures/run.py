@@ -48,7 +48,6 @@ from exactcreep.studies.avalanches import MEASURES, avalanches_of, distribution
 Floats = NDArray[np.float64]
 WINDOW = 200
 """Half-cycles that a space-time diagram shows, unless asked for others."""
-_MOST_POINTS = 20_000  # of a line; more cannot be told apart
 _LONGEST_TRACE = 400  # half-cycles of theta; of more a band says as much
 _MOST_ENDS = 32  # of lines, that words can be written beside
 _INSTANTS = 400  # of a rearrangement that is drawn
@@ -167,20 +166,7 @@ def _name_ends(axes: Axes, ends: list[tuple[float, str, str]]) -> None:
 
 
 def _trajectory(values: NDArray[Any], start: float = 0.0) -> tuple[NDArray[Any], NDArray[Any]]:
-    return _thinned(np.arange(values.size + 1), np.append(start, values))
-
-
-def _thinned(time: NDArray[Any], values: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
-    """Return at most `_MOST_POINTS` points that keep the smallest and largest of each stretch."""
-    if time.size <= _MOST_POINTS:
-        return time, values
-    width = -(-2 * time.size // _MOST_POINTS)
-    kept = {time.size - 1}
-    for start in range(0, time.size, width):
-        stretch = values[start : start + width]
-        kept |= {start + int(stretch.argmin()), start + int(stretch.argmax())}
-    shown = sorted(kept)
-    return time[shown], values[shown]
+    return np.arange(values.size + 1), np.append(start, values)
 
 
 # --- a solid -------------------------------------------------------------------------------------
@@ -208,7 +194,7 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
     top, bottom, side = (axes[name] for name in ("top", "bottom", "side"))
     top.sharex(bottom)
     side.sharey(bottom)
-    top.plot(*_thinned(time, descent.temperatures), color="0.25", linewidth=0.4)
+    top.plot(time, descent.temperatures, color="0.25", linewidth=0.4)
     top.set_ylabel(f"temperature {called}")
     top.tick_params(labelbottom=False)
     if several:
@@ -216,7 +202,7 @@ def draw_descent(descent: Descent, title: str = "") -> Figure:
         bottom.plot(time[places], yearly, color=INKS[6], linewidth=0.8, marker=".")
         bottom.set(ylim=(0, 1.25 * yearly.max()), ylabel="descent in each year (mm)")
     else:
-        bottom.plot(*_thinned(time, moved), color=INKS[6], linewidth=1.6)
+        bottom.plot(time, moved, color=INKS[6], linewidth=1.6)
         bottom.set_ylabel("descent of the centre of mass (mm)")
     bottom.set_xlabel("days" if dates is None else "date")
     said = f"N = {descent.contacts[0]}, solver {descent.result.solver}"

@@ -44,7 +44,7 @@ def draw_threshold(found: Threshold | HalfLife | Intercept) -> Figure:
     axes.set_xlabel(r"amplitude $A_\theta$")
     axes.margins(x=0.05)
     axes.locator_params(axis="x", nbins=6)
-    figure.legend(loc="outside lower center", ncols=2)
+    figure.legend(loc="outside lower center", ncols=2, fontsize=7)
     return figure
 
 

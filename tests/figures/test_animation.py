@@ -8,18 +8,21 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from exactcreep import Chain, Cycles, State, creep
+from exactcreep import Cycles, State, creep
+from exactcreep.figures import animation
 from exactcreep.figures.animation import (
     draw_avalanche,
     find_avalanche,
     largest_avalanche,
     moments_of,
 )
+from exactcreep.figures.style import new_figure
 from exactcreep.model.numbers import InputError
 from exactcreep.quasistatic.experiment import Experiment
-from tests.conftest import Command
+from tests.paper import paper_chain
+from tests.pictures import assert_shows_data
 
-CHAIN = Chain(6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+CHAIN = paper_chain(6)
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +62,7 @@ def test_a_rearrangement_that_a_run_does_not_have_is_refused(experiment, events)
 
 
 def test_a_start_that_is_not_at_rest_is_rearrangement_zero() -> None:
-    chain = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    chain = paper_chain(3)
     start = State.prepared(chain, [2, 0], seed=1)
     experiment = Experiment.of(chain, Cycles("0.004", 2), seed=1, start=start)
     avalanche = find_avalanche(experiment, 0)
@@ -85,22 +88,22 @@ def test_a_chain_that_does_not_move_has_no_largest_avalanche() -> None:
         largest_avalanche(still)
 
 
-def test_the_animation_has_the_frames_that_were_asked_for(experiment, tmp_path: Path) -> None:
-    path = tmp_path / "a.gif"
-    draw_avalanche(find_avalanche(experiment, 57), path, frames=4)
-    with Image.open(path) as moving:
+def test_the_animation_has_the_frames_that_were_asked_for(
+    experiment, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    drawn = []
+    monkeypatch.setattr(animation, "new_figure", lambda *size, **kind: drawn.append(
+        new_figure(*size, **kind)) or drawn[0])  # fmt: skip
+    draw_avalanche(find_avalanche(experiment, 57), tmp_path / "a.gif", frames=4)
+    with Image.open(tmp_path / "a.gif") as moving:
         assert moving.n_frames == 4
         first = np.asarray(moving.convert("RGB"), dtype=int)
         moving.seek(3)
         last = np.asarray(moving.convert("RGB"), dtype=int)
     assert (first != last).any()
-
-
-def test_the_command_animate_writes_a_gif(command: Command) -> None:
-    words = ["animate", "two-sliders-cycles", "--frames", "2", "--rearrangement"]
-    drawn = command(*words, "3", "--out", "a.gif")
-    assert drawn.code == 0
-    assert "rearrangement 3, half-cycle 1: 2 events in 3.142 tau_dyn" in drawn.out
-    assert "exists" in command(*words, "3", "--out", "a.gif").sentence
-    assert "a.mp4" in command(*words, "3", "--out", "a.mp4").sentence
-    assert "rearrangement = " in command(*words, "-1", "--out", "b.gif").sentence
+    chain, forces, curves = assert_shows_data(drawn[0]).axes
+    assert len(chain.collections[0].get_offsets()) == len(forces.patches) == CHAIN.n
+    moved = [line.get_ydata()[-1] for line in curves.lines if line.get_label().startswith("slider")]
+    final = find_avalanche(experiment, 57).rearrangement
+    gone = final.state.displacements - final.initial.displacements
+    np.testing.assert_allclose(moved, gone[gone != 0], rtol=1e-9)

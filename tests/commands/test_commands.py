@@ -1,0 +1,411 @@
+"""Every command prints, saves and draws, overwrites nothing, and stops with a sentence."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+from exactcreep.cli import COMMANDS, status
+from exactcreep.commands import files
+from tests.conftest import Command
+from tests.processes import PATIENCE, PROGRAM, environment, finished
+
+TWO = ("--n", "2", "--amplitude", "0.001")
+SHORT = ("two-sliders-cycles", "--set", "drive.cycles=4")
+VARIED = (*SHORT, "--set", "vary.drive.amplitude=[0.005,0.01]")
+EVERY = {
+    "scenes": ((), ""),
+    "run": (SHORT, "out plot"),
+    "resume": (("begun.ckpt",), "out plot"),
+    "sweep": ((*VARIED, "--out", "cells", "--resume"), "plot"),
+    "show": (("run.nc",), "out.png"),
+    "export": (("run.nc",), "to.csv"),
+    "animate": ((*SHORT, "--frames", "2", "--rearrangement", "3"), "out.gif"),
+    "plan": (SHORT, ""),
+    "threshold": (("--n", "2", "--digits", "6", "--windows", "--points", "30"), "out plot"),
+    "half-life": (("--n", "3", "--cycles", "20", "--starts", "8", "--digits", "1"), "out plot"),
+    "intercept": (("--n", "2", "--cycles", "80", "--sigma-mu", "0.01"), "out plot"),
+    "fate": (TWO, "plot"),
+    "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
+    "compare": ((*SHORT[:1], "--seeds", "2", "--events", "20"), "out plot"),
+    "audit": (("run.nc",), ""),
+}
+ENDINGS = {"out": ".nc", "plot": ".png"}
+BEGINNINGS = {".nc": b"\x89HDF", ".png": b"\x89PNG", ".gif": b"GIF8", ".csv": b"half_cycle"}
+SILENT = {"sweep", "show", "export", "animate"}
+"""Commands that have files alone, and no object of JSON."""
+
+
+def words(text: str) -> str:
+    return " ".join(text.split())
+
+
+@pytest.mark.parametrize("name", EVERY)
+def test_a_command_prints_saves_draws_and_overwrites_nothing(
+    name: str, command: Command, drawn: list[Figure], tmp_path: Path
+) -> None:
+    given, outputs = EVERY[name]
+    begun = ("run", *SHORT, "--record", "x_G,events", "--checkpoint", "begun.ckpt")
+    assert command(*begun, "--out", "run.nc").code == 0
+    line = (name, *given)
+    options: list[str] = []
+    for output in outputs.split():
+        option, dot, ending = output.partition(".")
+        path = tmp_path / f"written{dot + ending or ENDINGS[option]}"
+        path.write_text("precious")
+        options += [f"--{option}", str(path)]
+        assert "exists" in command(*line, *options[-2:]).sentence
+        assert path.read_text() == "precious"
+    told = command(*line, *options, *["--force"] * bool(options))
+    assert told.code == 0, told.err
+    for path in map(Path, options[1::2]):
+        assert f"written: {path}" in told.out
+        assert path.read_bytes().startswith(BEGINNINGS[path.suffix])
+    assert bool(drawn) == ("plot" in outputs or name == "show")
+    assert told.out.strip()
+    if name not in SILENT:
+        keys = command(*line, "--json").json.keys()
+        assert keys
+        assert all(isinstance(key, str) for key in keys)
+
+
+def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -> None:
+    assert {*EVERY, "reproduce", "explore"} == {*COMMANDS}
+    listed = re.findall(r"^│ ([a-z-]+) ", command("--help").out, re.MULTILINE)
+    assert listed == list(COMMANDS)
+    for name in COMMANDS:
+        told = command(name, "--help").out
+        assert f"exactcreep {name}" in told.partition("Options")[0].partition("Example")[2]
+
+
+@pytest.mark.parametrize("name", ["tradeoff", "envelope"])
+def test_a_command_that_is_no_more_names_the_one_that_answers(name: str, command: Command) -> None:
+    said = f"{name} is no more: exactcreep compare SCENE answers its question"
+    assert command(name, "six-sliders-cycles").sentence == said
+
+
+# --- pictures of any size ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("asked", "pixels"),
+    [("--size 5x2.5 --dpi 40", (200, 100)), ("--size 3x3", (450, 450)), ("--dpi 50", (320, 260))],
+)
+def test_a_picture_has_the_size_and_the_dots_that_were_asked_for(
+    asked: str, pixels: tuple[int, int], command: Command
+) -> None:
+    assert command("run", *SHORT, "--plot", "a.png", *asked.split()).code == 0
+    with Image.open("a.png") as image:
+        assert image.size == pixels
+
+
+def test_an_animation_has_the_size_that_was_asked_for(command: Command) -> None:
+    scene = ("animate", "two-sliders-cycles", "--frames", "2", "--out", "moving.gif")
+    assert command(*scene, "--size", "4x4", "--dpi", "50").code == 0
+    with Image.open("moving.gif") as image:
+        assert image.size == (200, 200)
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [
+        *((f"--plot a.png --size {size}", "size = ") for size in ("5", "0x3", "3x99")),
+        *((f"--plot a.png --dpi {dpi}", "dpi = ") for dpi in ("3", "fine")),
+        ("--size 5x5", "needs --plot"),
+    ],
+)
+def test_a_size_that_is_none_is_refused_before_anything_runs(
+    asked: str, said: str, command: Command
+) -> None:
+    assert said in command("run", *SHORT, *asked.split()).sentence
+    assert not Path("a.png").exists()
+
+
+# --- what is said --------------------------------------------------------------------------------
+
+
+def test_a_threshold_lists_its_edges_and_those_of_seeded_starts(command: Command) -> None:
+    scan = "--n 2 --cycles 3 --points 30 --digits 8 --solver exact --windows --seeds 2"
+    said = words(command("threshold", *scan.split()).out)
+    # (mu_s c - s)/l0, where two relaxed sliders begin to creep
+    assert "windows lower 0.00033954987505, upper 0.00033954987506, advance begins" in said
+    assert "seed 1, lower 0.000339549" in said
+    assert "seed 2, lower 0.000339549" in said
+
+
+def test_a_study_that_finds_no_time_shows_what_is_known_with_status_3(command: Command) -> None:
+    told = command("threshold", "--n", "2", "--max-seconds", "0")
+    assert told.code == 3
+    assert "reason max_seconds = 0 was reached" in words(told.out)
+    assert "outcome evidence computed" in words(told.out)
+    scene = ("animate", "thirty-sliders-cycles", "--rearrangement", "999999")
+    assert "max_seconds = 0 was reached" in command(*scene, "--max-seconds", "0").sentence
+
+
+def test_a_long_itinerary_is_cut_and_says_by_how_much(command: Command) -> None:
+    line = ("fate", "--n", "3", "--amplitude", "0.0006", "--start-tension", "0.01")
+    count = len(command(*line, "--json").json["itinerary"])
+    told = command(*line)
+    assert told.out.count("half cycle ") == 12
+    assert f"and {count - 12} more" in words(told.out)
+
+
+def test_scenes_lists_every_scene_and_shows_one_that_runs(command: Command) -> None:
+    scenes = command("scenes", "--json").json["scenes"]
+    listed = {scene["name"]: scene["members"] for scene in scenes}
+    assert listed["chain-jumps"] == 16
+    assert all(name in command("scenes").out for name in listed)
+    toml = command("scenes", "--show", "six-sliders-cycles").out
+    assert command("scenes", "--json", "--show", "six-sliders-cycles").json["toml"] == toml
+    Path("mine.toml").write_text(toml)
+    short = ["--set", "drive.cycles=5", "--json"]
+    mine = command("run", "mine.toml", *short).json
+    assert mine["x_G"] == command("run", "six-sliders-cycles", *short).json["x_G"]
+
+
+def test_a_large_export_is_announced_with_its_size(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run = ("run", "six-sliders-cycles", "--set", "drive.cycles=30", "--record", "events")
+    assert command(*run, "--out", "run.nc").code == 0
+    monkeypatch.setattr(files, "_LARGE", 1e5)
+    told = command("export", "run.nc", "--table", "events", "--to", "a.csv")
+    size = Path("a.csv").stat().st_size / 1e6
+    (line,) = told.err.splitlines()
+    assert abs(float(line.split()[-2]) - size) < 0.25 * size
+    assert command("export", "run.nc", "--to", "b.csv").err == ""
+
+
+def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[Figure]) -> None:
+    assert command("run", *SHORT, "--out", "run.nc").code == 0
+    assert command("show", "run.nc", "--half-cycle", "4").code == 0
+    assert "end of half-cycle 4" in drawn[0].axes[-1].get_title()
+    assert Path("run.png").exists()
+    for asked, said in (("--half-cycle 9", "at most 8"), ("--member 2", "member = ")):
+        assert said in command("show", "run.nc", *asked.split(), "--out", "b.png").sentence
+    assert "missing.nc" in command("show", "missing.nc").sentence
+
+
+@pytest.mark.parametrize(
+    "line", ["run chain-jumps --set drive.cycles=2", "compare two-sliders-cycles --events 20"]
+)
+def test_tables_fit_eighty_columns(
+    line: str, command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    told = command(*line.split())
+    table = [row for row in told.out.splitlines() if "  " in row.strip()]
+    assert table
+    assert max(map(len, table)) <= 80
+
+
+# --- refusals ------------------------------------------------------------------------------------
+
+QUICK = "run six-sliders-cycles --set drive.cycles=10"
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ("run", "Missing argument 'SCENE'"),
+        ("walk", "No such command 'walk'"),
+        ("run six-slider-cycles", "did you mean six-sliders-cycles?"),
+        ("run .", "scene = '.': is a directory"),
+        (f"{QUICK} --set chain.n", "set = 'chain.n': must be KEY=VALUE"),
+        (f"{QUICK} --set chain.nn=3", "did you mean chain.n?"),
+        (f"{QUICK} --set chain.n=three", "chain.n = 'three': must be a whole number"),
+        (f"{QUICK} --solver euler", "run.solver = 'euler': must be one of exact"),
+        (f"{QUICK} --dt 0.01", "'dt': solver 'exact' does not take it"),
+        (f"{QUICK} --solver verlet --dt 0", "run.dt = '0': must be"),
+        (f"{QUICK} --solver verlet --dt 5e-324", "whose square is a float64"),
+        (f"{QUICK} --seed 1.5", "run.seed = '1.5': must be a whole number"),
+        (f"{QUICK} --record velocity", "run.record = 'velocity': must be among x_G"),
+        (f"{QUICK} --max-events -1", "max_events = -1: must be a whole number"),
+        (f"{QUICK} --max-seconds nan", "max_seconds = 'nan': must be a finite number"),
+        (f"{QUICK} --out no/such/run.nc", "must lie in a directory that exists"),
+        (f"{QUICK} --out .", "out = '.': must be a file, not a directory"),
+        (f"{QUICK} --out a.png --plot a.png", "must not be the file of --out"),
+        (f"{QUICK} --plot run.txt", "plot = 'run.txt': must end in .png"),
+        (f"{QUICK} --plot run.png --record none", "needs x_G among what is recorded"),
+        (f"{QUICK} --checkpoint a.ckpt --every -1", "every = '-1': must not be negative"),
+        ("resume none.ckpt", "checkpoint = 'none.ckpt': must be a file"),
+        ("sweep chain-size --workers 2 --scheduler tcp://a", "with a scheduler"),
+        ("scenes --show six-slider-cycles", "(did you mean six-sliders-cycles?)"),
+        ("animate two-sliders-cycles --out a.mp4", "must end in .gif or .html"),
+        ("animate two-sliders-cycles --rearrangement -1", "rearrangement = "),
+        ("animate two-sliders-cycles --out page.html --dpi 50", "a page fits its window"),
+        ("animate two-sliders-cycles --out page.html --frames 5", "frames = "),
+        ("explore --port 70000", "port = "),
+    ],
+)
+def test_bad_input_is_one_sentence_and_status_2(
+    command: Command, tmp_path: Path, line: str, said: str
+) -> None:
+    assert said in command(*line.split()).sentence
+    assert not list(tmp_path.iterdir())
+
+
+def test_bad_input_keeps_its_status_where_its_sentence_finds_no_room() -> None:
+    if not Path("/dev/full").exists():
+        pytest.skip("there is no device that is always full")
+    with open("/dev/full", "w") as full:
+        assert subprocess.run((*PROGRAM, "run", "nope"), stderr=full, env=environment(),
+                              check=False, timeout=PATIENCE).returncode == 2  # fmt: skip
+
+
+@pytest.mark.parametrize("line", ["run six-slider --debug", "--debug run six-slider"])
+def test_debug_shows_the_traceback(line: str) -> None:
+    with pytest.raises(ValueError, match="six-slider"):
+        status(line.split())
+
+
+@pytest.mark.parametrize(
+    ("line", "variables", "expected", "said"),
+    [
+        ("", {"NUMBA_DISABLE_JIT": "1"}, 2,
+         "exactcreep: NUMBA_DISABLE_JIT must not be set: the solvers are compiled\n"),
+        ("--out a.nc", {"GONE": "1"}, 2,
+         "exactcreep: the working directory is gone: No such file or directory\n"),
+        ("--plot a.png", {"MPLBACKEND": "nonsense"}, 0, ""),
+    ],
+)  # fmt: skip
+def test_an_environment_that_does_not_fit_costs_a_sentence(
+    line: str, variables: dict[str, str], expected: int, said: str, tmp_path: Path
+) -> None:
+    script = f"import os, sys; os.chdir({str(tmp_path)!r})\n"
+    script += "if 'GONE' in os.environ: os.rmdir(os.getcwd())\n"
+    script += "from exactcreep.cli import main; main()"
+    told = finished(sys.executable, "-c", script, "run", *SHORT, *line.split(), **variables)
+    assert (told.returncode, told.stderr) == (expected, said)
+
+
+# --- stopped -------------------------------------------------------------------------------------
+
+PRESSED = """
+import os, sys
+from exactcreep import display
+from exactcreep.cli import main
+
+def show(self, progress, seen=[]):
+    shown(self, progress)
+    seen.append(progress)
+    if progress.phase != "compiling" and len(seen) == 3:
+        os.kill(os.getpid(), number)
+
+number = int(sys.argv.pop(1))
+shown, display.Display.show = display.Display.show, show
+main()
+"""
+INT, TERM = signal.SIGINT, signal.SIGTERM
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+@pytest.mark.parametrize(
+    ("number", "line", "known"),
+    [
+        (TERM, "threshold --n 3 --digits 12", "interrupted"),
+        (INT, "survival --n 6 --amplitude 0.000969 --starts 400", "cycles lived"),
+        (TERM, "fate --n 30 --amplitude 0.003 --cycles 100000000 --solver exact", "last advance"),
+        (INT, "sweep chain-jumps --set drive.cycles=3000 --workers 1", "--resume goes on"),
+        (TERM, "reproduce chain-amplitude --quick --workers 1", "cells"),
+        (INT, "plan chain-jumps", "interrupted"),
+    ],
+)
+def test_a_command_that_is_stopped_says_so_and_what_is_known(
+    number: int, line: str, known: str, tmp_path: Path
+) -> None:
+    script = f"import os; os.chdir({str(tmp_path)!r})\n{PRESSED}"
+    told = finished(sys.executable, "-c", script, str(int(number)), *line.split())
+    assert told.returncode == 128 + number, told.stderr
+    assert "exactcreep: interrupted" in told.stderr
+    assert known in words(told.stdout + told.stderr)
+    assert "Traceback" not in told.stderr
+
+
+SWALLOWED = """
+import os, signal, sys
+from exactcreep.cli import main
+from exactcreep.figures import paper
+
+class Finaliser:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(1000):  # the signal is heard here, where Python drops what is raised
+            pass
+
+def begin(*arguments, **further):
+    Finaliser()
+    return sweep(*arguments, **further)
+
+sweep, paper.sweep = paper.sweep, begin
+sys.argv[1:] = ["reproduce", "two-sliders-trace", "--quick", "--workers", "1"]
+main()
+"""
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+def test_a_ctrl_c_that_a_finaliser_swallows_is_heard_all_the_same(tmp_path: Path) -> None:
+    script = f"import os; os.chdir({str(tmp_path)!r})\n{SWALLOWED}"
+    told = finished(sys.executable, "-c", script)
+    assert "Exception ignored in" in told.stderr
+    assert told.returncode == 130
+    assert "exactcreep: interrupted" in told.stderr
+
+
+IMPORTING = """
+import os, signal, sys
+class Press:
+    def find_spec(self, name, path=None, target=None):
+        if name == "typer":
+            os.kill(os.getpid(), int(sys.argv[1]))
+sys.meta_path.insert(0, Press())
+from exactcreep.__main__ import main
+main()
+"""
+
+
+@pytest.mark.usefixtures("hears_ctrl_c")
+@pytest.mark.parametrize("number", [INT, TERM])
+def test_a_signal_while_the_program_is_imported_ends_in_a_sentence(number: int) -> None:
+    done = finished(sys.executable, "-c", IMPORTING, str(int(number)))
+    sentence = "exactcreep: interrupted\n"
+    assert (done.returncode, done.stdout, done.stderr) == (128 + number, "", sentence)
+
+
+# --- what is loaded ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("line", "heavy"),
+    [
+        ("--help", "numpy numba scipy sympy mpmath xarray matplotlib flint"),
+        ("run two-sliders-cycles --set drive.cycles=1",
+         "scipy.special xarray pandas h5py h5netcdf sympy matplotlib"),
+    ],
+)  # fmt: skip
+def test_a_command_loads_only_what_it_needs(line: str, heavy: str) -> None:
+    script = "import sys; from exactcreep.cli import status; code = status(sys.argv[1:])\n"
+    script += "print(*sys.modules); sys.exit(code)"
+    told = finished(sys.executable, "-c", script, *line.split())
+    assert told.returncode == 0
+    *_, loaded = told.stdout.splitlines()
+    assert not {*heavy.split()} & {*loaded.split()}
+
+
+def test_the_version_is_printed(command: Command) -> None:
+    assert re.fullmatch(r"exactcreep \d+\.\d+\.\d+\n", command("--version").out)
+
+
+def test_a_directory_that_cannot_be_written_is_refused_before_the_run(command: Command) -> None:
+    if os.geteuid() == 0:
+        pytest.skip("root may write everywhere")
+    Path("closed").mkdir(mode=0o500)
+    assert "can be written" in command(*QUICK.split(), "--out", "closed/run.nc").sentence

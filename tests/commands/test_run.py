@@ -1,0 +1,305 @@
+"""``exactcreep run`` and ``resume``: what they print, write and keep, and how they leave."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from exactcreep import Creep, InputError, resume
+from exactcreep.commands.answer import grouped
+from exactcreep.quasistatic import checkpoint, files
+from exactcreep.quasistatic import creep as loop
+from exactcreep.quasistatic.result import load_members
+from tests.conftest import Command
+from tests.processes import PATIENCE, PROGRAM, begun, finished, wait_until
+
+SIX, TWO = ("run", "six-sliders-cycles"), ("run", "two-sliders-cycles")
+JUMPS = ("run", "chain-jumps")
+
+
+def cycles(count: int, *more: str) -> tuple[str, ...]:
+    return ("--set", f"drive.cycles={count}", *more)
+
+
+QUICK = (*SIX, *cycles(10))
+
+
+def words(text: str) -> str:
+    return " ".join(text.split())
+
+
+# --- what is printed -----------------------------------------------------------------------------
+
+
+def test_json_is_one_object_with_the_numbers_of_the_run(command: Command) -> None:
+    told = command(*QUICK, "--json", "--seed", "4").json
+    names = {"velocity", "velocity_error", "outcome", "evidence", "solver", "half_cycles",
+             "rearrangements", "events", "slips", "undecided", "seconds"}  # fmt: skip
+    assert names <= set(told)
+    assert (told["half_cycles"], told["solver"]) == (20, "exact")
+    assert told["velocity"] == pytest.approx(27.8, rel=0.05)
+    assert told["events"] >= told["slips"] >= told["rearrangements"] > 0
+
+
+def test_a_scene_with_members_prints_what_each_one_sets(command: Command) -> None:
+    told = command(*JUMPS, *cycles(3, "--json"))
+    members = told.json["members"]
+    # every digit that was written is printed, although Python's float holds fewer
+    assert '"drive.amplitude": 0.00367441471930044455' in told.out
+    start = {"run.start": {"size": 1e-6, "seed": 1}}
+    assert members[9]["set"] == {"drive.amplitude": 0.00367441471930044455} | start
+    assert [members[0]["set"]["run.start"], len(members)] == ["relaxed", 16]
+    assert all(member["half_cycles"] == 6 for member in members)
+    assert len({member["x_G"] for member in members}) > 2
+
+
+def test_numbers_asked_with_digits_are_decimal_strings(command: Command) -> None:
+    sure = cycles(4, "--set", "chain.sigma_mu=0", "--solver", "mpmath", "--digits", "40")
+    velocity = command(*TWO, *sure, "--json").json["velocity"]
+    assert isinstance(velocity, str)
+    assert len(velocity.replace(".", "")) == 40
+    # 2 D k with D = 0.1 cos(alpha), tan(alpha) = 1/4, k slips of each slider in a cycle
+    assert velocity.startswith("9.70142500145331")
+
+
+def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
+    command: Command,
+) -> None:
+    told = command(*SIX, *cycles(80)).out
+    assert re.search(r"velocity per half-cycle +2[78]\.\d+ ± 0\.\d+", told)
+    assert re.search(r"paper, Eq\. \(vitesse_seuil\) +27\.8172", told)
+    assert "creeping" in told
+    assert "evidence undecided: outcome and velocity are statistics" in words(told)
+    assert re.search(r"beyond half-cycle \d+ rounding errors have grown as large", words(told))
+
+
+def test_a_title_tells_what_was_run_and_a_velocity_below_the_threshold_no_law(
+    command: Command,
+) -> None:
+    line = (*SIX, "--set", "chain.n=3", *cycles(5))
+    assert command(*line).out.startswith("six-sliders-cycles: with chain.n=3, drive.cycles=5\n")
+    below = command(*line, "--set", "drive.amplitude=1e-5").out
+    assert "paper, Eq. (vitesse_seuil)  none: below its threshold" in below
+
+
+def test_members_that_come_to_the_same_share_a_line_and_are_counted(command: Command) -> None:
+    sizes = "vary.drive.amplitude=[1e-5,0.001]"
+    starts = 'vary.run.start=["relaxed",{size=1e-9,seed=1}]'
+    told = command(*TWO, *cycles(5), "--set", sizes, "--set", starts).out
+    first, second = (line for line in told.splitlines() if "(2 members)" in line)
+    assert first.split()[:3] == ["1e-05", "relaxed", "…"]
+    assert "at_rest" in first
+    assert second.split()[0] == "0.001"
+    assert "creeping" in second
+    assert "4 members: 2 at_rest, 2 creeping" in told
+
+
+def test_groups_are_of_neighbours_that_differ_in_one_thing() -> None:
+    settings = [{"a": a, "b": b} for a in (1, 2, 3) for b in (1, 2)]
+    names = [[f"{a}", f"{b}"] for a in (1, 2, 3) for b in (1, 2)]
+    assert [row for row, _ in grouped(settings, "uvwxyz")] == names
+    assert grouped(settings, "uuuuuu") == [(["1 … 3", "1 … 2"], [0, 1, 2, 3, 4, 5])]
+    assert grouped(settings, "uuuvuu") == [
+        (["1", "1 … 2"], [0, 1]), (["2", "1"], [2]), (["2", "2"], [3]), (["3", "1 … 2"], [4, 5]),
+    ]  # fmt: skip
+    assert grouped(settings, "uvuvuw")[0] == (["1", "1"], [0])
+
+
+@pytest.mark.parametrize(
+    ("count", "said"),
+    [
+        (1, "because no whole cycle was completed after the burn-in of 2"),
+        (5, "standard error not known: 8 half-cycles after the burn-in are too few"),
+        (100, None),
+    ],
+)
+def test_a_velocity_that_is_not_known_is_null_and_has_a_reason(
+    command: Command, count: int, said: str | None
+) -> None:
+    told, known = words(command(*TWO, *cycles(count)).out), command(*TWO, *cycles(count, "--json"))
+    if said is None:
+        assert "not known" not in told
+        assert "velocity_reason" not in known.json
+    else:
+        assert said in told
+        assert known.json["velocity_reason"] in told
+        assert known.json["velocity_error"] is None
+        assert (known.json["velocity"] is None) == (count == 1)
+
+
+def test_the_summary_says_how_many_rearrangements_are_too_long_for_the_promise(
+    command: Command,
+) -> None:
+    scene = ("run", "thirty-sliders-cycles", *cycles(40))
+    count = command(*scene, "--json").json["long_rearrangements"]
+    assert count > 1
+    assert f"{count} rearrangements of more than 200 events, for which 1e-12" in command(*scene).out
+    assert "accuracy" not in command(*QUICK).out
+
+
+# --- what is written -----------------------------------------------------------------------------
+
+
+def test_the_data_that_are_written_are_those_of_the_run(command: Command) -> None:
+    told = command(*QUICK, "--out", "run.nc", "--record", "x_G,slips", "--json")
+    loaded = Creep.load("run.nc")
+    assert loaded.velocity == told.json["velocity"]
+    assert set(loaded.recorded) == {"x_G", "slips"}
+    files = ("--out", "jumps.nc", "--plot", "jumps.pdf")
+    assert command(*JUMPS, *cycles(3), *files).code == 0
+    assert len(load_members("jumps.nc")) == 16
+    assert Path("jumps.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_limit_leaves_with_status_3_and_the_partial_result(command: Command) -> None:
+    told = command(*SIX, *cycles(10**5), "--max-events", "20000", "--out", "run.nc", "--json")
+    assert told.code == 3
+    assert told.json["outcome"] == "limit"
+    assert told.json["reason"] == "max_events = 20000 was reached"
+    assert told.json["half_cycles"] == Creep.load("run.nc").half_cycles > 0
+
+
+def test_what_was_computed_is_told_even_if_it_cannot_be_written(
+    command: Command, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(descriptor: int) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    told = command(*QUICK, "--out", "run.nc", "--json")
+    assert told.code == 2
+    assert told.json["outcome"] == "creeping"
+    assert "No space left on device" in told.err
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("others", [1, 2])
+def test_of_results_under_one_name_none_is_lost(
+    command: Command, monkeypatch: pytest.MonkeyPatch, others: int
+) -> None:
+    """Other programs take the name during the run, and the next free one just then."""
+    members, free, taken = loop.run_members, files.free_name, []
+
+    def meanwhile(*arguments: object, **options: object) -> object:
+        Path("a.nc").write_bytes(b"of a second program")
+        return members(*arguments, **options)
+
+    def just_taken(path: Path) -> Path:
+        name = free(path)
+        taken.append(name)
+        if len(taken) < others:
+            name.write_bytes(b"of a third program")
+        return name
+
+    monkeypatch.setattr(loop, "run_members", meanwhile)
+    monkeypatch.setattr(files, "free_name", just_taken)
+    done = command(*TWO, "--json", "--out", "a.nc")
+    assert done.code == 2
+    kept = f"a-{others + 1}.nc"
+    assert f"was made by another program meanwhile; this result is in {kept}" in done.err
+    assert Path("a.nc").read_bytes() == b"of a second program"
+    assert others == 1 or Path("a-2.nc").read_bytes() == b"of a third program"
+    assert Creep.load(kept).half_cycles == done.json["half_cycles"]
+
+
+# --- checkpoints ---------------------------------------------------------------------------------
+
+
+def test_resume_prints_what_an_uninterrupted_run_prints(command: Command) -> None:
+    whole = command(*JUMPS, *cycles(20, "--json")).json
+    most = str(max(member["events"] for member in whole["members"]) - 1)
+    part = command(*JUMPS, *cycles(20), "--max-events", most, "--checkpoint", "a.ckpt")
+    assert part.code == 3
+    again = command("resume", "a.ckpt", "--json", "--out", "a.nc").json
+    for member in (*whole["members"], *again["members"]):
+        assert member.pop("seconds") > 0
+    assert again == whole
+    assert len(load_members("a.nc")) == 16
+
+
+def test_what_is_no_checkpoint_is_refused_and_none_is_overwritten(command: Command) -> None:
+    Path("a.ckpt").write_text("PK")
+    assert "is not a checkpoint of exactcreep" in command("resume", "a.ckpt").sentence
+    assert "exists" in command(*QUICK, "--checkpoint", "a.ckpt").sentence
+    assert Path("a.ckpt").read_text() == "PK"
+    assert command(*QUICK, "--checkpoint", "a.ckpt", "--force").code == 0
+    assert command("resume", "a.ckpt").code == 0
+
+
+def test_a_stale_checkpoint_is_told_by_the_exit_status_beside_the_result(
+    command: Command, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add, calls = checkpoint.Checkpoint._add, []
+
+    def full_after_the_first(kept: checkpoint.Checkpoint, content: Mapping[str, Any]) -> None:
+        calls.append(content)
+        if len(calls) > 1:
+            raise InputError("checkpoint", "a.ckpt", "cannot be written: No space left on device")
+        add(kept, content)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(checkpoint.Checkpoint, "_add", full_after_the_first)
+        done = command(*TWO, "--json", "--checkpoint", "a.ckpt", "--every", "0", "--out", "a.nc")
+    assert done.code == 4
+    assert done.err.count("No space left on device") == 1
+    assert done.json["outcome"] == "creeping"
+    assert Creep.load("a.nc").half_cycles == done.json["half_cycles"]
+    assert command("resume", "a.ckpt", "--json").json["x_G"] == done.json["x_G"]
+
+
+# --- signals and the compiler --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("handling", "number"), [("hears_ctrl_c", signal.SIGINT), ("ignores_ctrl_c", signal.SIGTERM)]
+)
+def test_a_signal_saves_and_summarises_what_was_computed(
+    handling: str, number: int, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    """In the background of a shell, where Ctrl-C is ignored, SIGTERM does."""
+    request.getfixturevalue(handling)
+    kept = tmp_path / "a.ckpt"
+
+    def size() -> int:
+        return kept.stat().st_size if kept.exists() else 0
+
+    endless = ("--json", "--checkpoint", "a.ckpt", "--every", "0", "--out", "a.nc")
+    with begun(*PROGRAM, *TWO, "--set", "drive.cycles=1e9", *endless, cwd=tmp_path) as process:
+        # with its third checkpoint, if not before, the loop is running
+        wait_until(lambda: size() > 30_000, process)
+        if handling == "ignores_ctrl_c":
+            process.send_signal(signal.SIGINT)
+            pressed = size()
+            wait_until(lambda: size() > 2 * pressed, process)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 128 + number
+    assert json.loads(out)["reason"] == "interrupted"
+    assert "exactcreep resume a.ckpt goes on" in err
+    assert "Traceback" not in err
+    loaded = Creep.load(tmp_path / "a.nc")
+    assert loaded.half_cycles == json.loads(out)["half_cycles"] > 100
+    assert loaded.velocity == pytest.approx(9.757, rel=0.01)
+    assert resume(kept, max_events=0).half_cycles == loaded.half_cycles
+
+
+@pytest.mark.slow
+def test_the_kernel_is_compiled_once_and_the_first_start_says_so(tmp_path: Path) -> None:
+    told, took = [], []
+    for _ in range(2):
+        begin = time.perf_counter()
+        done = finished(*PROGRAM, *QUICK, "--json", NUMBA_CACHE_DIR=str(tmp_path))
+        assert done.returncode == 0
+        told.append("compiling the kernel, once" in done.stderr)
+        took.append((time.perf_counter() - begin, json.loads(done.stdout)["seconds"]))
+    assert told == [True, False]
+    (first, counted), (second, _) = took
+    assert counted < (first - second) / 5  # the compiler's time is not the run's
