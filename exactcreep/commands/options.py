@@ -113,7 +113,7 @@ def _taken(one: inspect.Parameter, about: tuple[str, str]) -> inspect.Parameter:
         annotation = list[str] | None
     made: Any = typer.Option if one.kind is one.KEYWORD_ONLY else typer.Argument
     made = made(*flags, metavar=metavar, help=text)
-    if default is not one.empty and default is not None and not isinstance(default, bool):
+    if isinstance(default, (int, float)) and not isinstance(default, bool):
         default = str(default)
     return one.replace(
         kind=one.KEYWORD_ONLY, default=default, annotation=Annotated[annotation, made]

@@ -32,7 +32,7 @@ EVERY = {
     "plan": (SHORT, ""),
     "threshold": (("--n", "2", "--digits", "6", "--windows", "--points", "30"), "out plot"),
     "half-life": (("--n", "3", "--cycles", "20", "--starts", "8", "--digits", "1"), "out plot"),
-    "intercept": (("--n", "2", "--cycles", "80", "--sigma-mu", "0.01"), "out plot"),
+    "intercept": (("--n", "6", "--cycles", "100", "--sigma-mu", "0.01"), "out plot"),
     "fate": (TWO, "plot"),
     "survival": ((*TWO, "--starts", "8", "--cycles", "30"), "out plot"),
     "compare": ((*SHORT[:1], "--seeds", "2", "--events", "20"), "out plot"),
