@@ -79,12 +79,6 @@ def write_dataset(data: xr.Dataset, path: Path) -> None:
     write_file(path, netcdf({None: data}), "out")
 
 
-def _dataset(result: Any) -> xr.Dataset:
-    made = result.dataset
-    data: xr.Dataset = made() if callable(made) else made
-    return data
-
-
 def question(command: str) -> tuple[Callable[..., Any], Callable[..., None]]:
     """Return a public function as a command shows it, and the command itself; see `QUESTIONS`.
 
@@ -120,7 +114,7 @@ def question(command: str) -> tuple[Callable[..., Any], Callable[..., None]]:
         limited = result.outcome is limit if hasattr(result, "outcome") else result.reason
         output.deliver(Answer(
             result.summary(),
-            save=lambda path: write_dataset(_dataset(result), path),
+            save=lambda path: write_dataset(result.dataset, path),
             draw=lambda: resolve_name(f"exactcreep.figures.{draw}")(result),
             status=INTERRUPTED if interrupted else LIMIT if limited else 0,
             remark="interrupted: this is what is known" if interrupted else "",
@@ -312,7 +306,7 @@ def audit(run: Path, *, max_seconds: str | None = None, output: Printed) -> None
     run : RUN.nc
         A result that recorded its events.
     """
-    from exactcreep.studies.audits.audit import audit_file
+    from exactcreep.studies.audit import audit_file
 
     with shown(quiet=output.json) as display:
         audits = audit_file(run, max_seconds=max_seconds, progress=display.show)

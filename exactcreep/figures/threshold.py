@@ -11,9 +11,10 @@ from matplotlib.figure import Figure
 from exactcreep.figures.style import DASHES, INKS, LENGTH, new_figure, styled
 from exactcreep.laws import edges
 from exactcreep.model.numbers import nearest_float
+from exactcreep.studies.thresholds.answer import laws_beside
 from exactcreep.studies.thresholds.half_life import HalfLife
 from exactcreep.studies.thresholds.intercept import Intercept
-from exactcreep.studies.thresholds.results import Threshold, laws_beside
+from exactcreep.studies.thresholds.threshold import Threshold
 
 _LAWS = {
     "law_seuil": r"paper: threshold $A_\theta^*$",
