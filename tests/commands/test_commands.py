@@ -187,7 +187,7 @@ def test_a_large_export_is_announced_with_its_size(
 def test_show_draws_the_moment_that_was_asked_for(command: Command, drawn: list[Figure]) -> None:
     assert command("run", *SHORT, "--out", "run.nc").code == 0
     assert command("show", "run.nc", "--half-cycle", "4").code == 0
-    assert "end of half-cycle 4" in drawn[0].axes[-1].get_title()
+    assert "end of half-cycle 4" in drawn[0].axes[-2].get_title()
     assert Path("run.png").exists()
     for asked, said in (("--half-cycle 9", "at most 8"), ("--member 2", "member = ")):
         assert said in command("show", "run.nc", *asked.split(), "--out", "b.png").sentence
