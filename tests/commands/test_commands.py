@@ -387,7 +387,7 @@ def test_a_signal_while_the_program_is_imported_ends_in_a_sentence(number: int) 
     ("line", "heavy"),
     [
         ("--help", "numpy numba scipy sympy mpmath xarray matplotlib flint"),
-        ("run two-sliders-cycles --set drive.cycles=1",
+        ("run two-sliders-cycles --set drive.cycles=1 --set chain.sigma_mu=0",
          "scipy.special xarray pandas h5py h5netcdf sympy matplotlib"),
     ],
 )  # fmt: skip
