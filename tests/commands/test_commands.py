@@ -79,7 +79,7 @@ def test_a_command_prints_saves_draws_and_overwrites_nothing(
 
 def test_every_command_is_tried_and_has_help_with_an_example(command: Command) -> None:
     assert {*EVERY, "reproduce", "explore"} == {*COMMANDS}
-    listed = re.findall(r"^│ ([a-z-]+) ", command("--help").out, re.MULTILINE)
+    listed = re.findall(r"^│ ([a-z][a-z-]*) ", command("--help").out, re.MULTILINE)
     assert listed == list(COMMANDS)
     for name in COMMANDS:
         told = command(name, "--help").out
