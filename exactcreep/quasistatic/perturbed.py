@@ -40,9 +40,11 @@ class PerturbedCopy(Observer):
 
     def __init__(self, experiment: Experiment, simulation: Simulation) -> None:
         self.drive, self._asked = experiment.drive, experiment.twin
-        self.copy = simulation.perturbed()
+        self._made = simulation.perturbed  # when the first target is reached: it may be large
+        self.copy: Simulation | None = None
         self.doubted_from, self.trusted, self.checked = 0, 0, 0
-        self.parted, self.followed = False, self.copy is not None
+        self.parted = False
+        self.followed = experiment.algorithm.perturbs and experiment.chain.n > 1
         self._known = False  # whether the simulation says at each target if it is decided
         self.copied: Any = {}  # a snapshot of the copy; {}: at its start, None: it goes no further
         self.state = dict.fromkeys(("doubted_from", "trusted", "checked"), 0)
@@ -50,7 +52,7 @@ class PerturbedCopy(Observer):
 
     def next(self, done: int) -> int:
         """Return the next target at which the run is compared."""
-        if self.copy is not None:
+        if self.followed:
             return done + min(max(_FIRST, done), _LONGEST)
         if self._known or self.doubted_from:  # each target says for itself whether it is decided
             return NEVER
@@ -65,8 +67,9 @@ class PerturbedCopy(Observer):
         elif done >= min(self.next(self.checked), self.drive.half_cycles):
             self._doubt(self.checked + 1, np.array([simulation.evidence is Evidence.UNDECIDED]))
             self.checked = done
-        if self.copy is not None:
-            self._compare(self.copy, stretch, first)
+        if self.followed and (copy := self.copy or self._made()):
+            self.copy = copy
+            self._compare(copy, stretch, first)
 
     def _doubt(self, first: int, doubtful: Any) -> None:
         if doubtful.any():
@@ -98,17 +101,17 @@ class PerturbedCopy(Observer):
 
     def kept(self) -> dict[str, Any]:
         """Return what a checkpoint keeps of it."""
-        self.copied = {}
-        if self.copy is None or self.copy.at_rest:
-            self.copied = self.copy and self.copy.snapshot()
+        self.copied = {} if self.followed else None
+        if self.copy is not None and self.copy.at_rest:
+            self.copied = self.copy.snapshot()
         return super().kept()
 
     def check(self, done: int) -> None:
         """Raise `ValueError` unless it can have come so far in `done` targets."""
         most = max(self.doubted_from, self.trusted, self.checked)
         require(most <= done, "what is trusted is not known")
-        if self.copied is None:
-            self.copy = None
-        require(self.followed == (self.copy is not None), "there is no perturbed copy")
-        if self.copied and self.copy is not None:
+        self.copy = self._made() if self.copied else None
+        fits = self.copy is not None or not self.copied
+        require(fits and self.followed == (self.copied is not None), "there is no perturbed copy")
+        if self.copy is not None:
             self.copy.restore(self.copied)
