@@ -23,13 +23,18 @@ class Observer:
     ----------
     needs : tuple of str
         What the simulation has to record for it.
-    state : mapping
-        The attributes that a checkpoint keeps, each with a value of its kind: an array without rows
-        stands for any number of rows, a list of one for lists of such, 0 for a count.
     """
 
     needs: tuple[str, ...] = ()
-    state: dict[str, Any]
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The attributes that a checkpoint keeps, each with a value of its kind.
+
+        An array without rows stands for any number of rows, a list of one for lists of such, 0 for
+        a count, None for anything.
+        """
+        raise NotImplementedError
 
     def next(self, done: int) -> int:
         """Return the next target at which it wants to look, if not at the last."""

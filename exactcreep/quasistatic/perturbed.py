@@ -47,8 +47,12 @@ class PerturbedCopy(Observer):
         self.followed = experiment.algorithm.perturbs and experiment.chain.n > 1
         self._known = False  # whether the simulation says at each target if it is decided
         self.copied: Any = {}  # a snapshot of the copy; {}: at its start, None: it goes no further
-        self.state = dict.fromkeys(("doubted_from", "trusted", "checked"), 0)
-        self.state |= {"parted": False, "followed": False, "copied": None}
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What a checkpoint keeps; see `Observer`."""
+        counts = dict.fromkeys(("doubted_from", "trusted", "checked"), 0)
+        return counts | {"parted": False, "followed": False, "copied": None}
 
     def next(self, done: int) -> int:
         """Return the next target at which the run is compared."""

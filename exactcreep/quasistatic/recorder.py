@@ -124,7 +124,9 @@ class _Column:
 
     def append(self, rows: NDArray[Any], memory: float) -> None:
         """Add rows at the end; in a file, if they need more than so many bytes of memory."""
-        end, kind = self.rows + len(rows), np.result_type(self.data, rows)
+        end, kind = self.rows + len(rows), self.data.dtype
+        if rows.dtype != kind:
+            kind = np.result_type(self.data, rows)
         if end > len(self.data) or kind != self.data.dtype:
             before, shape = self.data[: self.rows], (end + end // 4, *rows.shape[1:])
             size, moved = math.prod(shape) * kind.itemsize, True

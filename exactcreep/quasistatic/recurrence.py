@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -28,10 +29,12 @@ class RecurrenceObserver(Returns, Observer):
         x_G = math.fsum(floats(state.displacements).tolist()) / chain.n
         super().__init__(chain, x_G, floats(state.tensions) + ramp)
         self.slipped = 0  # since the end of the last cycle
-        self.state = {
-            "ends": np.empty((0, chain.n + 1)), "forgotten": 0, "noted": (0, 0), "slipped": 0,
-            "known": [(NUMBER, [NUMBER])],
-        }  # fmt: skip
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What a checkpoint keeps; see `Observer`."""
+        kept = {"ends": np.empty((0, self.chain.n + 1)), "known": [(NUMBER, [NUMBER])]}
+        return kept | {"forgotten": 0, "noted": (0, 0), "slipped": 0}
 
     def take(self, stretch: Stretch, first: int, simulation: Simulation) -> None:
         """Take over how the chain stood at the targets from `first` on."""

@@ -49,8 +49,12 @@ class MeanVelocity(Observer):
         self.tail = [begin, begin]  # x_G at the last two targets
         self._burn_in = experiment.burn_in_of(self.drive.half_cycles)
         self._marks_all_along = experiment.accuracy is not None and experiment.burn_in is None
-        mark = (0, NUMBER, np.zeros(len(places)), 0, 0)
-        self.state = {"values": np.empty(0), "spacing": 0, "tail": [NUMBER], "marks": [mark]}
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What a checkpoint keeps; see `Observer`."""
+        mark = (0, NUMBER, np.zeros(self.experiment.chain.n), 0, 0)
+        return {"values": np.empty(0), "spacing": 0, "tail": [NUMBER], "marks": [mark]}
 
     def next(self, done: int) -> int:
         """Return the next target at which a burn-in may end, or which is looked at."""
