@@ -406,14 +406,6 @@ def test_a_file_that_cannot_be_begun_is_named(
         assert "No space left" in last
 
 
-def test_a_time_beyond_the_largest_float_is_refused(tmp_path: Path) -> None:
-    record = tmp_path / "r.csv"
-    record.write_text("time,temperature\n0,20\n1e4000,21\n")
-    refused = refusal(lambda: TemperatureRecord(record, 1, 20))
-    assert refused is not None
-    assert refused.field == "time"
-
-
 def test_a_comparison_is_bounded_by_its_events_and_needs_a_rest() -> None:
     far = Experiment.of(Chain(**GOOD | {"sigma_mu": 0}), Cycles("0.02", 1))
     found = compare(far, events=20)

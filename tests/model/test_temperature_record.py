@@ -68,80 +68,76 @@ def test_dates_become_seconds_and_columns_are_found_by_name(write):
     assert drive.theta == (Fraction(KAPPA) * Fraction(3, 2), Fraction(KAPPA) * Fraction(5, 2))
 
 
-@pytest.mark.parametrize(
-    ("rows", "column", "says"),
-    [
-        ("0,1\n1,\n", "temperature", "missing in line 3"),
-        ("0,1\n1,NaN\n", "temperature", "missing in line 3"),
-        ("0,1\n,2\n", "time", "missing in line 3"),
-        ("0,1\n\n1,warm\n", "temperature", "with a decimal point in line 4"),
-        ("0,1\n1,3/5\n", "temperature", "must be a number with a decimal point in line 3"),
-        ("0,1\n1,1_0\n", "temperature", "must be a number with a decimal point in line 3"),
-        ("0,1\n1,inf\n", "temperature", "must be a number with a decimal point in line 3"),
-        ("0,1\n1,2\n1,3\n", "time", "must be later than before in line 4"),
-        ("0,1\n1,2\n0.5,3\n", "time", "must be later than before in line 4"),
-        ("0,1\nnoon,2\n", "time", "2024-01-31T13:00 in line 3"),
-        ("0,1\n2024-01-01,2\n", "time", "of the same kind as before in line 3"),
-        (
-            "2024-01-01T00:00,1\n2024-01-01T01:00+00:00,2\n",
-            "time",
-            "of the same kind as before in line 3",
-        ),
-        ("0,-273.16\n", "temperature", "must not be below absolute zero in line 2"),
-        ("0,1\n1,2,3\n", "file", "Expected 2 fields in line 3, saw 3"),
-        ("0,1\n1\n", "temperature", "is missing in line 3"),
-        ("", "file", "must hold at least one row of data"),
-        ('0,"1\n', "file", "must be a CSV file"),
-    ],
-)
-def test_a_bad_row_is_refused_with_its_number(write, rows, column, says):
-    path = write("time,temperature\n" + rows)
-    with pytest.raises(InputError) as caught:
-        TemperatureRecord(path, KAPPA, 0)
-    assert caught.value.field == column
-    assert says in str(caught.value)
+HEAD = "time,temperature\n"
+DAYS = {"minimum_column": "low", "maximum_column": "high", "time_column": "day", "scale": "0.1"}
+DAY = "day,high,low\n1878-01-01,66,14\n"
 
 
 @pytest.mark.parametrize(
-    ("arguments", "field", "says"),
+    ("content", "options", "field", "says"),
     [
-        ({"kappa": 0}, "kappa", "must be positive"),
-        ({"kappa": "nan"}, "kappa", "finite number"),
-        ({"T0": "-273.2"}, "T0", "absolute zero"),
-        ({"unit": "F"}, "unit", 'must be "C" or "K"'),
-        ({"time_column": "when"}, "time_column", "must be one of the columns"),
-        ({"temperature_column": "time"}, "temperature_column", "must not be time_column"),
-        ({"temperature_column": 3}, "temperature_column", "must be the name of a column"),
-        ({"delimiter": ", "}, "delimiter", "must be one character"),
-        ({"theta": ["1"]}, "theta", "must come with times and sha256"),
-        ({"file": 7}, "file", "must be the path of a CSV file"),
-        ({"file": "nowhere.csv"}, "file", "must be an existing file"),
-        ({"file": "a\0b"}, "file", "must be"),
+        (HEAD + "0,1\n1,\n", {}, "temperature", "missing in line 3"),
+        (HEAD + "0,1\n1,NaN\n", {}, "temperature", "missing in line 3"),
+        (HEAD + "0,1\n1\n", {}, "temperature", "missing in line 3"),
+        (HEAD + "0,1\n,2\n", {}, "time", "missing in line 3"),
+        (HEAD + "0,1\n\n1,warm\n", {}, "temperature", "with a decimal point in line 4"),
+        (HEAD + "0,1\n1,3/5\n", {}, "temperature", "with a decimal point in line 3"),
+        (HEAD + "0,1\n1,1_0\n", {}, "temperature", "with a decimal point in line 3"),
+        (HEAD + "0,1\n1,inf\n", {}, "temperature", "with a decimal point in line 3"),
+        (HEAD + "0,1\n1,2\n1,3\n", {}, "time", "must be later than before in line 4"),
+        (HEAD + "0,1\n1,2\n0.5,3\n", {}, "time", "must be later than before in line 4"),
+        (HEAD + "0,1\nnoon,2\n", {}, "time", "2024-01-31T13:00 in line 3"),
+        (HEAD + "0,1\n2024-01-01,2\n", {}, "time", "of the same kind as before in line 3"),
+        (HEAD + "2024-01-01T00:00,1\n2024-01-01T01:00+00:00,2\n", {}, "time",
+         "of the same kind as before in line 3"),
+        (HEAD + "0,20\n1e4000,21\n", {}, "time", "below the largest float"),
+        (HEAD + "0,-273.16\n", {}, "temperature", "must not be below absolute zero in line 2"),
+        (HEAD + "0,\n1,1\n2,\n", {"missing": "interpolate"}, "time", "at an end in line 2, 4"),
+        (HEAD + "0,1\n1,2,3\n", {}, "file", "Expected 2 fields in line 3, saw 3"),
+        (HEAD, {}, "file", "must hold at least one row of data"),
+        (HEAD + '0,"1\n', {}, "file", "must be a CSV file"),
+        ("", {}, "file", "must begin with a row that names the columns"),
+        (b"time,temperature\n0,1\n1,\xff\n", {}, "file", "UTF-8 text; line 3"),
+        ("time,time,temperature\n", {}, "time_column", "named once among"),
+        (HEAD + "0,1\n", {"kappa": 0}, "kappa", "must be positive"),
+        (HEAD + "0,1\n", {"kappa": "nan"}, "kappa", "finite number"),
+        (HEAD + "0,1\n", {"T0": "-273.2"}, "T0", "absolute zero"),
+        (HEAD + "0,1\n", {"unit": "F"}, "unit", 'must be "C" or "K"'),
+        (HEAD + "0,1\n", {"time_column": "when"}, "time_column", "must be one of the columns"),
+        (HEAD + "0,1\n", {"temperature_column": "time"}, "temperature_column", "be time_column"),
+        (HEAD + "0,1\n", {"temperature_column": 3}, "temperature_column", "the name of a column"),
+        (HEAD + "0,1\n", {"delimiter": ", "}, "delimiter", "must be one character"),
+        (HEAD + "0,1\n", {"theta": ["1"]}, "theta", "must come with times and sha256"),
+        (HEAD + "0,1\n", {"file": 7}, "file", "must be the path of a CSV file"),
+        (HEAD + "0,1\n", {"file": "nowhere.csv"}, "file", "must be an existing file"),
+        (HEAD + "0,1\n", {"file": "."}, "file", "is a directory"),
+        (HEAD + "0,1\n", {"file": "a\0b"}, "file", "must be"),
+        (DAY, DAYS | {"maximum_column": ""}, "maximum_column", "with minimum_column"),
+        (DAY, DAYS | {"temperature_column": "air"}, "temperature_column", "left out beside"),
+        (DAY, DAYS | {"maximum_column": "low"}, "maximum_column", "not be minimum_column"),
+        (DAY, DAYS | {"minimum_column": "day"}, "minimum_column", "not be time_column"),
+        (DAY, DAYS | {"maximum_hour": 5}, "maximum_hour", "another hour"),
+        (DAY, DAYS | {"maximum_hour": 24}, "maximum_hour", "another hour"),
+        (DAY, DAYS | {"minimum_hour": -1}, "minimum_hour", "not be negative"),
+        (DAY, DAYS | {"scale": 0}, "scale", "must be positive"),
+        (DAY, {"time_column": "day", "temperature_column": "low", "maximum_hour": 3},
+         "maximum_hour", "belongs to minimum_column"),
     ],
-)
-def test_a_bad_parameter_is_refused_by_name(write, arguments, field, says):
-    path = write("time,temperature\n0,1\n")
+)  # fmt: skip
+def test_a_bad_file_or_option_is_refused_by_name_and_line(write, content, options, field, says):
+    given = {"file": write(content), "kappa": KAPPA, "T0": 0}
     with pytest.raises(InputError) as caught:
-        TemperatureRecord(**{"file": path, "kappa": KAPPA, "T0": 0} | arguments)
+        TemperatureRecord(**given | options)
     assert caught.value.field == field
     assert says in str(caught.value)
 
 
-def test_directories_bytes_and_sizes_are_refused_in_one_sentence(write, tmp_path, monkeypatch):
-    cases = [
-        (tmp_path, "is a directory"),
-        (write(b"time,temperature\n0,1\n1,\xff\n", "latin.csv"), "UTF-8 text; line 3"),
-        (write("", "empty.csv"), "must begin with a row that names the columns"),
-        (write("time,time,temperature\n", "twice.csv"), "named once among"),
-    ]
-    for path, says in cases:
-        with pytest.raises(InputError, match=says):
-            TemperatureRecord(path, KAPPA, 0)
-    path = write("time,temperature\n0,1\n1,2\n2,3\n")
+def test_files_of_too_many_rows_or_bytes_are_refused(write, monkeypatch):
+    path = write(HEAD + "0,1\n1,2\n2,3\n")
     monkeypatch.setattr(temperature_record, "MOST_ROWS", 2)
     with pytest.raises(InputError, match="at most 2 rows"):
         TemperatureRecord(path, KAPPA, 0)
-    large = b"time,temperature\n" + b"\n" * temperature_record.MOST_BYTES
+    large = HEAD.encode() + b"\n" * temperature_record.MOST_BYTES
     with pytest.raises(InputError, match=r"at most 64 MiB$"):
         TemperatureRecord(write(large), KAPPA, 0)
     with pytest.raises(InputError, match=r"at most 64 MiB when it is unpacked$"):
@@ -332,9 +328,6 @@ def test_a_refusal_names_the_option_with_which_the_file_is_read(write, text, men
     assert TemperatureRecord(path, KAPPA, 0, **mend).half_cycles
 
 
-DAYS = {"minimum_column": "low", "maximum_column": "high", "time_column": "day", "scale": "0.1"}
-
-
 def test_a_minimum_and_a_maximum_a_day_are_readings_at_their_hours(write):
     path = write("day,high,low\n1878-01-01,66,14\n1878-01-02,-5,-74\n1878-01-03,2,9\n")
     drive = TemperatureRecord(path, KAPPA, 0, **DAYS)
@@ -355,28 +348,6 @@ def test_a_minimum_and_a_maximum_a_day_are_readings_at_their_hours(write):
     assert len(TemperatureRecord(half, KAPPA, 0, **DAYS, missing="drop").theta) == 5
     again = dict(drive.parameters())
     assert TemperatureRecord(**{name: again[name] for name in again if name != "kind"}) == drive
-
-
-@pytest.mark.parametrize(
-    ("options", "field"),
-    [
-        ({"maximum_column": ""}, "maximum_column"),
-        ({"temperature_column": "air"}, "temperature_column"),
-        ({"maximum_column": "low"}, "maximum_column"),
-        ({"minimum_column": "day"}, "minimum_column"),
-        ({"maximum_hour": 5}, "maximum_hour"),
-        ({"maximum_hour": 24}, "maximum_hour"),
-        ({"minimum_hour": -1}, "minimum_hour"),
-        ({"scale": 0}, "scale"),
-        ({"minimum_column": "", "maximum_column": "", "maximum_hour": 3,
-          "temperature_column": "low"}, "maximum_hour"),
-    ],
-)  # fmt: skip
-def test_columns_and_hours_that_contradict_each_other_are_refused(write, options, field):
-    path = write("day,high,low\n1878-01-01,66,14\n")
-    with pytest.raises(InputError) as caught:
-        TemperatureRecord(path, KAPPA, 0, **DAYS | options)
-    assert caught.value.field == field
 
 
 def test_readings_at_uneven_hours_have_no_gap_every_night(write):
@@ -400,12 +371,6 @@ def test_missing_temperatures_are_left_out_or_linear_in_time(write, missing, tem
     drive = TemperatureRecord(path, KAPPA, 0, missing=missing)
     assert kelvins(drive) == temperatures
     assert list(drive.times) == times
-
-
-def test_at_the_ends_of_a_record_nothing_is_interpolated(write):
-    path = write("time,temperature\n0,\n1,1\n2,\n")
-    with pytest.raises(InputError, match="interpolate between at an end in line 2, 4"):
-        TemperatureRecord(path, KAPPA, 0, missing="interpolate")
 
 
 @pytest.mark.parametrize(("which", "second"), [("first", 3), ("last", 8), ("mean", 5)])
