@@ -374,6 +374,16 @@ def same_kind(like: Any, given: Any, name: str = "it") -> Any:
     return given
 
 
+def same_snapshot(like: Mapping[str, Any], given: Any) -> Any:
+    """Return `given` if it can be a snapshot: of the same kind, floats finite, counts in range."""
+    for name, values in same_kind(like, given).items():
+        if isinstance(values, np.ndarray) and values.dtype != object:
+            require(bool(np.isfinite(values).all()), f"{name}: a number is not finite")
+            counts = values.dtype.kind != "i" or bool(((values >= 0) & (values < 2**60)).all())
+            require(counts, f"{name}: a count is out of range")
+    return given
+
+
 @dataclass(frozen=True, eq=False)
 class Start:
     """A chain, the state from which it departs, and the seed of what is drawn on the way."""

@@ -36,7 +36,7 @@ from exactcreep.solvers.solver import (
     Tally,
     compiled,
     require,
-    same_kind,
+    same_snapshot,
 )
 from exactcreep.solvers.tables import EVENT_TABLE, LOGS, TargetRows, joined, logged_events
 from exactcreep.solvers.verlet import steps
@@ -119,6 +119,10 @@ class _SteppedPiece:
         return Motion(places, velocities, forces)
 
 
+def _events(rows: dict[str, NDArray[Any]]) -> list[Event]:
+    return [event for _, event in logged_events(EVENT_TABLE.arrays(rows), rows["residual"])]
+
+
 class VerletSimulation(Simulation):
     """A chain on its way along a drive, stepped in time."""
 
@@ -184,47 +188,46 @@ class VerletSimulation(Simulation):
             logs.append(self._tables())
         return joined(logs)
 
-    def _written(self) -> tuple[dict[str, NDArray[Any]], list[Event]]:
-        """Return what was kept of events, column by column and as events; make space for others."""
+    def _written(self) -> dict[str, NDArray[Any]]:
+        """Return the columns of what was kept of events, and make space for others."""
         now = self.arrays.now[0]
-        rows = dict(zip(steps.ROW, self.arrays.rows[: now["written"]].T.copy(), strict=True))
+        columns = self.arrays.rows[: now["written"]].T.copy()
         now["written"] = 0
-        return rows, [one for _, one in logged_events(EVENT_TABLE.arrays(rows), rows["residual"])]
+        return dict(zip(steps.ROW, columns, strict=True))
 
     def new_events(self) -> list[Event]:
         """Return the events that have been kept, and make space for others."""
-        return self._written()[1]
+        return _events(self._written())
 
     def _tables(self) -> dict[str, NDArray[Any]]:
         """Return the rows of tables that are complete, and make space for others."""
-        rows, events = self._written()
+        rows = self._written()
         made: dict[str, list[tuple[Any, ...]]] = {"rearrangements": [], "slip_table": []}
         found = EVENT_TABLE.arrays(rows) if "events" in self.record else {}
         if made.keys().isdisjoint(self.record):
             return found
         moved, drawn = np.zeros((2, self.chain.n))
-        place = 0
-        for event in events:
-            here = slice(place, place + len(event.sliders))
-            place = here.stop
-            number = int(rows["rearrangement"][here.start])
-            if rows["number"][here.start] == 0:
+        k = 0
+        for event in _events(rows):
+            here = slice(k, k + len(event.sliders))
+            if rows["number"][k] == 0:
                 self._end(made["rearrangements"])
-                names = {"half_cycle": "half_cycle", "theta": "theta", "direction": "way"}
-                known = {name: rows[own][here.start] for name, own in names.items()}
-                self._tensions -= self.fixed.l0 * (known["theta"] - self._theta)
-                self._theta = float(known["theta"])
+                theta, way = float(rows["theta"][k]), rows["way"][k]
+                known = {"half_cycle": rows["half_cycle"][k], "theta": theta, "direction": way}
+                self._tensions -= self.fixed.l0 * (theta - self._theta)
+                self._theta = theta
                 self._avalanche = Avalanche(self.chain, FLOAT64, known, self._tensions.copy())
             assert self._avalanche is not None
-            moved[rows["slider"][here].astype(int) - 1] = rows["moved"][here]
-            drawn[rows["slider"][here].astype(int) - 1] = rows["coefficient"][here]
+            sliders = rows["slider"][here].astype(int) - 1
+            moved[sliders], drawn[sliders] = rows["moved"][here], rows["coefficient"][here]
+            number = int(rows["rearrangement"][k])
             made["slip_table"] += self._avalanche.take(event, number, moved, drawn.__getitem__)
             self._settled = int(rows["undecided"][here].max())
+            k = here.stop
         if self.arrays.now["phase"][0] != steps.MOVING:
             self._end(made["rearrangements"])
-        for name in made.keys() & set(self.record):
-            found |= LOGS[name].from_rows(made[name])
-        return found
+        asked = (name for name in made if name in self.record)
+        return found | joined([LOGS[name].from_rows(made[name]) for name in asked])
 
     def _end(self, rows: list[tuple[Any, ...]]) -> None:
         """Add the row of the rearrangement under way, if there is one, which has ended."""
@@ -259,12 +262,8 @@ class VerletSimulation(Simulation):
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        taken, lanes, now = same_kind(self.snapshot(), snapshot), self.arrays.lanes, self.arrays.now
-        for name, values in taken.items():
-            require(bool(np.isfinite(values).all()), f"{name}: a number is not finite")
-            counts = values.dtype.kind == "i"
-            require(not counts or bool(((values >= 0) & (values < 2**60)).all()),
-                    f"{name}: a count is out of range")  # fmt: skip
+        taken = same_snapshot(self.snapshot(), snapshot)
+        lanes, now = self.arrays.lanes, self.arrays.now
         lanes[list(AT_REST_ROWS)], self.arrays.drawn[:] = taken["numbers"], taken["drawn"]
         *counts, self._undecided = taken["counts"].tolist()
         for name, count in zip(COUNTS, counts, strict=True):
