@@ -21,14 +21,16 @@ from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import elastic_gain
 from exactcreep.solvers.tables import REARRANGEMENT_TABLE, SLIP_TABLE
 
-SLIP_LOG = np.dtype([*SLIP_TABLE.dtype, ("first", np.int8)])
-"""A row for each slip; `first`: whether it began with the first event of its rearrangement."""
+SLIP_LOG = np.dtype([*SLIP_TABLE.dtype, ("first", np.int8), ("again", np.int8)], align=True)
+"""A row for each slip: whether it began with the first event of its rearrangement, and whether its
+slider had slipped in it before."""
 _AT_REST = (
     "half_cycle", "theta", "direction", "events", "elastic_before", "elastic_after", "undecided",
 )  # fmt: skip
 REST_LOG = np.dtype(
     [("rearrangement", np.int64), ("moved", np.float64)]
-    + [(name, REARRANGEMENT_TABLE.fields[name].dtype) for name in _AT_REST]
+    + [(name, REARRANGEMENT_TABLE.fields[name].dtype) for name in _AT_REST],
+    align=True,
 )
 """A row for each rearrangement, at its end; `moved`: sum of all displacements in it."""
 
@@ -47,7 +49,8 @@ def rearrangement_columns(
     """
     if not len(rests["events"]):
         return REARRANGEMENT_TABLE.from_rows(())
-    slider, number, first = slips["slider"], slips["rearrangement"], slips["first"] != 0
+    slider, first = np.array(slips["slider"]), np.array(slips["first"], dtype=np.int64)
+    number = np.array(slips["rearrangement"])
     begin = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
     count = np.diff(begin, append=len(number))
     group = np.repeat(np.arange(begin.size), count)
@@ -59,15 +62,13 @@ def rearrangement_columns(
         largest = np.array([reduce(arithmetic.larger, part) for part in parts], dtype=object)
     else:
         largest = np.maximum.reduceat(length, begin)
-    above = np.where(first, slider, chain.n + 1)
-    moved = np.unique(group * (chain.n + 1) + slider) // (chain.n + 1)
     made = {
-        "began": np.add.reduceat(first.astype(np.int64), begin),
-        "began_first": np.minimum.reduceat(above, begin),
-        "began_last": np.maximum.reduceat(np.where(first, slider, 0), begin),
+        "began": np.add.reduceat(first, begin),
+        "began_first": np.minimum.reduceat(slider + (1 - first) * chain.n, begin),
+        "began_last": np.maximum.reduceat(slider * first, begin),
         "duration": slips["stop"][begin + count - 1],
         "slips": count,
-        "sliders": np.bincount(moved),
+        "sliders": count - np.add.reduceat(slips["again"], begin, dtype=np.int64),
         "first": np.minimum.reduceat(slider, begin),
         "last": np.maximum.reduceat(slider, begin),
         "displacement": rests["moved"] / chain.n,
@@ -97,6 +98,7 @@ class Avalanche:
         self._chain, self._arithmetic = chain, arithmetic
         self._under_way: dict[int, tuple[Any, ...]] = {}  # when, where and with which event
         self._slips: list[tuple[Any, ...]] = []
+        self._slipped: set[int] = set()
         self._events = 0
 
     def take(
@@ -114,10 +116,11 @@ class Avalanche:
                 self._under_way[k] = event.time, moved[k], first
             else:
                 start, place, began = self._under_way.pop(k)
-                slip, drawn = moved[k] - place, float(coefficient(k))
+                slip, drawn, again = moved[k] - place, float(coefficient(k)), k in self._slipped
                 self.moved[k] = moved[k]
-                self._slips.append((k + 1, number, start, event.time, slip, drawn, began))
-        return [slip[:-1] for slip in self._slips[before:]]
+                self._slipped.add(k)
+                self._slips.append((k + 1, number, start, event.time, slip, drawn, began, again))
+        return [slip[:-2] for slip in self._slips[before:]]
 
     def row(self, undecided: int) -> tuple[Any, ...]:
         """Return the row of the rearrangement, which has come to rest."""

@@ -214,7 +214,8 @@ LOGS_EVENTS, LOGS_AVALANCHES = 1, 2
 
 # rows of `Tables.track`
 T_TIME, T_X, T_FIRST = range(3)  # of its last start; whether with the first event
-TRACKS = 3
+T_SLIPPED = 3  # number of the last rearrangement in which it slipped, from 1
+TRACKS = 4
 
 # stages
 AT_REST, LONE, CLUSTER, UNSTABLE = range(4)

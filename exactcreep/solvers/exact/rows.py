@@ -165,7 +165,7 @@ def start(cell, now, tables, i):
 @inlined
 def _slip(cell, now, tables, i, number, began, ended, displacement, first):
     """Write a slip of rearrangement `number`, after which the slider has drawn anew."""
-    row = tables.slips[tables.used[1]]
+    track, row = tables.track, tables.slips[tables.used[1]]
     row.slider = i + 1 - at.PAD
     row.rearrangement = number
     row.start = began
@@ -173,6 +173,8 @@ def _slip(cell, now, tables, i, number, began, ended, displacement, first):
     row.displacement = displacement
     row.coefficient = now.mean if now.constant == 1 else cell[at.COEFFICIENT, i]
     row.first = first
+    row.again = track[at.T_SLIPPED, i] == number + 1
+    track[at.T_SLIPPED, i] = number + 1
     tables.used[1] += 1
 
 

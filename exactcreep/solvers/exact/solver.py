@@ -82,7 +82,7 @@ class ExactSimulation(Simulation):
         self.record = record
         self.origin = Origin.of(chain, state) if origin is None else origin
         self.work = placed(chain, self.origin, seed, _logging(record), used)
-        self._slips: list[NDArray[Any]] = []  # of a rearrangement under way
+        self._slips: list[NDArray[np.uint8]] = []  # of a rearrangement under way, as bytes
 
     @property
     def _present(self) -> Workspace:
@@ -235,12 +235,12 @@ class ExactSimulation(Simulation):
             logs.used[:] = 0
             rests["theta"] /= l0
             if "rearrangements" in self.record:
-                self._slips.append(new.copy())
+                self._slips.append(new.view(np.uint8).copy())  # field by field it takes longer
                 if len(rests):
-                    slips = np.concatenate(self._slips)
-                    over = slips["rearrangement"] <= rests["rearrangement"][-1]
-                    self._slips = [slips[~over]]
-                    found |= rearrangement_columns(slips[over], rests, self.chain)
+                    slips = np.concatenate(self._slips).view(new.dtype)
+                    over = slips["rearrangement"].searchsorted(rests["rearrangement"][-1], "right")
+                    self._slips = [slips[over:].view(np.uint8)]
+                    found |= rearrangement_columns(slips[:over], rests, self.chain)
             if "slip_table" in self.record:
                 found |= tables.SLIP_TABLE.arrays(new)
         return found
