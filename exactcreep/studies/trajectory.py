@@ -81,16 +81,9 @@ class Method:
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """The events of a method, and where the sliders rested at every target that it reached.
+    """The events of a method, and the displacements `x` at every target reached, (targets, n).
 
-    Attributes
-    ----------
-    log : list of LoggedRearrangement
-    x : ndarray, shape (targets, n)
-        Displacements, unit ``g tau_dyn**2``.
-    ended : bool
-        Whether it proved a runaway or gave up by itself, so that it has nothing more to say.
-    evidence : Evidence
+    It has `ended` if it proved a runaway or gave up by itself, and has nothing more to say.
     """
 
     log: list[LoggedRearrangement]
@@ -113,17 +106,9 @@ class Trajectory:
 class Agreement:
     """How far a trajectory agrees with the one that is known.
 
-    Attributes
-    ----------
-    agreed : int
-        Events before the first that differs, or all that both have.
-    own, known : LoggedEvent or None
-        The first events that differ; one of them None: it has no further event there; both: no
-        event differs.
-    compared : int
-        Rests before the first event that differs.
-    errors : ndarray, shape (rests,)
-        Largest difference of a displacement, at every rest that both reached.
+    So many events `agreed` before the first that differs (`own` and `known`; one of them None: it
+    has no further event there; both: none differs), and rests are `compared` before it; `errors`
+    are the largest difference of a displacement, at every rest that both reached.
     """
 
     agreed: int

@@ -69,6 +69,11 @@ def with_events(
     return replace(result, events=tuple(change(list(result.events))))
 
 
+def recording(result: Creep, **columns: Any) -> Creep:
+    """Return a run that says it has recorded other columns."""
+    return replace(result, recorded={**result.recorded, **columns})
+
+
 def shifted(result: Rearrangement, i: int, by: Any) -> Rearrangement:
     def change(events: list[Event]) -> list[Event]:
         events[i] = replace(events[i], time=events[i].time + by)
@@ -172,8 +177,7 @@ class TestSabotage:
             by = 10 * Fraction(float(honest.radii[i]))
             moved = texts.astype("U90")
             moved[i] = str(Context(prec=80).divide(*_ratio(Fraction(str(texts[i])) + by)))
-            changed = {**result.recorded, "event_time_decimal": moved}
-            assert not audit(replace(result, recorded=changed)).passed, i
+            assert not audit(recording(result, event_time_decimal=moved)).passed, i
 
     def test_a_dropped_event_is_caught(self) -> None:
         for i in range(len(avalanche().events)):
@@ -232,7 +236,7 @@ class TestSabotage:
     def test_an_audit_that_has_found_enough_counts_what_it_has_followed(self) -> None:
         theta = run().recorded["event_theta"].copy()
         theta[run().recorded["event_rearrangement"] == 7] += 1e-9
-        forged = replace(run(), recorded={**run().recorded, "event_theta": theta})
+        forged = recording(run(), event_theta=theta)
         found = audit(forged, most_findings=1)
         assert found.rearrangements == found.findings[0].rearrangement == 7
         assert found.events == (run().recorded["event_rearrangement"] < 7).sum()
@@ -248,7 +252,7 @@ class TestSabotage:
         for name in ("event_rearrangement", "event_number"):
             same &= result.recorded[name] == result.recorded[name][i]
         time[same] += 10 * radii[i] if same.sum() == 1 else 1e-6
-        found = audit(replace(result, recorded={**result.recorded, "event_time": time}))
+        found = audit(recording(result, event_time=time))
         assert not found.passed
         assert found.findings[0].rearrangement == result.recorded["event_rearrangement"][i]
 
@@ -257,14 +261,14 @@ class TestSabotage:
         result = run(6)
         theta = result.recorded["event_theta"].copy()
         theta[result.recorded["event_rearrangement"] == 7] += by
-        found = audit(replace(result, recorded={**result.recorded, "event_theta": theta}))
+        found = audit(recording(result, event_theta=theta))
         assert found.findings[0].rearrangement == 7
 
     def test_a_rearrangement_left_out_of_a_run_is_caught(self) -> None:
         result = run(6)
         keep = result.recorded["event_rearrangement"] != 9
         events = {k: v[keep] for k, v in result.recorded.items() if k.startswith("event_")}
-        found = audit(replace(result, recorded={**result.recorded, **events}))
+        found = audit(recording(result, **events))
         assert not found.passed
         assert found.findings[0].rearrangement in (9, None)
 
@@ -277,7 +281,7 @@ class TestSabotage:
         head, _, tail = str(texts[i]).partition(".")
         digit = str((int(tail[19]) + 1) % 10)
         texts[i] = f"{head}.{tail[:19]}{digit}{tail[20:]}"
-        found = audit(replace(result, recorded={**result.recorded, "event_time_decimal": texts}))
+        found = audit(recording(result, event_time_decimal=texts))
         assert not found.passed
 
     @pytest.mark.parametrize(
@@ -295,8 +299,7 @@ class TestSabotage:
         assert f"running again gives another {name}" in [one.sentence for one in found.findings]
 
     def test_a_column_that_is_too_short_is_caught(self) -> None:
-        short = {**run().recorded, "x": run().recorded["x"][1:]}
-        assert not audit(replace(run(), recorded=short)).passed
+        assert not audit(recording(run(), x=run().recorded["x"][1:])).passed
 
     def test_more_half_cycles_than_the_drive_has_are_caught(self) -> None:
         found = audit(replace(run(), half_cycles=3))
@@ -324,7 +327,7 @@ class TestSabotage:
     def test_radii_of_a_run_are_computed_again(self) -> None:
         result = run(3, "certified")
         wide = np.where(result.recorded["event_time_radius"] > 0, 1.0, 0.0)
-        found = audit(replace(result, recorded={**result.recorded, "event_time_radius": wide}))
+        found = audit(recording(result, event_time_radius=wide))
         assert "running again gives another event_time_radius" in [
             one.sentence for one in found.findings
         ]
@@ -382,5 +385,5 @@ def test_an_honest_run_of_verlet_is_measured_and_passes_and_a_forged_one_does_no
     assert 1e-4 < found.largest_time_error < 0.02
     assert "as of fixed steps" in found.remark
     time = result.recorded["event_time"] * (1 + 1e-15)
-    forged = audit(replace(result, recorded={**result.recorded, "event_time": time}))
+    forged = audit(recording(result, event_time=time))
     assert [one.sentence for one in forged.findings] == ["running again gives another event_time"]

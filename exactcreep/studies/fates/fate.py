@@ -74,8 +74,7 @@ def fate(
     Returns
     -------
     Fate
-        Its `outcome`, `evidence`, `period`, `advance`, `settled_after` and `itinerary`. What has
-        not settled, as chaotic creep never does, comes back as a `LIMIT`.
+        What has not settled, as chaotic creep never does, comes back as a `LIMIT`.
 
     Raises
     ------

@@ -431,12 +431,6 @@ def survival(
     progress : bool or callable, optional
         A callable is called with a `Progress` about four times a second; else as for `creep`.
 
-    Returns
-    -------
-    Survival
-        Lifetimes, the escape rate, the Kaplan-Meier curve and the fractions of starts that lock,
-        rest or creep, all with intervals of 95 %.
-
     Raises
     ------
     InputError
@@ -445,9 +439,8 @@ def survival(
     Notes
     -----
     Without disorder a start is arrested when its tensions return without an advance, or approach
-    such a cycle like 1/k (locked in the limit; see `Fate.marginal`); its lifetime is the last cycle
-    with an advance before it is periodic, or slips alike in every cycle. With disorder tensions
-    never return, and only rest counts: a chain whose ends alone slip is dormant, and may wake up.
+    such a cycle like 1/k (see `Fate.marginal`). With disorder tensions never return, and only rest
+    counts: a chain whose ends alone slip is dormant, and may wake up.
 
     Guarantee: results do not depend on the executor, nor on the number of threads. Trajectories are
     those of float64, evidence `COMPUTED`: not one by one those of the equations, but with their

@@ -210,8 +210,7 @@ def half_life(
     Returns
     -------
     HalfLife
-        The amplitude, its interval of 95 %, and the share at every amplitude that was tried. Where
-        the share crosses one half more than once, it is one of the crossings.
+        Where the share crosses one half more than once, one of the crossings.
 
     Raises
     ------

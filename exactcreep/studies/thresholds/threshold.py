@@ -57,17 +57,15 @@ class Threshold(Answer):
         Which law it may be compared with.
     lower, upper : str or None
         Decimals: the chain does not creep (``horizon``: not advance in the last cycle) at `lower`,
-        and does at `upper`. Where creep does not settle they are points of the scan: the last
-        that locked, and the first that outlived the cycles. None for one slider.
+        and does at `upper`. Where creep does not settle: the last point of the scan that locked,
+        and the first that outlived the cycles. None for one slider.
     evidence : Evidence
         Of what happens at `lower` and at `upper`.
     direction : str
-        Which way the chain creeps (or advances) at `upper`: ``downhill`` or ``uphill``; ``none`` if
-        that is not known.
+        Which way the chain creeps (or advances) at `upper`; ``none`` if that is not known.
     outcome_at_lower : Outcome or None
-        `AT_REST` (no event in a whole cycle, hence for ever), `CYCLING` (slips that return
-        the chain to the same state); if neither within `cycles`, what it has come to after up to
-        64 times as many in float64; None if it still does neither.
+        `AT_REST` (no event in a whole cycle, hence for ever), `CYCLING` (slips that return the
+        chain to the same state), within `cycles` or 64 times as many in float64; else None.
     outcome_evidence : Evidence
         Of `outcome_at_lower`: `PROVED` if the run is and the cycle has lone slips alone, which
         return the chain exactly; otherwise it has been seen to return, to within rounding.
@@ -85,14 +83,10 @@ class Threshold(Answer):
     preparations : mapping of int to Edge
         The threshold from each seeded start, if asked for; None where none was found.
     report : mapping
-        How many runs of the solver it took; at how many amplitudes of the scan a certified run
-        told the fate where float64 does not; if `outcome_at_lower` is None, ``transient``: how many
-        ``cycles`` were followed in float64, the largest ``change`` of a tension in the last of
-        them, and the ``power`` of the number of cycles like which the changes fall, if they do.
+        How many runs it took; where `outcome_at_lower` is None, how the ``transient`` goes on.
     reason : str
         Which limit ended the search, or that creep does not settle; "" if it was completed. What
-        it had not come to is None, or missing from a list; `lower` and `upper` are as narrow as
-        they had become.
+        it had not come to is None, or missing from a list.
 
     Examples
     --------
@@ -231,12 +225,6 @@ def threshold(
     max_seconds : number, optional
         Come back after so much wall time with what is known; `reason` then says so.
 
-    Returns
-    -------
-    Threshold
-        `lower` and `upper`, how well they are known, and which of the laws beside it is about the
-        same thing.
-
     Raises
     ------
     InputError
@@ -251,10 +239,8 @@ def threshold(
     advance in that cycle) at `lower`, and does at `upper`. It is the first edge of the scan: no
     claim is made between its points.
 
-    With ``mu_s = mu_d`` the chain slides with theta and the threshold is N m/(2 l0), exactly. For
-    ``tan_alpha < 0`` the mirror image is meant. Creep for ever may go either way: down the incline,
-    or up it as chains of even N do near ``tan_alpha = 0``; `direction` says which was found. On the
-    level a chain that starts symmetric never creeps.
+    With ``mu_s = mu_d`` the threshold is N m/(2 l0), exactly. Creep for ever may go either way:
+    down the incline, or up it as chains of even N do near ``tan_alpha = 0``.
 
     Examples
     --------
