@@ -56,18 +56,10 @@ _LONGEST = 1e6  # tau_dyn: no slider that friction brakes moves for so long
 
 @dataclass(frozen=True)
 class Finding:
-    """Something in a log that contradicts the model.
+    """Something in a log that contradicts the model: how far it is off, and how far it may be.
 
-    Attributes
-    ----------
-    check : str
-        ``order``, ``contact``, ``motion``, ``static``, ``drive``, ``energy``, ``state``, or
-        ``again`` (what running again does not give).
-    rearrangement, number : int or None
-        Where: from 0; the event within the rearrangement, from 0.
-    sentence : str
-    error, allowed : float
-        How far it is off, and how far it may be.
+    `check` is ``order``, ``contact``, ``motion``, ``static``, ``drive``, ``energy``, ``state`` or
+    ``again`` (what running again does not give); rearrangements, and events in them, count from 0.
     """
 
     check: str

@@ -49,22 +49,12 @@ def rate_of(count: int, among: float) -> Interval:
 
 
 def order(data: xr.Dataset, *, locate: bool = False) -> Interval:
-    """Return the order in dt of Verlet's position errors, fitted seed by seed.
+    """Return the order in dt of Verlet's position errors, with located events or without.
 
-    Parameters
-    ----------
-    data : Dataset
-        Of `compare`, with two time steps at least.
-    locate : bool
-        Of Verlet with located events, or without.
-
-    Returns
-    -------
-    Interval
-        Neighbouring steps are compared at the rests that both came to before their first wrong
-        event: the mean of ``log(error ratio) / log(dt ratio)`` over pairs of steps, weighted by
-        the latter squared (a straight line through the medians); then the mean over seeds, with
-        Student's interval of 95 % (nan of a single seed).
+    Neighbouring steps are compared at the rests that both came to before their first wrong event:
+    the mean of ``log(error ratio) / log(dt ratio)`` over pairs of steps, weighted by the latter
+    squared (a straight line through the medians); then the mean over seeds, with Student's interval
+    of 95 % (nan of a single seed).
     """
     family = data.isel(method=np.flatnonzero((data.dt > 0) & (data.locate == locate)))
     family = family.isel(method=np.argsort(-family.dt.values))
@@ -86,15 +76,12 @@ def order(data: xr.Dataset, *, locate: bool = False) -> Interval:
 
 
 def spread(data: xr.Dataset) -> xr.Dataset:
-    """Return what the seeds say together of each method, as a value and its interval.
+    """Return what the seeds say together of each method, over ``method`` and ``interval``.
 
-    Returns
-    -------
-    Dataset
-        Over ``method`` and ``interval`` (value, lower, upper): ``agreed``, events before the first
-        that differs (median and quartiles; inf where so many seeds met none), ``rate`` of wrong
-        turns per event (Poisson's 95 %), ``error`` (median and quartiles of the largest position
-        error), ``bias`` of the velocity relative to that of `exact` (Student's 95 %).
+    The value and its interval of ``agreed``, events before the first that differs (median and
+    quartiles; inf where so many seeds met none), the ``rate`` of wrong turns per event (Poisson's
+    95 %), ``error`` (median and quartiles of the largest position error) and ``bias`` of the
+    velocity relative to that of `exact` (Student's 95 %).
     """
     # where the bias is known, velocity - bias is that of exact
     scale = abs(float((data.velocity - data.bias).mean()))

@@ -217,6 +217,11 @@ def test_velocities_are_those_of_creep_with_its_burn_in() -> None:
             assert there.bias == run.velocity - exact.velocity
 
 
+def test_variables_say_their_units_where_they_have_one() -> None:
+    units = {name: column.attrs.get("units") for name, column in data().items()}
+    assert (units["velocity"], units["seconds"], units["outcome"]) == ("g tau_dyn^2", "s", None)
+
+
 def test_exact_never_parts_and_located_events_part_later() -> None:
     rows = table(data())
     assert (rows.parted["exact"], rows.agreed["exact"], rows.bias["exact"]) == (0, math.inf, 0)

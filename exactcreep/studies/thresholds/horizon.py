@@ -148,18 +148,10 @@ def _last_outcome(
 def transient(changes: list[tuple[int, float]]) -> dict[str, Any]:
     """Return how a transient goes on that has come to no end.
 
-    Parameters
-    ----------
-    changes : list of (int, float)
-        The largest change of a tension in one cycle, after so many cycles.
-
-    Returns
-    -------
-    dict
-        ``cycles`` followed, and the ``change`` in the last of them; if it falls like a power of
-        the number of cycles (the last three agree on one to a tenth), its ``power``: with one below
-        -1 the changes still to come have a finite sum, and the chain approaches a cycle that it
-        never quite reaches.
+    From the largest change of a tension in one cycle, after so many cycles: the ``cycles``
+    followed, the ``change`` in the last of them, and, if it falls like a power of the number of
+    cycles (the last three agree on one to a tenth), its ``power``: with one below -1 the chain
+    approaches a cycle that it never quite reaches.
     """
     out: dict[str, Any] = dict(zip(("cycles", "change"), changes[-1], strict=True))
     if len(changes) > 2 and min(change for _, change in changes[-3:]) > 0:

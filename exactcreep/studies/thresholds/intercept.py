@@ -132,6 +132,11 @@ def intercept(
         Come back after so much wall time with the velocities that are known, and the line through
         them if they are 8 or more; `reason` then says so.
 
+    Returns
+    -------
+    Intercept
+        With its standard error, and the law beside it.
+
     Raises
     ------
     InputError

@@ -42,16 +42,10 @@ _BITS_LOST = 64  # of a run along an itinerary, and a quarter of one for every e
 
 @dataclass(frozen=True)
 class Edge:
-    """An amplitude at which creep, or an advance in some cycle, begins or ends.
+    """An amplitude at which creep, or an advance in some cycle, `begins` or ends.
 
-    Attributes
-    ----------
-    lower, upper : str
-        Decimals that enclose it: at one of them the chain creeps (or advances), not at the other.
-    begins : bool
-        Whether creep begins there (it creeps at `upper`), or ends.
-    evidence : Evidence
-        Of what happens at `lower` and at `upper`.
+    It lies between the decimals `lower` and `upper`: at one of them the chain creeps (or advances),
+    not at the other; `evidence` is of both.
     """
 
     lower: str
@@ -131,25 +125,11 @@ def _rounded(low: Fraction, high: Fraction, begins: bool = True) -> Edge:
 
 @dataclass
 class EdgeSearch:
-    """The search for an edge.
+    """The search for an edge: in so many `points` of a scan, to so many `digits` of a solver.
 
-    Attributes
-    ----------
-    question : Question
-    span : Span
-        Where it is looked for, in so many `points` of a scan.
-    solver : str
-        Which decides, and tells so many `digits`.
-    say : callable
-        Told how far the search has come.
-    known : dict
-        Fields of a `Threshold`, as far as they have been found.
-    runs : dict of (int, Fraction) to Observation
-        Of the deciding solver, by cycles and amplitude.
-    decided : bool
-        Whether the runs that decide about the threshold are done.
-    transient : dict or None
-        How a transient goes on that has come to no end.
+    `known` are the fields of a `Threshold` that have been found so far, `runs` those of the
+    deciding solver by cycles and amplitude; they are `decided` when they have told the threshold.
+    `transient` is how a transient goes on that has come to no end.
     """
 
     question: Question

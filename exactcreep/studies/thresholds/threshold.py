@@ -225,6 +225,11 @@ def threshold(
     max_seconds : number, optional
         Come back after so much wall time with what is known; `reason` then says so.
 
+    Returns
+    -------
+    Threshold
+        How well it is known, and which law it may be compared with.
+
     Raises
     ------
     InputError

@@ -365,6 +365,8 @@ def test_the_command_prints_draws_and_writes_what_the_function_returns(
     assert told.code == 0, told
     assert {"criterion", "law_seuil", "law_corrected", "theorems", "compare"} <= set(told.json)
     assert len(drawn) == 1
+    assert told.json.get("sensitive", []) == []
+    assert ("sensitive" in told.json) == (says == "criterion lasting")
     with xr.open_dataset("a.nc") as kept:
         assert kept.attrs["criterion"] == told.json["criterion"]
         assert kept.attrs["mu_s"] == "3/5"
