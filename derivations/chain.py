@@ -2,7 +2,7 @@
 
 Forces are measured in units of ``m g cos(alpha)`` and lengths in units of ``g tau_dyn**2
 cos(alpha)``, so that friction coefficients, the slope tan(alpha), forces and ``y = l0 theta /
-cos(alpha)`` are all rational. The numbers of weight, friction and springs are the model's.
+cos(alpha)`` are all rational. The numbers of weight, friction and slips are the model's.
 """
 
 from __future__ import annotations
@@ -16,11 +16,10 @@ from typing import Any
 import sympy as sp
 
 from derivations import slip
-from derivations.model import MODEL, Model, T
-from derivations.notation import c, mu_d, mu_s, n, s, symbol, theta
+from derivations.model import MODEL
+from derivations.notation import c, mu_d, mu_s, s, symbol
 
 Q = Fraction
-_ZERO = Q(0)
 _ZERO = Q(0)
 
 
@@ -33,16 +32,13 @@ class Avalanche(Exception):
 
 
 @cache
-def _numbers(model: Model) -> Callable[[Q, Q, Q], tuple[Any, ...]]:
-    """Return weight, sliding and static friction, an end's slip, and what acts at the ends."""
-    weight = model.force(n).subs({T(n): 0, T(n - 1): 0, theta: 0})
-    parts = [weight, -model.friction(1), model.threshold(), slip.derive(model).end_move]
-    numbers = [sp.expand(part.subs(s, symbol("t") * c) / c) for part in parts]
-    numbers += [-model.end(0), model.end(1), model.push("first"), model.push("last")]
-    numbers[-2:] = [sp.Integer(0) if push.free_symbols else push for push in numbers[-2:]]
-    made: Callable[[Q, Q, Q], tuple[Any, ...]] = sp.lambdify(
-        (symbol("t"), mu_d, mu_s), numbers, modules=[{}]
-    )
+def _numbers() -> Callable[..., Any]:
+    """Return weight, sliding and static friction, and an end's slip, of slope, mu_d and mu_s."""
+    weight = MODEL.scaled(MODEL.weight)
+    parts = [weight, -MODEL.friction(1), MODEL.threshold(), slip.derive().last]
+    slope = symbol("t")
+    numbers = [sp.expand(part.subs(s, slope * c) / c) for part in parts]
+    made: Callable[..., Any] = sp.lambdify((slope, mu_d, mu_s), numbers, modules=[{}])
     return made
 
 
@@ -61,6 +57,9 @@ class RationalChain:
         None: the sliding limit.
     forces : list of Fraction
         Non-frictional forces on sliders 1 .. n (from index 0).
+    tie : str
+        Which of the last two slides if both are at their thresholds: the one that moves
+        ``downhill`` or ``uphill``; empty: `NotUnique`.
     x : list of Fraction
         Displacements.
     y : Fraction
@@ -68,10 +67,6 @@ class RationalChain:
     slips : int
     pivot : int
         The slider that rested alone at the end of the last ramp; 0 if more than one did.
-    tie : str
-        Which of the last two slides if both are at their thresholds: the one that moves
-        ``downhill`` or ``uphill``, the ``upper`` or the ``lower`` one; empty: `NotUnique`.
-    model : Model
     """
 
     n: int
@@ -80,7 +75,6 @@ class RationalChain:
     mu_s: Q | None = None
     forces: list[Q] = field(default_factory=list)
     tie: str = ""
-    model: Model = MODEL
     x: list[Q] = field(default_factory=list)
     y: Q = _ZERO
     slips: int = 0
@@ -88,21 +82,16 @@ class RationalChain:
 
     def __post_init__(self) -> None:
         static = self.mu_d if self.mu_s is None else self.mu_s
-        weight, self.slides, self.holds, self.move, first, last, *self.push = map(
-            Q, _numbers(self.model)(self.slope, self.mu_d, static)
-        )
-        if not self.forces:
-            self.forces = [weight] * self.n
-            self.forces[0] += first
-            self.forces[-1] += last
+        numbers = _numbers()(self.slope, self.mu_d, static)
+        weight, self.slides, self.holds, self.move = map(Q, numbers)
+        self.forces = self.forces or [weight] * self.n
         self.x = self.x or [Q(0)] * self.n
 
     def ramp(self, change: Q) -> None:
         """Change y by `change`, through every slip on the way (at threshold a slider stays)."""
-        if self.push != [-1, 1] or (self.mu_s is not None and self.move <= 0):
-            raise ValueError("theta must drive both ends outwards, and a slip lead somewhere")
         if self.n > 1 and change:
-            (self._slide if self.mu_s is None else self._slip)(abs(change), 1 if change > 0 else -1)
+            follow = self._slide if self.mu_s is None else self._slip
+            follow(abs(change), 1 if change > 0 else -1)
         self.y += change
 
     def to(self, target: Q) -> None:
@@ -110,23 +99,22 @@ class RationalChain:
         self.ramp(target - self.y)
 
     def _slip(self, left: Q, up: int) -> None:
-        ways = [int(up * push) for push in self.push]  # +1: an end is driven downhill
+        if self.move <= 0:
+            raise ValueError("a slip must lead somewhere: mu_s > mu_d")
+        ends = ((0, -up), (-1, up))  # +1: an end is driven downhill
         while True:
-            gaps = [
-                self.holds - way * self.forces[end] if way else left
-                for end, way in zip((0, -1), ways, strict=True)
-            ]
+            gaps = [self.holds - way * self.forces[end] for end, way in ends]
             gap = min(*gaps, left)
-            for end, way in zip((0, -1), ways, strict=True):
+            for end, way in ends:
                 self.forces[end] += way * gap
             left -= gap
             if left == 0:
                 return
-            starting = [end for end in (0, -1) if gaps[end] == gap]
+            starting = [driven for driven, room in zip(ends, gaps, strict=True) if room == gap]
             if len(starting) == self.n:
                 raise Avalanche
-            for end in starting:
-                step = ways[end] * self.move
+            for end, way in starting:
+                step = way * self.move
                 self.x[end] += step
                 self.forces[end] -= step
                 self.forces[1 if end == 0 else -2] += step
@@ -136,48 +124,44 @@ class RationalChain:
 
     def _slide(self, left: Q, up: int) -> None:
         """Two fronts of sliding sliders grow from the ends inwards: 1..above and below..n slide."""
-        ways = [int(up * push) for push in self.push]
         above, below, self.pivot = 0, self.n + 1, 0
         while left > 0:
             if below - 1 - above == 1:
                 self.pivot = above + 1
-                self._slid(ways, left, above, below)
+                self._slid(up, left, above, below)
                 return
             # the two groups of sliders, from above and from below, that are at their thresholds
             first, last = above, below
-            while first + 1 < below and self.forces[first] == ways[0] * self.slides:
+            while first + 1 < below and self.forces[first] == -up * self.slides:
                 first += 1
-            while last - 1 > above and self.forces[last - 2] == ways[1] * self.slides:
+            while last - 1 > above and self.forces[last - 2] == up * self.slides:
                 last -= 1
             if first + 1 < last:
                 if (first, last) == (above, below):
-                    step = min(
-                        left,
-                        self.slides - ways[0] * self.forces[above],
-                        self.slides - ways[1] * self.forces[below - 2],
-                    )
-                    self._slid(ways, step, above, below)
+                    to_upper = self.slides + up * self.forces[above]
+                    to_lower = self.slides - up * self.forces[below - 2]
+                    step = min(left, to_upper, to_lower)
+                    self._slid(up, step, above, below)
                     left -= step
                 above, below = first, last
-                continue
-            # all that rest are at their thresholds, but one must stay
-            if first == above or last == below:
-                above, below = (below - 2, below) if first > above else (above, above + 2)
-                continue
-            if not self.tie:
+            elif first == above:  # all that rest would go with the front from below: one stays
+                below = above + 2
+            elif last == below:
+                above = below - 2
+            elif not self.tie:
                 raise NotUnique
-            starts = self.tie
-            if starts in ("downhill", "uphill"):
-                starts = "lower" if (starts == "downhill") == (up == 1) else "upper"
-            above, below = (first, last + 1) if starts == "upper" else (first - 1, last)
+            elif (self.tie == "downhill") == (up == 1):
+                above, below = first - 1, last
+            else:
+                above, below = first, last + 1
 
-    def _slid(self, ways: list[int], step: Q, above: int, below: int) -> None:
-        self.forces[above] += ways[0] * step
-        self.forces[below - 2] += ways[1] * step
+    def _slid(self, up: int, step: Q, above: int, below: int) -> None:
+        self.forces[above] -= up * step
+        self.forces[below - 2] += up * step
         for slider in range(1, above + 1):
-            self.x[slider - 1] += ways[0] * (above + 1 - slider) * step
+            self.x[slider - 1] -= up * (above + 1 - slider) * step
         for slider in range(below, self.n + 1):
-            self.x[slider - 1] += ways[1] * (slider - below + 1) * step
+            self.x[slider - 1] += up * (slider - below + 1) * step
 
 
 def play_variation(path: list[Q], width: Q, start: Q) -> tuple[list[Q], Q, Q]:
@@ -188,11 +172,9 @@ def play_variation(path: list[Q], width: Q, start: Q) -> tuple[list[Q], Q, Q]:
     """
     output, rise, fall, value = [], Q(0), Q(0), start
     for target in path:
-        if target - value > width / 2:
-            rise += target - width / 2 - value
-            value = target - width / 2
-        elif value - target > width / 2:
-            fall += value - target - width / 2
-            value = target + width / 2
+        moved = max(target - width / 2, min(value, target + width / 2))
+        rise += max(moved - value, Q(0))
+        fall += max(value - moved, Q(0))
+        value = moved
         output.append(value)
     return output, rise, fall

@@ -3,110 +3,124 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
 import sympy as sp
+from sympy.core.function import AppliedUndef
 
 from derivations.notation import Expression, Formula
 
-
-class Refuted(AssertionError):
-    """A statement that does not follow."""
-
-
-def vanishes(expression: Expression) -> bool:
-    """Return whether an expression is identically zero (False: it is not, or not seen to be)."""
-    expression = sp.sympify(expression)
-    if expression == 0:
-        return True
-    reduced = sp.cancel(sp.together(sp.expand(expression)))
-    if reduced == 0:
-        return True
-    if reduced.has(sp.Function, sp.Pow, sp.Piecewise):
-        return bool(sp.simplify(reduced) == 0)
-    return False
-
-
-Judge = Callable[[Formula], bool]
+Judge = Callable[[Formula], object]
 """Says whether a formula follows from the derivation."""
 
 
-def follows(bindings: Mapping[Any, Any], relation: str = "=~") -> Judge:
+def at_a_point(expression: Expression, shift: int = 0) -> Expression:
+    """Return the number that an expression is at a fixed point of its symbols and functions."""
+    functions = sorted(expression.atoms(AppliedUndef), key=lambda at: -len(str(at)))
+    for k, function in enumerate(functions):  # functions of functions first
+        expression = expression.subs(function, sp.Rational(7 + 2 * k + shift, 5 + k))
+    symbols = sorted(expression.free_symbols, key=str)
+    point = {
+        name: sp.Rational(11 + 3 * k + shift, 1 if name.is_integer else 7 + k)
+        for k, name in enumerate(symbols)
+    }
+    return sp.N(expression.subs(point), 20)
+
+
+@cache
+def vanishes(expression: Expression) -> bool:
+    """Return whether an expression is identically zero (False: it is not, or not seen to be)."""
+    value = at_a_point(sp.sympify(expression))
+    if not value.is_finite or abs(value) > 1e-12:
+        return False
+    reduced = sp.cancel(sp.together(sp.expand(expression)))
+    return reduced == 0 or bool(sp.simplify(reduced) == 0)
+
+
+@cache
+def positive(expression: Expression) -> bool:
+    """Return whether an expression is positive for all values of its symbols, as far as seen."""
+    return sp.cancel(sp.together(sp.expand(expression))).is_positive is True
+
+
+def follows(bindings: Mapping[Any, Any]) -> Judge:
     """Return a judge: all sides of the formula agree once the derived expressions are put in."""
 
     def judge(formula: Formula) -> bool:
-        if not formula.relations or any(r not in relation for r in formula.relations):
+        if not formula.relations or not set(formula.relations) <= {"=", "~"}:
             return False
         sides = formula.bound(bindings).sides
-        return all(vanishes(a - b) for a, b in pairwise(sides))
+        return all(vanishes(one - other) for one, other in pairwise(sides))
 
     return judge
 
 
 def equals(value: Expression) -> Judge:
     """Return a judge of a bare expression: it is `value`."""
+    return lambda formula: not formula.relations and vanishes(formula.bound({}).left - value)
+
+
+def ratio(bindings: Mapping[Any, Any], holds: Callable[[Expression], object]) -> Judge:
+    """Return a judge of an approximate law: what the ratio of its two sides must be."""
 
     def judge(formula: Formula) -> bool:
-        return not formula.relations and vanishes(formula.bound({}).left - value)
+        if not formula.relations or not set(formula.relations) <= {"=", "~"}:
+            return False
+        sides = formula.bound(bindings).sides
+        return 0 not in sides and all(holds(one / other) for one, other in pairwise(sides))
 
     return judge
 
 
-def proportional(bindings: Mapping[Any, Any], relation: str = "~") -> Judge:
+def proportional(bindings: Mapping[Any, Any]) -> Judge:
     """Return a judge of an order of magnitude: the sides' ratio is a positive number."""
 
-    def judge(formula: Formula) -> bool:
-        if formula.relations != (relation,):
-            return False
-        left, right = formula.bound(bindings).sides
-        ratio = sp.powsimp(sp.simplify(left / right), force=True)
-        return bool(ratio.is_number and ratio.is_positive)
+    def number(quotient: Expression) -> bool:
+        reduced = sp.powsimp(sp.simplify(quotient), force=True)
+        return bool(reduced.is_number and reduced.is_positive)
 
-    return judge
+    return ratio(bindings, number)
 
 
 def leading(bindings: Mapping[Any, Any], large: Expression) -> Judge:
-    """Return a judge of an approximation: the sides' ratio tends to 1 when `large` grows."""
-
-    def judge(formula: Formula) -> bool:
-        if not formula.relations or any(r not in "=~" for r in formula.relations):
-            return False
-        sides = [sp.sympify(side) for side in formula.bound(bindings).sides]
-        if any(side == 0 for side in sides):
-            return False
-        return all(sp.limit(sp.cancel(a / b), large, sp.oo) == 1 for a, b in pairwise(sides))
-
-    return judge
+    """Return a judge of a leading term: the sides' ratio tends to 1 when `large` grows."""
+    return ratio(bindings, lambda quotient: sp.limit(sp.cancel(quotient), large, sp.oo) == 1)
 
 
-def within(value: float, factor: float) -> Judge:
-    """Return a judge of a number: what is stated is `value` to within `factor`."""
+def within(value: float, factor: float, name: str = "") -> Judge:
+    """Return a judge of a number: what is stated (of `name`) is `value` to within `factor`."""
 
     def judge(formula: Formula) -> bool:
         stated = formula.right
-        return bool(
-            formula.relations in (("~",), ("=",), ())
-            and stated.is_number
-            and stated > 0
-            and value / factor <= float(stated) <= value * factor
-        )
+        if name and formula.left != sp.Symbol(name, real=True):
+            return False
+        if formula.relations not in (("~",), ("=",), ()) or not stated.is_number:
+            return False
+        return bool(value / factor <= stated <= value * factor)
 
     return judge
 
 
 def inequality(bindings: Mapping[Any, Any], margin: Expression) -> Judge:
-    """Return a judge: the formula says that `margin` is positive, up to a positive factor.
-
-    The factor must be free of everything but symbols known to be positive.
-    """
+    """Return a judge: the formula says that `margin` is positive, up to a positive factor."""
 
     def judge(formula: Formula) -> bool:
-        if len(formula.relations) != 1 or formula.relations[0] not in ("<", ">"):
+        if formula.relations not in (("<",), (">",)):
             return False
         left, right = formula.bound(bindings).sides
-        difference = left - right if formula.relations[0] == ">" else right - left
-        ratio = sp.cancel(sp.together(sp.expand(difference) / sp.expand(margin)))
-        return ratio.is_positive is True
+        difference = left - right if formula.relations == (">",) else right - left
+        return positive(sp.expand(difference) / sp.expand(margin))
+
+    return judge
+
+
+def small(bindings: Mapping[Any, Any], left: Expression, right: Expression) -> Judge:
+    """Return a judge: the formula says that `left` is much smaller than `right`."""
+
+    def judge(formula: Formula) -> bool:
+        lesser, greater = formula.bound(bindings).sides
+        return formula.relations == ("<<",) and vanishes(lesser / greater - left / right)
 
     return judge

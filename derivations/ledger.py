@@ -3,48 +3,31 @@
 from __future__ import annotations
 
 import re
-from types import ModuleType
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import Any
 
 import sympy as sp
 
-from derivations import (
-    beyond,
-    continuum,
-    gaussian,
-    modes,
-    pivots,
-    plateaus,
-    procedure,
-    runaway,
-    scaling,
-    shakedown,
-    sliding_limit,
-    slip,
-    thresholds,
-    two_sliders,
-)
-from derivations.entry import LEDGER, Entry
+from derivations.judges import Judge
 from derivations.model import MODEL, PREMISES, Model
-from derivations.notation import c, mu_d, mu_s, read, s, symbol
-from derivations.proof import VERDICTS, Proof
+from derivations.notation import NotationError, c, mu_d, mu_s, read, s, symbol
+from derivations.proof import STANDINGS, Decision, Proof, Refuted
 
-CHAPTERS: dict[str, ModuleType] = {
-    "scaling": scaling,
-    "procedure": procedure,
-    "modes": modes,
-    "slip": slip,
-    "two_sliders": two_sliders,
-    "pivots": pivots,
-    "plateaus": plateaus,
-    "thresholds": thresholds,
-    "gaussian": gaussian,
-    "sliding_limit": sliding_limit,
-    "continuum": continuum,
-    "runaway": runaway,
-    "shakedown": shakedown,
-    "beyond": beyond,
-}
-"""The modules, each with ``derive(model)`` and its entries."""
+VERDICTS = ("exact", "approximation", "misprint", "inconsistent", "convention")
+"""Follows from the model; leading term of what follows; slip of the pen; contradicts the model or
+the paper's own law; a definition or a choice."""
+
+NAMES = (
+    "scaling procedure modes slip two_sliders pivots plateaus thresholds sliding_limit gaussian "
+    "continuum runaway shakedown beyond"
+)
+CHAPTERS = {name: import_module(f"derivations.{name}") for name in NAMES.split()}
+"""The modules, each with ``derive(model)``."""
 
 
 def proof_of(chapter: str, model: Model = MODEL) -> Proof:
@@ -53,15 +36,157 @@ def proof_of(chapter: str, model: Model = MODEL) -> Proof:
     return proof
 
 
+@dataclass(frozen=True)
+class Entry:
+    """What the audit says of one statement of the paper.
+
+    Attributes
+    ----------
+    name : str
+        A name of its own (the label, where the paper has one).
+    chapter : str
+        The module that backs it.
+    place, printed, verdict, label, number, corrected, error, assumptions, why
+        As the ledger has them.
+    formula, corrected_formula : str or None
+        The parts of `printed` and `corrected` that are judged.
+    repair : tuple of str
+        What must be replaced by what in `formula` (and what appended) to make it follow.
+    """
+
+    name: str
+    chapter: str
+    place: str
+    printed: str
+    verdict: str
+    label: str | None
+    number: int | None
+    corrected: str | None
+    error: str | None
+    assumptions: tuple[str, ...]
+    why: str
+    formula: str | None
+    corrected_formula: str | None
+    repair: tuple[str, ...]
+
+    def decision(self, model: Model = MODEL) -> Decision:
+        """Return what decides the entry under a model."""
+        missed = Decision(None, None, False, [], [])  # the derivation did not reach it
+        return proof_of(self.chapter, model).decisions.get(self.name, missed)
+
+    def accepts_printed(self, text: str, model: Model = MODEL) -> bool:
+        """Return whether `text` in the place of the printed formula would earn the same verdict."""
+        judge = self.decision(model).printed
+        if not self.repair:
+            return _accepts(judge, text)
+        wrong, right, *appended = self.repair
+        repaired = text.replace(wrong, right) + "".join(appended)
+        once = text.count(wrong) == 1
+        return once and not _accepts(judge, text) and _accepts(judge, repaired)
+
+    def accepts_corrected(self, text: str, model: Model = MODEL) -> bool:
+        """Return whether `text` in the place of the corrected formula follows."""
+        decision = self.decision(model)
+        return _accepts(decision.corrected or decision.printed, text)
+
+    def _doubts(self, model: Model) -> Iterator[str]:
+        decision = self.decision(model)
+        if decision.printed and self.formula and not self.accepts_printed(self.formula, model):
+            yield "the printed formula does not earn its verdict"
+        if self.corrected_formula and not self.accepts_corrected(self.corrected_formula, model):
+            yield "the corrected formula does not follow"
+        if not (decision.holds() if callable(decision.holds) else decision.holds):
+            yield "the evidence does not bear out the verdict"
+        for line in decision.lines:
+            if line.fault:
+                yield f"it rests on: {line.text}"
+
+    def faults(self, model: Model = MODEL) -> list[str]:
+        """Return why the verdict does not hold under a model (empty: it does)."""
+        try:
+            return [f"{self.name}: {doubt}" for doubt in self._doubts(model)]
+        except Exception as trouble:  # a changed premise may leave nothing to compare
+            return [f"{self.name}: cannot be decided: {trouble!r}"]
+
+    def check(self) -> None:
+        """Raise `Refuted` unless the verdict holds for what is printed and what is corrected."""
+        if faults := self.faults():
+            raise Refuted("; ".join(faults))
+
+    @property
+    def standing(self) -> str:
+        """The weakest standing of what it rests on; empty for a definition or a choice."""
+        if self.verdict == "convention":
+            return ""
+        used = {line.standing for line in self.decision().lines}
+        return next((word for word in reversed(STANDINGS) if word in used), "proved")
+
+    @property
+    def proved(self) -> bool:
+        return self.standing == "proved"
+
+    @property
+    def how(self) -> str:
+        """The chapter, and the argument or the line that the entry rests on."""
+        last = "".join(line.text.rstrip(" =:") for line in self.decision().lines[-1:])
+        return f"{self.chapter}: {self.why or last}"
+
+    def as_json(self) -> dict[str, object]:
+        """Return the entry as a JSON object."""
+        keys = "label name place verdict printed corrected error proved how"
+        said = {key: getattr(self, key) for key in keys.split()}
+        return said | {"assumptions": list(self.assumptions)}
+
+
+def _accepts(judge: Judge | None, text: str) -> bool:
+    if judge is None:
+        raise ValueError("there is no formula to judge")
+    try:
+        return bool(judge(read(text)))
+    except NotationError:
+        return False
+
+
+def _marked(text: str | None) -> tuple[str | None, str | None]:
+    """Return a text without its marks, and the part between them."""
+    if text is None or "«" not in text:
+        return text, None
+    return text.replace("«", "").replace("»", ""), text.partition("«")[2].partition("»")[0]
+
+
+@cache
 def entries() -> tuple[Entry, ...]:
     """Return all entries, in the order of the paper."""
-    found = {entry.name: entry for module in CHAPTERS.values() for entry in module.ENTRIES}
-    if set(found) != set(LEDGER):
-        raise ValueError(f"in the ledger or in a chapter only: {sorted(set(found) ^ set(LEDGER))}")
-    wrong = [entry.name for entry in found.values() if entry.verdict not in VERDICTS]
-    if wrong:
-        raise ValueError(f"unknown verdict: {wrong}")
-    return tuple(found[name] for name in LEDGER)
+    ledger = tomllib.loads((Path(__file__).parent / "ledger.toml").read_text(encoding="utf-8"))
+    place, made = "", []
+    for key, said in ledger.items():
+        chapter, name = key.split(".")
+        place = said.get("place", place)  # that of the entry before, unless it is said
+        number = said.get("equation")
+        printed, formula = _marked(said.get("printed"))
+        if printed is None:
+            printed, formula = said["formula"], said["formula"].strip("$")
+        corrected, corrected_formula = _marked(said.get("corrected"))
+        entry = Entry(
+            name=name,
+            chapter=chapter,
+            place=place,
+            printed=printed,
+            verdict=said["verdict"],
+            label=name if number and said.get("label", True) else None,
+            number=number,
+            corrected=corrected,
+            error=said.get("error"),
+            assumptions=tuple(said.get("if", ())),
+            why=said.get("why", ""),
+            formula=formula,
+            corrected_formula=corrected_formula,
+            repair=tuple(said.get("repair", ())),
+        )
+        if chapter not in CHAPTERS or entry.verdict not in VERDICTS:
+            raise ValueError(f"{key}: unknown chapter or verdict {entry.verdict}")
+        made.append(entry)
+    return tuple(made)
 
 
 def premises() -> dict[str, list[str]]:
@@ -72,7 +197,7 @@ def premises() -> dict[str, list[str]]:
     }
 
 
-CAPTIONS = {
+CAPTIONS: dict[str, Any] = {
     "N": 30,
     "i": 9,
     "l_0": 1000,
@@ -97,9 +222,12 @@ def value(entry: Entry, corrected: bool = False) -> float | None:
     text = entry.corrected_formula if corrected else entry.formula
     if text is None:
         return None
+    numbers = dict(CAPTIONS)
+    if entry.place.startswith("Sec. III A"):
+        numbers |= {"N": 2, "i": 2}
+    if entry.chapter == "continuum":
+        numbers |= SOLID
     cosine = 1 / sp.sqrt(1 + sp.Rational(1, 16))
-    few = {"N": 2, "i": 2} if entry.place.startswith("Sec. III A") else {}
-    numbers = CAPTIONS | few | (SOLID if entry.chapter == "continuum" else {})
     given = {symbol(name): sp.Rational(number) for name, number in numbers.items()}
     for side in read(text).bound({symbol("Delta_mu"): mu_s - mu_d}).sides:
         number = sp.N(side.subs(given).subs({c: cosine, s: cosine / 4}))
@@ -113,36 +241,23 @@ def _without_space(text: str) -> str:
 
 
 def disagreements(source: str) -> list[str]:
-    """Return what in the ledger does not match a source of the paper (empty: it is complete and
-    verbatim).
+    """Return what in the ledger does not match a LaTeX source of the paper.
 
-    Parameters
-    ----------
-    source : str
-        The LaTeX source.
-
-    Returns
-    -------
-    list of str
-        Entries that are not in the source but for white space, labelled equations without an entry,
-        labels that the source does not have.
+    Entries that are not in the source but for white space, labelled equations without an entry,
+    and labels that the source does not have; empty: the ledger is complete and verbatim.
     """
     text = re.sub(r"(?<!\\)%.*", "", source)
     compact = _without_space(text)
+    paper = [entry for entry in entries() if not entry.place.startswith("Beyond")]
     problems = [
         f"{entry.name}: not in the source: {entry.printed}"
-        for entry in entries()
-        if not entry.place.startswith("Beyond") and _without_space(entry.printed) not in compact
+        for entry in paper
+        if _without_space(entry.printed) not in compact
     ]
-    environments = re.findall(
-        r"\\begin\{(equation|eqnarray)\}(.*?)\\end\{\1\}|\\be\b(.*?)\\ee\b", text, re.DOTALL
-    )
-    labels = {
-        label
-        for _, long, short in environments
-        for label in re.findall(r"\\label\{([^}]*)\}", long or short)
-    }
-    known = {entry.label for entry in entries() if entry.label is not None}
+    environment = r"\\begin\{(equation|eqnarray)\}(.*?)\\end\{\1\}|\\be\b(.*?)\\ee\b"
+    equations = [found[0] for found in re.finditer(environment, text, re.DOTALL)]
+    labels = set(re.findall(r"\\label\{([^}]*)\}", "".join(equations)))
+    known = {entry.label for entry in paper if entry.label is not None}
     problems += [f"no entry for the equation {label}" for label in sorted(labels - known)]
     problems += [f"the source has no equation {label}" for label in sorted(known - labels)]
     return problems

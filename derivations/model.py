@@ -7,10 +7,11 @@ value: to ask what a premise is good for, change it (`PREMISES`) and derive agai
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import sympy as sp
 
-from derivations.notation import Expression, N, amplitude, c, l0, mu_d, mu_s, s, symbol, theta
+from derivations.notation import Expression, N, amplitude, c, f, l0, mu_d, mu_s, s, symbol, theta
 
 k, m, g, tau_dyn = (symbol(name) for name in ["k", "m", "g", "tau_dyn"])
 stretch, place, way = symbol("stretch"), symbol("place"), symbol("S")
@@ -79,7 +80,7 @@ class Model:
         """Return the non-frictional force on the `first`, an `inner` or the `last` slider."""
         above = self.ends[0] if slider == "first" else self.pull(-1, here, before)
         below = self.ends[1] if slider == "last" else self.pull(1, here, after)
-        return self.scaled(above + below - sp.diff(self.gravity, place))
+        return self.scaled(above + below + self.weight)
 
     def push(self, slider: str) -> Expression:
         """Return the rate at which a rise of l0 theta changes that force."""
@@ -92,9 +93,23 @@ class Model:
         force = self.at("inner").subs(around, simultaneous=True)
         return sp.expand(force.subs({T(sp.Integer(0)): self.end(0), T(N): self.end(1)}))
 
+    def pair(self) -> tuple[Expression, Expression, Expression]:
+        """Return the forces on two sliders, and the tension of their spring."""
+        first, last = self.force(sp.Integer(1)), self.force(sp.Integer(2))
+        return first, last.subs(T(2), self.end(1)), T(1)
+
     def end(self, side: int) -> Expression:
         """Return the tension beyond an end of the chain (side 0: T_0, side 1: T_N)."""
         return self.scaled(self.ends[1] if side else -self.ends[0])
+
+    def net(self, slider: Expression) -> Expression:
+        """Return the force on a slider in the words of the paper: both neighbours and weight."""
+        return f(slider - 1, slider) + f(slider + 1, slider) + self.weight
+
+    @property
+    def weight(self) -> Expression:
+        """The weight's component along the incline, in its own units."""
+        return -sp.diff(self.gravity, place)
 
     def friction(self, direction: Expression) -> Expression:
         """Return the friction on a slider that moves in a direction (+1 downhill), in m g."""
@@ -116,9 +131,15 @@ class Model:
         return sp.expand(self.end(side) + (spring - (N if side else 0)) * step)
 
 
+@cache
 def solved(equation: Expression, unknown: Expression) -> Expression:
     """Return the one solution of an equation; a new symbol where there is not exactly one."""
-    solutions = sp.solve(equation, unknown)
+    difference = equation.lhs - equation.rhs if isinstance(equation, sp.Eq) else equation
+    expanded = sp.expand(difference)
+    slope = sp.diff(expanded, unknown)
+    if slope != 0 and not slope.has(unknown):
+        return sp.cancel(-expanded.subs(unknown, 0) / slope)
+    solutions = sp.solve(difference, unknown)
     return solutions[0] if len(solutions) == 1 else sp.Symbol("no_single_solution")
 
 

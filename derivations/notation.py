@@ -110,6 +110,17 @@ class Formula:
         return Formula(tuple(bind(side, bindings) for side in self.sides), self.relations)
 
 
+def at(values: Mapping[Any, Expression]) -> Callable[..., Expression]:
+    """Return an indexed quantity: what it is at some indices, and something unknown elsewhere."""
+    known = {str(sp.sympify(index)): value for index, value in values.items()}
+
+    def quantity(*indices: Expression) -> Expression:
+        index = str(indices if len(indices) > 1 else indices[0])
+        return known.get(index, sp.Symbol(f"unknown_{index}"))
+
+    return quantity
+
+
 def bind(expression: Expression, bindings: Mapping[Any, Any]) -> Expression:
     """Return an expression in c and s, with symbols and functions replaced.
 

@@ -9,15 +9,18 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations.entry import Backed, Backing, Lines, entries_of
-from derivations.judges import Judge, follows, inequality, vanishes
+from derivations.judges import follows, inequality, positive, vanishes
 from derivations.model import Model, T, g, m, solved
-from derivations.notation import Expression, Formula, N, alpha, c, i, j, mu_d, mu_s, s, symbol
+from derivations.notation import Expression, Formula, N, alpha, at, c, i, j, mu_d, mu_s, s, symbol
 from derivations.proof import Proof, chapter
-from derivations.scaling import net
 
 tan = symbol("t")
 star = sp.Function("alpha_N_star")
+
+
+def slope(force: Expression, held: Expression) -> Expression:
+    """Return the slope tan(alpha) at which a force reaches what friction holds."""
+    return solved(sp.expand((force - held).subs(s, tan * c) / c), tan)
 
 
 @chapter(
@@ -35,23 +38,21 @@ def derive(p: Proof, model: Model) -> None:
         "sliders 1..i-1 slide uphill: F_n = -mu_d c for each, T_0 = 0, so T_{i-1} =",
         model.tension(i - 1, 0, uphill),
         -(i - 1) * (mu_d * c + s),
-        "above",
     )
+    p.entry("balance_above", {"f": at({(i, i - 1): m * g * above})})
     below = p.show(
         "sliders i+1..N slide downhill: F_n = mu_d c for each, T_N = 0, so T_i =",
         model.tension(i, 1, downhill),
         -(N - i) * (mu_d * c - s),
-        "below",
     )
+    p.entry("balance_below", {"f": at({(i, i + 1): -m * g * below})})
     force = p.show(
         "slider i rests, and feels F_i = T_i - T_{i-1} + s =",
         model.force(i).subs({T(i - 1): above, T(i): below}),
         N * s - mu_d * c * (N + 1 - 2 * i),
     )
-
-    def slope(force: Expression, held: Expression) -> Expression:
-        """Return the slope at which a force reaches what friction holds."""
-        return solved(sp.expand((force - held).subs(s, tan * c) / c), tan)
+    p.entry("pivot_stability", inequality({}, model.held - abs(model.net(i))), lines=0)
+    p.entry("friction_difference", {symbol("Delta_mu"): mu_s - mu_d}, lines=0)
 
     centre = mu_d * (1 - 2 * ((i - 1) / N))
     critical = p.show(
@@ -60,6 +61,9 @@ def derive(p: Proof, model: Model) -> None:
         centre + (mu_s - mu_d) / N,
         "critical",
     )
+    tangents = {sp.tan(star(index)): critical.subs(i, index) for index in (i, sp.Integer(1))}
+    angles = follows(tangents | {symbol("Delta_mu"): mu_s - mu_d})
+    p.entry("critical_angle", angles)
     lower = p.show(
         "slider i-1 in its place starts uphill, F_{i-1} < -mu_s c, where tan(alpha) is below",
         slope(force.subs(i, i - 1), -model.threshold()),
@@ -78,91 +82,41 @@ def derive(p: Proof, model: Model) -> None:
         centre,
         "sliding_edge",
     )
-    p.show(
+    steeper = p.show(
         "slider i-1 lets go downhill at a slope that is steeper by",
         critical.subs(i, i - 1) - critical,
         2 * mu_d / N,
     )
-    p.show("i = 1: tan(alpha*_{N,1}) =", critical.subs(i, 1), mu_d + (mu_s - mu_d) / N, "first")
+
+    def slider_i_has_let_go(formula: Formula) -> bool:
+        ordered = formula.sides == (star(i), alpha, star(i - 1)) and positive(steeper)
+        return ordered and formula.relations == ("<", "<")
+
+    p.entry("critical_range", slider_i_has_let_go, lines=0)
+    first = p.show("tan(alpha*_{N,1}) =", critical.subs(i, 1), mu_d + (mu_s - mu_d) / N)
+    p.entry("first_critical_angle", corrected=angles, holds=not vanishes(first - mu_d))
 
     above = p.show(
         "contraction: sliders 1..j-1 slide downhill, so T_{j-1} =",
         model.tension(j - 1, 0, -uphill),
         (j - 1) * (mu_d * c - s),
-        "above_contraction",
     )
+    p.entry("balance_above_contraction", {"f": at({(j, j - 1): m * g * above})})
     below = p.show(
         "sliders j+1..N slide uphill, so T_j =",
         model.tension(j, 1, -downhill),
         (N - j) * (mu_d * c + s),
-        "below_contraction",
     )
+    p.entry("balance_below_contraction", {"f": at({(j, j + 1): -m * g * below})})
     mirrored = p.show(
         "slider j rests, and feels F_j = T_j - T_{j-1} + s =",
         model.force(j).subs({T(j - 1): above, T(j): below}),
         N * s + mu_d * c * (N + 1 - 2 * j),
     )
-    p.show(
+    partner = p.show(
         "that is the force on slider i in a dilation for j =",
         solved(sp.expand(mirrored - force), j),
         N + 1 - i,
         "partner",
     )
-
-
-def _pivot_pulls(pivot: Expression, above: Expression, below: Expression) -> Judge:
-    """Judge a balance: the pivot pulls its upper neighbour with T_{i-1}, its lower with -T_i."""
-    forces = {-1: m * g * above, 1: -m * g * below}
-
-    def force(exerting: Expression, on: Expression) -> Expression:
-        if exerting != pivot:
-            return sp.Symbol("elsewhere")
-        return forces.get(sp.expand(on - pivot), sp.Symbol("elsewhere"))
-
-    return follows({"f": force})
-
-
-def _angles(critical: Expression) -> dict[object, object]:
-    """Return what the tangents of the critical angles are."""
-    return {symbol("Delta_mu"): mu_s - mu_d} | {
-        sp.tan(star(index)): critical.subs(i, index) for index in (i, sp.Integer(1))
-    }
-
-
-def _range(r: Lines) -> Judge:
-    """Judge the range of slopes in which slider i - 1 rests and slider i does not."""
-    critical = r.alone("critical")
-
-    def judge(formula: Formula) -> bool:
-        steeper = sp.cancel(critical.subs(i, i - 1) - critical).is_positive
-        return formula.relations == ("<", "<") and bool(
-            formula.sides == (star(i), alpha, star(i - 1)) and steeper
-        )
-
-    return judge
-
-
-def _difference(formula: Formula) -> bool:
-    stated = formula.bound({}).right
-    return formula.left == symbol("Delta_mu") and vanishes(stated - (mu_s - mu_d))
-
-
-LINES: dict[str, Backed | None] = {
-    "friction_difference": lambda r: _difference,
-    "balance_above": lambda r: _pivot_pulls(i, r.above, r.below),
-    "balance_below": lambda r: _pivot_pulls(i, r.above, r.below),
-    "pivot_stability": lambda r: inequality({}, r.model.held - abs(net(r.model, i))),
-    "critical_angle": lambda r: follows(_angles(r.critical)),
-    "critical_range": _range,
-    "balance_above_contraction": lambda r: _pivot_pulls(
-        j, r.above_contraction, r.below_contraction
-    ),
-    "balance_below_contraction": lambda r: _pivot_pulls(
-        j, r.above_contraction, r.below_contraction
-    ),
-    "contraction_partner": lambda r: follows({j: r.partner}),
-    "first_critical_angle": lambda r: Backing(
-        exactly=follows(_angles(r.critical)), evidence=not vanishes(r.first - mu_d)
-    ),
-}
-ENTRIES = entries_of("pivots", derive, LINES)
+    p.entry("contraction_partner", {j: partner})

@@ -5,14 +5,14 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations import pivots, thresholds
-from derivations.entry import Backed, Backing, Lines, entries_of
-from derivations.judges import Judge, follows, leading, vanishes
+from derivations.judges import follows, leading, vanishes
 from derivations.model import Model, after, here, solved
 from derivations.notation import (
     Expression,
     Formula,
     N,
     amplitude,
+    at,
     i,
     j,
     l0,
@@ -25,6 +25,7 @@ from derivations.notation import (
 from derivations.proof import Proof, chapter
 
 rise, fall, tau_th = (symbol(x) for x in ["Delta_theta_plus", "Delta_theta_minus", "tau_th"])
+spring = sp.Symbol("spring", integer=True)
 
 
 @chapter(
@@ -34,19 +35,22 @@ rise, fall, tau_th = (symbol(x) for x in ["Delta_theta_plus", "Delta_theta_minus
 )
 def derive(p: Proof, model: Model) -> None:
     """Show the displacements per dilation, contraction and cycle, and the plateau velocity."""
-    pulls = model.scaled(model.pull(1, here, after)), model.scaled(model.pull(-1, after, here))
-    gaps = [-sp.diff(pull, theta) / sp.diff(pull, after) for pull in pulls]
+    pull = model.scaled(model.pull(1, here, after))
     gap = p.show(
         "a sliding slider's tensions are constant, so dx_{n+1} - dx_n = l0 dtheta for every "
         "spring, as its upper slider feels it: l0 times",
-        gaps[0] / l0,
+        -sp.diff(pull, theta) / sp.diff(pull, after) / l0,
         1,
-        "upper",
     )
-    p.show("... and as its lower one does", gaps[1] / l0, 1, "lower")
+    pull = model.scaled(model.pull(-1, after, here))
+    lower = p.show(
+        "... and as its lower one does",
+        -sp.diff(pull, theta) / sp.diff(pull, after) / l0,
+        1,
+    )
 
     def moved(resting: Expression, change: Expression) -> Expression:
-        spring = sp.Symbol("spring", integer=True)
+        """Return how far slider n moves while one rests: the sum over the springs between."""
         return sp.factor(sp.summation(gap * l0 * change, (spring, resting, n - 1)))
 
     up = p.show(
@@ -55,81 +59,61 @@ def derive(p: Proof, model: Model) -> None:
         (n - (i - 1)) * l0 * rise,
         "dilation",
     )
+    p.entry("dilation_displacement", {"Delta_x": at({n: up})}, holds=lower == 1)
     down = p.show(
         "contraction, slider j+1 rests: by",
         moved(j + 1, fall),
         (n - (j + 1)) * l0 * fall,
         "contraction",
     )
-    cycle = (up + down).subs({rise: model.swing, fall: -model.swing})
+    p.entry("contraction_displacement", {"Delta_x": at({n: down})}, holds=lower == 1)
+    turns = {rise: model.swing, fall: -model.swing}
+    p.entry("cycle_jumps", turns, lines=0)
+    both = (up + down).subs(turns).subs(j, pivots.derive(model).partner)
     cycle = p.show(
         "a cycle, with the pivots' j = N + 1 - i: by, whatever n,",
-        sp.factor(sp.expand(cycle.subs(j, pivots.derive(model).partner))),
+        sp.factor(sp.expand(both)),
         2 * (N + 3 - 2 * i) * l0 * amplitude,
         "cycle",
     )
+    p.entry("cycle_displacement", {"Delta_x": at({n: cycle})}, holds=lower == 1)
+    downhill = sp.expand(cycle.subs(i, (N + 2) / 2))
+    p.entry("position_decreases", holds=downhill.is_positive, lines=0)
     velocity = p.show(
         "in the time 2 tau_th: v =",
         sp.factor(cycle / (2 * tau_th)),
         (N + 3 - 2 * i) * l0 * amplitude / tau_th,
         "velocity",
     )
-    p.show("zero at i =", solved(velocity, i), (N + 3) / 2, "last")
+    last = p.show("zero at i =", solved(velocity, i), (N + 3) / 2)
+
+    def range_of_pivots(formula: Formula) -> bool:
+        one, pivot, end = formula.sides
+        ordered = formula.relations == ("<", "<") and (one, pivot) == (1, i)
+        return ordered and vanishes(end - last)
+
+    p.entry("plateau_range", range_of_pivots)
     edge = pivots.derive(model).sliding_edge
     steps = cycle / (2 * l0 * amplitude)
     p.show(
         "N + 3 - 2i exceeds N tan(alpha)/mu_d at the pivot's lower edge by",
         sp.expand(steps - N * edge / mu_d),
         1,
-        "at_lower_edge",
     )
     p.show(
         "... and at its upper edge by",
         sp.expand(steps - N * edge.subs(i, i - 1) / mu_d),
         -1,
-        "at_upper_edge",
     )
     sliding = thresholds.derive(model).sliding
-    p.show(
+    finite = p.show(
         "of a half-cycle's 2A only what exceeds 2A* moves the whole chain: v tau_th =",
         velocity.subs(amplitude, amplitude - sliding) * tau_th,
         (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2),
         "finite",
     )
-
-
-def _moves(expression: Expression) -> Judge:
-    elsewhere = sp.Symbol("elsewhere")
-    return follows({"Delta_x": lambda index: expression if index == n else elsewhere})
-
-
-def _positive(r: Lines) -> Judge:
-    """Judge `1 < i < (N+3)/2`: slider i - 1 exists, and the velocity is positive."""
-    last = r.last
-    return lambda formula: (
-        formula.relations == ("<", "<")
-        and formula.sides[:2] == (1, i)
-        and vanishes(formula.sides[2] - last)
-    )
-
-
-def _velocity(r: Lines) -> Backing:
-    law, plateau = r.finite / tau_th, r.velocity
-    finite = {"v_N_star": lambda index: law.subs(i, index)}
-
-    def printed(formula: Formula) -> bool:
-        plain = follows({"v_N_star": lambda index: plateau.subs(i, index)})
-        return plain(formula) and leading(finite, amplitude)(formula)
-
-    return Backing(printed, follows(finite))
-
-
-LINES: dict[str, Backed | None] = {
-    "dilation_displacement": lambda r: Backing(_moves(r.dilation), evidence=r.lower == 1),
-    "contraction_displacement": lambda r: Backing(_moves(r.contraction), evidence=r.lower == 1),
-    "cycle_jumps": lambda r: follows({rise: r.model.swing, fall: -r.model.swing}),
-    "cycle_displacement": lambda r: Backing(_moves(r.cycle), evidence=r.lower == 1),
-    "vitesse": _velocity,
-    "plateau_range": _positive,
-}
-ENTRIES = entries_of("plateaus", derive, LINES)
+    law = {"v_N_star": lambda index: finite.subs(i, index) / tau_th}
+    plain = follows({"v_N_star": lambda index: velocity.subs(i, index)})
+    limit = leading(law, amplitude)
+    p.entry("vitesse", lambda formula: plain(formula) and limit(formula), law)
+    p.entry("critical_velocity", holds=vanishes(finite.subs(amplitude, sliding)), lines=0)

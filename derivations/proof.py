@@ -1,26 +1,28 @@
 """A derivation that is read as a text: each line says what is derived, and proves it.
 
-A chapter is a function that shows its lines on a `Proof` for a given model. Entries of the ledger
-name the lines they rest on by using their values.
+A chapter is a function that shows its lines on a `Proof` for a given model, and says below a line
+which entry of the ledger it decides.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache, cached_property
 from typing import Any
 
-from derivations.judges import vanishes
+import sympy as sp
+
+from derivations.judges import Judge, equals, follows, vanishes
 from derivations.model import MODEL, Model
 from derivations.notation import Expression
 
-VERDICTS = ("exact", "approximation", "misprint", "inconsistent", "convention")
-"""Follows from the model; leading term of what follows; slip of the pen; contradicts the model or
-the paper's own law; a definition or a choice."""
-
 STANDINGS = ("proved", "checked", "argued")
 """For all N or all parameters, by algebra; in exact cases that are named; in words."""
+
+
+class Refuted(AssertionError):
+    """A statement that does not follow."""
 
 
 @dataclass
@@ -60,71 +62,95 @@ class Line:
 
 
 @dataclass
-class Proof:
-    """The lines of a chapter under one model; a named line's value is an attribute.
+class Decision:
+    """What decides an entry: judges of its formulas, evidence, and the lines it rests on."""
 
-    Attributes
-    ----------
-    title : str
-    assumptions : tuple of str
-    model : Model
-    lines : list of Line
-    named : dict of str to Line
-    starts : list of int
-        Where parts begin that do not rest on the lines before them.
-    """
+    printed: Judge | None
+    corrected: Judge | None
+    holds: object
+    lines: list[Line]
+    shown: list[Line]
+    """The lines that lead to it."""
+
+
+def _judge(said: Any) -> Judge | None:
+    if isinstance(said, Mapping):
+        return follows(said)
+    return equals(said) if isinstance(said, sp.Basic) else said
+
+
+@dataclass
+class Proof:
+    """The lines of a chapter under one model; the value of a named line is an attribute."""
 
     title: str
     assumptions: tuple[str, ...]
     model: Model
     lines: list[Line] = field(default_factory=list)
-    named: dict[str, Line] = field(default_factory=dict)
-    starts: list[int] = field(default_factory=lambda: [0])
-
-    def part(self) -> None:
-        """Begin a part that does not rest on the lines before it."""
-        self.starts.append(len(self.lines))
-
-    def _add(self, line: Line, name: str) -> None:
-        self.lines.append(line)
-        if name:
-            self.named[name] = line
+    named: dict[str, Expression] = field(default_factory=dict)
+    decisions: dict[str, Decision] = field(default_factory=dict)
 
     def show(
-        self,
-        text: str,
-        derived: Expression,
-        equals: Expression = None,
-        name: str = "",
-        why: str = "",
+        self, text: str, derived: Expression, equals: Expression = None, name: str = ""
     ) -> Expression:
         """Add what was derived, and the form in which a reader knows it, which is proved.
 
-        Returns what was derived.
+        Returns what was derived, which the chapters after this one know by its name.
         """
         standing = "" if equals is None else "proved"
-
-        def decide() -> bool:
-            return equals is None or vanishes(derived - equals)
-
-        self._add(Line(text, derived, equals, standing, why, decide), name)
+        self.lines.append(
+            Line(
+                text,
+                derived,
+                equals,
+                standing,
+                "",
+                lambda: not standing or vanishes(derived - equals),
+            )
+        )
+        self.named[name] = derived
         return derived
 
-    def proved(self, text: str, holds: Callable[[], object], why: str, name: str = "") -> None:
+    def proved(self, text: str, holds: Callable[[], object], why: str) -> None:
         """Add a claim that algebra decides for all N or all parameters."""
-        self._add(Line(text, standing="proved", why=why, decide=holds), name)
+        self.lines.append(Line(text, standing="proved", why=why, decide=holds))
 
-    def checked(self, text: str, holds: Callable[[], object], cases: str, name: str = "") -> None:
+    def checked(self, text: str, holds: Callable[[], object], cases: str) -> None:
         """Add a claim that was checked in the cases that are named."""
-        self._add(Line(text, standing="checked", why=cases, decide=holds), name)
+        self.lines.append(Line(text, standing="checked", why=cases, decide=holds))
 
-    def argued(self, text: str, why: str, name: str = "") -> None:
+    def argued(self, text: str, why: str) -> None:
         """Add what follows in words from the lines before it."""
-        self._add(Line(text, standing="argued", why=why), name)
+        self.lines.append(Line(text, standing="argued", why=why))
+
+    def entry(
+        self,
+        name: str,
+        printed: Any = None,
+        corrected: Any = None,
+        holds: Any = True,
+        lines: int = 1,
+    ) -> None:
+        """Decide an entry of the ledger, which rests on the last so many lines.
+
+        Parameters
+        ----------
+        name : str
+            As the ledger has it.
+        printed, corrected : mapping, Expression or callable
+            What stands for the symbols of the formula; what a bare expression must be; a judge.
+        holds : bool or callable
+            Evidence beside the formulas.
+        lines : int
+            0: a definition, or what needs no line.
+        """
+        rested = self.lines[len(self.lines) - lines :]
+        shown = self.lines[-max(8, lines) :] if lines else []
+        self.decisions[name] = Decision(_judge(printed), _judge(corrected), holds, rested, shown)
 
     def __getattr__(self, name: str) -> Any:
         try:
-            return self.__dict__["named"][name].value
+            return self.__dict__["named"][name]
         except KeyError:
             raise AttributeError(f"{name}: no such line") from None
 
@@ -142,8 +168,8 @@ def chapter(title: str, *assumptions: str) -> Callable[[Callable[[Proof, Model],
             try:
                 write(proof, model)
             except Exception as trouble:
-                fault = f"{trouble!r}"
-                proof.proved("the derivation comes to its end", lambda: False, fault)
+                reason = repr(trouble)
+                proof.proved("the derivation comes to its end", lambda: False, reason)
             return proof
 
         return lambda model=MODEL: derived(model)

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations.entry import Backed, Lines, entries_of
-from derivations.judges import Judge, vanishes
+from derivations.judges import vanishes
 from derivations.model import Model, T, k, solved, stretch
-from derivations.notation import Expression, Formula, N, alpha, c, mu_d, n, s, slope_margin, symbol
+from derivations.notation import Formula, N, alpha, c, mu_d, n, s, slope_margin, symbol
 from derivations.proof import Proof, chapter
 
 v = sp.Function("v")
-speed = sp.Symbol("speed", nonnegative=True)
-first, rate, energy, step = sp.symbols("a B E delta", positive=True)
-time = sp.Symbol("time", positive=True)
+alpha_c, slope = symbol("alpha_c"), symbol("t")
+speed, energy_left, more, path = sp.symbols("speed E_end more path", nonnegative=True)
+first, rate, energy, step, time = sp.symbols("a B E delta time", positive=True)
 
 
 @chapter("Runaway", "theta is frozen", "mu_d is constant")
@@ -30,18 +29,28 @@ def derive(p: Proof, model: Model) -> None:
         "sum of all forces and frictions per slider, all moving downhill: mean acceleration",
         weight + (model.end(1) - model.end(0)) / N + model.friction(1),
         s - mu_d * c,
-        "mean",
     )
-    p.show(
+    critical = p.show(
         "it vanishes at tan(alpha) =",
-        solved(sp.expand(mean.subs(s, c * symbol("t"))), symbol("t")),
+        solved(sp.expand(mean.subs(s, c * slope)), slope),
         mu_d,
-        "critical",
     )
-    beyond = sp.Symbol("beyond", nonnegative=True)
+
+    def at_arctan(formula: Formula) -> bool:
+        angle, tangent = formula.sides[-2], sp.tan(formula.sides[-1])
+        if angle == sp.tan(alpha_c):
+            angle, tangent = alpha_c, formula.right
+        return angle == alpha_c and vanishes(tangent - critical)
+
+    def accelerates(formula: Formula) -> bool:
+        beyond = formula.relations == (">", "=") and formula.left == alpha
+        return beyond and at_arctan(formula)
+
+    p.entry("alpha_c", lambda formula: formula.relations == ("=",) and at_arctan(formula))
+    p.entry("accelerates_above", accelerates)
     p.proved(
         "above, the mean velocity never falls",
-        lambda: sp.expand(mean.subs(s, mu_d * c + beyond)).is_nonnegative,
+        lambda: sp.expand(mean.subs(s, mu_d * c + speed)).is_nonnegative,
         "it grows by the excess of s over mu_d c",
     )
     own, others = 1 - 1 / N, -1 / N
@@ -56,6 +65,7 @@ def derive(p: Proof, model: Model) -> None:
         "v_n = mean + w_n with w orthogonal to (1, ..., 1), |w|**2 <= 2J conserved (modes): "
         "|w_n| <= sqrt((1 - 1/N) 2J) by Cauchy-Schwarz and the square above",
     )
+
     stored = sp.diff(model.elastic, stretch) / (k * stretch)
     p.show(
         "energy: kinetic and elastic power of the springs telescope over the chain",
@@ -69,72 +79,38 @@ def derive(p: Proof, model: Model) -> None:
             way * speed * (weight + model.friction(way)),
             -slope_margin * speed + (way - 1) * s * speed,
         )
-    p.argued(
-        "for 0 <= tan(alpha) < mu_d the paths of all sliders in an avalanche sum up to E/m at most",
-        "the three lines above, integrated from rest: the energy E >= 0 loses m per unit of path",
-    )
+    lost = energy - slope_margin * path - more
     p.show(
+        "so for 0 <= tan(alpha) < mu_d the energy falls from E to E_end >= 0, by m per path, and "
+        "more uphill: all paths of an avalanche sum up to E/m at most, to",
+        solved(sp.Eq(energy_left, lost), path),
+        energy / slope_margin - (energy_left + more) / slope_margin,
+    )
+    bound = sp.sqrt(6) * sp.sqrt(2 * energy)
+    around = [springs.coeff(T(n + change)) for change in (-1, 0)]
+    lean = around[0] ** 2 + (around[1] - around[0]) ** 2 + around[1] ** 2
+    p.show(
+        "|a'| = |v_{n-1} - 2 v_n + v_{n+1}| is at most B = |v| times the root of",
+        lean,
+        sp.Integer(6),
+    )
+    least = p.show(
         "a slip with the first acceleration a is longer than the integral of a t - B t**2/2 up to "
-        "its zero, B a bound of |a'|:",
-        sp.integrate(first * time - rate * time**2 / 2, (time, 0, 2 * first / rate)),
-        sp.Rational(2, 3) * first**3 / rate**2,
-        "shortest",
+        "its zero, with |v|**2 <= 2E: longer than",
+        sp.integrate(first * time - rate * time**2 / 2, (time, 0, 2 * first / rate)).subs(
+            rate, bound
+        ),
+        first**3 / (18 * energy),
     )
-    lean = sp.Matrix(
-        [
-            springs.coeff(T(n - 1)),
-            -springs.coeff(T(n - 1)) + springs.coeff(T(n)),
-            -springs.coeff(T(n)),
-        ]
-    )
-    bound = p.show(
-        "|a'| = |v_{n-1} - 2 v_n + v_{n+1}| <= sqrt(6) |v|, |v|**2 <= 2E: B =",
-        sp.sqrt(lean.dot(lean)) * sp.sqrt(2 * energy),
-        sp.sqrt(12 * energy),
-    )
-    shortest = p.show(
-        "so it is longer than", p.shortest.subs(rate, bound), first**3 / (18 * energy), "slip"
-    )
+    slips = energy / slope_margin / least.subs(first, step * c)
     p.show(
         "with mu_s - mu_d >= delta everywhere the number of slips is below (E/m) over that",
-        energy / slope_margin / shortest.subs(first, step * c),
+        slips,
         18 * energy**2 / (slope_margin * (step * c) ** 3),
         "slips",
     )
     p.argued(
         "hence every avalanche ends if mu_s - mu_d >= delta > 0 and 0 <= tan(alpha) < mu_d",
-        "a finite path, and a least path of every slip",
+        "finitely many slips; each is of finite duration, for the modes of a run are not damped "
+        "(modes), so that a velocity that keeps its sign cannot have a finite path",
     )
-
-
-def _slope(r: Lines) -> Judge:
-    critical = r.critical
-
-    def judge(formula: Formula) -> bool:
-        """Judge a statement of the critical slope, as a tangent or as an angle."""
-        left, right = formula.sides
-        return formula.relations == ("=",) and (
-            (left == sp.tan(symbol("alpha_c")) and vanishes(right - critical))
-            or (left == symbol("alpha_c") and vanishes(sp.tan(right) - critical))
-        )
-
-    return judge
-
-
-def _accelerates(r: Lines) -> Judge:
-    critical = r.critical
-
-    def judge(formula: Formula) -> bool:
-        """Judge `alpha > alpha_c = arctan(mu_d)`."""
-        sides: tuple[Expression, ...] = formula.sides
-        return (
-            formula.relations == (">", "=")
-            and sides[:2] == (alpha, symbol("alpha_c"))
-            and vanishes(sp.tan(sides[2]) - critical)
-        )
-
-    return judge
-
-
-LINES: dict[str, Backed | None] = {"alpha_c": _slope, "accelerates_above": _accelerates}
-ENTRIES = entries_of("runaway", derive, LINES)

@@ -5,16 +5,14 @@ from __future__ import annotations
 import mpmath
 import sympy as sp
 
-from derivations.entry import Backed, Backing, Lines, entries_of
-from derivations.judges import Judge, follows, inequality, vanishes, within
-from derivations.model import FRESH, Model, after, before, g, here, k, m, mu, place, tau_dyn, way
+from derivations.judges import inequality, ratio, small, vanishes, within
+from derivations.model import FRESH, Model, after, before, g, here, k, m, mu, solved, tau_dyn, way
 from derivations.notation import (
     Expression,
-    Formula,
     N,
     S,
+    at,
     c,
-    f,
     l0,
     mu_d,
     mu_s,
@@ -28,9 +26,15 @@ from derivations.notation import (
 )
 from derivations.proof import Proof, chapter
 
-M, L, Y, rho, c_s, kappa, T, T_0 = (
-    symbol(name) for name in ["M", "L", "Y", "rho", "c_s", "kappa", "T", "T_0"]
-)
+M, L, Y, rho = symbol("M"), symbol("L"), symbol("Y"), symbol("rho")
+c_s, kappa, T, T_0 = symbol("c_s"), symbol("kappa"), symbol("T"), symbol("T_0")
+velocity = sp.Function("dot_x")
+
+
+def normal(value: Expression, centre: Expression, width: Expression) -> Expression:
+    """Return the density of a normal law."""
+    exponent = -((value - centre) ** 2) / (2 * width**2)
+    return sp.exp(exponent) / sp.sqrt(2 * sp.pi * width**2)
 
 
 @chapter(
@@ -40,185 +44,72 @@ M, L, Y, rho, c_s, kappa, T, T_0 = (
     "theta is frozen while sliders move",
 )
 def derive(p: Proof, model: Model) -> None:
-    """Show the forces on a slider, friction, and their symmetries."""
-    first, inner, last = (model.at(name) for name in ("first", "inner", "last"))
-    p.show(
+    """Show the forces on a slider, friction, and the units in which they have no parameter."""
+    p.entry("slider_mass", {m: M / N}, lines=0)
+    p.entry("total_length", {L: sp.summation(l0, (n, 1, N - 1))}, lines=0)
+    p.entry("dilation", {theta: solved(l0 * (theta - kappa * (T - T_0)), theta)}, lines=0)
+    expansion = model.natural[1]
+    p.entry("thermal_expansion", {"l": lambda t: expansion.subs(theta, kappa * (t - T_0))}, lines=0)
+    pull = at({(n + 1, n): model.pull(1, x(n), x(n + 1))})
+    p.entry("spring_force", {"f": pull, "l": lambda t: l0 * (1 + theta)}, lines=0)
+    ends = {"f": at({(0, 1): model.ends[0], (N + 1, N): model.ends[1]})}
+    p.entry("free_end_upper", ends, lines=0)
+    p.entry("free_end_lower", ends, lines=0)
+    margin = abs(model.net(n)) - model.held.subs(mu_s, mu(n))
+    p.entry("static_friction", inequality({}, margin), lines=0)
+    opposed = model.sliding.subs(way, S(velocity(n)))
+    p.entry("dynamical_friction", {"f_d": at({n: opposed})}, lines=0)
+    p.entry("friction_order", inequality({}, mu(n) - mu_d), lines=0)
+
+    p.entry("dynamical_time", {tau_dyn: solved(k * tau_dyn**2 / m - 1, tau_dyn)}, lines=0)
+    section = sp.Symbol("section", positive=True)
+    mass, stiffness = rho * section * L / N, N * Y * section / L
+    rod = {tau_dyn: sp.sqrt(mass / stiffness), c_s: sp.sqrt(Y / rho)}
+    p.entry("transit_time", ratio(rod, lambda q: vanishes(q - 1 / N)), rod, lines=0)
+    p.entry("dynamical_time_value", within(0.003 / 3000, 1.5), lines=0)
+    forces = sum(model.at(slider) for slider in ("first", "inner", "last"))
+    no_units = not {m, k, g, tau_dyn} & forces.free_symbols
+    p.entry("time_unit", holds=no_units, lines=0)
+    p.entry("natural_length_unit", holds=no_units, lines=0)
+    stretched = (m * g / k).subs(k, m / tau_dyn**2)
+    p.entry("length_unit", holds=vanishes(g * tau_dyn**2 - stretched), lines=0)
+    p.entry("timesteps", {symbol("t_q"): symbol("q") * symbol("tau_th")}, lines=0)
+    p.entry("centre_of_mass", lines=0)
+
+    friction = p.show("friction in motion, S = 1 downhill", model.friction(way), -mu_d * c * way)
+    threshold = p.show("static friction holds forces up to", model.threshold(), mu_s * c)
+    moving = sp.Integer(1), n, N
+    texts = (
         "force on slider 1: minus the derivative of the energy, in m g, lengths in g m/k",
-        first,
+        "on an inner slider",
+        "on slider N",
+    )
+    forms = (
         after - here - l0 * (1 + theta) + s,
-        "first",
+        before - 2 * here + after + s,
+        before - here + l0 * (1 + theta) + s,
     )
-    p.show("on an inner slider", inner, before - 2 * here + after + s, "inner")
-    p.show("on slider N", last, before - here + l0 * (1 + theta) + s, "last")
-    p.show("friction in motion, S = 1 downhill", model.friction(way), -mu_d * c * way, "friction")
-    p.show("static friction holds forces up to", model.threshold(), mu_s * c, "threshold")
-    p.show("a rise of l0 theta drives slider 1 with", model.push("first"), -1, "push_first")
-    p.show("... an inner slider with", model.push("inner"), 0, "push_inner")
-    p.show("... and slider N with", model.push("last"), 1, "push_last")
+    for index, name, text, form in zip(moving, ("1", "", "N"), texts, forms, strict=True):
+        slider = {"1": "first", "": "inner", "N": "last"}[name]
+        force = p.show(text, model.at(slider), form)
+        places = at({index - 1: before, index: here, index + 1: after})
+        whole = force + friction.subs(way, S(velocity(index)))
+        p.entry(f"dynamic_eq{name}", {"x": places, "ddot_x": at({index: whole})})
+        own = {"x": places, "mu_s": at({index: mu_s})}
+        p.entry(f"static_eq{name}", inequality(own, abs(force) - threshold))
+
     p.show(
-        "after stop number `draw` a slider holds with the coefficient number",
-        model.redraw,
-        FRESH,
-        "redraw",
+        "after stop number `draw` a slider holds with the coefficient number", model.redraw, FRESH
     )
-    mirror = {before: -after, after: -before, here: -here, s: -s}
-    p.show(
-        "mirror image (x and the slope reversed): the force on an inner slider changes sign",
-        inner.subs(mirror, simultaneous=True),
-        -inner,
-    )
-    p.show(
-        "... and that on slider 1 becomes minus that on slider N",
-        first.subs(mirror, simultaneous=True),
-        -last,
-        "mirror",
-    )
-    near, far = sp.symbols("near far", real=True)
-    p.show(
-        "action and reaction: the two ends of a spring are pulled by forces of the sum",
-        model.pull(1, near, far) + model.pull(-1, far, near),
-        0,
-    )
+    p.entry("redraw", holds=model.redraw.has(FRESH))
+    centre = sp.Symbol("centre", real=True)
+    drawn = {symbol("mean_mu_s"): centre, "p": lambda value: normal(value, centre, sigma_mu)}
+    p.entry("dist_mud", drawn, lines=0)
+    p.entry("dist_theta", {"psi": lambda value: normal(value, 0, sigma_theta)}, lines=0)
+    p.entry("random_dilation_width", {sigma_theta: kappa * symbol("Delta_T")}, lines=0)
     p.checked(
         "a drawn mu_s below mu_d is rarer than 1e-23 for the captions' numbers",
         lambda: 7e-24 < mpmath.ncdf(-10) < 8e-24,
         "Phi((.5 - .6)/.01) = 7.6e-24",
-        "rare",
     )
-
-
-def _elsewhere(index: Expression) -> Expression:
-    return sp.Symbol(f"elsewhere_{index}")
-
-
-def _spring(model: Model) -> dict[object, object]:
-    """Return what f(a, b) means: the force of slider a on slider b, in the sliders' positions."""
-
-    def force(exerting: Expression, on: Expression) -> Expression:
-        if (exerting, on) == (0, 1):
-            return model.ends[0]
-        if (exerting, on) == (N + 1, N):
-            return model.ends[1]
-        to = sp.expand(exerting - on)
-        if to not in (1, -1):
-            return _elsewhere(to)
-        near, far = sp.symbols("near far", real=True)
-        return sp.expand(model.pull(int(to), near, far).subs({near: x(on), far: x(exerting)}))
-
-    return {"f": force}
-
-
-def _around(index: Expression) -> dict[object, object]:
-    """Return what the positions around the slider `index` are called in a force on it."""
-    places = {sp.expand(index + step): at for step, at in ((-1, before), (0, here), (1, after))}
-    own = sp.Symbol("mu_s_own", positive=True)
-    return {
-        "x": lambda at: places.get(sp.expand(at), _elsewhere(at)),
-        "mu_s": lambda at: own if sp.expand(at - index) == 0 else _elsewhere(at),
-    }
-
-
-def _moves(r: Lines, index: Expression, force: Expression) -> Judge:
-    """Judge the equation of motion of the slider `index`."""
-    friction = r.friction.subs(way, S(sp.Function("dot_x")(index)))
-    own = {"ddot_x": lambda at: force + friction if sp.expand(at - index) == 0 else _elsewhere(at)}
-    return follows(_around(index) | own)
-
-
-def _starts(r: Lines, index: Expression, force: Expression) -> Judge:
-    """Judge the start condition of the slider `index`."""
-    held = r.threshold.subs(mu_s, sp.Symbol("mu_s_own", positive=True))
-    return inequality(_around(index), abs(force) - held)
-
-
-def net(model: Model, slider: Expression) -> Expression:
-    """Return the force on an inner slider in the words of the paper: both neighbours and weight."""
-    return f(slider - 1, slider) + f(slider + 1, slider) - sp.diff(model.gravity, place)
-
-
-def _density(name: str, width: Expression, centre: Expression, variable: Expression) -> Judge:
-    """Judge a density: that of a normal law of the named centre and width, normalised."""
-
-    def judge(formula: Formula) -> bool:
-        z = sp.Symbol("z", real=True)
-        density = formula.right.subs({variable: z}).subs(symbol("mean_mu_s"), centre)
-        if formula.relations != ("=",) or formula.left != sp.Function(name)(variable):
-            return False
-        if not vanishes(sp.simplify(sp.diff(sp.log(density), z)) + (z - centre) / width**2):
-            return False
-        value = density.subs(z, centre + width * z) * width
-        return bool(sp.simplify(sp.integrate(value, (z, -sp.oo, sp.oo)) - 1) == 0)
-
-    return judge
-
-
-def _transit(r: Lines) -> Backing:
-    """A rod of N sliders: k = N Y S/L, m = rho S L/N, c_s**2 = Y/rho, so sqrt(m/k) is L/(N c_s)."""
-    section = sp.Symbol("section", positive=True)
-    tau = sp.sqrt((rho * section * L / N) / (N * Y * section / L))
-    rod = {tau_dyn: tau, c_s: sp.sqrt(Y / rho)}
-
-    def to_a_factor(formula: Formula) -> bool:
-        left, right = formula.bound(rod).sides
-        return formula.relations == ("~",) and vanishes(left / right - 1 / N)
-
-    return Backing(to_a_factor, follows(rod))
-
-
-def _no_units_left(r: Lines) -> bool:
-    forces = [r.model.at(slider) for slider in ("first", "inner", "last")]
-    return not {m, k, g, tau_dyn} & sum(forces).free_symbols
-
-
-def _sliding(model: Model) -> Judge:
-    def friction(index: Expression) -> Expression:
-        if index != n:
-            return _elsewhere(index)
-        return model.sliding.subs(way, S(sp.Function("dot_x")(index)))
-
-    return follows({"f_d": friction})
-
-
-LINES: dict[str, Backed | None] = {
-    "slider_mass": lambda r: follows({m: M / N}),
-    "thermal_expansion": lambda r: follows(
-        {"l": lambda at: r.model.natural[1].subs(theta, kappa * (at - T_0))}
-    ),
-    "total_length": lambda r: follows({L: sp.summation(l0, (n, 1, N - 1))}),
-    "spring_force": lambda r: follows(_spring(r.model) | {"l": lambda at: l0 * (1 + theta)}),
-    "static_friction": lambda r: inequality(
-        {}, abs(net(r.model, n)) - r.model.held.subs(mu_s, mu(n))
-    ),
-    "free_end_upper": lambda r: follows(_spring(r.model)),
-    "free_end_lower": lambda r: follows(_spring(r.model)),
-    "dynamical_friction": lambda r: _sliding(r.model),
-    "friction_order": lambda r: inequality({}, mu(n) - mu_d),
-    "dynamical_time": lambda r: follows({tau_dyn: sp.solve(k - m / tau_dyn**2, tau_dyn)[0]}),
-    "transit_time": _transit,
-    "dynamical_time_value": lambda r: within(0.003 / 3000, 1.5),
-    "dilation": lambda r: follows(
-        {theta: sp.solve(l0 * (1 + theta) - l0 * (1 + kappa * (T - T_0)), theta)[0]}
-    ),
-    "time_unit": _no_units_left,
-    "length_unit": lambda r: vanishes(g * tau_dyn**2 - (m * g / k).subs(k, m / tau_dyn**2)),
-    "natural_length_unit": _no_units_left,
-    "dynamic_eq1": lambda r: _moves(r, sp.Integer(1), r.first),
-    "dynamic_eq": lambda r: _moves(r, n, r.inner),
-    "dynamic_eqN": lambda r: _moves(r, N, r.last),
-    "static_eq1": lambda r: _starts(r, sp.Integer(1), r.first),
-    "static_eq": lambda r: _starts(r, n, r.inner),
-    "static_eqN": lambda r: _starts(r, N, r.last),
-    "redraw": lambda r: r.redraw.has(FRESH),
-    "dist_mud": lambda r: _density("p", sigma_mu, sp.Symbol("centre", real=True), mu_s),
-    "drawn_below_dynamic": lambda r: Backing(
-        lambda formula: (
-            formula.relations == ("<<",) and formula.bound({}).sides == (sigma_mu, mu_s - mu_d)
-        ),
-        evidence=r.rare is None,
-    ),
-    "dist_theta": lambda r: _density("psi", sigma_theta, sp.Integer(0), theta),
-    "random_dilation_width": lambda r: follows({sigma_theta: kappa * symbol("Delta_T")}),
-    "timesteps": lambda r: follows({symbol("t_q"): symbol("q") * symbol("tau_th")}),
-    "centre_of_mass": None,
-}
-ENTRIES = entries_of("scaling", derive, LINES)
+    p.entry("drawn_below_dynamic", small({}, sigma_mu, mu_s - mu_d))

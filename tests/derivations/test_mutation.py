@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from derivations.entry import Entry
-from derivations.ledger import entries
+from derivations.ledger import Entry, entries
 from tests.derivations import mutants as mutation
 
 AS_GOOD = {
