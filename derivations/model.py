@@ -28,6 +28,8 @@ FRESH = sp.Symbol("draw", integer=True, nonnegative=True)
 class Model:
     """What the paper's section II assumes; energies and forces in their own units.
 
+    There are few models, and each lives as long as the program: it keeps what it has derived.
+
     Attributes
     ----------
     elastic : Expression
@@ -70,12 +72,14 @@ class Model:
         length = self.natural[0] if to == 1 else self.natural[1]
         return -sp.diff(self.elastic.subs(stretch, to * (far - near) - length), near)
 
+    @cache  # noqa: B019
     def scaled(self, force: Expression) -> Expression:
         """Return a force in m g, with lengths in g tau_dyn**2 and k = m/tau_dyn**2."""
         lengths = {length: g * tau_dyn**2 * length for length in (before, here, after, l0, place)}
         force = force.subs(lengths, simultaneous=True).subs(k, m / tau_dyn**2)
         return sp.expand(force / (m * g))
 
+    @cache  # noqa: B019
     def at(self, slider: str) -> Expression:
         """Return the non-frictional force on the `first`, an `inner` or the `last` slider."""
         above = self.ends[0] if slider == "first" else self.pull(-1, here, before)
@@ -86,6 +90,7 @@ class Model:
         """Return the rate at which a rise of l0 theta changes that force."""
         return sp.diff(self.at(slider), theta) / l0
 
+    @cache  # noqa: B019
     def force(self, slider: Expression) -> Expression:
         """Return the force on a slider in the tensions T_n = x_{n+1} - x_n - (1 + theta) l0."""
         spring = l0 * (1 + theta)
@@ -119,6 +124,7 @@ class Model:
         """Return the largest force that holds a slider of the given static coefficient, in m g."""
         return self.scaled(self.held).subs(mu_s, coefficient)
 
+    @cache  # noqa: B019
     def tension(self, spring: Expression, side: int, direction: Expression) -> Expression:
         """Return the tension of a spring if all sliders on one side of it slide, without inertia.
 

@@ -279,6 +279,7 @@ def _bounds(proof: Proof, own: Expression) -> None:
     proof.entry("integration_step", small({}, symbol("Delta_t"), limit * symbol("tau_dyn")))
 
 
+@cache
 def _later(margin: Expression) -> Expression:
     """Return the later of the times at which a parabola in t vanishes."""
     unit = dict.fromkeys(margin.free_symbols - {t}, 1)
