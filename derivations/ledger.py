@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -52,6 +52,8 @@ class Entry:
         The parts of `printed` and `corrected` that are judged.
     repair : tuple of str
         What must be replaced by what in `formula` (and what appended) to make it follow.
+    law : mapping
+        The functions of the package that say it: ``printed``, ``corrected`` and ``exact``.
     """
 
     name: str
@@ -68,6 +70,7 @@ class Entry:
     formula: str | None
     corrected_formula: str | None
     repair: tuple[str, ...]
+    law: Mapping[str, str]
 
     def decision(self, model: Model = MODEL) -> Decision:
         """Return what decides the entry under a model."""
@@ -182,6 +185,7 @@ def entries() -> tuple[Entry, ...]:
             formula=formula,
             corrected_formula=corrected_formula,
             repair=tuple(said.get("repair", ())),
+            law=said.get("law", {}),
         )
         if chapter not in CHAPTERS or entry.verdict not in VERDICTS:
             raise ValueError(f"{key}: unknown chapter or verdict {entry.verdict}")

@@ -17,7 +17,6 @@ from typer.cli import get_docs_for_click
 from typer.main import get_command
 
 import exactcreep
-from derivations.entry import LEDGER
 from derivations.ledger import CHAPTERS, entries, premises, proof_of, value
 from derivations.model import PREMISES
 from exactcreep.cli import COMMANDS, program
@@ -199,7 +198,7 @@ def laws(_):
     """Return every law: its formula, standing and functions, with a link to the proof."""
     parts = []
     for entry in entries():
-        code = LEDGER[entry.name].get("law", {})
+        code = entry.law
         if code:
             parts += [
                 f"(law-{entry.name})=\n## {entry.name}",

@@ -16,7 +16,6 @@ import pytest
 import sympy as sp
 
 from derivations.chain import NotUnique, RationalChain
-from derivations.entry import LEDGER
 from derivations.ledger import entries
 from derivations.notation import read, symbol
 from exactcreep import laws
@@ -24,7 +23,7 @@ from exactcreep.laws import creep_velocity, pivots, sliding_velocity, threshold_
 from tests.laws.parameters import CONTEXT, SLOPES, F, agree, context, in_context, random_parameters
 
 BY_NAME = {entry.name: entry for entry in entries()}
-CODE = {name: said["law"] for name, said in LEDGER.items() if "law" in said}
+CODE = {entry.name: entry.law for entry in entries() if entry.law}
 """The names in the code of the forms of each law."""
 LAWS = sorted({name for form in CODE.values() for name in form.values() if "(" not in name})
 CORRECTED = {label for label, form in CODE.items() if "corrected" in form}
