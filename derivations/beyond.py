@@ -116,18 +116,13 @@ def _sweeping(p: Proof, model: Model) -> None:
     )
     first, last, tension = model.pair()
     high = -model.friction(1)
-    width = p.show(
+    p.show(
         "N = 2: F_1 and F_2 are within mu_d c for T_1 from -m to m, so l0 theta passes a "
         "play of the width",
         solved(first - high, tension) - solved(last - high, tension),
         2 * slope_margin,
     )
     p.entry("sweeping_process", lines=5)
-    p.show(
-        "which is N m, as for every chain (sliding_limit), and 2 l0 A*: the play of one spring",
-        2 * l0 * thresholds.derive(model).sliding.subs(N, 2),
-        width,
-    )
 
 
 def _level(p: Proof, model: Model) -> None:

@@ -65,12 +65,6 @@ def _solid(p: Proof, model: Model) -> None:
         L / N / unit,
         N * Y / (rho * g * L),
     )
-    p.show(
-        "N - 1 springs of the length L/(N-1) have the same l_0, hence the same threshold",
-        L / (N - 1) / (g * mass / exact),
-        spring,
-    )
-    p.show("... and a velocity that is larger by the factor", stiffness / exact, N / (N - 1))
     edge, slope = pivots.derive(model).sliding_edge, symbol("t")
     middle = solved((edge + edge.subs(i, i - 1)) / 2 - slope, i)
     steps = p.show(

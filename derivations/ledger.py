@@ -163,7 +163,7 @@ def entries() -> tuple[Entry, ...]:
     ledger = tomllib.loads((Path(__file__).parent / "ledger.toml").read_text(encoding="utf-8"))
     place, made = "", []
     for key, said in ledger.items():
-        chapter, name = key.split(".")
+        verdict, chapter, name = re.split(r": |\.", key)
         place = said.get("place", place)  # that of the entry before, unless it is said
         number = said.get("equation")
         printed, formula = _marked(said.get("printed"))
@@ -175,7 +175,7 @@ def entries() -> tuple[Entry, ...]:
             chapter=chapter,
             place=place,
             printed=printed,
-            verdict=said["verdict"],
+            verdict=verdict,
             label=name if number and said.get("label", True) else None,
             number=number,
             corrected=corrected,

@@ -23,39 +23,18 @@ import sympy as sp
 Expression = Any
 """A SymPy expression."""
 
-_POSITIVE = [
-    "l_0",
-    "mu_d",
-    "mu_s",
-    "sigma_mu",
-    "sigma_theta",
-    "A_theta",
-    "m",
-    "g",
-    "k",
-    "M",
-    "L",
-    "Y",
-    "rho",
-    "kappa",
-    "tau_dyn",
-    "tau_th",
-    "c_s",
-    "R",
-    "delta",
-    "D",
-    "P",
-    "Delta_mu",
-    "c",
-]
-_INTEGER = ("N", "n", "i", "j", "p", "q")
+_POSITIVE = (
+    "l_0 mu_d mu_s sigma_mu sigma_theta A_theta m g k M L Y rho kappa tau_dyn tau_th c_s R "
+    "delta D P Delta_mu c"
+)
+_INTEGER = "N n i j p q"
 
 
 def symbol(name: str) -> Expression:
     """Return the symbol of a name, with the assumptions that hold for it throughout."""
-    if name in _INTEGER:
+    if name in _INTEGER.split():
         return sp.Symbol(name, integer=True, positive=True)
-    if name in _POSITIVE:
+    if name in _POSITIVE.split():
         return sp.Symbol(name, positive=True)
     return sp.Symbol(name, real=True)
 

@@ -26,7 +26,7 @@ inner, first, last, slope = sp.symbols("W w_1 w_N weight", positive=True)
 """Thresholds: the sum over the inner sliders, slider 1's, slider N's."""
 eps, gap, speed, a, b, d, k = sp.symbols("eps gap speed a b d k", nonnegative=True)
 more, path, E_end = sp.symbols("more path E_end", nonnegative=True)
-grown, share = sp.symbols("grown share")
+share = sp.Symbol("share")
 tau, rest_state = sp.Function("tau"), sp.Function("T_0")
 
 
@@ -124,17 +124,6 @@ def _melan(p: Proof, model: Model) -> None:
 
 def _ends(p: Proof, model: Model, total: Expression) -> None:
     """Show the largest amplitude of a locked cycle in which only sliders 1 and N slip."""
-    # before it sliders on one side hold what they can, after it those on the other side
-    before_it, after_it = first + inner / 2 - 2 * L + grown, inner / 2 + last
-    p.show(
-        "in a half-cycle every spring changes its length by at least",
-        solved(before_it + after_it - total, grown),
-        2 * L - (first + inner + last - N * s),
-    )
-    p.argued(
-        "above l0 A = N (mu_s c - s)/2 no two neighbours rest together through a half-cycle",
-        "the line above, with the lengths unchanged",
-    )
     held, move = model.threshold(), slip.derive(model).last
     above, below = (sp.diff(model.at("inner"), place) for place in (before, after))
     p.show(
@@ -152,12 +141,11 @@ def _ends(p: Proof, model: Model, total: Expression) -> None:
     )
     high = 2 * held + (N - 4) * held + (held - k * below * move) + (held - drop)
     p.show(
-        "highest forces at the end of a contraction, on 1, 2, 3..N-2, N-1, N: their sum",
+        "highest forces at the end of a contraction, on 1, 2, 3..N-2, N-1, N (the lowest are minus "
+        "these, in reverse): their sum",
         high,
         N * mu_s * c - 2 * L,
     )
-    lowest = (drop - held) + (k * above * move - held) - (N - 4) * held - 2 * held
-    p.show("the lowest sum up to minus that", lowest, -high)
     p.show("they can sum to N s up to L =", solved(high - total, L), N * (mu_s * c - s) / 2)
     p.checked(
         "just at that amplitude the cycle exists and returns, a little above none does",

@@ -12,7 +12,7 @@ from derivations.proof import Proof, chapter
 
 t = sp.Symbol("t", nonnegative=True)
 a0, w, V, D = sp.symbols("a_0 omega V D", positive=True)
-v0, X = sp.Symbol("v_0", nonnegative=True), symbol("X")
+X = symbol("X")
 
 
 @cache
@@ -73,13 +73,6 @@ def derive(p: Proof, model: Model) -> None:
             model.threshold() - count * move,
             (2 * mu_d - mu_s) * c,
         )
-    energy = sp.integrate(2 * (a0 - w**2 * X), (X, 0, X)) + v0**2
-    p.show(
-        "from the velocity v_0 it goes as far as",
-        max(sp.solve(energy, X), key=lambda root: root.subs({v0: 0, a0: 1, w: 1})),
-        (a0 + sp.sqrt(a0**2 + w**2 * v0**2)) / w**2,
-    )
-
     stiffness = -sp.diff(model.at("last"), here)
     driven = p.show(
         "while theta rises, l0 theta' = V, a slipping end slider has the velocity",
