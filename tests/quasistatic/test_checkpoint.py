@@ -214,7 +214,7 @@ def test_the_snapshots_that_once_hurt_the_kernel_are_refused(tmp_path: Path) -> 
     records = records_of(file)
     for name, place, value, sentence in (
         ("whole", (0, 0), 1000, "draws are not its slips"),
-        ("whole", (0, 1), -5, "a draw"),
+        ("whole", (0, 1), -5, "count is out of range"),
         ("counts", (0,), -1, "count is out of range"),
         ("counts", (1,), 2**62, "count is out of range"),
         ("numbers", (0, 2), 50.0, "forces and tensions"),
