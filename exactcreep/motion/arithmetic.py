@@ -1,10 +1,8 @@
 """A number field as a value: float64, mpmath at any number of digits, and balls.
 
-An algorithm written over an `Arithmetic` runs in any of the three. The precision belongs to the
-value: nothing global is set for the caller. Comparisons have three results. Floats and mpmath
-numbers carry their rounding bound beside them (the `slack` of `Arithmetic.sign`), balls inside
-them; what neither decides is reported (floats, mpmath: counted) or raised (balls: `Undecided`),
-never settled by a guessed tolerance.
+An algorithm written over an `Arithmetic` runs in any of the three. Comparisons have three results:
+floats and mpmath numbers carry their rounding bound beside them (the `slack` of `Arithmetic.sign`),
+balls inside them; what neither decides is counted (floats, mpmath) or raised (balls: `Undecided`).
 """
 
 from __future__ import annotations
@@ -25,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from exactcreep.model.chain import Chain
+from exactcreep.model.enclosure import Enclosure, enclosure
 from exactcreep.model.numbers import nearest_float
 
 BITS_PER_DIGIT = math.log2(10)
@@ -38,8 +37,7 @@ class Undecided(ArithmeticError):
 class Arithmetic(ABC):
     """A number field: how to make its numbers, take roots and sines, and compare.
 
-    Vectors are one-dimensional NumPy arrays (float64, or of Python objects); matrices are whatever
-    `product` takes.
+    Vectors are NumPy arrays (float64, or of objects); matrices are whatever `product` takes.
 
     Attributes
     ----------
@@ -143,14 +141,6 @@ class Arithmetic(ABC):
         """Return the ball from `low` to `high` (for floats and mpmath: the middle)."""
         return (low + high) / 2
 
-    def plain(self, value: Any) -> Any:
-        """Return a number or an array of them as plain data, exactly."""
-        return value.copy() if isinstance(value, np.ndarray) else float(value)
-
-    def from_plain(self, value: Any) -> Any:
-        """Return the number or the vector that `plain` described."""
-        return value.copy() if isinstance(value, np.ndarray) else value
-
 
 class Float64(Arithmetic):
     """IEEE double precision, by NumPy."""
@@ -163,6 +153,8 @@ class Float64(Arithmetic):
         return "FLOAT64"
 
     def number(self, value: Any) -> float:
+        if type(value) is float:
+            return value
         return nearest_float(value) if isinstance(value, Fraction) else float(value)
 
     def vector(self, values: Iterable[Any]) -> NDArray[np.float64]:
@@ -207,10 +199,9 @@ FLOAT64 = Float64()
 
 
 class _ObjectArithmetic(Arithmetic):
-    """An arithmetic of Python objects of one type, at any precision."""
+    """An arithmetic of Python objects of one type `kind`, at any precision."""
 
     kind: Any
-    """The type of its numbers."""
 
     def __init__(self, bits: int) -> None:
         self.bits = bits
@@ -228,24 +219,6 @@ class _ObjectArithmetic(Arithmetic):
     @abstractmethod
     def _sin_pi(self, k: int, denominator: int) -> Any:
         """Return the sine of one rational multiple of pi."""
-
-    def plain(self, value: Any) -> Any:
-        if isinstance(value, np.ndarray):
-            return [self.plain(x) for x in value.tolist()]
-        return float(value) if isinstance(value, (int, float)) else self._parts(value)
-
-    def from_plain(self, value: Any) -> Any:
-        if isinstance(value, list):
-            return _objects([self.from_plain(x) for x in value])
-        return value if isinstance(value, float) else self._joined(*value)
-
-    @abstractmethod
-    def _parts(self, value: Any) -> tuple[int, ...]:
-        """Return the integers that describe a number."""
-
-    @abstractmethod
-    def _joined(self, *parts: int) -> Any:
-        """Return the number that `_parts` described."""
 
 
 class Digits(_ObjectArithmetic):
@@ -266,6 +239,8 @@ class Digits(_ObjectArithmetic):
         return digits_of, (self.bits,)
 
     def number(self, value: Any) -> Any:
+        if isinstance(value, Enclosure):
+            value = value.middle
         if isinstance(value, Fraction):
             return self.context.mpf(value.numerator) / value.denominator
         if isinstance(value, np.generic):
@@ -299,40 +274,34 @@ class Digits(_ObjectArithmetic):
     def _sin_pi(self, k: int, denominator: int) -> Any:
         return self.context.sinpi(self.context.mpf(k) / denominator)
 
-    def _parts(self, value: Any) -> tuple[int, ...]:
-        sign, mantissa, exponent, _ = value._mpf_
-        return (-int(mantissa) if sign else int(mantissa), int(exponent))
 
-    def _joined(self, *parts: int) -> Any:
-        return self.context.mpf(parts)
-
-
-def _ball_parts(value: Any) -> tuple[int, ...]:
-    """Return mantissa and exponent of a finite ball's midpoint, and those of its radius."""
-    return tuple(int(part) for part in (*value.mid().man_exp(), *value.rad().man_exp()))
-
-
-def _ball(*parts: int) -> Any:
-    """Return the ball that `_ball_parts` described."""
-    middle, exponent, radius, of_radius = parts
-    if radius == 0:
-        return flint.arb((middle, exponent))
+def ball_of(known: Enclosure) -> Any:
+    """Return the ball with this middle and radius, which are binary fractions, exactly."""
+    middle, radius = map(_binary, known)
+    if radius[0] == 0:
+        return flint.arb(middle)
     # python-flint raises a given radius by one unit of its 30 bits: give it one unit less
-    spare = 30 - radius.bit_length()
-    top, low = radius << spare, of_radius - spare
+    mantissa, exponent = radius
+    spare = 30 - mantissa.bit_length()
+    top, low = mantissa << spare, exponent - spare
     for given in ((top - 1, low), (2 * top - 1, low - 1)):
-        ball = flint.arb((middle, exponent), given)
-        if ball.rad() == flint.arb((radius, of_radius)):
+        ball = flint.arb(middle, given)
+        if ball.rad() == flint.arb(radius):
             return ball
-    return flint.arb((middle, exponent), (radius, of_radius))
+    return flint.arb(middle, radius)
+
+
+def _binary(value: Fraction) -> tuple[int, int]:
+    """Return mantissa, odd or zero, and exponent."""
+    zeros = (value.numerator & -value.numerator).bit_length() - 1 if value else 0
+    return value.numerator >> zeros, zeros + 1 - value.denominator.bit_length()
 
 
 class Balls(_ObjectArithmetic):
     """python-flint's real balls: every number is a proved enclosure.
 
-    python-flint has one working precision for the whole process. Every public call of the package
-    that computes with balls does so inside `active`, which sets it, gives it back as it was, and
-    keeps other threads of the package waiting meanwhile.
+    python-flint has one working precision for the whole process: `active` sets it, gives it back as
+    it was, and keeps other threads of the package waiting meanwhile.
     """
 
     name = "balls"
@@ -345,7 +314,6 @@ class Balls(_ObjectArithmetic):
 
     @contextmanager
     def active(self) -> Iterator[None]:
-        """Return the context in which python-flint works at this precision."""
         with _FLINT:
             before = flint.ctx.prec
             flint.ctx.prec = self.bits
@@ -358,6 +326,8 @@ class Balls(_ObjectArithmetic):
         """Return a ball around `value` (exact for floats and ints)."""
         if isinstance(value, flint.arb):
             return value
+        if isinstance(value, Enclosure):
+            return ball_of(value)
         if isinstance(value, Fraction):
             return flint.arb(flint.fmpq(value.numerator, value.denominator))
         if hasattr(value, "_mpf_"):
@@ -421,9 +391,6 @@ class Balls(_ObjectArithmetic):
     def between(self, low: Any, high: Any) -> Any:
         return self.number(low).union(self.number(high))
 
-    _parts = staticmethod(_ball_parts)
-    _joined = staticmethod(_ball)
-
 
 @lru_cache(maxsize=64)
 def digits_of(bits: int) -> Digits:
@@ -449,4 +416,4 @@ def _digits_number(bits: int, sign: int, mantissa: int, exponent: int, size: int
 
 
 # python-flint's balls have no pickle of their own; results that hold them can be kept and copied
-copyreg.pickle(flint.arb, lambda ball: (_ball, _ball_parts(ball)))
+copyreg.pickle(flint.arb, lambda ball: (ball_of, (enclosure(ball),)))

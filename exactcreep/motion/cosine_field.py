@@ -23,14 +23,8 @@ MOST_BITS = 20_000
 class Quadratic:
     """The number ``a + b cos(alpha)`` of a `CosineField`, exactly.
 
-    Sums, comparisons and multiples by rationals (int, `Fraction`, ``fmpq``) are exact, with
-    other numbers of the field and with rationals; arrays of dtype object can be computed with.
-
-    Parameters
-    ----------
-    field : CosineField
-    a, b : fmpq
-        b = 0 wherever cos(alpha) is rational.
+    Sums, comparisons and multiples by rationals (int, `Fraction`, ``fmpq``) are exact. Of the
+    rationals a and b, which are python-flint's, b = 0 wherever cos(alpha) is rational.
     """
 
     __slots__ = ("a", "b", "field")
@@ -54,10 +48,7 @@ class Quadratic:
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Quadratic:
-        parts = self._parts(other)
-        if parts is None:
-            return NotImplemented
-        return Quadratic(self.field, self.a - parts[0], self.b - parts[1])
+        return NotImplemented if self._parts(other) is None else self + -other
 
     def __rsub__(self, other: Any) -> Any:
         return -self + other
@@ -142,16 +133,8 @@ class Quadratic:
 class CosineField:
     """The field of numbers a + b cos(alpha) for a rational ``tan(alpha)``.
 
-    Parameters
-    ----------
-    tan_alpha : Fraction
-
-    Attributes
-    ----------
-    square : fmpq
-        ``cos(alpha)**2``.
-    cosine : fmpq or None
-        cos(alpha) where it is rational: for Pythagorean slopes such as 3/4 and 5/12.
+    Its `square` is ``cos(alpha)**2``, its `cosine` is cos(alpha) where that is rational (for
+    Pythagorean slopes such as 3/4 and 5/12), else None.
     """
 
     def __init__(self, tan_alpha: Fraction) -> None:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.motion.arithmetic import Undecided
-from exactcreep.motion.modes import Flow, Run, RunMotion
+from exactcreep.motion.modes import Flow, Run
 
 MOST_EVALUATIONS = 20_000
 """Of one search; a motion that needs more is given up, and said to be."""
@@ -40,20 +40,11 @@ class SearchLimit(ArithmeticError):
 class FirstEvent:
     """What happens first, and when.
 
-    Attributes
-    ----------
-    time : number
-        Since the last event. In balls it encloses the only root, and no event comes before it.
-    stops : tuple of int
-        Sliders (from 0) whose velocity reaches zero.
-    starts : tuple of (int, int)
-        Sliders (from 0) that cross their threshold, and the direction in which.
-    shifts : tuple of (slider, displacements, velocities), or None
-        For runs, from their first slider on: where the event finds them, if that is known already.
-    exact : bool
-        Whether the displacements lie in Q(c) and have been taken there.
-    alike : bool
-        Whether time and displacements are the same in all states of a set.
+    ``time`` is since the last event; in balls it encloses the only root, and no event comes before.
+    Sliders count from 0: those of ``stops`` come to rest, those of ``starts`` cross their threshold
+    in the direction beside them. ``shifts``, if known already: the first slider of each run, and
+    the displacements and velocities of its sliders at the event. ``exact``: these lie in Q(c) and
+    have been taken there; ``alike``: all states of a set have the same.
     """
 
     time: Any
@@ -70,15 +61,14 @@ class EventFunction:
 
     ``side`` is 0 for a moving slider (the function is its speed), else the direction in which the
     resting slider would start (the function is what is missing to its threshold). ``terms`` are
-    the movers (of a run, and which) whose velocity, or displacement, times ``sign`` it contains.
-    ``safe``: no root before this time; ``last``: the only root is not after this time (None: not
-    isolated).
+    the movers whose velocity, or displacement, times ``sign`` it contains. ``safe``: no root before
+    this time; ``last``: the only root is not after this time (None: not isolated).
     """
 
     slider: int
     side: int
     sign: int
-    terms: Sequence[tuple[RunMotion, int]]
+    terms: Sequence[tuple[Run, int]]
     value: Any
     slope: Any
     bound: Any
@@ -92,39 +82,35 @@ class EventFunction:
     def __call__(self, t: Any) -> tuple[Any, Any]:
         """Return value and slope at `t`."""
         if self.side == 0:
-            motion, i = self.terms[0]
-            _, v, a = motion.slider(i, t)
+            run, i = self.terms[0]
+            _, v, a = run.slider(i, t)
             return self.sign * v, self.sign * a
         value, slope = self.value, 0
-        for motion, i in self.terms:
-            u, v, _ = motion.slider(i, t)
+        for run, i in self.terms:
+            u, v, _ = run.slider(i, t)
             value = value + self.sign * u
             slope = slope + self.sign * v
         return value, slope
 
 
 class Search:
-    """The search for the first event of a flow.
+    """The search for the first event of a flow and its runs.
 
     Parameters
     ----------
-    flow : Flow
-    runs : sequence of Run
-        Its runs.
     thresholds : ndarray, shape (n,)
         ``mu_s cos(alpha)`` as it acts.
     excess : mapping of int to number
-        For the sliders that have just started by crossing their threshold: threshold minus
-        dynamical friction, their acceleration, without the rounding of the forces.
+        Threshold minus dynamical friction of the sliders that have just crossed their threshold:
+        their acceleration, without the rounding of the forces.
     touching : set of (slider, side)
         Resting sliders that are known to be exactly at threshold.
     assume : bool
-        Whether what balls cannot decide is settled by the rules and counted (as it always is for
-        floats and mpmath); otherwise `Undecided` is raised.
+        Whether balls, too, settle what they cannot decide by the rules, and count it.
     half : bool
         Whether the lower half of the chain mirrors the upper one, and need not be watched.
     limits : Limits
-        Whose time ends the search, with `OutOfTime`.
+        Whose time ends the search.
     """
 
     def __init__(
@@ -153,16 +139,10 @@ class Search:
         self.functions = [function for function in every if function.slider < last]
 
     def first(self, horizon: Any = None) -> list[EventFunction]:
-        """Return the candidates that act first; several if they act together.
+        """Return the functions that act first, which enclose the time; several: together.
 
-        Their ``safe`` and ``last`` enclose the time. Empty if nothing ever happens, or
-        nothing before `horizon`.
-
-        Raises
-        ------
-        Undecided
-            In balls, if the order of two events or a graze is not decided.
-        SearchLimit
+        Empty if nothing ever happens, or nothing before `horizon`. Raises `SearchLimit` and, in
+        balls, `Undecided` if the order of two events or a graze is not decided.
         """
         for function in self.functions:
             self._begin(function)
@@ -224,32 +204,29 @@ class Search:
     def _stops(self, runs: Sequence[Run]) -> list[EventFunction]:
         flow, out = self.flow, []
         for run in runs:
-            motion = run.motion
+            slack = flow.velocity_slack + self._rounding(run)
             for i, n in enumerate(run.sliders):
                 sign = int(flow.signs[n])
-                bound = self.arithmetic.upper(motion.bound(i, 2))
-                speed, slope = sign * flow.velocities[n], sign * motion.accelerations[i]
-                slack = flow.velocity_slack
-                if self.arithmetic.roundoff:
-                    slack = slack + self._rounding(motion)
-                out.append(EventFunction(n, 0, sign, [(motion, i)], speed, slope, bound, slack))
+                bound = self.arithmetic.upper(run.bound(i, 2))
+                speed, slope = sign * flow.velocities[n], sign * run.accelerations[i]
+                out.append(EventFunction(n, 0, sign, [(run, i)], speed, slope, bound, slack))
         return out
 
     def _starts(self, runs: Sequence[Run]) -> list[EventFunction]:
         flow, out = self.flow, []
-        neighbours: dict[int, list[tuple[RunMotion, int]]] = {}
+        neighbours: dict[int, list[tuple[Run, int]]] = {}
         for run in runs:
-            for n, i in ((run.first - 1, 0), (run.first + run.motion.p, run.motion.p - 1)):
+            for n, i in ((run.first - 1, 0), (run.first + run.p, run.p - 1)):
                 if 0 <= n < len(flow.forces):
-                    neighbours.setdefault(n, []).append((run.motion, i))
+                    neighbours.setdefault(n, []).append((run, i))
         for n, terms in neighbours.items():
-            bound = self.arithmetic.upper(sum(motion.bound(i, 1) for motion, i in terms))
-            rate = sum(motion.velocities[i] for motion, i in terms)
+            bound = self.arithmetic.upper(sum(run.bound(i, 1) for run, i in terms))
+            rate = sum(run.velocities[i] for run, i in terms)
             slack = flow.force_slack
             if self.arithmetic.roundoff:
                 size = abs(flow.forces[n]) + self.thresholds[n]
                 slack = slack + 4 * self.arithmetic.roundoff * size
-                slack = slack + sum(4 * self._rounding(motion) for motion, _ in terms)
+                slack = slack + sum(4 * self._rounding(run) for run, _ in terms)
             for side in (1, -1):
                 room = self.thresholds[n] - side * flow.forces[n]
                 if (n, side) in self.touching:
@@ -257,9 +234,11 @@ class Search:
                 out.append(EventFunction(n, side, -side, terms, room, -side * rate, bound, slack))
         return out
 
-    def _rounding(self, motion: RunMotion) -> Any:
+    def _rounding(self, run: Run) -> Any:
         """Return a bound of the rounding of a speed that is evaluated within a period or so."""
-        return self.arithmetic.roundoff * (motion.p + 16) * self.arithmetic.sqrt(motion.energy)
+        if not self.arithmetic.roundoff:
+            return 0
+        return self.arithmetic.roundoff * (run.p + 16) * self.arithmetic.sqrt(run.energy)
 
     # -- one candidate -------------------------------------------------------------------------
 
@@ -290,7 +269,7 @@ class Search:
             if sign > 0:
                 # g(t) >= d_k t^k / k! - B_(k+1) t^(k+1) / (k+1)!
                 order = k + 1 if function.side == 0 else k
-                total = sum(motion.bound(i, order) for motion, i in function.terms)
+                total = sum(run.bound(i, order) for run, i in function.terms)
                 bound = self.arithmetic.upper(total)
                 inert = bool(bound == 0)
                 function.safe = (
@@ -307,12 +286,12 @@ class Search:
     def _derivatives(self, function: EventFunction) -> list[Any]:
         """Return derivatives 1 .. ORDERS of the candidate's function at time 0."""
         out: list[Any] = [self.arithmetic.number(0)] * ORDERS
-        for motion, i in function.terms:
+        for run, i in function.terms:
             # v, a, -K v, -K a, K^2 v, ... are the derivatives of v from the 0th on
-            even, odd = motion.velocities, motion.accelerations
+            even, odd = run.velocities.tolist(), run.accelerations.tolist()
             series = [even[i], odd[i]]
             while len(series) < ORDERS + 1:
-                even, odd = -_stiffened(motion, even), -_stiffened(motion, odd)
+                even, odd = run.bent(even), run.bent(odd)
                 series += [even[i], odd[i]]
             if function.side == 0 and function.slider in self.excess:
                 series[1] = function.sign * self.excess[function.slider]
@@ -373,11 +352,7 @@ class Search:
 
 
 def root_time(search: Search, function: EventFunction) -> Any:
-    """Return the time of an isolated root, as well as this arithmetic can.
-
-    Guarantee: in balls, an enclosure of the only root between the candidate's ``safe`` and
-    ``last``.
-    """
+    """Return the time of an isolated root; in balls, an enclosure."""
     while search.refine(function):
         pass
     arithmetic = search.arithmetic
@@ -404,12 +379,8 @@ def lone_event(
 
     With x the way from here, ``v^2 + 2 a x - w^2 x^2`` is its squared speed: it stops after
     ``(a + sqrt(a^2 + w^2 v^2)) / w^2``, or starts the neighbour with the smaller room before.
-    `sign` is that of a number that is off by a slack at most, as `Arithmetic.sign`.
-
-    Raises
-    ------
-    Undecided
-        In balls, if the order of stop and starts is not decided.
+    `sign` is that of a number that is off by a slack at most, and raises `Undecided`, as
+    `Arithmetic.sign`.
     """
     arithmetic = flow.arithmetic
     direction = int(flow.signs[n])
@@ -453,15 +424,3 @@ def _phase(flow: Flow, speed: Any, pull: Any, w2: int) -> Any:
     """Return the phase of a lone slider's oscillation: 0 at rest behind, pi at rest ahead."""
     frequency = flow.arithmetic.sqrt(flow.arithmetic.number(w2))
     return flow.arithmetic.arctangent(speed * frequency, pull)
-
-
-def _stiffened(motion: RunMotion, x: NDArray[Any]) -> NDArray[Any]:
-    """Return K x."""
-    out = 2 * x
-    if motion.ends.left_free:
-        out[0] = out[0] - x[0]
-    if motion.ends.right_free:
-        out[-1] = out[-1] - x[-1]
-    out[1:] = out[1:] - x[:-1]
-    out[:-1] = out[:-1] - x[1:]
-    return out

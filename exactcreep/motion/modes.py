@@ -56,8 +56,7 @@ class Modes:
 def modes(arithmetic: Arithmetic, p: int, ends: Ends) -> Modes:
     """Return the modes of a run of length `p`, from their closed forms.
 
-    Guarantee: in float64 every entry is within a few ulp for any p (angles are reduced exactly
-    as rational multiples of pi); in balls it is enclosed.
+    Guarantee: in float64 every entry is within a few ulp for any p; in balls it is enclosed.
     """
     n = np.arange(1, p + 1, dtype=np.int64)[:, None]
     q = np.arange(1, p + 1, dtype=np.int64)[None, :]
@@ -83,15 +82,10 @@ def modes(arithmetic: Arithmetic, p: int, ends: Ends) -> Modes:
     return Modes(frequencies, vectors, forward, arithmetic.matrix(vectors))
 
 
-class RunMotion:
-    """The motion of one run from given velocities and accelerations.
+class Run:
+    """The motion of one run from velocities and accelerations at time 0, each of shape (p,).
 
-    Parameters
-    ----------
-    arithmetic : Arithmetic
-    ends : Ends
-    velocities, accelerations : ndarray, shape (p,)
-        At time 0.
+    `first` is the first of its `sliders`, counted from 0.
     """
 
     def __init__(
@@ -100,15 +94,16 @@ class RunMotion:
         ends: Ends,
         velocities: NDArray[Any],
         accelerations: NDArray[Any],
+        first: int = 0,
     ) -> None:
-        self.arithmetic = arithmetic
-        self.ends = ends
+        self.arithmetic, self.ends, self.first = arithmetic, ends, first
+        self.velocities, self.accelerations = velocities, accelerations
         self.p = len(velocities)
-        self.velocities = velocities
-        self.accelerations = accelerations
+        self.sliders = range(first, first + self.p)
 
     def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
-        return RunMotion, (self.arithmetic, self.ends, self.velocities, self.accelerations)
+        parts = self.arithmetic, self.ends, self.velocities, self.accelerations, self.first
+        return Run, parts
 
     @cached_property
     def modes(self) -> Modes:
@@ -116,22 +111,17 @@ class RunMotion:
         return modes(self.arithmetic, self.p, self.ends)
 
     @cached_property
-    def modal_velocities(self) -> NDArray[Any]:
-        """Velocities at time 0, by mode."""
-        return self.arithmetic.product(self.modes.forward, self.velocities)
-
-    @cached_property
-    def modal_accelerations(self) -> NDArray[Any]:
-        """Accelerations at time 0, by mode."""
-        return self.arithmetic.product(self.modes.forward, self.accelerations)
+    def modal(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
+        """Frequencies, and velocities and accelerations at time 0, by mode."""
+        product, forward = self.arithmetic.product, self.modes.forward
+        v, a = product(forward, self.velocities), product(forward, self.accelerations)
+        return self.modes.frequencies, v, a
 
     @cached_property
     def swinging(self) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-        """Frequencies, velocities and accelerations of the modes, without one of frequency zero."""
-        first = int(self.ends.left_free and self.ends.right_free)
-        modal = (self.modes.frequencies, self.modal_velocities, self.modal_accelerations)
-        w, v, a = (numbers[first:] for numbers in modal)
-        return w, v, a
+        """The same without a mode of frequency zero."""
+        w, v, a = self.modal
+        return (w[1:], v[1:], a[1:]) if self.ends == (True, True) else (w, v, a)
 
     @cached_property
     def energy(self) -> Any:
@@ -143,8 +133,7 @@ class RunMotion:
     def largest_swing(self) -> Any:
         """Return the most that any slider's velocity ever differs from the mean (both ends free).
 
-        The sum over the modes of their amplitudes at the slider where it is largest; approached
-        at some time unless frequencies are commensurate.
+        It is the sum over the modes of their amplitudes, at the slider where that is largest.
         """
         arithmetic = self.arithmetic
         if self.p == 1:
@@ -157,33 +146,27 @@ class RunMotion:
         sums = arithmetic.product(shapes, amplitudes).tolist()
         return max(arithmetic.upper(x) for x in sums)
 
-    def _modal(self, t: Any) -> list[NDArray[Any]]:
-        """Return displacements, and gains of velocities and accelerations at `t`, by mode."""
+    def _modal(self, t: Any, rows: int = 3) -> list[NDArray[Any]]:
+        """Return, by mode, the first `rows` of displacements, gains of velocities and of pulls."""
         w, v, a = self.swinging
         if isinstance(t, np.ndarray):
             w, v, a = w[:, None], v[:, None], a[:, None]
         sin, cos = self.arithmetic.sin_cos(w * (t / 2))
         stretched = sin / w
-        found = [
-            2 * stretched * (a * stretched + v * cos),
-            2 * sin * (a * cos / w - v * sin),
-            -2 * sin * (a * sin + w * v * cos),
-        ]
+        out = [2 * stretched * (a * stretched + v * cos), 2 * sin * (a * cos / w - v * sin)]
+        if rows == 3:
+            out.append(-2 * sin * (a * sin + w * v * cos))
         if len(w) < self.p:  # and the mean motion, uniformly accelerated
-            speed, pull = self.modal_velocities[0], self.modal_accelerations[0]
+            speed, pull = self.modal[1][0], self.modal[2][0]
             means = ((speed + pull * (t / 2)) * t, pull * t, self.arithmetic.number(0))
-            pairs = zip(means, found, strict=True)
-            found = [
+            out = [
                 np.concatenate([np.full((1, *swing.shape[1:]), mean, v.dtype), swing])
-                for mean, swing in pairs
+                for mean, swing in zip(means, out, strict=False)
             ]
-        return found
+        return out
 
     def at(self, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return displacements since time 0, velocities and accelerations, shape (3, p, times).
-
-        In float64 alone.
-        """
+        """Return displacements, velocities and accelerations, shape (3, p, times); in float64."""
         begin = np.stack([np.zeros(self.p), self.velocities, self.accelerations])[:, :, None]
         changes: NDArray[np.float64] = self.modes.vectors @ np.stack(self._modal(times))
         return begin + changes
@@ -191,14 +174,13 @@ class RunMotion:
     def moved(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return displacements since time 0 and velocities at `t`, each of shape (p,).
 
-        Guarantee: in float64 the error is a few ulp of the largest entry of the run (of the
-        largest *change*, for short times); in balls it is enclosed.
+        Guarantee: in float64 the error is a few ulp of the largest change; in balls it is enclosed.
         """
         if self.arithmetic.encloses:
             return self._moved_balls(t)
-        modal, back = self._modal(t)[:2], self.modes.backward
-        ways, gains = (self.arithmetic.product(back, x) for x in modal)
-        return ways, self.velocities + gains
+        product, back = self.arithmetic.product, self.modes.backward
+        ways, gains = self._modal(t, 2)
+        return product(back, ways), self.velocities + product(back, gains)
 
     def _moved_balls(self, t: Any) -> tuple[NDArray[Any], NDArray[Any]]:
         """Return what `moved` does, in balls: lists and products of two columns cost least."""
@@ -224,6 +206,17 @@ class RunMotion:
         way, gain, turn = (self.arithmetic.dot(self.modes.vectors[n], x) for x in self._modal(t))
         return way, self.velocities[n] + gain, self.accelerations[n] + turn
 
+    def bent(self, x: list[Any]) -> list[Any]:
+        """Return -K x."""
+        own = [-2] * self.p
+        own[0] += self.ends.left_free
+        own[-1] += self.ends.right_free
+        out = [k * y for k, y in zip(own, x, strict=True)]
+        for i in range(self.p - 1):
+            out[i] += x[i + 1]
+            out[i + 1] += x[i]
+        return out
+
     def bound(self, n: int, k: int) -> Any:
         """Return ``sqrt((K^k)_nn 2J)``, which bounds ``|v_n^(k)|`` for ever (free-free: k >= 2)."""
         power = _diagonal_of_power(self.p, self.ends, n, k)
@@ -242,25 +235,11 @@ def _diagonal_of_power(p: int, ends: Ends, n: int, k: int) -> int:
     return int(np.linalg.matrix_power(matrix, k)[n - low, n - low])
 
 
-@dataclass(frozen=True, eq=False)
-class Run:
-    """A run in the chain: sliders ``first`` .. ``first + p - 1`` (counted from 0)."""
-
-    first: int
-    motion: RunMotion
-
-    @property
-    def sliders(self) -> range:
-        """Its sliders, counted from 0."""
-        return range(self.first, self.first + self.motion.p)
-
-
 @dataclass(eq=False)
 class ModalPiece:
     """The motion between two events, in closed form (a `Piece` of a `Solution`).
 
-    Of the displacements since the start of the rearrangement, at which the chain was `initial`,
-    those of the sliders from `first` on are stored, as far as any has moved.
+    Displacements since the chain was `initial` are stored from slider `first` on.
     """
 
     arithmetic: Arithmetic
@@ -272,18 +251,14 @@ class ModalPiece:
     runs: Sequence[Run]
 
     def __call__(self, t: Any) -> Motion:
-        """Return positions, velocities and forces at `t`, each of shape (n,).
-
-        Guarantee: in float64, a few ulp of the largest displacement since the last event, on top of
-        the error of the event times; in balls, an enclosure.
-        """
+        """Return positions, velocities and forces at `t`, each of shape (n,)."""
         with self.arithmetic.active():
             velocities = self.initial.velocities.copy()
             moved = self.arithmetic.zeros(len(velocities))
             moved[self.first : self.first + len(self.moved)] = self.moved
             for run in self.runs:
-                part = slice(run.first, run.first + run.motion.p)
-                displacements, velocities[part] = run.motion.moved(t - self.t_min)
+                part = slice(run.first, run.first + run.p)
+                displacements, velocities[part] = run.moved(t - self.t_min)
                 moved[part] = moved[part] + displacements
             change = self.arithmetic.zeros(len(moved))
             change[1:] = moved[:-1] - moved[1:]
@@ -304,7 +279,7 @@ class Flow:
     force_slack : number
         How far rounding may have taken the forces at the start.
     bounded : bool
-        Whether the slacks are kept up as time passes.
+        Whether both slacks are kept up as time passes.
 
     Attributes
     ----------
@@ -352,32 +327,32 @@ class Flow:
 
     def runs(self) -> list[Run]:
         """Return the motion of every run from this instant on."""
-        found: list[tuple[int, int]] = []  # the first slider of each, and the one after its last
-        for n in self.signs.nonzero()[0].tolist():
-            if found and found[-1][1] == n:
-                found[-1] = (found[-1][0], n + 1)
-            else:
-                found.append((n, n + 1))
-        out = []
-        for first, after in found:
+        out, n = [], len(self.forces)
+        moving = self.signs.nonzero()[0].tolist()
+        for place, first in enumerate(moving):
+            if place and moving[place - 1] == first - 1:
+                continue
+            after = first + 1
+            while after < n and self.signs[after]:
+                after += 1
             accelerations = self.forces[first:after] - self.friction * self.signs[first:after]
-            ends = Ends(first == 0, after == len(self.forces))
             velocities = self.velocities[first:after].copy()
-            out.append(Run(first, RunMotion(self.arithmetic, ends, velocities, accelerations)))
+            ends = Ends(first == 0, after == n)
+            out.append(Run(self.arithmetic, ends, velocities, accelerations, first))
         return out
 
     def advance(self, runs: Sequence[Run], t: Any) -> None:
         """Let time `t` pass."""
         roundoff = self.roundoff
         for run in runs:
-            displacements, velocities = run.motion.moved(t)
+            displacements, velocities = run.moved(t)
             self.shift(run.first, displacements)
-            self.velocities[run.first : run.first + run.motion.p] = velocities
+            self.velocities[run.first : run.first + run.p] = velocities
             if roundoff:
                 # sums of p terms whose angles w t / 2 are rounded, w <= 2; the sum of the terms'
                 # sizes is at most the norm of the modal amplitudes
-                speed = self.arithmetic.sqrt(run.motion.energy) + max(abs(velocities))
-                rounding = roundoff * (run.motion.p + 16 + 2 * t)
+                speed = self.arithmetic.sqrt(run.energy) + max(abs(velocities))
+                rounding = roundoff * (run.p + 16 + 2 * t)
                 self.velocity_slack = self.velocity_slack + rounding * speed
                 self.force_slack = self.force_slack + 4 * rounding * speed * min(t, 2)
 

@@ -1,7 +1,6 @@
 """A rearrangement from its events: the motion that they describe, phase by phase.
 
-Between two instants at which something happens the runs move in closed form. What has to be known
-of that motion is asked of its phases as they pass::
+Between two instants at which something happens the runs move in closed form::
 
     replay = Replay(chain, initial, events)
     for phase in replay:
@@ -9,9 +8,7 @@ of that motion is asked of its phases as they pass::
         phase.arrive()
         ...  # replay.flow is the chain at its end, phase.time, before anything happens
         for event in phase.events:
-            ...  # just before the event
             phase.happen(event)
-            ...  # and just after it
     end = replay.state()
 
 What is left out of this is done when the next phase is asked for.
@@ -30,7 +27,7 @@ from exactcreep.model.contacts import Contacts, Event, EventKind
 from exactcreep.model.enclosure import same
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
-from exactcreep.motion.modes import Flow, ModalPiece, Run, forces_of
+from exactcreep.motion.modes import Flow, ModalPiece, forces_of
 from exactcreep.motion.solution import Motion, Solution
 
 
@@ -68,7 +65,7 @@ class Replay:
     initial : State
         At rest, at theta_c.
     events : iterable of Event
-        In order; their residuals are not used. They may be made while the replay goes on.
+        In order; they may be made while the replay goes on.
     arithmetic : Arithmetic
         Iteration and all methods are to be used inside its `active`.
     contacts : Contacts, optional
@@ -82,8 +79,10 @@ class Replay:
         The present time since the start, unit tau_dyn.
     start : Motion
         At the beginning.
-    draws : dict of int to int
-        How many coefficients each slider (from 0) that has stopped has had.
+    moves : bool
+        Whether anything has moved yet.
+    just_stopped : set of int
+        Sliders (from 0) that have stopped at the present instant.
 
     Guarantee: between events the motion is the closed form for the given event times, in float64
     to a few ulp of the largest displacement since; in balls an enclosure.
@@ -97,9 +96,7 @@ class Replay:
         arithmetic: Arithmetic = FLOAT64,
         contacts: Contacts | None = None,
     ) -> None:
-        self.chain = chain
-        self.initial = initial
-        self.events = events
+        self.chain, self.initial, self.events = chain, initial, events
         self.arithmetic = arithmetic
         self.contacts = Contacts(chain) if contacts is None else contacts
         self.weight = arithmetic.times_cosine(chain, chain.tan_alpha)
@@ -108,37 +105,30 @@ class Replay:
         friction = arithmetic.times_cosine(chain, chain.mu_d)
         self.flow = Flow(arithmetic, forces, friction, bounded=False)
         places = arithmetic.vector(initial.displacements)
-        self.start = Motion(places, arithmetic.zeros(chain.n), self.flow.forces.copy())
+        self.start = Motion(places, arithmetic.zeros(chain.n), forces)
         self.now: Any = arithmetic.number(0)
-        self.draws: dict[int, int] = {}
-        self.moves = False  # whether anything has moved yet
+        self.moves = False
         self.just_stopped: set[int] = set()
-        self._thresholds: dict[int, Any] = {}
+        self._draws: dict[int, int] = {}  # coefficients so far of each slider that has stopped
         self._path: Any = arithmetic.number(0)  # travelled by all sliders together
         self._lost: Any = arithmetic.number(0)
 
     def __iter__(self) -> Iterator[Phase]:
         """Yield the phases in order; the first ends at once, with the first events."""
         for events in _instants(self.events):
-            phase = Phase(self, events, self.flow.runs())
+            phase = Phase(self, events)
             yield phase
             phase.finish()
 
-    # -- the contacts at present ---------------------------------------------------------------
-
     def coefficient(self, n: int) -> Any:
         """Return the present static coefficient of slider `n` (from 0), as drawn."""
-        if n not in self.draws:
+        if n not in self._draws:
             return self.initial.coefficients[n]
-        return self.contacts.coefficient(n + 1, self.draws[n] - 1)
+        return self.contacts.coefficient(n + 1, self._draws[n] - 1)
 
     def threshold(self, n: int) -> Any:
         """Return the force that holds slider `n` (from 0) at rest at present."""
-        if n not in self._thresholds:
-            self._thresholds[n] = self.contacts.holds(self.coefficient(n), self.arithmetic)
-        return self._thresholds[n]
-
-    # -- what is asked of the motion at present ------------------------------------------------
+        return self.contacts.holds(self.coefficient(n), self.arithmetic)
 
     def residual(self, event: Event) -> Any:
         """Return how far the condition of an event, which is about to happen, is from holding.
@@ -172,7 +162,7 @@ class Replay:
         """Return the chain as it is at present; in motion, without its velocities."""
         initial, moved = self.initial, self.flow.moved
         coefficients, draws = initial.coefficients.copy(), initial.draws.copy()
-        for n, count in self.draws.items():
+        for n, count in self._draws.items():
             draws[n], coefficients[n] = count, float(self.coefficient(n))
         tensions, places = self.tensions + np.diff(moved), self.start.positions + moved
         return State(tensions, places, coefficients, draws, initial.theta)
@@ -201,21 +191,18 @@ class Phase:
         At its end, in order: a stop comes before the starts of the same instant.
     runs : list of Run
         What moves.
-    time : number
-        When it ends.
-    span : number
-        How long it lasts; a consumer may set another one before it passes.
+    time, span : number
+        When it ends, and how long it lasts.
+    lasts : bool
+        Whether it takes any time.
     """
 
-    def __init__(self, replay: Replay, events: Sequence[Event], runs: list[Run]) -> None:
-        self.replay = replay
-        self.events = tuple(events)
-        self.runs = runs
+    def __init__(self, replay: Replay, events: Sequence[Event]) -> None:
+        self.replay, self.events, self.runs = replay, tuple(events), replay.flow.runs()
         self.time = replay.arithmetic.number(events[0].time)
         self.lasts = not same(self.time, replay.now)
         self.span = self.time - replay.now if self.lasts else replay.arithmetic.number(0)
-        self._arrived = False
-        self._happened = 0
+        self._arrived, self._happened = False, 0
 
     def piece(self) -> ModalPiece:
         """Return the motion as a function of time, before the phase has passed."""
@@ -229,16 +216,13 @@ class Phase:
         self._arrived = True
         replay, flow = self.replay, self.replay.flow
         replay.now = self.time
-        if not self.lasts:
-            return
-        before = flow.moved.copy()
-        flow.advance(self.runs, self.span)
-        if self.runs:
-            part = slice(self.runs[0].first, self.runs[-1].sliders.stop)
-            travelled = (flow.moved[part] - before[part]) * flow.signs[part]
-            replay._path = replay._path + travelled.sum()
-        replay.moves = replay.moves or bool(self.runs)
-        replay.just_stopped = set()
+        if self.lasts:
+            before = flow.moved.copy()
+            flow.advance(self.runs, self.span)
+            if self.runs:
+                replay._path = replay._path + ((flow.moved - before) * flow.signs).sum()
+                replay.moves = True
+            replay.just_stopped = set()
 
     def happen(self, event: Event, only: Iterable[int] | None = None) -> None:
         """Let the next event happen: to all its sliders, or to those (from 0) in `only`."""
@@ -247,12 +231,11 @@ class Phase:
         signs = {n - 1: sign for n, sign in zip(event.sliders, event.signs, strict=True)}
         numbers = list(signs if only is None else only)
         if event.kind is EventKind.START:
-            flow.start(numbers, [int(signs[n]) for n in numbers])
+            flow.start(numbers, [signs[n] for n in numbers])
             return
         for n in numbers:
             replay._lost = replay._lost + flow.velocities[n] * flow.velocities[n] / 2
-            replay.draws[n] = replay.draws.get(n, int(replay.initial.draws[n])) + 1
-            replay._thresholds.pop(n, None)
+            replay._draws[n] = replay._draws.get(n, int(replay.initial.draws[n])) + 1
         flow.stop(numbers)
         replay.just_stopped.update(numbers)
 

@@ -60,21 +60,9 @@ def never_rests(
 ) -> bool:
     """Return whether it is proved that the chain in motion never comes to rest.
 
-    Parameters
-    ----------
-    arithmetic : Arithmetic
-        The call is made inside its ``active()``.
-    chain : Chain
-    tensions : ndarray, shape (n - 1,)
-    velocities : ndarray, shape (n,)
-    signs : ndarray, shape (n,)
-        Directions of motion, 0 at rest.
-    largest : Fraction
-        The largest static coefficient that acts at present.
-    slack : number
-        How far tensions and velocities may be off (0 in balls).
-
-    Guarantee: in balls a proof; otherwise one for every state within `slack` of the given one.
+    `tensions`, shape (n - 1,), and `velocities`, shape (n,), may be off by `slack` (0 in balls);
+    `signs` are directions of motion, 0 at rest; `largest` is the largest static coefficient that
+    acts at present. It is proved of every state within the slack.
     """
     n = chain.n
     tangent = abs(chain.tan_alpha)
@@ -128,15 +116,7 @@ def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
     so does a vbar beyond what the amplitudes of all modes add up to at any slider, which proves
     it earlier and takes longer.
 
-    Parameters
-    ----------
-    flow : Flow
-        All sliders move.
-    run : Run
-        Its only run.
-    chain : Chain
-    cosine : number
-        cos(alpha).
+    All sliders of `flow` move, in its only `run`; `cosine` is cos(alpha).
     """
     sign, n = int(flow.signs[0]), chain.n
     gain = sign * chain.tan_alpha - chain.mu_d
@@ -144,7 +124,7 @@ def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
         return None
     arithmetic = flow.arithmetic
     mean = sign * sum(flow.velocities) / n
-    needed = arithmetic.sqrt(run.motion.energy * arithmetic.number(Fraction(n - 1, n)))
+    needed = arithmetic.sqrt(run.energy * arithmetic.number(Fraction(n - 1, n)))
     slack = flow.velocity_slack
     zero = arithmetic.number(0)
     if mean - needed > slack or (gain > 0 and bool(mean == 0) and bool(needed == 0)):
@@ -153,7 +133,7 @@ def escape_time(flow: Flow, run: Run, chain: Chain, cosine: Any) -> Any:
     lacking = needed - mean + 2 * slack
     if gain > 0 and arithmetic.upper(lacking) < LONG_ESCAPE * rate:
         return arithmetic.upper(lacking / rate)
-    swing = run.motion.largest_swing()
+    swing = run.largest_swing()
     slack = slack + arithmetic.roundoff * (n + 16) * (swing + abs(mean))
     lacking = swing - mean + 2 * slack
     if lacking < 0:

@@ -46,9 +46,8 @@ def first_event_of_set(
 
     Parameters
     ----------
-    springs : ndarray of int, shape (n,)
-        How many springs each slider has.
-    signs : ndarray of int, shape (n,)
+    springs, signs : ndarray of int, shape (n,)
+        How many springs each slider has, and in which direction it moves.
     fresh : ndarray of bool, shape (n,)
         Which moving sliders have just started: their velocity is zero, exactly.
     numbers : ndarray, shape (3, n)
@@ -197,35 +196,26 @@ def enclosed_event(
 ) -> tuple[Any, list[tuple[int, list[Any], list[Any]]]] | None:
     """Return the time of an event, and first slider, displacements, velocities of every run then.
 
-    Derivatives v^(k) have a norm of at most ``2^k (|v| + |a| / 2)`` with the v and a of the same
-    time, and at a time d away these two are at most ``|v| + d |a|`` and ``|a| + 2 |v|``, of the v
-    and a here. That bounds what is left out of the Taylor series.
+    In balls; None if the slope is not separated from zero. Derivatives v^(k) have a norm of at most
+    ``2^k (|v| + |a| / 2)`` with the v and a of the same time, and at a time d away these two are at
+    most ``|v| + d |a|`` and ``|a| + 2 |v|``, of the v and a here. That bounds what is left out of
+    the Taylor series.
 
     Parameters
     ----------
     runs : sequence of Run
-        In balls; the call is made inside their arithmetic's `active`.
     acting : tuple of (int, int)
         Who acts: the slider (from 0), and 0 for a stop or the direction in which it starts.
     room : ball
-        What a slider that starts lacks to its threshold at the beginning.
+        What a slider that starts lacks to its threshold at first.
     time, radius : float
-        The event's function has exactly one root between ``time - radius`` and ``time + radius``.
-
-    Returns
-    -------
-    tuple or None
-        In balls; None if the slope is not separated from zero.
-
-    Raises
-    ------
-    AssertionError
-        If there is no root between these times.
+        The event's function has exactly one root between ``time - radius`` and ``time + radius``;
+        if there is none, this is an `AssertionError`.
     """
     if not radius < NEAREST:
         return None
     slider, side = acting
-    bits = runs[0].motion.arithmetic.bits
+    bits = runs[0].arithmetic.bits
     order = math.ceil(bits / -math.log2(2 * radius)) + 1
     at = flint.arb(time)
     series = [(run, _derivatives(run, at, order)) for run in runs]
@@ -234,9 +224,7 @@ def enclosed_event(
     # beyond v^(order): in displacements and velocities, and in accelerations
     bound = flint.arb(4 * (1 + size)) * (2 * flint.arb(radius)) ** order
     rest = flint.arb(0, bound / math.factorial(order))
-    function = [flint.arb(0)] * (order + 1)
-    if side:
-        function[0] = room
+    function = [room if side else flint.arb(0)] + [flint.arb(0)] * order
     for run, rows in series:
         if side == 0 and slider in run.sliders:
             function = [row[slider - run.first] for row in rows[1:]]
@@ -261,7 +249,7 @@ def enclosed_event(
     across = flint.arb_mat(1, order + 1, powers)
     found = []
     for run, rows in series:
-        p = run.motion.p
+        p = run.p
         both = flint.arb_mat([now + after for now, after in pairwise(rows)])
         moved = [x + rest for x in (across * both).entries()]
         found.append((run.first, moved[:p], moved[p:]))
@@ -285,22 +273,9 @@ def _newton(poly: Any, rate: Any, bits: int, radius: float) -> Any:
 
 def _derivatives(run: Run, at: Any, order: int) -> list[list[Any]]:
     """Return displacements at a time, velocities, and their derivatives up to that order."""
-    motion = run.motion
-    own = [-2] * motion.p
-    own[0] += motion.ends.left_free
-    own[-1] += motion.ends.right_free
-    moved, speeds = (x.tolist() for x in motion.moved(at))
-    pulls = motion.accelerations.tolist()
-    rows = [moved, speeds, [f + b for f, b in zip(pulls, _bent(own, moved), strict=True)]]
+    moved, speeds = (x.tolist() for x in run.moved(at))
+    pulls = zip(run.accelerations.tolist(), run.bent(moved), strict=True)
+    rows = [moved, speeds, [a + b for a, b in pulls]]
     while len(rows) < order + 2:
-        rows.append(_bent(own, rows[-2]))
+        rows.append(run.bent(rows[-2]))
     return rows
-
-
-def _bent(own: list[int], x: list[Any]) -> list[Any]:
-    """Return -K x."""
-    out = [k * y for k, y in zip(own, x, strict=True)]
-    for i in range(len(x) - 1):
-        out[i] += x[i + 1]
-        out[i + 1] += x[i]
-    return out

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import flint
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import qr
 
 from exactcreep.compiling import njit
 from exactcreep.motion.arithmetic import Undecided
@@ -30,49 +31,40 @@ NOT_BOUNDED = "the derivative of a rearrangement is not enclosed"
 
 
 class Crossing(NamedTuple):
-    """A motion of the middle of a set and the event at its end.
+    """A motion of the middle of a set and the event at its end; arrays are of shape (n,)."""
 
-    Attributes
-    ----------
-    springs, signs : ndarray of int, shape (n,)
-        How many springs each slider has, and in which direction it moves (0: it rests).
-    velocities, accelerations : ndarray, shape (n,)
-        At the event, before it is resolved; zero at rest.
-    unsure : float
-        How far these are from those of any state of the set at one time.
-    time : float
-        How long it lasts.
-    late : float
-        How far the time of any state of the set is from `time`.
-    pace : float
-        Norms of all velocities and of all accelerations at the beginning, added up.
-    slider, side, image : int
-        Whose speed (side 0), or whose distance to the threshold on that side, reaches zero; its
-        mirror image does the same (-1: there is none).
-    """
-
-    springs: NDArray[np.int64]
-    signs: NDArray[np.int64]
-    velocities: NDArray[np.float64]
+    springs: NDArray[np.int64]  # how many each slider has
+    signs: NDArray[np.int64]  # in which direction it moves, 0: it rests
+    velocities: NDArray[np.float64]  # at the event, before it is resolved; zero at rest
     accelerations: NDArray[np.float64]
-    unsure: float
-    time: float
-    late: float
-    pace: float
-    slider: int
-    side: int
-    image: int
+    unsure: float  # how far these are from those of any state of the set at one time
+    time: float  # how long it lasts
+    late: float  # how far the time of any state of the set is from `time`
+    pace: float  # norms of all velocities and of all accelerations at first, added up
+    slider: int  # whose speed, or whose distance to the threshold, reaches zero
+    side: int  # 0: the speed; else the side of the threshold
+    image: int  # its mirror image, which does the same; -1: there is none
+
+    @property
+    def slope(self) -> float:
+        """The rate of what the event brings to zero, but for its sign."""
+        n, after = self.slider, self.slider + 1
+        if self.side == 0:
+            return float(self.accelerations[n])
+        return float(self.velocities[max(n - 1, 0) : after + 1].sum())  # it rests itself
+
+    @property
+    def steep(self) -> bool:
+        """Whether the event's slope is so far from zero that `saltation` encloses its time."""
+        haste = RATE_BOUND * self.pace * (1 + self.time)
+        return abs(self.slope) > 8 * (self.unsure + self.late * haste)
 
 
 class StateSet:
     """The states ``middle + rows [-1, 1]**k``, in units of ``2**exponent``.
 
-    Parameters
-    ----------
-    forces, theta : numbers
-        How far any state may lie from the middle; theta times l0.
-    speeds : mapping of int to number
-        The same for the sliders in motion.
+    Made of how far states may lie from the middle: in forces, in the speeds of those in motion, in
+    l0 theta.
 
     Attributes
     ----------
@@ -169,7 +161,7 @@ class StateSet:
         """Let the middle pass through a motion, and its event; see `saltation`."""
         rows = self.forces, self.speeds, self.moved, self.errors
         unit = math.ldexp(1.0, max(self.exponent, -1000))
-        spread, late = saltation(crossing, rows, unit, own)
+        spread, late = saltation(crossing, crossing.slope, rows, unit, own)
         if not math.isfinite(spread):
             raise Undecided("an event's slope is not separated from zero")
         return spread, late
@@ -206,12 +198,7 @@ class StateSet:
     def renew(self, forces: Sequence[Any], speeds: Mapping[int, Any], theta: Any) -> None:
         """Take a middle without errors, and make the rows orthogonal again.
 
-        Parameters
-        ----------
-        forces, theta : numbers
-            How far the old middle was from the new one; theta times l0.
-        speeds : mapping of int to number
-            The same for the sliders in motion.
+        The old one may lie so far from it in forces, speeds of sliders in motion, and l0 theta.
         """
         fast = list(speeds)
         noise = [*forces, *speeds.values(), theta]
@@ -227,15 +214,15 @@ class StateSet:
         self.exponent = exponent + power
         self._span(axes * np.ldexp(sizes, -power), fast)
 
-    def captured(self) -> dict[str, Any]:
-        """Return everything as plain data."""
-        return {name: copy(value) for name, value in vars(self).items()}
+    def copy(self) -> StateSet:
+        """Return a set with arrays of its own."""
+        return StateSet.restored(vars(self))
 
     @classmethod
-    def restored(cls, captured: Mapping[str, Any]) -> StateSet:
-        """Return what `captured` described."""
+    def restored(cls, attributes: Mapping[str, Any]) -> StateSet:
+        """Return the set with these attributes."""
         out = cls.__new__(cls)
-        vars(out).update({name: copy(value) for name, value in captured.items()})
+        vars(out).update({name: copy(value) for name, value in attributes.items()})
         return out
 
 
@@ -273,120 +260,67 @@ def orthogonal(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return axes, nearly orthogonal, and half widths of a box that holds a set.
 
-    Parameters
-    ----------
-    rows : ndarray, shape (n, k)
-        The set is these rows times ``[-1, 1]**k`` (each rounded once) ...
-    unsure : ndarray, shape (n,)
-        ... widened by so much.
-
-    Guarantee: rounding, and what the axes lack to be orthogonal, is added to the widths.
-
-    Raises
-    ------
-    Undecided
-        If the set is not bounded.
+    The set is `rows`, shape (n, k), each rounded once, times ``[-1, 1]**k``, widened by `unsure`,
+    shape (n,). Rounding, and what the axes lack to be orthogonal, is added to the widths. Raises
+    `Undecided` if the set is not bounded.
     """
-    axes, sizes = _turned(_bounded(rows), _bounded(unsure))
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = np.abs(_bounded(rows)).sum(axis=1) + _bounded(unsure)
+        axes, sizes, blocks = np.eye(len(rows)), size * (1 + 2.0**-48), _blocks(rows)
+        for block in np.flatnonzero(np.bincount(blocks) > 1).tolist():
+            members = np.flatnonzero(blocks == block)
+            part, count = rows[members], len(members)
+            basis = qr(part, pivoting=True, check_finite=False)[0]  # the widest direction first
+            turn = np.abs(basis.T)
+            # products of non-negative numbers bound the rounding of those above, entry by entry
+            rounding = (count + 2) * 2.0**-52 * (turn @ np.abs(part))
+            reach = (np.abs(basis.T @ part) + rounding).sum(axis=1) + turn @ unsure[members]
+            defect = np.abs(basis.T @ basis - np.eye(count)).sum(axis=1).max() + count**2 * 2.0**-50
+            if not defect < 0.5:  # the bound below sums a geometric series
+                raise Undecided(NOT_BOUNDED)
+            sizes[members] = reach + 2 * defect * reach.max()
+            axes[np.ix_(members, members)] = basis
     return axes, rounded_up(_bounded(sizes))
 
 
 @njit(cache=True)
-def _turned(rows: Any, unsure: Any) -> tuple[Any, Any]:
-    n, k = rows.shape
-    axes, sizes = np.zeros((n, n)), np.empty(n)
-    # rows that have no column in common with any others keep their axes: a slip at one end of a
-    # long chain leaves those of the rest as they are
-    block = np.arange(n)
-    for c in range(k):
+def _blocks(rows: Any) -> Any:
+    """Return to which block each row belongs: rows of two blocks have no column in common.
+
+    They keep their axes: a slip at one end of a long chain leaves those of the rest as they are.
+    """
+    block = np.arange(len(rows))
+    for c in range(rows.shape[1]):
         touched = np.flatnonzero(rows[:, c])
         for i in touched[1:]:
             block[block == block[i]] = block[touched[0]]
-    for chosen in range(n):
-        members = np.flatnonzero(block == chosen)
-        size = len(members)
-        if size == 0:
-            continue
-        part = rows[members]
-        lengths = np.sqrt((part * part).sum(axis=0))
-        order = np.argsort(-lengths, kind="mergesort")
-        columns = order[np.abs(part).sum(axis=0)[order] > 0]  # where squares underflow, too
-        part = np.ascontiguousarray(part[:, columns])
-        basis = _basis(part)
-        turn = np.ascontiguousarray(basis.T)
-        # products of non-negative numbers bound the rounding of those above, entry by entry
-        rounding = (size + 2) * 2.0**-52 * (np.abs(turn) @ np.abs(part))
-        reach = (np.abs(turn @ part) + rounding).sum(axis=1) + np.abs(turn) @ unsure[members]
-        off = np.abs(turn @ basis - np.eye(size)).sum(axis=1)
-        most, defect = reach.max(), off.max()
-        defect += size**2 * 2.0**-50
-        if not defect < 0.5:  # the bound below sums a geometric series
-            most = np.inf
-        for j in range(size):
-            sizes[members[j]] = reach[j] + 2 * defect * most
-            for i in range(size):
-                axes[members[i], members[j]] = basis[i, j]
-    return axes, sizes
-
-
-@njit(cache=True)
-def _basis(part: Any) -> Any:
-    """Return orthonormal columns, the first along the first columns of `part` (Gram, Schmidt)."""
-    size, k = part.shape
-    basis, count = np.zeros((size, size)), 0
-    for c in range(k + size):
-        if count == size:
-            break
-        one = np.zeros(size)
-        if c < k:
-            one[:] = part[:, c]
-            least = 1e-10
-        else:  # unit vectors, as far as these are missing
-            one[c - k] = 1.0
-            least = math.sqrt(0.5 / size)
-        for again in range(2):  # what the first round leaves is not orthogonal enough
-            before = math.sqrt((one * one).sum())
-            for j in range(count):
-                share = 0.0
-                for i in range(size):
-                    share += one[i] * basis[i, j]
-                one -= share * basis[:, j]
-            after = math.sqrt((one * one).sum())
-            if not after > (0.5 if again else least) * before:
-                break
-            one /= after
-        else:
-            basis[:, count] = one
-            count += 1
-    return basis
+    return block
 
 
 @njit(cache=True, error_model="numpy")
-def saltation(crossing: Any, rows: Any, unit: float, own: bool) -> tuple[float, float]:
+def saltation(
+    crossing: Any, rate: float, rows: Any, unit: float, own: bool
+) -> tuple[float, float]:
     """Take the rows of a set through a motion, and to its event; return how its time spreads.
 
     Parameters
     ----------
     crossing : Crossing
+    rate : float
+        Its slope.
     rows : tuple of forces, speeds, moved, errors
-        Those of a `StateSet`; changed in place.
-    unit : float
-        Of the rows.
+        Those of a `StateSet`, in units of `unit`; changed in place.
     own : bool
-        Whether the rows are those of the set, and say how late its states are; other rows, which
-        say how states part, are taken along.
+        Whether the rows are those of the set, and say how late its states are; else how they part.
 
     Returns
     -------
     tuple of (float, float)
-        How far the times lie from that of the middle, in units of the rows; nan: the event's slope
-        is not separated from zero, and nothing was done. And `late`, as the rows have it.
+        How far the times lie from that of the middle, in units of the rows (nan: the slope is not
+        separated from zero, and nothing was done), and `late`, as the rows have it.
     """
     time, late, slider, side = crossing.time, crossing.late, crossing.slider, crossing.side
     forces, speeds, moved, errors = rows
-    rate = crossing.accelerations[slider]  # of what the event brings to zero
-    if side != 0:
-        rate = _with_neighbours(0.0, crossing.velocities, slider)
     haste = RATE_BOUND * crossing.pace * (1 + time)
     vague = 2 * (crossing.unsure + late * haste) + 2.0**-50 * abs(rate)
     if not abs(rate) > 2 * vague:

@@ -107,7 +107,7 @@ class ChainIntegrator(ChainAtRest):
             self.exact = None
         speeds = None
         if found.shifts is None or self.residuals:
-            speeds = np.concatenate([run.motion.moved(found.time)[1] for run in self.runs])
+            speeds = np.concatenate([run.moved(found.time)[1] for run in self.runs])
         if found.shifts is None:
             flow.advance(self.runs, found.time)
         for first, displacements, velocities in found.shifts or ():

@@ -33,7 +33,7 @@ from exactcreep.model.outcome import Outcome
 from exactcreep.model.result import Result
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
-from exactcreep.motion.modes import Run, RunMotion, forces_of
+from exactcreep.motion.modes import Run, forces_of
 from exactcreep.motion.replay import Phase, Replay
 from exactcreep.progress import Hearer, reporter
 from exactcreep.quasistatic.creep import run_members
@@ -612,16 +612,14 @@ class Watches:
     """
 
     def __init__(self, replay: Replay, runs: Sequence[Run]) -> None:
-        motions = [
-            own if own.arithmetic is FLOAT64
-            else RunMotion(FLOAT64, own.ends, floats(own.velocities), floats(own.accelerations))
-            for own in (run.motion for run in runs)
-        ]  # fmt: skip
-        self.runs = list(zip((run.first for run in runs), motions, strict=True))
+        self.runs = [
+            Run(FLOAT64, run.ends, floats(run.velocities), floats(run.accelerations), run.first)
+            for run in runs
+        ]
         flow, n = replay.flow, replay.chain.n
         self.size = n
         movers = np.array([i for run in runs for i in run.sliders])
-        ends = {m for run in runs for m in (run.first - 1, run.first + run.motion.p)}
+        ends = {m for run in runs for m in (run.first - 1, run.first + run.p)}
         resting = np.array(sorted(m for m in ends if 0 <= m < n), dtype=int)
         self.movers, self.resting = movers, resting
         self.sliders = np.concatenate([movers, resting, resting])
@@ -633,11 +631,11 @@ class Watches:
         ]
         self.rooms = np.array(rooms).reshape(-1, 1)
         bends, rates = np.zeros(n + 2), np.zeros(n + 2)
-        for first, motion in self.runs:
-            for i in range(motion.p):
-                bends[first + i + 1] = motion.bound(i, 2)
-            rates[first] += motion.bound(0, 1)
-            rates[first + motion.p + 1] += motion.bound(motion.p - 1, 1)
+        for run in self.runs:
+            for i in range(run.p):
+                bends[run.first + i + 1] = run.bound(i, 2)
+            rates[run.first] += run.bound(0, 1)
+            rates[run.first + run.p + 1] += run.bound(run.p - 1, 1)
         bounds = np.concatenate([bends[movers + 1], rates[resting + 1], rates[resting + 1]])
         self.bounds = np.maximum(bounds, np.finfo(float).tiny)[:, None]
 
@@ -645,8 +643,8 @@ class Watches:
         """Return every margin and its slope at the times `t`, each of shape (margins, times)."""
         shape = (3, self.size + 2, t.size)
         moved = np.zeros(shape)
-        for first, motion in self.runs:
-            moved[:, first + 1 : first + 1 + motion.p] = motion.at(t)
+        for run in self.runs:
+            moved[:, run.first + 1 : run.first + 1 + run.p] = run.at(t)
         speeds, gains = (self.directions * part[self.movers + 1] for part in moved[1:])
         force, rate = (part[self.resting] + part[self.resting + 2] for part in moved[:2])
         rooms = self.rooms + np.concatenate([-force, force])

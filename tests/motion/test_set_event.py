@@ -14,6 +14,7 @@ from exactcreep.motion.state_set import Crossing, StateSet, saltation
 
 FRICTION = 0.5
 UNSURE = 1e-14
+BALLS, UNIT = balls_of(300), 2.0**-60
 
 
 def springs_of(n):
@@ -57,7 +58,7 @@ def searched(forces, velocities, signs, thresholds):
         search = Search(flow, runs, balls.vector(thresholds.tolist()), {})
         (watch,) = search.first()
         at = root_time(search, watch)
-        return (watch.slider, watch.side), at, [run.motion.moved(at) for run in runs]
+        return (watch.slider, watch.side), at, [run.moved(at) for run in runs]
 
 
 def test_what_float64_proves_to_be_first_is_what_a_search_in_balls_finds():
@@ -133,112 +134,88 @@ def test_a_stop_at_a_threshold_is_left_to_others(gap):
     assert proved(forces, velocities, signs, less)[:2] == (0, 1)
 
 
+def arrived(state, event, shift):
+    """Return when an event comes to the state that lies `shift` (forces, velocities) off, and the
+    flow there."""
+    forces, velocities, signs, thresholds = state
+    slider, side, time, _ = event
+    flow = flow_of(BALLS, forces, velocities, signs)
+    for numbers, off in zip((flow.forces, flow.velocities), shift, strict=True):
+        numbers[:] = numbers + BALLS.vector(off.tolist()) * BALLS.number(UNIT)
+    runs = flow.runs()
+    room = BALLS.number(thresholds[slider]) - side * flow.forces[slider]
+    at, _ = enclosed_event(runs, (slider, side), room, time, 1e-9)
+    flow.advance(runs, at)
+    return at, flow
+
+
+def crossings(seed, least):
+    """Yield random states in motion, their first event, the middle's flow there, the crossing."""
+    random = np.random.default_rng(seed)
+    for _ in range(60):
+        n = int(random.integers(least, 8))
+        state = forces, velocities, signs, _ = in_motion(random, n)
+        event = slider, side, _, radius = proved(*state)
+        if slider < 0:
+            continue
+        at, middle = arrived(state, event, np.zeros((2, n)))
+        fast = np.array([float(x) for x in middle.velocities])
+        pulls = np.array([float(x) for x in middle.forces])
+        pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
+        pace = float(np.linalg.norm(velocities) + np.linalg.norm(forces)) + n * FRICTION
+        crossing = Crossing(
+            springs_of(n), signs, fast, pulls, UNSURE, float(at), radius, pace, slider, side, -1
+        )
+        yield random, state, event, at, middle, crossing
+
+
+NUMBERS = ("forces", "velocities", "moved")
+
+
 def test_nearby_states_are_where_the_rows_say_and_their_events_when():
-    random, balls = np.random.default_rng(2), balls_of(300)
-    unit, done = 2.0**-60, 0
-    with balls.active():
-        for _ in range(60):
-            n = int(random.integers(2, 7))
-            state = in_motion(random, n)
-            forces, velocities, signs, _ = state
-            slider, side, time, radius = proved(*state)
-            if slider < 0:
-                continue
+    done = 0
+    with BALLS.active():
+        for random, state, event, at, middle, crossing in crossings(2, 2):
             done += 1
-            k = n + 2
-            rows = random.normal(size=(3, n, k))
+            n, velocities = len(state[0]), state[1]
+            rows = random.normal(size=(3, n, n + 2))
             rows[1, velocities == 0] = rows[2] = 0.0
-            errors = np.zeros((3, n))
-
-            def arrived(corner, rows=rows, state=state, event=(slider, side, time)):
-                forces, velocities, signs, thresholds = state
-                slider, side, time = event
-                flow = flow_of(balls, forces, velocities, signs)
-                shift = [balls.vector((row @ corner).tolist()) * balls.number(unit) for row in rows]
-                flow.forces, flow.velocities = flow.forces + shift[0], flow.velocities + shift[1]
-                runs = flow.runs()
-                room = balls.number(thresholds[slider]) - side * flow.forces[slider]
-                at, _ = enclosed_event(runs, (slider, side), room, time, 1e-9)
-                flow.advance(runs, at)
-                return at, flow
-
-            at, middle = arrived(np.zeros(k))
-            corners = random.choice([-1.0, 1.0], (6, k))
-            others = [arrived(corner) for corner in corners]
-            fast = np.array([float(x) for x in middle.velocities])
-            pulls = np.array([float(x) for x in middle.forces])
-            pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
-            pace = float(np.linalg.norm(velocities) + np.linalg.norm(forces)) + n * FRICTION
-            after = rows.copy()
-            crossing = Crossing(
-                springs_of(n), signs, fast, pulls, UNSURE, float(at), radius, pace, slider, side, -1
-            )
-            spread, late = saltation(crossing, (*after, errors), unit, True)
-            assert late <= radius
-            # the same columns one by one, as the derivative is taken along
-            for column in range(k):
-                alone, off = rows[:, :, [column]].copy(), np.zeros((3, n))
-                one = StateSet.spanned(np.vstack([alone[0], np.zeros((1, 1))]))
-                one.speeds, one.moved, one.errors = alone[1], alone[2], off
-                one.follow(crossing._replace(late=late), own=False)
-                turned = np.array([one.forces, one.speeds, one.moved])[:, :, 0]
-                assert (abs(turned - after[:, :, column]) <= off + errors + 1e-13).all()
-            acting = after[1 if side == 0 else 0][slider]
-            assert not acting.any()
-            for corner, (other, flow) in zip(corners, others, strict=True):
-                assert abs(other - at) <= flint.arb(spread) * unit
-                for name, turned, error in zip(
-                    ("forces", "velocities", "moved"), after, errors, strict=True
-                ):
+            after, errors = rows.copy(), np.zeros((3, n))
+            spread, late = saltation(crossing, crossing.slope, (*after, errors), UNIT, True)
+            assert late <= event[3]
+            # the same columns alone, as the derivative is taken along
+            alone = StateSet.spanned(np.vstack([rows[0], np.zeros((1, n + 2))]))
+            alone.speeds, alone.moved = rows[1].copy(), rows[2].copy()
+            alone.follow(crossing._replace(late=late), own=False)
+            turned = np.array([alone.forces, alone.speeds, alone.moved])
+            assert (abs(turned - after) <= (alone.errors + errors + 1e-13)[:, :, None]).all()
+            assert not after[1 if event[1] == 0 else 0][event[0]].any()
+            for corner in random.choice([-1.0, 1.0], (6, n + 2)):
+                other, flow = arrived(state, event, rows[:2] @ corner)
+                assert abs(other - at) <= flint.arb(spread) * UNIT
+                for name, moved, error in zip(NUMBERS, after, errors, strict=True):
                     gaps = getattr(flow, name) - getattr(middle, name)
-                    for gap, row, most in zip(gaps, turned @ corner, error, strict=True):
-                        assert abs(gap / unit - row) <= most + 1e-13
+                    for gap, row, most in zip(gaps, moved @ corner, error, strict=True):
+                        assert abs(gap / UNIT - row) <= most + 1e-13
             assert spread < 1e4
             assert errors.max() < 1e-6 * abs(after).max()
     assert done > 40
 
 
 def test_states_as_far_from_the_rows_as_their_errors_are_so_after_the_event():
-    random, balls = np.random.default_rng(6), balls_of(300)
-    unit, done = 2.0**-60, 0
-    with balls.active():
-        for _ in range(60):
-            n = int(random.integers(3, 8))
-            state = forces, velocities, signs, _ = in_motion(random, n)
-            slider, side, time, radius = proved(*state)
-            if slider < 0:
-                continue
+    done = 0
+    with BALLS.active():
+        for random, state, event, _, middle, crossing in crossings(6, 3):
             done += 1
-
-            def arrived(off, state=state, event=(slider, side, time)):
-                forces, velocities, signs, thresholds = state
-                slider, side, time = event
-                flow = flow_of(balls, forces, velocities, signs)
-                for numbers, one in zip((flow.forces, flow.velocities), off, strict=True):
-                    numbers[:] = numbers + balls.vector(one.tolist()) * balls.number(unit)
-                runs = flow.runs()
-                room = balls.number(thresholds[slider]) - side * flow.forces[slider]
-                at, _ = enclosed_event(runs, (slider, side), room, time, 1e-9)
-                flow.advance(runs, at)
-                return flow
-
-            middle = arrived(np.zeros((2, n)))
-            fast = np.array([float(x) for x in middle.velocities])
-            pulls = np.array([float(x) for x in middle.forces])
-            pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
-            pace = float(np.linalg.norm(velocities) + np.linalg.norm(forces)) + n * FRICTION
-            crossing = Crossing(
-                springs_of(n), signs, fast, pulls, UNSURE, time, radius, pace, slider, side, -1
-            )
+            n = len(state[0])
             errors = np.zeros((3, n))
-            errors[0] = 1.0
-            errors[1] = velocities != 0
+            errors[0], errors[1] = 1.0, state[1] != 0
             before, none = errors.copy(), np.zeros((3, n, 1))
-            saltation(crossing, (*none, errors), unit, True)
+            saltation(crossing, crossing.slope, (*none, errors), UNIT, True)
             for _ in range(4):
-                flow = arrived(before[:2] * random.choice([-1.0, 1.0], (2, n)))
-                for name, most in zip(("forces", "velocities", "moved"), errors, strict=True):
-                    gaps = (getattr(flow, name) - getattr(middle, name)) / unit
+                _, flow = arrived(state, event, before[:2] * random.choice([-1.0, 1.0], (2, n)))
+                for name, most in zip(NUMBERS, errors, strict=True):
+                    gaps = (getattr(flow, name) - getattr(middle, name)) / UNIT
                     for gap, allowed in zip(gaps.tolist(), most.tolist(), strict=True):
                         assert abs(gap) <= allowed + 1e-9
     assert done > 40

@@ -28,7 +28,7 @@ from exactcreep import (
 )
 from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.motion.arithmetic import FLOAT64, balls_of
-from exactcreep.motion.modes import Ends, Flow, RunMotion
+from exactcreep.motion.modes import Ends, Flow, Run
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, escape_time, never_rests
 from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.solver import Start
@@ -135,7 +135,7 @@ def test_an_avalanche_that_goes_round_for_ever_at_mu_d_is_told_from_a_limit(solv
 def test_the_sum_of_the_modes_is_what_a_velocity_can_come_to_and_no_more():
     velocities = np.array([0.3, -0.1, 0.4, 0.2])
     accelerations = np.array([0.2, 0.5, -0.3, 0.1])
-    motion = RunMotion(FLOAT64, Ends(True, True), velocities, accelerations)
+    motion = Run(FLOAT64, Ends(True, True), velocities, accelerations)
     swing = motion.largest_swing()
     mean, gain = velocities.mean(), accelerations.mean()
     times = np.arange(0, 4000, 0.3)
@@ -155,8 +155,8 @@ def test_a_whole_chain_slides_on_at_mu_d_if_it_is_faster_than_its_modes(arithmet
             flow.start(range(4), [1] * 4)
             flow.velocities = arithmetic.vector((internal + speed).tolist())
             (run,) = flow.runs()
-            bound = math.sqrt(3 / 4 * float(run.motion.energy))
-            assert float(run.motion.largest_swing()) < 0.41 < 0.44 < bound < 0.6
+            bound = math.sqrt(3 / 4 * float(run.energy))
+            assert float(run.largest_swing()) < 0.41 < 0.44 < bound < 0.6
             # asked in private: no drive brings a chain so near to the bound
             escape = escape_time(flow, run, mechanics.chain, mechanics.cosine)
             assert escape == 0 if proved else escape is None

@@ -25,6 +25,7 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles
 from exactcreep.model.numbers import nearest_float
+from exactcreep.model.outcome import NO_ADVANCE
 from exactcreep.model.state import State
 from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact import loop
@@ -35,8 +36,6 @@ MOST_PERIOD = 1000
 """Cycles: a longer period is not found."""
 RETURN = 2.0**-40
 """How close the forces come back, in units of the largest at rest, that have returned nearly."""
-NO_ADVANCE = 2.0**-40
-"""By how much x_G may move in a cycle that has not advanced it: less than any slip."""
 PATIENCE = 100
 """Cycles in a row."""
 _TRIES = 64  # earlier cycles with the same slips that are looked at

@@ -8,11 +8,10 @@ long as ramps and lone slips are all that happens; with these, ties and grazes c
 from __future__ import annotations
 
 from collections.abc import Mapping
-from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,22 +40,9 @@ class ExactState:
         """Size of the largest number, by its last displacements and theta."""
         return max(self.theta.bits, *(x.bits for x in self.displacements))
 
-    def captured(self) -> dict[str, Any]:
-        """Return the numbers as pairs of rationals."""
-        return {
-            "forces": [x.rationals() for x in self.forces],
-            "displacements": [x.rationals() for x in self.displacements],
-            "theta": self.theta.rationals(),
-        }
-
-    @classmethod
-    def restored(cls, field: CosineField, captured: Mapping[str, Any]) -> ExactState:
-        """Return what `captured` described."""
-        return cls(
-            [field.number(*x) for x in captured["forces"]],
-            [field.number(*x) for x in captured["displacements"]],
-            field.number(*captured["theta"]),
-        )
+    def copy(self) -> ExactState:
+        """Return the same numbers in lists of their own."""
+        return ExactState(self.forces.copy(), self.displacements.copy(), self.theta)
 
 
 class ChainAtRest:
@@ -75,6 +61,12 @@ class ChainAtRest:
     -----
     All calls are made inside ``arithmetic.active()``.
     """
+
+    kept: ClassVar[tuple[str, ...]] = (
+        "tensions", "displacements", "forces", "theta", "force_slack", "theta_slack",
+        "coefficients", "draws", "slips", "pinned", "fresh", "mirrored", "evaluations", "exact",
+    )  # fmt: skip
+    """What a rest consists of, beside the counts."""
 
     def __init__(
         self, start: Start, arithmetic: Arithmetic, *, assume: bool = False, residuals: bool = False
@@ -377,39 +369,18 @@ class ChainAtRest:
     # -- to go on later ------------------------------------------------------------------------
 
     def captured(self) -> dict[str, Any]:
-        """Return everything needed to go on bit for bit: numbers, strings and arrays by name."""
-        plain, flow = self.arithmetic.plain, self.flow
-        out = {name: plain(getattr(self, name)) for name in _NUMBERS}
-        out |= {name: copy(getattr(self, name)) for name in _PLAIN}
-        out |= {name: [list(item) for item in getattr(self, name).items()] for name in _BY_SLIDER}
-        out["tally"] = vars(self.tally).copy()
-        out["exact"] = self.exact and self.exact.captured()
-        out["flow"] = flow and {
-            "signs": flow.signs.copy(),
-            "touched": sorted(flow.touched),
-            **{name: plain(getattr(flow, name)) for name in _FLOW},
-        }
-        return out
+        """Return all that is needed to go on from this rest bit for bit."""
+        names = {name: getattr(self, name) for name in self.kept}
+        out = {n: value.copy() if hasattr(value, "copy") else value for n, value in names.items()}
+        return out | {"tally": replace(self.tally)}
 
     def take_over(self, captured: Mapping[str, Any]) -> None:
         """Take over what `captured` returned, for the same chain and seed."""
-        number = self.arithmetic.from_plain
-        for name in _NUMBERS:
-            setattr(self, name, number(captured[name]))
-        for name in _PLAIN:
-            setattr(self, name, copy(captured[name]))
-        for name in _BY_SLIDER:
-            setattr(self, name, {int(n): value for n, value in captured[name]})
-        self.tally = Tally(**captured["tally"])
-        exact, flow = captured["exact"], captured["flow"]
-        self.exact = exact and ExactState.restored(self.field, exact)
+        for name in self.kept:
+            value = captured[name]
+            setattr(self, name, value.copy() if hasattr(value, "copy") else value)
+        self.tally, self.flow = replace(captured["tally"]), None
         self.thresholds = self.contacts.thresholds(self.coefficients, self.arithmetic)
-        self.flow = None
-        if flow is not None:
-            self.flow = Flow(self.arithmetic, self.forces, self.friction)
-            for name in _FLOW:
-                setattr(self.flow, name, number(flow[name]))
-            self.flow.signs, self.flow.touched = flow["signs"].copy(), set(flow["touched"])
 
     def renew(self) -> None:
         """Take every number at rest from its exact value, as this precision encloses it."""
@@ -426,11 +397,3 @@ class ChainAtRest:
             tensions.append(tension.ball())
         self.tensions = vector(tensions)
 
-
-_NUMBERS = ("tensions", "displacements", "forces", "theta", "force_slack", "theta_slack", "time")
-_PLAIN = (
-    "coefficients", "draws", "slips", "fresh", "way", "announced", "event_number", "runaway",
-    "proof", "mirrored", "evaluations",
-)  # fmt: skip
-_BY_SLIDER = ("pinned", "crossed")
-_FLOW = ("forces", "velocities", "moved", "velocity_slack", "force_slack")

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from copy import copy
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
@@ -25,10 +24,11 @@ from exactcreep.motion.solution import Solution
 from exactcreep.solvers.field.reference import (
     FieldSimulation,
     FieldSolver,
+    captured_of,
     completed,
     mechanics_report,
     one_by_one,
-    require_plain,
+    plain,
 )
 from exactcreep.solvers.field.set_integrator import Kind, SetIntegrator
 from exactcreep.solvers.reference import ChainIntegrator
@@ -41,7 +41,6 @@ from exactcreep.solvers.solver import (
     require,
 )
 
-_PLAIN = ("anchor", "anchor_target", "settles", "restarts")
 GUARD_BITS = 128
 """Beyond the digits that were asked for, to begin with."""
 
@@ -260,37 +259,44 @@ class CertifiedSimulation(FieldSimulation):
         self.solver = solver
         self.restarts = 0
         self.settles = False  # at the precision limit
-        # on the way back to where a comparison was undecided: the next target, and what is known
-        # of the last one that was reached
-        self.behind: int | None = None
-        self.known: tuple[State, Tally] | None = None
-        self._drop_anchor(-1)  # before the first target, whichever that is
+        self.ahead: int | None = None  # the target to which the chain goes; None: to any
+        self.reached: tuple[int, State, Tally] | None = None  # the last target, and what is known
+        self._drop_anchor(None)
 
-    def _drop_anchor(self, q: int) -> None:
+    def _drop_anchor(self, target: int | None) -> None:
         """Take the present state, which is known exactly, as the one to go back to."""
         with self.mechanics.arithmetic.active():
             self.anchor = self.mechanics.captured()
-        self.anchor_target: list[Any] = [q, self.theta_target]
+        self.anchor_target: list[Any] = [target, self.theta_target]
+
+    @property
+    def behind(self) -> bool:
+        """Whether the last target has to be reached again."""
+        return self.reached is not None and self.ahead is not None and self.ahead <= self.reached[0]
 
     def _to_target(
         self, drive: Drive, q: int, limits: Limits, early: Callable[[], Stop | None]
     ) -> Stop | None:
-        if self.anchor_target[0] < 0:
+        if self.ahead is None:
+            self.ahead = q
+        if self.anchor_target[0] is None:
             self.anchor_target[0] = q - 1
-        while True:
+        while self.ahead <= q:
             try:
-                stop = self._catch_up(drive, q, limits, early)
-                if stop is None:
-                    stop = super()._to_target(drive, q, limits, early)
-                break
+                stop = super()._to_target(drive, self.ahead, limits, early)
             except Undecided:
                 self._go_back()
-        if stop is None:
-            with self.mechanics.arithmetic.active():
-                self.known = self.mechanics.state(), replace(self.tally)
-            if self.mechanics.exact is not None:
-                self._drop_anchor(q)
-        return stop
+                continue
+            if self.ahead < q:
+                self.begun = self._rows()
+            if stop is not None:
+                return stop
+            self.ahead += 1
+        with self.mechanics.arithmetic.active():
+            self.reached = q, self.mechanics.state(), replace(self.tally)
+        if self.mechanics.exact is not None:
+            self._drop_anchor(q)
+        return None
 
     def _arrive(self, target: Any) -> None:
         if not self.settles:
@@ -308,8 +314,8 @@ class CertifiedSimulation(FieldSimulation):
             if self.mechanics.exact is not None:
                 self.mechanics.renew()
         self.tally = self.mechanics.tally
-        reached, self.theta_target = self.anchor_target
-        self.behind = reached + 1
+        target, self.theta_target = self.anchor_target
+        self.ahead = target + 1
         self.avalanche, self.undecided = None, self.tally.undecided
         self.begun = self._rows()
 
@@ -322,28 +328,13 @@ class CertifiedSimulation(FieldSimulation):
     def follow(self, drive: Drive, first: int, count: int, limits: Limits = NO_LIMITS) -> Stretch:
         self.tally = self.mechanics.tally
         stretch = super().follow(drive, first, count, limits)
-        if self.behind is not None:
-            self.tally = Tally() if self.known is None else self.known[1]
+        if self.behind and self.reached is not None:
+            self.tally = self.reached[2]
         return stretch
-
-    def _catch_up(
-        self, drive: Drive, q: int, limits: Limits, early: Callable[[], Stop | None]
-    ) -> Stop | None:
-        """Come again to the half-cycle towards q; return why that is not done, None if it is."""
-        while self.behind is not None and self.behind < q:
-            stop = super()._to_target(drive, self.behind, limits, early)
-            self.begun = self._rows()
-            if stop is not None:
-                return stop
-            self.behind += 1
-        self.behind = None
-        return None
 
     def state(self) -> State:
         """Return the present state, or that at the last target if it has to be reached again."""
-        if self.behind is not None:
-            return self.start.state if self.known is None else self.known[0]
-        return super().state()
+        return self.reached[1] if self.behind and self.reached is not None else super().state()
 
     @property
     def evidence(self) -> Evidence:
@@ -353,22 +344,24 @@ class CertifiedSimulation(FieldSimulation):
     @property
     def at_rest(self) -> bool:
         """Whether it stands at a target."""
-        return self.behind is None and super().at_rest
+        return not self.behind and super().at_rest
 
     def snapshot(self) -> dict[str, Any]:
-        return super().snapshot() | {name: copy(getattr(self, name)) for name in _PLAIN}
+        own = {"anchor": plain(self.anchor), "anchor_target": list(self.anchor_target)}
+        return super().snapshot() | own | {"settles": self.settles, "restarts": self.restarts}
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        bits, like = snapshot.get("bits"), self.anchor
+        bits, target = snapshot.get("bits"), snapshot.get("anchor_target")
         least, most = self.solver.arithmetic().bits, self.solver.most_bits
         require(type(bits) is int and least <= bits <= most, "it is of another precision")
-        self.settles = bool(snapshot.get("settles"))
+        require(isinstance(target, list) and len(target) == 2, "it has no anchor")
+        require(type(snapshot["restarts"]) is int, "a count is not")
+        self.settles, self.restarts = bool(snapshot.get("settles")), snapshot["restarts"]
         self._begin(int(snapshot["bits"]))
+        with self.mechanics.arithmetic.active():
+            self.anchor = captured_of(self.mechanics, snapshot["anchor"])
         super().restore(snapshot)
-        require_plain(like, snapshot["anchor"])
-        require(len(snapshot["anchor_target"]) == 2, "it has no anchor")
-        for name in _PLAIN:
-            setattr(self, name, copy(snapshot[name]))
+        self.anchor_target = list(snapshot["anchor_target"])
 
     def report(self) -> dict[str, Any]:
         """Return precision, enclosure radius, bits lost, ties assumed and work counts."""

@@ -19,13 +19,16 @@ import numpy as np
 from exactcreep.limits import NO_LIMITS, Limits, OutOfTime, Stop
 from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
+from exactcreep.model.enclosure import enclosure, is_finite
 from exactcreep.model.numbers import InputError, exact_number, whole_number
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
-from exactcreep.motion.cosine_field import sign_of
+from exactcreep.motion.cosine_field import Quadratic, sign_of
 from exactcreep.motion.first_event import SearchLimit
+from exactcreep.motion.state_set import StateSet
 from exactcreep.solvers.avalanche_table import Avalanche
+from exactcreep.solvers.field.at_rest import ExactState
 from exactcreep.solvers.reference import ChainIntegrator
 from exactcreep.solvers.solver import (
     Ending,
@@ -34,6 +37,7 @@ from exactcreep.solvers.solver import (
     Solver,
     Start,
     Stretch,
+    Tally,
     require,
     same_kind,
 )
@@ -278,67 +282,98 @@ class FieldSimulation(Simulation):
         return self.mechanics.flow is None and self.theta_target is not None
 
     def snapshot(self) -> dict[str, Any]:
-        arithmetic = self.mechanics.arithmetic
-        with arithmetic.active():
+        with self.mechanics.arithmetic.active():
             return {
-                "bits": arithmetic.bits,
+                "bits": self.mechanics.arithmetic.bits,
                 "theta_target": self.theta_target,
-                "mechanics": self.mechanics.captured(),
+                "mechanics": plain(self.mechanics.captured()),
                 "undecided": self.undecided,
             }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        like = self.snapshot()
-        require(like.keys() == snapshot.keys(), "the snapshot lacks a name")
-        taken = snapshot["mechanics"]
-        require_plain(like["mechanics"], taken)
+        require(self.snapshot().keys() == snapshot.keys(), "the snapshot lacks a name")
         arithmetic = self.mechanics.arithmetic
         require(snapshot["bits"] == arithmetic.bits, "it is of another precision")
-        self.theta_target = snapshot["theta_target"]
-        require(isinstance(self.theta_target, Fraction), "it does not stand at a target")
+        require(isinstance(snapshot["theta_target"], Fraction), "it does not stand at a target")
+        require(type(snapshot["undecided"]) is int, "a count is not")
         with arithmetic.active():
-            self.mechanics.take_over(taken)
-        self.undecided = int(snapshot["undecided"])
+            self.mechanics.take_over(captured_of(self.mechanics, snapshot["mechanics"]))
+        self.theta_target, self.undecided = snapshot["theta_target"], snapshot["undecided"]
         self.tally = self.mechanics.tally
 
     def report(self) -> dict[str, Any]:
         return mechanics_report(self.mechanics)
 
 
+def plain(value: Any) -> Any:
+    """Return what was captured as a file holds it: rationals and enclosures, lists and mappings."""
+    if isinstance(value, (ExactState, StateSet, Tally)):
+        value = vars(value)
+    if isinstance(value, Mapping):
+        return {str(name): plain(part) for name, part in value.items()}
+    if isinstance(value, Quadratic):
+        return list(value.rationals())
+    if isinstance(value, list) or (isinstance(value, np.ndarray) and value.dtype == object):
+        return [plain(part) for part in value]
+    if value is None or isinstance(value, (bool, int, float, Fraction, np.ndarray)):
+        return value
+    return enclosure(value)
+
+
+def captured_of(mechanics: ChainIntegrator, given: Any) -> dict[str, Any]:
+    """Return what `plain` was made of, for a chain that has not moved.
+
+    Raises
+    ------
+    ValueError
+        If names, types or shapes are not those of such a chain.
+    """
+    like = mechanics.captured()
+    require(isinstance(given, Mapping) and like.keys() == given.keys(), "a name is missing")
+    try:
+        return {name: _taken(mechanics, name, like[name], given[name]) for name in like}
+    except (TypeError, AttributeError, LookupError, ArithmeticError) as wrong:
+        raise ValueError(f"it is of another kind: {wrong}") from wrong
+
+
+def _taken(mechanics: ChainIntegrator, name: str, like: Any, given: Any) -> Any:
+    """Return one part of what was captured."""
+    arithmetic, n = mechanics.arithmetic, mechanics.chain.n
+    if name == "tally":
+        same_kind(vars(like), given, name)
+        require(all(0 <= count < 2**60 for count in given.values()), "a count is not")
+        return Tally(**given)
+    if given is None and name in ("exact", "set"):
+        return None
+    if name == "pinned":
+        require(all(type(x) is Fraction for x in given.values()), "a number is not exact")
+        return {range(n)[int(slider)]: x for slider, x in given.items()}
+    if name == "exact":
+        rows = [*given["forces"], *given["displacements"], given["theta"]]
+        require(all([*map(type, row)] == [Fraction] * 2 for row in rows), "a number is not exact")
+        require(len(given["forces"]) == len(given["displacements"]) == n, "a number is missing")
+        exact = [mechanics.field.number(*row) for row in rows]
+        return ExactState(exact[:n], exact[n:-1], exact[-1])
+    if name == "set":
+        fresh = StateSet.spanned(np.zeros((n + 1, len(given["theta"]))))
+        same_kind(vars(fresh), given, name)
+        require(abs(given["exponent"]) < _MOST_EXPONENT, "a number is without measure")
+        require(all(np.isfinite(x).all() for x in given.values()), "a number is not")
+        return StateSet.restored(given)
+    if isinstance(like, np.ndarray) and like.dtype == object:
+        require(len(given) == len(like) and all(map(is_finite, given)), f"{name} has other numbers")
+        return arithmetic.vector([arithmetic.number(x) for x in given])
+    if name in ("theta", "force_slack", "theta_slack"):
+        require(is_finite(given), f"{name} is not finite")
+        return given if type(given) is int else arithmetic.number(given)
+    same_kind(like, given, name)
+    require(bool(np.isfinite(given).all()), f"{name} is not finite")
+    require(name != "draws" or bool(((given >= 1) & (given < 2**60)).all()), "draws are not")
+    return given
+
+
 _MOST_EXPONENT = 2**20
 """Of a number in a snapshot: far beyond what a chain can come to."""
-
-
-def require_plain(like: Mapping[str, Any], given: Any) -> None:
-    """Raise `ValueError` unless `given` can be what `captured` returns, as `like` is."""
-    require(isinstance(given, Mapping) and like.keys() == given.keys(), "a name is missing")
-    for name, value in like.items():
-        if isinstance(value, np.ndarray):
-            same_kind(value, given[name], name)
-        elif name == "tally":
-            same_kind(value, given[name], name)
-            require(all(0 <= count < 2**60 for count in given[name].values()), "a count is not")
-        elif isinstance(value, list) and name in ("tensions", "displacements", "forces"):
-            require(len(value) == len(given[name]), f"{name} has another length")
-        elif isinstance(value, (bool, int, str)):
-            same_kind(value, given[name], name)
-    require(given["flow"] is None, "it is not at rest")
-    _require_bounded(given)
-
-
-def _require_bounded(value: Any) -> None:
-    """Raise `ValueError` if a number has an exponent, or a list a length, without measure."""
-    if isinstance(value, Mapping):
-        value = list(value.values())
-    if isinstance(value, np.ndarray):
-        good = value.dtype.kind in "fiub" and (value.dtype.kind != "f" or not np.isnan(value).any())
-        require(bool(good), "an array holds no numbers")
-    elif isinstance(value, tuple) and value and all(type(part) is int for part in value):
-        exponents = value[1::2] if len(value) in (2, 4) else ()
-        require(max(map(abs, exponents), default=0) < _MOST_EXPONENT, "a number is without measure")
-    elif isinstance(value, (list, tuple)):
-        for part in value:
-            _require_bounded(part)
 
 
 @dataclass(frozen=True)

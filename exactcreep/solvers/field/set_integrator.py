@@ -11,11 +11,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from enum import Enum
 from itertools import accumulate
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import flint
 import numpy as np
@@ -28,7 +28,7 @@ from exactcreep.motion.first_event import FirstEvent, lone_event
 from exactcreep.motion.modes import Flow, ModalPiece, forces_of
 from exactcreep.motion.set_event import enclosed_event, first_event_of_set
 from exactcreep.motion.solution import Motion
-from exactcreep.motion.state_set import RATE_BOUND, UNDERFLOW, Crossing, StateSet
+from exactcreep.motion.state_set import UNDERFLOW, Crossing, StateSet
 from exactcreep.solvers.reference import ChainIntegrator, event_of
 from exactcreep.solvers.solver import Start
 
@@ -52,34 +52,28 @@ class Kind(Enum):
     """Not decided at the precision limit: settled by the model's rules, and counted."""
 
 
-class Verified(NamedTuple):
-    """The next event of all states of the set: who acts, when at most how far from when."""
-
-    slider: int
-    side: int
-    time: float
-    radius: float
-    numbers: NDArray[np.float64]  # velocities, accelerations, forces of the window at first
-    window: slice
-
-    @property
-    def pace(self) -> float:
-        """Of the motion until then, see `Crossing`."""
-        return math.hypot(*self.numbers[0].tolist()) + math.hypot(*self.numbers[1].tolist())
-
-
 class SetIntegrator(ChainIntegrator):
     """`ChainIntegrator` in balls of the middle of a set, with the set beside it; see the module.
+
+    Parameters
+    ----------
+    start, arithmetic, assume
+        See `ChainIntegrator`.
+    keep : bool
+        Whether the motion of the last rearrangement is kept, in `start` and `pieces`.
 
     Attributes
     ----------
     set : StateSet or None
         None: the balls hold every state.
-    tangent : list of StateSet
-        Rows that are taken along with it: how states part, each a column of a derivative.
+    tangent : StateSet or None
+        Rows that are taken along with it: how states part, each column one of a derivative.
+    kinds : Counter of Kind
+        Of all events.
     """
 
     renew_every: ClassVar[int] = RENEW_EVERY
+    kept = (*ChainIntegrator.kept, "set", "since")
 
     def __init__(
         self, start: Start, arithmetic: Arithmetic, *, assume: bool = False, keep: bool = False
@@ -89,59 +83,75 @@ class SetIntegrator(ChainIntegrator):
         self.start: Motion | None = None
         self.pieces: list[ModalPiece] = []
         self.set: StateSet | None = None
-        self.tangent: list[StateSet] = []
-        self.slack: Any = 0  # how far forces and l0 theta lie from the middle's
-        self.far = 0.0  # so do velocities
+        self.tangent: StateSet | None = None
+        self._slack: Any = None
+        self.widest = 0.0  # how far forces, velocities and l0 theta lie from the middle's
         self.since = 0  # events since the set was put together
-        self.verified: Verified | None = None
+        self.crossing: Crossing | None = None
         self.kinds: Counter[Kind] = Counter()
-        # what was said of the present rest, as long as nothing has moved
-        self.shown: State | None = None
+        self.shown: State | None = None  # the present rest, as long as nothing has moved
         self.shown_theta: Any = None
         self.springs = np.full(self.chain.n, 2)
         self.springs[[0, -1]] = 1
-        self.crossing_ends: list[int] = []
+        self.ends: list[int] = []  # that have just come to their threshold
 
     # -- the set -------------------------------------------------------------------------------
 
+    @property
+    def slack(self) -> Any:
+        """How far forces and l0 theta lie from the middle's, as a ball."""
+        if self.set is None:
+            return 0
+        if self._slack is None:
+            (self._slack,) = self.set.balls([self.widest])
+        return self._slack
+
+    @property
+    def far(self) -> float:
+        """The same as a float."""
+        if self.set is None:
+            return 0.0
+        return math.ldexp(self.widest, max(self.set.exponent, -2000)) + UNDERFLOW
+
     def _sign(self, x: Any, slack: Any = None) -> int:
         # what is compared moves by at most two forces, or a force and l0 theta
-        return super()._sign(x, 2 * self.slack if self.set is not None else slack)
+        return super()._sign(x, slack if self.set is None else 2 * self.slack)
 
-    def _widened(
-        self, numbers: NDArray[Any], radii: Callable[[StateSet], NDArray[np.float64]]
-    ) -> NDArray[Any]:
+    def _widened(self, numbers: NDArray[Any], of: str) -> NDArray[Any]:
         """Return numbers of the middle in balls that hold every state."""
-        return numbers.copy() if self.set is None else self.set.widened(numbers, radii(self.set))
+        if self.set is None:
+            return numbers.copy()
+        return self.set.widened(numbers, getattr(self.set, of)())
 
     def _wide_velocities(self, velocities: NDArray[Any]) -> NDArray[Any]:
         """Return velocities in balls that hold every state; one that is zero is so in all."""
-        wide = self._widened(velocities, StateSet.of_speeds)
+        wide = self._widened(velocities, "of_speeds")
         still = [bool(x == 0) for x in velocities.tolist()]
         wide[still] = velocities[still]
         return wide
 
     def _wide(self, flow: Flow) -> Flow:
         """Return the flow in balls that hold every state."""
-        forces = self._widened(flow.forces, StateSet.of_forces)
-        out = Flow(self.arithmetic, forces, self.friction)
+        out = Flow(self.arithmetic, self._widened(flow.forces, "of_forces"), self.friction)
         out.velocities, out.signs = self._wide_velocities(flow.velocities), flow.signs.copy()
-        out.moved, out.touched = self._widened(flow.moved, StateSet.of_displacements), flow.touched
+        out.moved, out.touched = self._widened(flow.moved, "of_displacements"), flow.touched
         return out
 
     def _give_up(self, flow: Flow) -> None:
         """Let the balls hold every state."""
         wide = self._wide(flow)
         flow.forces, flow.velocities, flow.moved = wide.forces, wide.velocities, wide.moved
-        self.displacements = self._widened(self.displacements, StateSet.of_displacements)
+        self.displacements = self._widened(self.displacements, "of_displacements")
         self.theta = self.known_theta()
         self.set, self.since, self._runs = None, self.renew_every, None
 
-    def _fast(self) -> list[int]:
-        """Return the sliders whose velocity is not exactly zero."""
-        flow = self.flow
-        moving = [] if flow is None else np.flatnonzero(flow.signs).tolist()
-        return [n for n in moving if flow is not None and not bool(flow.velocities[n] == 0)]
+    def _fast(self) -> dict[int, Any]:
+        """Return the velocities of the sliders that are not exactly at rest."""
+        if self.flow is None:
+            return {}
+        moving = np.flatnonzero(self.flow.signs).tolist()
+        speeds = {n: self.flow.velocities[n] for n in moving}
+        return {n: speed for n, speed in speeds.items() if not bool(speed == 0)}
 
     def _renew(self) -> None:
         """Put the set together again around a middle without errors."""
@@ -149,10 +159,9 @@ class SetIntegrator(ChainIntegrator):
         noise = [x.rad() for x in numbers.tolist()]
         numbers[:] = [x.mid() for x in numbers.tolist()]
         speeds = {}
-        for n in self._fast():
-            assert self.flow is not None
-            speeds[n] = self.flow.velocities[n].rad()
-            self.flow.velocities[n] = self.flow.velocities[n].mid()
+        for n, speed in self._fast().items():
+            speeds[n] = speed.rad()
+            self.flow.velocities[n] = speed.mid()  # type: ignore[union-attr]
         theta = (self.l0 * self.theta).rad()
         self.theta = self.theta.mid()
         if self.set is None:
@@ -167,11 +176,11 @@ class SetIntegrator(ChainIntegrator):
     def _look_around(self) -> None:
         """Note how far states lie from the middle."""
         assert self.set is not None
-        widest, share = self.set.width()
-        (self.slack,) = self.set.balls([widest])
-        self.far = math.ldexp(widest, max(self.set.exponent, -2000)) + UNDERFLOW
+        self.widest, share = self.set.width()
+        self._slack = None
         if share > MOST_ERROR:
             self.since = self.renew_every
+        self.shown = self.shown_theta = None
 
     def _tensions(self, forces: NDArray[Any]) -> NDArray[Any]:
         bare = [force - self.weight for force in forces.tolist()[:-1]]
@@ -183,17 +192,18 @@ class SetIntegrator(ChainIntegrator):
         # the middle is taken anew now and then, by its forces
         return self._tensions(flow.forces), self._displaced(flow)
 
+    # -- what is known -------------------------------------------------------------------------
+
     def state(self) -> State:
         if self.shown is not None and self.flow is None:
             return self.shown
         middle = super().state()
         if self.set is None:
             return middle
-        wide = replace(
-            middle,
-            tensions=self._widened(middle.tensions, StateSet.of_tensions),
-            displacements=self._widened(middle.displacements, StateSet.of_displacements),
-            theta=self.known_theta(),
+        tensions = self._widened(middle.tensions, "of_tensions")
+        displacements = self._widened(middle.displacements, "of_displacements")
+        wide = State(
+            tensions, displacements, middle.coefficients, middle.draws, self.known_theta()
         )
         if self.flow is None:
             self.shown = wide
@@ -208,11 +218,11 @@ class SetIntegrator(ChainIntegrator):
         return self.shown_theta
 
     def known_moves(self) -> NDArray[Any]:
-        return self._widened(super().known_moves(), StateSet.of_displacements)
+        return self._widened(super().known_moves(), "of_displacements")
 
     def known_forces(self) -> NDArray[Any]:
         """Return the forces at rest, as well as they are known."""
-        return self._widened(self.forces, StateSet.of_forces)
+        return self._widened(self.forces, "of_forces")
 
     def velocities(self) -> NDArray[Any]:
         return self._wide_velocities(super().velocities())
@@ -221,20 +231,19 @@ class SetIntegrator(ChainIntegrator):
 
     def ramp(self, way: int, target: Any) -> bool:
         """Ramp theta, and the set along with its middle; see `ChainIntegrator.ramp`."""
-        self.crossing_ends, self.shown, self.shown_theta = [], None, None
+        self.ends, self.shown, self.shown_theta = [], None, None
         moves = super().ramp(way, target)
         if self.set is not None and self.chain.n > 1:
-            for rows in (self.set, *self.tangent):
-                if self.crossing_ends:
-                    rows.at_start(self.crossing_ends)
+            for rows in filter(None, (self.set, self.tangent)):
+                if self.ends:
+                    rows.at_start(self.ends)
                 elif not moves and target is not None:
                     rows.at_target()
             self._look_around()
-            self.shown = self.shown_theta = None
         return moves
 
     def _set_off(self, starts: list[tuple[int, int]], *, crossing: bool) -> None:
-        self.crossing_ends = [n for n, _ in starts] if crossing else []
+        self.ends = [n for n, _ in starts] if crossing else []
         if self.keep:
             begin = self.state()
             forces = forces_of(self.arithmetic, begin.tensions, self.weight)
@@ -253,12 +262,12 @@ class SetIntegrator(ChainIntegrator):
 
     def first_event(self, flow: Flow) -> FirstEvent | None:
         """Return the first event, of the middle; see `ChainIntegrator.first_event`."""
-        known = None if self.exact is not None else self._lone_slip(flow)
-        # at the precision limit, where nothing is asked again, balls hold every state
-        if known is None and not (self.exact or self.assume or self._may_run_away(flow)):
-            known = self._proved(flow)
-            if known is not None and self.set is not None and not self._is_steep(flow, known):
-                known = None
+        known = None
+        if self.exact is None:
+            known = self._lone_slip(flow)
+            # at the precision limit, where nothing is asked again, balls hold every state
+            if known is None and not (self.assume or self._may_run_away(flow)):
+                known = self._proved(flow)
         if known is not None:
             self.kinds[Kind.TIE if self.mirrored else Kind.TRANSVERSE] += 1
             return known
@@ -267,13 +276,13 @@ class SetIntegrator(ChainIntegrator):
         undecided, moving = self.tally.undecided, np.flatnonzero(flow.signs).tolist()
         found = super().first_event(flow)
         if found is not None:
+            kind = Kind.TRANSVERSE
             if self.tally.undecided > undecided:
                 kind = Kind.UNRESOLVED
             elif len(found.stops) + len(found.starts) > 1:
                 kind = Kind.TIE
-            else:
-                grazes = found.exact and self.touching(flow, moving)  # where the slip ends
-                kind = Kind.GRAZING if grazes else Kind.TRANSVERSE
+            elif found.exact and self.touching(flow, moving):  # where the slip ends
+                kind = Kind.GRAZING
             self.kinds[kind] += 1
         return found
 
@@ -304,89 +313,98 @@ class SetIntegrator(ChainIntegrator):
         """Return what float64 proves to come first, at its time in the middle; None: nothing."""
         n, moving = self.chain.n, np.flatnonzero(flow.signs).tolist()
         window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
-        numbers, unsure = self._in_floats(flow, window)
+        speeds, pulls = flow.velocities[window].tolist(), flow.forces[window].tolist()
+        signs, friction = flow.signs[window], float(self.friction)
+        forces = [float(x) for x in pulls]
+        bare = [f - s * friction if s else 0.0 for f, s in zip(forces, signs.tolist(), strict=True)]
+        numbers = np.array([[float(x) for x in speeds], bare, forces])
         thresholds = np.array([float(x) for x in self.thresholds[window].tolist()])
+        radius = max(float(x.rad()) for x in (*speeds, *pulls))
+        unsure = radius * (1 + 1e-9) + 2.0**-49 * (float(np.abs(numbers).max()) + friction)
         at, side, time, radius = first_event_of_set(
             self.springs[window],
-            flow.signs[window],
-            np.array([bool(x == 0) for x in flow.velocities[window].tolist()]),
+            signs,
+            np.array([bool(x == 0) for x in speeds]),
             numbers,
             thresholds,
-            unsure + (self.far if self.set is not None else 0.0) + 2.0**-50 * thresholds.max(),
+            unsure + self.far + 2.0**-50 * thresholds.max(),
             min(n // 2 if self.mirrored else n, window.stop) - window.start,
         )
         if at < 0:
             return None
-        verified = Verified(window.start + at, side, time, radius, numbers, window)
-        self.verified = verified
+        acting = (window.start + at, side)
+        found: FirstEvent | None
         try:
             if len(moving) == 1 and n > 1:
-                return self._lone(flow, moving[0], verified)
-            return self._enclosed(flow, verified)
+                found = self._lone(flow, moving[0], acting, time, radius)
+            else:
+                found = self._enclosed(flow, acting, time, radius)
         except Undecided:  # the middle is not known well enough
             return None
+        if found is None or self.set is None:
+            return found
+        late = radius + abs(float(found.time) - time)
+        self.crossing = self._crossing(flow, found, acting, late, numbers, unsure, window)
+        # not where an event nearly grazes: the float64 bracket of its time is too wide there
+        return found if self.crossing.steep else None
 
-    def _in_floats(self, flow: Flow, window: slice) -> tuple[NDArray[np.float64], float]:
-        """Return velocities, accelerations, forces, and by how much any of them may be off."""
-        speeds, pulls = flow.velocities[window].tolist(), flow.forces[window].tolist()
-        velocities, forces = [float(x) for x in speeds], [float(x) for x in pulls]
-        friction = float(self.friction)
-        pairs = zip(flow.signs[window].tolist(), forces, strict=True)
-        accelerations = [f - s * friction if s else 0.0 for s, f in pairs]
-        radius = max(float(x.rad()) for x in (*speeds, *pulls))
-        size = max(map(abs, (*velocities, *forces))) + friction
-        unsure = radius * (1 + 1e-9) + 2.0**-49 * size
-        return np.array([velocities, accelerations, forces]), unsure
-
-    def _lone(self, flow: Flow, n: int, verified: Verified) -> FirstEvent:
+    def _lone(
+        self, flow: Flow, n: int, acting: tuple[int, int], time: float, radius: float
+    ) -> FirstEvent:
         """Return the event of a slider that moves alone, by its energy."""
         crossed = self.crossed.get(n)
         excess = {} if crossed is None else {n: self.arithmetic.number(crossed) * self.cosine}
         found = lone_event(flow, n, self.thresholds, excess, sign=self.arithmetic.sign)
-        acting = [(m, 0) for m in found.stops] + list(found.starts)
-        if acting != [(verified.slider, verified.side)]:
+        if [(m, 0) for m in found.stops] + list(found.starts) != [acting]:
             raise AssertionError("what is proved of all states is not true of one")
-        if not abs(found.time - verified.time) <= verified.radius:
+        if not abs(found.time - time) <= radius:
             raise AssertionError("the enclosure of an event does not hold a state of the set")
         return found
 
-    def _enclosed(self, flow: Flow, verified: Verified) -> FirstEvent | None:
+    def _enclosed(
+        self, flow: Flow, acting: tuple[int, int], time: float, radius: float
+    ) -> FirstEvent | None:
         """Return the event, and where it finds the middle."""
-        slider, side, time, radius, *_ = verified
+        slider, side = acting
         self.evaluations += 1
         room = self.thresholds[slider] - side * flow.forces[slider]
-        found = enclosed_event(self.runs, (slider, side), room, time, radius)
+        found = enclosed_event(self.runs, acting, room, time, radius)
         if found is None:
             return None
-        stops, starts = ([slider], []) if side == 0 else ([], [(slider, side)])
+        stops, starts = ([slider], []) if side == 0 else ([], [acting])
         event = event_of(found[0], stops, starts, self.chain.n if self.mirrored else None)
         return replace(event, shifts=tuple(found[1]))
 
-    def _late(self, found: FirstEvent) -> tuple[Verified, float, float]:
-        """Return what is proved, the middle's time, and how far from it is that of any state."""
-        assert self.verified is not None
-        time = float(found.time)
-        return self.verified, time, self.verified.radius + abs(time - self.verified.time)
-
-    def _is_steep(self, flow: Flow, found: FirstEvent) -> bool:
-        """Return whether the event's slope is far from zero in all states, as `_set_follows` needs.
-
-        It is not where an event nearly grazes: the float64 bracket of its time is too wide there.
-        """
-        verified, time, late = self._late(found)
-        slider, side = verified.slider, verified.side
-        ways, speeds = [0.0] * (self.chain.n + 2), [0.0] * (self.chain.n + 2)
-        for first, displacements, velocities in found.shifts or ():
-            window = slice(first + 1, first + 1 + len(velocities))
-            ways[window], speeds[window] = map(float, displacements), map(float, velocities)
-        slope = speeds[slider] + speeds[slider + 2]
-        if side == 0:
-            bend = ways[slider] + ways[slider + 2] - self.springs[slider] * ways[slider + 1]
-            friction = int(flow.signs[slider]) * float(self.friction)
-            slope = float(flow.forces[slider]) + bend - friction
-        late += 2.0**-50 * time
-        vague = late * RATE_BOUND * verified.pace * (1 + time) + len(speeds) * self.far * (3 + time)
-        return bool(abs(slope) > 8 * vague)
+    def _crossing(
+        self,
+        flow: Flow,
+        found: FirstEvent,
+        acting: tuple[int, int],
+        late: float,
+        numbers: NDArray[np.float64],
+        unsure: float,
+        window: slice,
+    ) -> Crossing:
+        """Return the motion of the middle to its event, in floats; `numbers` are those at first."""
+        n, time, radii = self.chain.n, float(found.time), [0.0]
+        way, speed, pull = np.zeros((3, n))
+        for first, ways, speeds in found.shifts or ():
+            part = slice(first, first + len(ways))
+            way[part], speed[part] = [float(x) for x in ways], [float(v) for v in speeds]
+            radii += [float(x.rad()) for x in (*ways, *speeds)]
+        bend = -self.springs * way
+        bend[1:] += way[:-1]
+        bend[:-1] += way[1:]
+        moving = flow.signs[window] != 0
+        pull[window][moving] = (numbers[1] + bend[window])[moving]
+        unsure += 4 * max(radii) + 2.0**-47 * float(max(abs(way).max(), abs(speed).max()))
+        unsure += math.sqrt(np.count_nonzero(moving)) * self.far * (3 + time)
+        pace = math.hypot(*numbers[0].tolist()) + math.hypot(*numbers[1].tolist())
+        late = late * (1 + 1e-9) + 2.0**-50 * time
+        image = n - 1 - acting[0] if self.mirrored else -1
+        return Crossing(
+            self.springs, flow.signs, speed, pull, unsure, time, late, pace, *acting, image
+        )
 
     def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
         """Let the middle move to its event, and the set along with it."""
@@ -396,40 +414,19 @@ class SetIntegrator(ChainIntegrator):
         if moves and not found.alike:
             self.since = self.since + 1 if self.exact is None else 0
             if self.set is not None:
-                self._set_follows(flow, found)
+                assert self.crossing is not None
+                spread, late = self.set.follow(self.crossing)
+                if self.tangent is not None:
+                    self.tangent.follow(self.crossing._replace(late=late), own=False)
+                (further,) = self.set.balls([spread])
+                self.time = self.time + flint.arb(0, further)
+                self._look_around()
         if wide is not None and self.start is not None:
             self.pieces.append(wide.piece(begin, self.time, self.start, wide.runs()))
         return arrived
 
-    def _set_follows(self, flow: Flow, found: FirstEvent) -> None:
-        assert self.set is not None
-        verified, time, late = self._late(found)
-        n, numbers = self.chain.n, np.zeros((3, self.chain.n))
-        numbers[:, verified.window], unsure = self._in_floats(flow, verified.window)
-        unsure += math.sqrt(np.count_nonzero(flow.signs)) * self.far * (3 + time)
-        crossing = Crossing(
-            self.springs, flow.signs, numbers[0], numbers[1], unsure, time,
-            late * (1 + 1e-9) + 2.0**-50 * time, verified.pace, verified.slider, verified.side,
-            n - 1 - verified.slider if self.mirrored else -1,
-        )  # fmt: skip
-        spread, late = self.set.follow(crossing)
-        for rows in self.tangent:
-            rows.follow(crossing._replace(late=late), own=False)
-        (further,) = self.set.balls([spread])
-        self.time = self.time + flint.arb(0, further)
-        self._look_around()
-
-    # -- to go on later ------------------------------------------------------------------------
-
-    def captured(self) -> dict[str, Any]:
-        kept = None if self.set is None else self.set.captured()
-        return super().captured() | {"set": kept, "since": self.since}
-
     def take_over(self, captured: Mapping[str, Any]) -> None:
         super().take_over(captured)
         self.shown = self.shown_theta = None
-        self.set, self.since = None, int(captured["since"])
-        if captured["set"] is not None:
-            self.set = StateSet.restored(captured["set"])
+        if self.set is not None:
             self._look_around()
-

@@ -82,36 +82,36 @@ class TangentMechanics(SetIntegrator):
         rows[1 : n - 1, : n - 2] = np.eye(n - 2)
         rows[[0, n - 1], : n - 2] = -0.5
         rows[0, n - 2], rows[n - 1, n - 2] = 1.0, -1.0
-        self.tangent = _columns(rows, [])
+        self.tangent = StateSet.spanned(rows)
         self.product = flint.arb_mat(np.eye(n - 1).tolist())
 
-    def derivative(self) -> Any:
-        """Return the derivative of shape and load, over all states of the set, as an arb_mat."""
+    def derivative(self) -> list[list[Any]]:
+        """Return the derivative of shape and, last, load over all states of the set: its rows."""
         with balls_of(BITS).active():
             first, *shape, last, ramp = self._rows([])
             # the load is that at the same theta
             load = [(a - b) / 2 + c for a, b, c in zip(first, last, ramp, strict=True)]
-            return flint.arb_mat([*shape, load]) * self.product
+            rows: list[list[Any]] = (flint.arb_mat([*shape, load]) * self.product).tolist()
+            return rows
 
     def _rows(self, fast: list[int]) -> list[list[Any]]:
         """Return the tangent: rows of forces, speeds of the sliders `fast`, l0 theta."""
-        columns = []
-        for one in self.tangent:
-            numbers = [*one.forces[:, 0], *one.speeds[fast, 0], one.theta[0]]
-            errors = [*one.errors[0], *one.errors[1, fast], one.theta_error]
-            pairs = zip(map(float, numbers), map(float, errors), strict=True)
-            columns.append([flint.arb(x, error) for x, error in pairs])
-        return [list(row) for row in zip(*columns, strict=True)]
+        rows = self.tangent
+        assert rows is not None
+        numbers = np.vstack([rows.forces, rows.speeds[fast], rows.theta])
+        errors = [*rows.errors[0], *rows.errors[1, fast], rows.theta_error]
+        pairs = zip(numbers.tolist(), map(float, errors), strict=True)
+        return [[flint.arb(x, error) for x in row] for row, error in pairs]
 
     def _give_up(self, flow: Flow) -> None:
         raise Undecided("what comes first is not proved of all states")
 
     def _renew(self) -> None:
         super()._renew()
-        fast = self._fast()
+        fast = list(self._fast())
         with balls_of(BITS).active():
             basis, self.product = _orthogonal(flint.arb_mat(self._rows(fast)), self.product)
-        self.tangent = _columns(basis, fast)
+        self.tangent = StateSet.spanned(basis, fast)
 
     def rest(self, flow: Flow) -> None:
         super().rest(flow)
@@ -119,10 +119,6 @@ class TangentMechanics(SetIntegrator):
         if self.rests == self.half:
             self.at_half = list(self.known_forces()[1:-1]), self.derivative()
             self.differentiate()
-
-
-def _columns(rows: NDArray[np.float64], fast: list[int]) -> list[StateSet]:
-    return [StateSet.spanned(column[:, None], fast) for column in rows.T]
 
 
 def _orthogonal(rows: Any, product: Any) -> tuple[NDArray[np.float64], Any]:

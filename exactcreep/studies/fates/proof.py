@@ -41,10 +41,9 @@ from exactcreep.model.contacts import Itinerary
 from exactcreep.model.drive import Cycles
 from exactcreep.model.enclosure import Enclosure, enclosure, exact_value
 from exactcreep.model.numbers import nearest_float
-from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.outcome import NO_ADVANCE, Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
-from exactcreep.solvers.exact.recurrence import NO_ADVANCE
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import TangentSimulation
 from exactcreep.solvers.solver import Start, advance
@@ -81,17 +80,19 @@ def proved_fate(
     start: State,
     limits: Limits = NO_LIMITS,
     say: Callable[..., None] | None = None,
+    enough: Callable[[list[LoggedRearrangement]], bool] | None = None,
 ) -> tuple[Fate, list[LoggedRearrangement]]:
     """Follow a chain until it is proved what it does for ever; return that, and what happened.
 
-    The times of events are the middles of their enclosures.
+    Or until what has happened after a cycle is `enough`, whatever its fate. The times of events are
+    the middles of their enclosures.
     """
     proof = _Proof(chain, drive, start, limits)
-    return proof.fate(say), proof.log
+    return proof.fate(say, enough), proof.log
 
 
 class _Proof:
-    """One certified course, looked at after every cycle."""
+    """One certified trajectory, looked at after every cycle."""
 
     def __init__(self, chain: Chain, drive: Cycles, start: State, limits: Limits) -> None:
         self.chain, self.drive, self.start, self.limits = chain, drive, start, limits
@@ -112,9 +113,13 @@ class _Proof:
         self.tried = 0
         self.doubt = ""
 
-    # -- the course ------------------------------------------------------------------------------
+    # -- the trajectory --------------------------------------------------------------------------
 
-    def fate(self, say: Callable[..., None] | None) -> Fate:
+    def fate(
+        self,
+        say: Callable[..., None] | None,
+        enough: Callable[[list[LoggedRearrangement]], bool] | None,
+    ) -> Fate:
         """Return what the chain does for ever, or which limit came first."""
         self._look()
         for cycle in range(1, self.drive.cycles + 1):
@@ -135,6 +140,8 @@ class _Proof:
             known = self._returned(cycle) or self._contracted(cycle)
             if known is not None:
                 return known
+            if enough is not None and enough(self.log):
+                return self._fate(Outcome.LIMIT, cycle, "what was asked for has happened")
         reason = self.doubt or f"not settled within {self.drive.cycles} cycles"
         return self._approach() or self._fate(Outcome.LIMIT, self.drive.cycles, reason)
 
@@ -251,7 +258,7 @@ class _Proof:
         inner = self.chain.n - 2
         point = self._followed(word, np.zeros((inner, inner)), 0.0)
         first, second = _floats(point.first), _floats(point.second)
-        whole = second[:inner, :inner] @ first[:inner, :inner]
+        whole = second @ first
         radius = float(max(abs(np.linalg.eigvals(whole)), default=0.0))
         if not radius < 1 - 2.0**-10:
             doubt = f"over a period the shape does not contract (spectral radius {radius:.4g})"
@@ -260,11 +267,12 @@ class _Proof:
         norm = _norm(whole / goal)
         inverse = np.asarray(np.linalg.inv(norm), dtype=np.float64)
         d, unsure = (
-            float(np.linalg.norm(to @ np.array([float(x) for x in way])))
+            float(np.linalg.norm(to @ np.array(way, dtype=np.float64)))
             for to, way in ((norm, point.moved), (abs(norm), point.radii))
         )
         reach = _ROOM * (2 * d / (1 - goal) + d + 4 * unsure) + _LEAST
-        drift = float(np.linalg.norm(first[inner, :inner] @ inverse)) * d / (1 - goal)
+        row = np.array(point.load_row, dtype=np.float64)
+        drift = float(np.linalg.norm(row @ inverse)) * d / (1 - goal)
         load = _ROOM * (drift + float(point.load_radius)) + _LEAST
         joint = self._followed(word, inverse * reach, load)
         with balls_of(PROOF_BITS).active():
@@ -278,9 +286,8 @@ class _Proof:
         Undecided
             If they do not all follow the given itinerary.
         """
-        present, n = self.simulation.mechanics, self.chain.n
-        arithmetic = present.arithmetic
-        count, doubt, noted = len(word.halves), "they part", None
+        present, n, count = self.simulation.mechanics, self.chain.n, len(word.halves)
+        arithmetic, doubt, noted = present.arithmetic, "they part", None
         try:
             nearby = TangentSimulation(self.chain, self.simulation.state(), self.drive, arithmetic)
             mechanics = nearby.mechanics
@@ -299,18 +306,20 @@ class _Proof:
         if noted is None:
             raise Undecided(f"nearby states do not share the itinerary: {doubt}")
         with arithmetic.active():
-            shape, first = noted
+            shape, rows = noted
+            *first, load_row = [row[: n - 2] for row in rows]
+            second = [row[: n - 2] for row in mechanics.derivative()[:-1]]
             end = mechanics.known_forces()
-            shape.reverse()  # in the mirror
-            # as many lone slips later as after the last avalanche
-            for place, count in zip((0, -1), word.late, strict=True):
+            # as many lone slips later as after the last avalanche, in the mirror
+            shape.reverse()
+            for place, slips in zip((0, -1), word.late, strict=True):
                 if shape:
-                    shape[place] = shape[place] + count * self._slip()
-            mirror = _mirror(n)
+                    shape[place] = shape[place] + slips * self._slip()
             # the halves in one frame, that of a chain at its lower end of theta
             return _Passed(
-                mirror * first,
-                mechanics.derivative() * mirror,
+                flint.arb_mat(first[::-1]) if first else flint.arb_mat(0, 0),
+                flint.arb_mat([row[::-1] for row in second]) if second else flint.arb_mat(0, 0),
+                load_row,
                 [x - y for x, y in zip(shape, begin[1:-1], strict=True)],
                 [x - y for x, y in zip(end[1:-1], begin[1:-1], strict=True)],
                 radii[1:-1],
@@ -453,12 +462,16 @@ class _Word(NamedTuple):
 
 
 class _Passed(NamedTuple):
-    """What a set of states has come to over one period."""
+    """What a set of states has come to over one period.
 
-    first: Any  # derivative over the first half of it, and the second
+    Both halves are seen in one frame, that of a chain at its lower end of theta.
+    """
+
+    first: Any  # derivative of the shape over the first half, and over the second
     second: Any
-    moved: list[Any]  # shape after half a period, mirrored, less that at the beginning
-    returned: list[Any]  # shape after a period, less that at the beginning
+    load_row: list[Any]  # derivative of the load over the first half, but for its sign
+    moved: list[Any]  # shape after half a period less that at the beginning
+    returned: list[Any]  # shape after a period less that at the beginning
     radii: list[Any]  # of the present shape
     load_radius: Any
     advance: Enclosure
@@ -477,7 +490,7 @@ def _contraction(
     # L, and its inverse as a ball: L is what it is, exactly, in floats
     to = _matrix(norm)
     back = to.inv()
-    rho = _two_norm(to * _part(joint.second, inner) * _part(joint.first, inner) * back)
+    rho = _two_norm(to * joint.second * joint.first * back)
     if not rho < 1:
         raise Undecided(f"the contraction {float(rho):.4g} is not proved")
     # how long a vector is at most whose entries are these balls, or lie between these and their
@@ -487,7 +500,7 @@ def _contraction(
         for by, way in ((to, point.moved), (to, point.returned), (_matrix(abs(norm)), point.radii))
     )
     away = (2 * unsure + returned / (1 - rho) + d).upper()
-    row = flint.arb_mat(1, inner, [joint.first[inner, k] for k in range(inner)]) * back
+    row = flint.arb_mat(1, inner, joint.load_row) * back
     drift = (_length(row.entries()) * d / (1 - rho)).upper()
     # the cube that was followed, `spread` times [-1, 1]^inner, holds a ball of radius `reach` of
     # the norm, but for what the floats that made it lack to be L^-1 reach
@@ -500,14 +513,6 @@ def _contraction(
     return float(rho.upper())
 
 
-def _mirror(n: int) -> Any:
-    """Return the map of shape and load that exchanges the ends of the chain: its own inverse."""
-    mirror = np.eye(n - 1)
-    mirror[:-1, :-1] = mirror[:-1, :-1][::-1]
-    mirror[-1, -1] = -1
-    return _matrix(mirror)
-
-
 def _matrix(values: NDArray[np.float64]) -> Any:
     """Return floats as an arb_mat, exactly."""
     return flint.arb_mat(values.shape[0], values.shape[1], values.ravel().tolist())
@@ -516,12 +521,6 @@ def _matrix(values: NDArray[np.float64]) -> Any:
 def _floats(matrix: Any) -> NDArray[np.float64]:
     """Return the middles of an arb_mat."""
     return np.array([float(x) for x in matrix.entries()]).reshape(matrix.nrows(), matrix.ncols())
-
-
-def _part(matrix: Any, inner: int) -> Any:
-    """Return what of a derivative is about the shape alone."""
-    entries = [matrix[i, k] for i in range(inner) for k in range(inner)]
-    return flint.arb_mat(inner, inner, entries)
 
 
 def _norm(map_: NDArray[np.float64]) -> NDArray[np.float64]:

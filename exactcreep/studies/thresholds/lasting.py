@@ -8,6 +8,7 @@ from typing import Any
 
 from exactcreep.limits import OutOfTime, Stop
 from exactcreep.model.drive import Cycles
+from exactcreep.model.enclosure import exact_value
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.solvers.exact.recurrence import Recurrence
@@ -38,6 +39,8 @@ class Lasting(Question):
     solver: str = "certified"
     certified: dict[Fraction, bool] = field(default_factory=dict)
     sensitive: dict[Fraction, bool] = field(default_factory=dict)
+    locked: Log = field(default_factory=list)
+    """Of the last run that was proved not to creep."""
 
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
         """Return the fate in float64, and where x_G has come to apart from a steady advance."""
@@ -105,13 +108,39 @@ class Lasting(Question):
                 direction=found.direction,
             )
         drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
-        found, log = proved_fate(self.chain, drive, self.start, self.limits)
+        digits: int = options.get("digits", 0)
+        edge: Fraction | None = None
+
+        def far_beyond(log: Log) -> bool:
+            """Return whether the runs part so far below that the search goes on there."""
+            nonlocal edge
+            edge = parting(self.locked, log) if edge is None else edge
+            return edge is not None and abs(amplitude - edge) * 10 ** (digits - 1) > amplitude
+
+        enough = far_beyond if digits and self.locked else None
+        found, log = proved_fate(self.chain, drive, self.start, self.limits, enough=enough)
         if found.outcome is Outcome.LIMIT:
             self.limits.require()
         creeps = found.outcome not in _IDLE
+        if not creeps:
+            self.locked[:] = log
         return Observation(
             creeps, found.evidence, log, found.outcome, found.evidence, 0.0, found, found.direction
         )
+
+
+def parting(one: Log, other: Log) -> Fraction | None:
+    """Return the amplitude at which two runs part: at theta_c of what one of them alone comes to.
+
+    None if they do not, as far as both were followed.
+    """
+    for mine, its in zip(one, other, strict=False):
+        if (mine.half_cycle, mine.itinerary) == (its.half_cycle, its.itinerary):
+            continue
+        if mine.half_cycle == its.half_cycle:
+            return None
+        return abs(exact_value(min(mine, its, key=lambda r: r.half_cycle).theta))
+    return None
 
 
 def side_by_side(one: Observation, other: Observation) -> tuple[Log, Log]:

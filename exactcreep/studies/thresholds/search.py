@@ -24,7 +24,8 @@ from exactcreep.model.numbers import InputError, nearest_float
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, balls_of
-from exactcreep.motion.itinerary import Retracer
+from exactcreep.solvers.field.known_itinerary import KnownItinerary
+from exactcreep.solvers.solver import Start
 from exactcreep.studies.event_log import LoggedEvent, first_difference, numbered
 from exactcreep.studies.thresholds.amplitudes import Bracket, Span, bisected, text_of, unit_of
 from exactcreep.studies.thresholds.horizon import Observation, Question, transient, weaker
@@ -93,17 +94,21 @@ def deciding_amplitude(
     event = min((side for side in sides if side is not None), key=lambda side: side[:2])
     if event.number:
         return None
-    arithmetic = balls_of(math.ceil(digits * BITS_PER_DIGIT) + _BITS_LOST + shared // 4)
+    bits = math.ceil(digits * BITS_PER_DIGIT) + _BITS_LOST + shared // 4
+
+    def way_of(half_cycle: int) -> int:
+        return 1 if half_cycle % 2 else -1
+
+    way = way_of(event.half_cycle)
     try:
-        with arithmetic.active():
-            course = Retracer(question.chain, question.start, arithmetic)
+        with balls_of(bits).active():
+            known = KnownItinerary(Start(question.chain, question.start, 0), bits)
             for rearrangement in one[: event.rearrangement]:
                 question.limits.require()
-                course.rearrange(rearrangement.events)
-            load = course.starting_load(event.event.sliders[0] - 1, event.event.signs[0])
-    except (ArithmeticError, KeyError):  # it is the itinerary of no chain: rounding had made it
+                known.follow(way_of(rearrangement.half_cycle), rearrangement.events)
+            load = known.load_of_start(event.event.sliders[0] - 1, event.event.signs[0], way)
+    except ArithmeticError:  # it is the itinerary of no chain: rounding had made it
         return None
-    way = 1 if event.half_cycle % 2 else -1
     return way * exact_value(load) / question.chain.l0
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from exactcreep import Chain, Cycles, Evidence, InputError, Outcome, Path, State, iterate, rearrange
-from exactcreep.limits import Limits, Stop
+from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.quasistatic.checkpoint import from_bytes, to_bytes
 from exactcreep.solvers.registry import solver_named
 from exactcreep.solvers.solver import Stretch
@@ -29,11 +29,14 @@ def rearranged(chain, state, solver, direction=1, seed=0):
     return rearrange(chain, state, direction=direction, seed=seed, solver=name, **options)
 
 
-def followed(chain, drive, solver, seed=0, record=("x", "events"), start=None):
-    name, options = solver
-    start = start or State.relaxed(chain, seed)
-    simulation = solver_named(name, options).simulation(chain, start, seed, record)
-    return simulation, simulation.follow(drive, 1, drive.half_cycles)
+def fresh(chain, solver, seed=0, record=("x", "events")):
+    start = State.relaxed(chain, seed)
+    return solver_named(*solver).simulation(chain, start, seed, record)
+
+
+def followed(chain, drive, solver, seed=0, limits=NO_LIMITS):
+    simulation = fresh(chain, solver, seed)
+    return simulation, simulation.follow(drive, 1, drive.half_cycles, limits)
 
 
 def floats(values):
@@ -117,10 +120,7 @@ def test_identical_motions_are_one_event_and_stay_identical(n, solver):
 @pytest.mark.parametrize(("n", "tan_alpha"), [(1, "0.7"), (2, "0.7"), (3, "0.55"), (4, "-0.56")])
 def test_runaway_is_proved_in_finite_time(n, tan_alpha, solver):
     chain = Chain(n, **PAPER, tan_alpha=tan_alpha)
-    start = State.relaxed(chain)
-    name, options = solver
-    simulation = solver_named(name, options).simulation(chain, start, 0, ())
-    stretch = simulation.follow(Cycles("0.01", 1), 1, 2)
+    _, stretch = followed(chain, Cycles("0.01", 1), solver)
     assert stretch.stop is Stop.RUNAWAY
     assert stretch.completed < 2
 
@@ -177,9 +177,7 @@ def test_the_energy_ledger_of_an_avalanche_closes(solver):
 @pytest.mark.parametrize("k", range(3, 13, 3))
 def test_every_grazing_crossing_is_found_with_bounded_work(k, solver):
     chain = Chain(2, **PAPER, tan_alpha=Fraction(1, 2) + Fraction(1, 10**k))
-    name, options = solver
-    simulation = solver_named(name, options).simulation(chain, State.relaxed(chain), 0, ("events",))
-    stretch = simulation.follow(Path(["0.01"]), 1, 1, Limits(12))
+    simulation, stretch = followed(chain, Path(["0.01"]), solver, limits=Limits(12))
     assert event_rows(Stretch(0, stretch.whole))[:2] == [(0, 0, 2, 1), (1, 0, 1, 1)]
     gap = math.pi - float(stretch.whole["event_time"][1])
     assert gap > 0
@@ -203,22 +201,16 @@ def test_events_come_one_by_one_as_from_the_whole(solver):
 @every_arithmetic
 def test_a_run_stopped_anywhere_goes_on_bit_for_bit(solver):
     chain = Chain(5, **PAPER, sigma_mu="0.01", tan_alpha="0.25")
-    drive, record = Cycles("0.003", 1), ("x", "events")
+    drive = Cycles("0.003", 1)
     whole, expected = followed(chain, drive, solver, seed=2)
-    name, options = solver
-
-    def fresh():
-        start = State.relaxed(chain, 2)
-        return solver_named(name, options).simulation(chain, start, 2, record)
-
-    simulation, done, times = fresh(), 0, []
+    simulation, done, times = fresh(chain, solver, 2), 0, []
     while done < 2:
         stretch = simulation.follow(drive, done + 1, 2 - done, Limits(41))
         times += floats(stretch.recorded["event_time"]).tolist()
         done += stretch.completed
         if simulation.at_rest:
             snapshot = from_bytes(to_bytes(simulation.snapshot()))
-            simulation = fresh()
+            simulation = fresh(chain, solver, 2)
             simulation.restore(snapshot)
     assert times == floats(expected.recorded["event_time"]).tolist()
     assert simulation.tally == whole.tally

@@ -8,12 +8,13 @@ import flint
 import numpy as np
 import pytest
 
-from exactcreep import Cycles, Evidence, Outcome, creep, fate, threshold
+from exactcreep import Cycles, Evidence, Outcome, State, creep, fate, threshold
 from exactcreep.model.enclosure import Enclosure
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.studies.event_log import rearrangements
 from exactcreep.studies.fates import proof as fate_proof
 from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.thresholds.lasting import Lasting, parting
 from tests.oracle.rearrangement import integrate
 from tests.paper import captions
 
@@ -41,6 +42,11 @@ def test_a_fate_is_proved_for_ever(
     assert told(found) == (outcome, Evidence.PROVED, period, settled)
     run = creep(found.chain, Cycles(amplitude, settled + period), record=("events",))
     assert halves_in(run.recorded, settled + period)[2 * settled :] == halves_of(found, settled)
+
+
+def test_float64_creeps_where_four_sliders_lock() -> None:
+    assert told(fate(captions(4), "0.00065")) == (Outcome.CYCLING, Evidence.PROVED, 1, 75)
+    assert fate(captions(4), "0.00065", solver="exact").outcome is Outcome.CREEPING
 
 
 @pytest.mark.parametrize(("n", "amplitude"), [(2, "0.0004"), (3, "0.00066")])
@@ -104,13 +110,18 @@ def test_a_bound_of_the_largest_singular_value_holds() -> None:
     assert np.linalg.norm(matrix, 2) <= bound <= np.linalg.norm(matrix, 2) * 1.001
 
 
+def still_for(radius: flint.arb) -> fate_proof._Passed:
+    """Return what a set comes to that does not move, its shape known to `radius`."""
+    still, known, no = flint.arb_mat(2, 2), Enclosure(Fraction(0), Fraction(0)), [flint.arb(0)] * 2
+    return fate_proof._Passed(still, still, no, no, no, [radius] * 2, flint.arb(0), known)
+
+
 def test_radii_of_a_shape_do_not_cancel_in_the_norm() -> None:
     """A norm of L = [[1, -1], [0, 1e-6]]: the radii (1, 1) reach as far as 2, not |L r| = 1e-6."""
     norm = np.array([[1.0, -1.0], [0.0, 1e-6]])
-    still, known, no = flint.arb_mat(3, 3), Enclosure(Fraction(0), Fraction(0)), [flint.arb(0)] * 2
 
     def judged(reach: float) -> float:
-        passed = fate_proof._Passed(still, still, no, no, [flint.arb(1)] * 2, flint.arb(0), known)
+        passed = still_for(flint.arb(1))
         inverse = np.linalg.inv(norm)
         return fate_proof._contraction(passed, passed, norm, inverse, reach, load=1.0)
 
@@ -123,8 +134,7 @@ def test_radii_of_a_shape_do_not_cancel_in_the_norm() -> None:
 def test_the_set_that_was_followed_is_the_one_that_floats_made() -> None:
     """What the floats that span it lack to be L^-1 reach narrows the set."""
     norm = np.array([[1.0, -1.0], [0.0, 1e-6]])
-    still, known, no = flint.arb_mat(3, 3), Enclosure(Fraction(0), Fraction(0)), [flint.arb(0)] * 2
-    passed = fate_proof._Passed(still, still, no, no, [flint.arb(0.05)] * 2, flint.arb(0), known)
+    passed = still_for(flint.arb(0.05))
     wide = np.linalg.inv(norm)
     assert fate_proof._contraction(passed, passed, norm, wide, 1.0, load=1.0) == 0.0
     with pytest.raises(Undecided, match="may leave the set"):
@@ -141,6 +151,22 @@ def test_the_lasting_edge_of_three_sliders_is_that_of_the_horizon() -> None:
     assert (below.outcome, above.outcome) == (Outcome.AT_REST, Outcome.CREEPING)
 
 
+def test_a_run_that_parts_far_below_from_one_that_locks_is_followed_no_further() -> None:
+    question = Lasting(captions(4), 10_000, State.relaxed(captions(4)))
+    locked, beyond = (
+        question.tried(Fraction(amplitude), "certified", {"digits": 12})
+        for amplitude in ("0.00065", "0.00066")
+    )
+    assert (locked.creeps, locked.evidence) == (False, Evidence.PROVED)
+    assert (beyond.creeps, beyond.evidence) == (True, Evidence.UNDECIDED)
+    assert beyond.fate is not None
+    assert beyond.fate.cycles < 40
+    edge = parting(locked.log, beyond.log)
+    assert edge is not None
+    assert Fraction("0.00065") < edge < Fraction("0.00066")
+    assert parting(locked.log, locked.log) is None
+
+
 @pytest.mark.slow
 def test_five_sliders_creep_for_ever_from_later_than_they_pass_a_horizon() -> None:
     found = threshold(
@@ -150,13 +176,6 @@ def test_five_sliders_creep_for_ever_from_later_than_they_pass_a_horizon() -> No
     below, above = found.fates
     assert (below.outcome, above.outcome) == (Outcome.CYCLING, Outcome.CREEPING)
     assert found.summary()["fate_at_upper"]["outcome"] == "creeping"
-
-
-def test_four_sliders_lock_above_the_horizon_threshold() -> None:
-    # float64 has them creep for ever there
-    found = fate(captions(4), "0.00065")
-    assert told(found) == (Outcome.CYCLING, Evidence.PROVED, 1, 75)
-    assert fate(captions(4), "0.00065", solver="exact").outcome is Outcome.CREEPING
 
 
 class Integrated(NamedTuple):
