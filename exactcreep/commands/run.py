@@ -354,11 +354,12 @@ def _print_members(results: Sequence[Creep], settings: Sequence[Mapping[str, Any
         + (f"; {missing} not run" if missing else "")
         + f"; {sum(one.seconds for one in results):.3g} s"
     )
-    known, evidence = known_of(results), counted(one.evidence.value for one in results)
-    say(f"{known} (evidence: {evidence})" if known else f"evidence: {evidence}")
+    say(f"evidence: {counted(one.evidence.value for one in results)}")
     if sentences := [one.metastable for one in results if one.metastable]:
         say(f"{len(sentences)} members creep, but {sentences[0]}")
     if long := sum(one.long_rearrangements for one in results):
         say(f"accuracy: {_accuracy(long)}")
     if outside := sum((Counter(one.warnings) for one in results), Counter()):
         say(f"outside the model: {counted(outside)}")
+    if known := known_of(results):
+        say(f"what is known: {known}")
