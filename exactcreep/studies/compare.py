@@ -135,7 +135,7 @@ def compare(
     Guarantee: events agree in kind, sliders, directions and order, and those of a certified truth
     are those of the equations, as far as ``truth_evidence`` says ``proved``. Times are reported,
     and decide nothing. Velocities are those of `creep`, with its burn-in, over the whole drive or
-    the half-cycles of the first 100 000 events of `exact`.
+    the half-cycles of the first 100 000 events of `exact`; nan if these are none.
 
     Examples
     --------
@@ -268,7 +268,9 @@ def _compared(
     best, shorter = _velocity_run(usual, member, VELOCITY_EVENTS), member
     if best.half_cycles < member.drive.half_cycles and best.outcome is Outcome.LIMIT:
         shorter = replace(member, drive=shortened(member.drive, best.half_cycles))
-        best = _velocity_run(usual, shorter, 2 * VELOCITY_EVENTS)
+        if best.half_cycles:
+            best = _velocity_run(usual, shorter, 2 * VELOCITY_EVENTS)
+    has_velocity = best.half_cycles > 0  # else a half-cycle has too many events to be run
     rows: list[dict[str, Any]] = []
     errors: list[Floats] = []
     for method in methods:
@@ -276,7 +278,7 @@ def _compared(
         most = beyond(len(known.events)) if known.events else None
         own, seconds = true if method == truth else followed(method, known.reached, most)
         row: dict[str, Any] = {"evidence": own.evidence.value}
-        if method.solver in COMPILED:
+        if method.solver in COMPILED and has_velocity:
             row |= _of_velocity(method, shorter, best)
         elif own.events:
             pace = best.event_count / max(best.half_cycles, 1)

@@ -407,9 +407,10 @@ def test_a_file_that_cannot_be_begun_is_named(
 
 
 def test_a_comparison_is_bounded_by_its_events_and_needs_a_rest() -> None:
-    far = Experiment.of(Chain(**GOOD | {"sigma_mu": 0}), Cycles("0.02", 1))
+    far = Experiment.of(Chain(**GOOD | {"sigma_mu": 0}), Cycles(1000, 1))
     found = compare(far, events=20)
     assert 20 <= found.events < 60
+    assert found.velocity.isnull().all()  # one half-cycle has ten million events
     steep = Experiment.of(Chain(**GOOD | {"tan_alpha": "0.55", "sigma_mu": 0}), RUN)
     refused = refusal(lambda: compare(steep))
     assert refused is not None
