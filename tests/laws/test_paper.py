@@ -89,7 +89,7 @@ def test_a_law_is_what_the_paper_prints(label: str) -> None:
         assert agree(coded(label, "printed", p), value_of(right, p)), p
 
 
-@pytest.mark.parametrize("label", [*CORRECTED, "vitesse_seuil"])
+@pytest.mark.parametrize("label", [*sorted(CORRECTED), "vitesse_seuil"])
 def test_a_corrected_law_is_what_the_derivations_prove(label: str) -> None:
     # Eq. (vitesse_seuil) is right as printed where it is positive
     entry, form = BY_NAME[label], "corrected" if label in CORRECTED else "exact"
