@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import sympy as sp
 
 from derivations import slip
-from derivations.chain import RationalChain
 from derivations.judges import inequality, vanishes
 from derivations.model import Model, solved
 from derivations.notation import c, l0, mu_d, mu_s, static_margin, symbol
@@ -57,16 +54,3 @@ def derive(p: Proof, model: Model) -> None:
         beyond,
     )
     p.entry("dilation_jumps", holds=vanishes(short - beyond))
-    p.checked(
-        "ties occur at ordinary numbers: tan(alpha) = 1/5, mu_d = 1/2, mu_s = 3/5, N = 3",
-        _tie,
-        "after two lone slips of slider 3 slider 2 is at its threshold, and sliders "
-        "1 and 3 reach theirs together",
-    )
-
-
-def _tie() -> bool:
-    low, high = Fraction(1, 2), Fraction(3, 5)
-    chain = RationalChain(3, Fraction(1, 5), low, high)
-    chain.ramp(2 * (high - low) + high)
-    return chain.slips == 2 and chain.forces == [-high, high, high]

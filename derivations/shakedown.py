@@ -7,16 +7,9 @@ and forces have the same unit here (a spring's constant is 1).
 
 from __future__ import annotations
 
-from fractions import Fraction
-from functools import cache
-from math import ceil
-from random import Random
-from typing import NamedTuple
-
 import sympy as sp
 
 from derivations import runaway, slip
-from derivations.chain import Avalanche, RationalChain
 from derivations.model import Model, T, after, before, solved
 from derivations.notation import Expression, N, c, excess, mu_d, mu_s, n, s, slope_margin
 from derivations.proof import Proof, chapter
@@ -147,11 +140,6 @@ def _ends(p: Proof, model: Model, total: Expression) -> None:
         N * mu_s * c - 2 * L,
     )
     p.show("they can sum to N s up to L =", solved(high - total, L), N * (mu_s * c - s) / 2)
-    p.checked(
-        "just at that amplitude the cycle exists and returns, a little above none does",
-        _locked,
-        "40 rational chains of N = 3, 4, 6, 9 each: every slip followed",
-    )
     p.argued(
         "N >= 4: the largest amplitude of a locked cycle of the ends is l0 A = "
         "min(N (mu_s c - s)/2, mu_s c + D floor(mu_s/(mu_s - mu_d))), and there is none if "
@@ -164,74 +152,3 @@ def _ends(p: Proof, model: Model, total: Expression) -> None:
         "sliders 1 and 3 slip in turns; slider 2 feels at most 3 s + q, q in [0, 2D) the lag "
         "between them, and q = 0 is possible",
     )
-
-
-class EndsCycle(NamedTuple):
-    """Forces at the end of a contraction of the reach L, in units of m g cos(alpha)."""
-
-    slope: Fraction
-    reach: Fraction
-    forces: tuple[Fraction, ...]
-
-
-def ends_cycle(
-    size: int, slope: Fraction, low: Fraction, high: Fraction, reach: Fraction
-) -> EndsCycle:
-    """Return the forces that lead to a locked cycle of the ends at an amplitude where there is one.
-
-    Every force takes the same share of what lies between its lowest and its highest value.
-    """
-    slips = max(0, ceil((reach - high) / (high - low)))
-    swing = 2 * slips * (high - low)
-    if size == 3:  # no lag: sliders 1 and 3 slip together
-        phase = 2 * reach - swing - high if slips else reach
-        return EndsCycle(slope, reach, (phase, 3 * slope, -phase))
-    resting = size - 4
-    lows = [2 * reach - swing - high, swing - high, *[-high] * resting, -high, -high]
-    highs = [-force for force in reversed(lows)]
-    room = sum(highs) - sum(lows)
-    part = (size * slope - sum(lows)) / room if room else Fraction(1, 2)
-    forces = [start + part * (end - start) for start, end in zip(lows, highs, strict=True)]
-    return EndsCycle(slope, reach, tuple(forces))
-
-
-def _returns(size: int, slope: Fraction, low: Fraction, high: Fraction, reach: Fraction) -> bool:
-    """Return whether the ends slip in a cycle of these forces, and no other slider starts."""
-    forces = list(ends_cycle(size, slope, low, high, reach).forces)
-    if max(map(abs, forces)) > high:
-        return False
-    chain = RationalChain(size, slope, low, high, list(forces))
-    try:
-        chain.to(2 * reach)
-        chain.to(Fraction(0))
-    except Avalanche:
-        return False
-    return chain.forces == forces and chain.slips > 0
-
-
-@cache
-def _locked() -> bool:
-    """Return whether random chains have the cycle at their largest amplitude and not above it.
-
-    Above it the same recipe for the forces leads out of the thresholds. N = 3 has no largest
-    amplitude.
-    """
-    random, left = Random(4), 160
-    while left:
-        size = (3, 4, 6, 9)[left % 4]
-        low = Fraction(random.randint(2, 40), 20)
-        high = low * (1 + Fraction(random.randint(1, 30), random.choice((20, 37, 60))))
-        slope = low * Fraction(random.randint(0, 19), 20)
-        rest = size * (high - slope) / 2
-        edge = min(rest, high + (high - low) * (high // (high - low)))
-        if size == 3:
-            edge = high * random.randint(2, 30)
-        if rest <= high or (size == 3 and 3 * slope > high):
-            continue  # there is no such cycle
-        left -= 1
-        inside, beyond = high + (edge - high) * Fraction(2, 3), edge + Fraction(1, 10**6)
-        if not all(_returns(size, slope, low, high, reach) for reach in (inside, edge)):
-            return False
-        if size > 3 and _returns(size, slope, low, high, beyond):
-            return False
-    return True

@@ -8,14 +8,12 @@ operator of width N m acting on l0 theta, which makes Eq. (vitesse_seuil) exact.
 from __future__ import annotations
 
 from fractions import Fraction
-from functools import cache
-from random import Random
 
 import sympy as sp
 
 from derivations import plateaus
-from derivations.chain import NotUnique, RationalChain, play_variation
-from derivations.model import FRESH, Model, T
+from derivations.chain import RationalChain
+from derivations.model import FRESH, Model, T, solved
 from derivations.notation import (
     Expression,
     N,
@@ -66,17 +64,6 @@ def derive(p: Proof, model: Model) -> None:
         "l0 A = 2, 20, 200 (cos alpha)",
     )
     p.entry("insensitive_to_disorder", lines=2)
-    p.checked(
-        "any path: rise and fall of the play",
-        _paths,
-        "66 random paths of 16 targets, N = 2..12, every slider",
-    )
-    p.checked(
-        "at tan(alpha) = mu_d/2 every N = 4k has two limits, N + 3 - 2i and N + 1 - 2i; every "
-        "other N has one",
-        _ties,
-        "N = 2..20: ties broken downhill and uphill",
-    )
 
 
 def _fronts(p: Proof, model: Model) -> None:
@@ -118,7 +105,7 @@ def _fronts(p: Proof, model: Model) -> None:
         N * slope_margin,
         "width",
     )
-    lower, upper = mu_d * (1 - 2 * ((i - 1) / N)), mu_d * (1 - 2 * ((i - 2) / N))
+    lower, upper = (mu_d * (1 - 2 * (place - 1) / N) for place in (i, i - 1))
     p.show(
         "slider i-2 has joined before, by N (upper edge - tan(alpha)) c",
         (width - front.subs(n, i - 2)).subs(s, tan * c) / c,
@@ -140,6 +127,12 @@ def _fronts(p: Proof, model: Model) -> None:
         "... and from starting downhill by N (upper edge - tan(alpha)) c",
         (-model.friction(1) - pivot).subs(s, tan * c) / c,
         N * (upper - tan),
+    )
+    p.show(
+        "at its lower edge it could as well be slider i: the limit is not unique. tan(alpha) = "
+        "mu_d/2 is an edge for i = N/4 + 1, which is whole for N = 4k",
+        solved(lower - mu_d / 2, i),
+        N / 4 + 1,
     )
     p.show(
         "neighbours' ranges of tension, from the least to the largest, differ by -2 mu_d c in an "
@@ -213,65 +206,6 @@ def _velocity(p: Proof, model: Model) -> None:
     p.show("the same as the paper's argument gives (plateaus)", velocity * tau_th, plateau.finite)
 
 
-def path_agrees(random: Random, size: int, targets: int) -> bool:
-    """Return whether a random chain on a random path moves as the play operator says."""
-    low = Fraction(random.randint(1, 60), 30)
-    slope = low * Fraction(random.randint(1, 119), 120)
-    steps = size - size * slope / low
-    if steps % 2 == 0:  # at an edge
-        return path_agrees(random, size, targets)
-    index = int(steps // 2) + 2
-    partner, margin = size + 1 - index, size * (low - slope)
-    chain = RationalChain(size, slope, low)
-    chain.to(4 * size * low)
-    chain.to(Fraction(0))  # beyond the transient: the play is at +width/2
-    start = list(chain.x)
-    path = [margin * Fraction(random.randint(-90, 90), 60) for _ in range(targets)]
-    for target in path:
-        chain.to(target)
-    _, rise, fall = play_variation(path, margin, margin / 2)
-    return all(
-        chain.x[slider - 1] - start[slider - 1]
-        == (slider - index + 1) * rise + (partner + 1 - slider) * fall
-        for slider in range(max(1, index - 1), min(size, partner + 1) + 1)
-    )
-
-
-@cache
-def _paths() -> bool:
-    random = Random(22)
-    return all(path_agrees(random, size, 16) for size in range(2, 13) for _ in range(6))
-
-
-def _advance(size: int, tie: str) -> set[Fraction]:
-    """Return how far sliders move in a cycle of the amplitude N mu_d at tan(alpha) = mu_d/2."""
-    low, slope = Fraction(1, 2), Fraction(1, 4)
-    chain, reach = RationalChain(size, slope, low, tie=tie), size * low
-    for target in (reach, -reach, reach):
-        chain.to(target)
-    start = list(chain.x)
-    chain.to(-reach)
-    chain.to(reach)
-    once = 2 * reach - size * (low - slope)
-    return {(end - begin) / once for begin, end in zip(start, chain.x, strict=True)}
-
-
-@cache
-def _ties() -> bool:
-    for size in range(2, 21):
-        first = Fraction(size + 3 - 2 * (size // 4 + 1))
-        try:
-            tie = len(_advance(size, "")) != 1
-        except NotUnique:
-            tie = True
-        if tie != (size % 4 == 0):
-            return False
-        if tie and _advance(size, "downhill") | _advance(size, "uphill") != {first, first - 2}:
-            return False
-    return True
-
-
-@cache
 def _locks() -> bool:
     """Return whether N = 3 at tan(alpha) = .19 has a locked cycle where the law says creep."""
     slope, low, high = Fraction(19, 100), Fraction(1, 2), Fraction(3, 5)

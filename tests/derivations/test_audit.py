@@ -114,6 +114,8 @@ def test_show_prints_the_steps_of_one_subject(capsys: pytest.CaptureFixture[str]
     assert "Pivots and critical angles" in printed
     assert "it starts downhill, F_i > mu_s c" in printed
     assert "mu_d*(1 - 2*(i - 1)/N) + (-mu_d + mu_s)/N" in printed
+    assert main(["--only", "no_random_threshold"]) == 0
+    assert "[proved: the integrand is positive, and A and B" in capsys.readouterr().out
 
 
 def test_the_whole_audit_is_short_and_holds(capsys: pytest.CaptureFixture[str]) -> None:
@@ -162,7 +164,7 @@ WITHOUT = {
     random_dilation_width timesteps dist_theta dilation_jumps critical_dilation end_of_targets
     centre_of_mass two_slider_asymptote two_slider_threshold_value turning_points
     no_random_threshold friction_difference cycle_jumps gaussian_amplitude
-    contraction_amplitude equivalent_width croll_differs solid_stiffness chain_length
+    contraction_amplitude equivalent_width solid_stiffness chain_length
     always_random_creep hertz_stiffness janssen_pressure grain_force grain_stiffness
     grain_number column_dilation column_temperature critical_velocity""",
     "s": "spring_force integration_step critical_range",
@@ -178,7 +180,7 @@ WITHOUT = {
     first_critical_angle vitesse_random forcestatique pull_above pull_below chain_starts
     contraction_needed seuil small_difference vitesse_seuil sigma_theta_star
     vitesse_seuil_random continuum_source vitessecontinue delta_T_star solid_dilation
-    solid_temperature threshold_value largest_chain moseley croll pipeline_walking
+    solid_temperature threshold_value largest_chain moseley croll croll_differs pipeline_walking
     sweeping_process level_chains""",
     "gse": "static_eq1",
     "gst": "static_eq",

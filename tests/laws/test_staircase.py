@@ -1,11 +1,13 @@
-"""The staircase of two sliders against relays in rational arithmetic."""
+"""The staircase of two sliders against an exact rational chain, every slip followed."""
 
 from __future__ import annotations
 
 from fractions import Fraction
 from random import Random
 
-from derivations import two_sliders
+import pytest
+
+from derivations.chain import RationalChain
 from exactcreep import laws
 from exactcreep.laws import staircase_two_sliders
 from tests.laws.parameters import SLOPES, F, context
@@ -26,18 +28,27 @@ def _case(random: Random) -> dict[str, Fraction]:
     }
 
 
-def test_the_staircase_is_the_count_of_relays_in_rational_arithmetic() -> None:
-    random, creeping = Random(8), 0
-    for _ in range(500):
-        p = _case(random)
-        cosine = laws.cosine(p["tan_alpha"])
-        reach, r0 = p["l0"] * p["amplitude"] / cosine, p["r0"] / cosine
-        relays = two_sliders.staircase(p["tan_alpha"], p["mu_d"], p["mu_s"], reach, r0)
-        found = staircase_two_sliders(**p)
-        assert found == cosine * relays
-        assert isinstance(found, Fraction | int)
-        creeping += found > 0
-    assert 100 < creeping < 480
+@pytest.mark.parametrize("seeds", [range(1), pytest.param(range(1, 60), marks=pytest.mark.slow)])
+def test_the_staircase_is_what_two_sliders_do_slip_by_slip(seeds: range) -> None:
+    for seed in seeds:
+        random, creeping = Random(seed), 0
+        for _ in range(200):
+            p = _case(random)
+            cosine, slope = laws.cosine(p["tan_alpha"]), p["tan_alpha"]
+            reach, step = p["l0"] * p["amplitude"] / cosine, p["mu_s"] - p["mu_d"]
+            r0 = (p["r0"] / cosine + step) % (2 * step) - step
+            pair = RationalChain(2, slope, p["mu_d"], p["mu_s"], [slope + r0, slope - r0])
+            pair.to(reach)
+            pair.to(-reach)
+            start = sum(pair.x)
+            pair.to(reach)
+            pair.to(-reach)
+            found = staircase_two_sliders(**p)
+            assert sum(pair.x) - start == 4 * found / cosine
+            assert (pair.x[1] - pair.x[0]) % (2 * step) == 0
+            assert isinstance(found, Fraction | int)
+            creeping += found > 0
+        assert 40 < creeping < 190
 
 
 def test_the_staircase_rests_exactly_at_its_threshold_and_creeps_above() -> None:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 from functools import partial
-from itertools import product
+from itertools import accumulate, product
 from random import Random
 
 import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from derivations.shakedown import EndsCycle, ends_cycle
+from derivations.chain import Avalanche, RationalChain
 from exactcreep import creep, laws
 from exactcreep.laws import locked_ends_amplitude, no_lasting_creep_amplitude
 from exactcreep.model.chain import Chain
@@ -20,6 +20,7 @@ from exactcreep.model.drive import Cycles
 from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.studies.fates.fate import fate
+from tests.laws.parameters import SLOPES
 from tests.paper import captions
 
 F = Fraction
@@ -115,15 +116,58 @@ def test_the_edge_of_locked_ends_is_the_programme_over_numbers_of_slips(size: in
         assert found * float(laws.cosine(tan)) == pytest.approx(float(law), abs=1e-9)
 
 
-def prepared(chain: Chain, cycle: EndsCycle) -> tuple[State, Fraction]:
+def ends_cycle(chain: Chain, reach: Fraction) -> list[Fraction]:
+    """Return the forces at the end of a contraction of a locked cycle of the ends, if there is one.
+
+    In m g cos(alpha), as the reach. Each is the same share from its least to its largest value.
+    """
+    size, high, weight = chain.n, chain.mu_s, chain.n * chain.tan_alpha
+    step = 2 * (high - chain.mu_d)
+    swing = step * max(0, math.ceil(2 * (reach - high) / step))
+    if size == 3:  # no lag: sliders 1 and 3 slip together
+        phase = 2 * reach - swing - high if swing else reach
+        return [phase, weight, -phase]
+    least = [2 * reach - swing - high, swing - high, *[-high] * (size - 4), -high, -high]
+    room = -2 * sum(least)
+    share = (weight - sum(least)) / room if room else F(1, 2)
+    return [a - share * (a + b) for a, b in zip(least, reversed(least), strict=True)]
+
+
+def returns(chain: Chain, reach: Fraction) -> bool:
+    """Return whether the ends slip in a cycle of these forces, and no other slider starts."""
+    forces = ends_cycle(chain, reach)
+    rational = RationalChain(chain.n, chain.tan_alpha, chain.mu_d, chain.mu_s, list(forces))
+    try:
+        rational.to(2 * reach)
+        rational.to(F(0))
+    except Avalanche:
+        return False
+    stays = max(map(abs, forces)) <= chain.mu_s and rational.forces == forces
+    return stays and rational.slips > 0
+
+
+def test_rational_chains_have_locked_ends_up_to_the_largest_amplitude_and_not_above() -> None:
+    random, found = Random(4), 0
+    for size in (3, 4, 6, 9) * 60:
+        slope = random.choice(SLOPES)
+        low = slope * F(random.randint(21, 400), 20)
+        high = low * (1 + F(random.randint(1, 30), random.choice((20, 37, 60))))
+        chain = Chain(size, 1, low, high, tan_alpha=slope)
+        law = locked_ends_amplitude(n=size, l0=1, mu_d=low, mu_s=high, tan_alpha=slope)
+        edge = high * random.randint(2, 30) if law == math.inf else law / laws.cosine(slope)
+        if edge > 0:
+            found += 1
+            assert all(returns(chain, high + (edge - high) * part) for part in (F(2, 3), F(1)))
+            assert law == math.inf or not returns(chain, edge + F(1, 10**6))
+    assert found > 120
+
+
+def prepared(chain: Chain, reach: Fraction) -> tuple[State, Fraction]:
     """Return the state at the end of a contraction, and the amplitude of the cycle."""
-    cosine = laws.cosine(cycle.slope)
-    amplitude = cycle.reach * cosine / chain.l0
-    tensions, total = [], F(0)
-    for force in cycle.forces[:-1]:
-        total += (force - cycle.slope) * cosine
-        tensions.append(total)
-    return State.prepared(chain, tensions, theta=-amplitude), amplitude
+    cosine = laws.cosine(chain.tan_alpha)
+    tensions = list(accumulate(f - chain.tan_alpha for f in ends_cycle(chain, reach)[:-1]))
+    amplitude = reach * cosine / chain.l0
+    return State.prepared(chain, [t * cosine for t in tensions], theta=-amplitude), amplitude
 
 
 @pytest.mark.parametrize("size", [4, 6, 10, 30])
@@ -133,14 +177,13 @@ def test_a_chain_is_locked_just_below_the_edge_of_locked_ends_and_not_above(size
     edge = locked_ends_amplitude(**known)
     assert isinstance(edge, Fraction)
     edge *= chain.l0 / COSINE
-    cycle = ends_cycle(size, SLOPE, chain.mu_d, chain.mu_s, edge - F(1, 10**4))
-    start, amplitude = prepared(chain, cycle)
+    start, amplitude = prepared(chain, edge - F(1, 10**4))
     end = fate(chain, amplitude, start=start, cycles=300, solver="exact")
     assert (end.outcome, end.period, end.advance) == (Outcome.CYCLING, 1, 0)
     assert end.itinerary is not None
     slipped = {n for _, events in end.itinerary for _, sliders, _ in events for n in sliders}
     assert slipped == {1, size}
-    start, amplitude = prepared(chain, ends_cycle(size, SLOPE, chain.mu_d, chain.mu_s, edge))
+    start, amplitude = prepared(chain, edge)
     run = creep(chain, Cycles(amplitude + F(1, 10**7), 20), start=start, record=("x",))
     assert (np.ptp(run.dataset["x"].to_numpy(), axis=0)[1:-1] > 0).any()
 
@@ -150,8 +193,7 @@ def test_three_sliders_have_locked_ends_at_every_amplitude_up_to_a_third_of_mu_s
     assert locked_ends_amplitude(**three, tan_alpha=F(1, 5)) == math.inf
     assert locked_ends_amplitude(**three, tan_alpha=F(1, 5) + F(1, 10**9)) == 0
     chain = captions(3, mu_s="0.7", tan_alpha=F(9, 40))
-    cycle = ends_cycle(3, chain.tan_alpha, chain.mu_d, chain.mu_s, F(5))
-    start, amplitude = prepared(chain, cycle)
+    start, amplitude = prepared(chain, F(5))
     end = fate(chain, amplitude, start=start, cycles=300, solver="exact")
     assert (end.outcome, end.advance) == (Outcome.CYCLING, 0)
 
