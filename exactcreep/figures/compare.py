@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
-from exactcreep.figures.style import INKS, LENGTH, new_figure, styled
+from exactcreep.figures.style import DASHES, DOTTED, INKS, LENGTH, new_figure, styled
 from exactcreep.studies.comparison import spread, table
 
 _FLOOR = 1e-18
 """Smaller errors, and none at all, are drawn there: at the lower edge."""
+
+_INKS = (*INKS, "#6B3E00", "#762A83", "#B2A800", "#800026")
+"""More than other pictures have: nine methods are compared unless they are named."""
+_STYLES = [(*dashed, ink) for dashed, ink in product(zip(DASHES, "osD^", strict=True), _INKS)]
+"""Line, mark and colour of each method."""
 
 
 @styled
@@ -20,19 +28,21 @@ def draw_compared(data: xr.Dataset, title: str = "") -> Figure:
     figure = new_figure(9.0, 4.6, title)
     left, right = figure.subplots(1, 2)
     for k, name in enumerate(data.method.values):
-        ink, errors = INKS[k % len(INKS)], np.maximum(first.errors.values[k], _FLOOR)
+        dash, mark, ink = _STYLES[k % len(_STYLES)]
+        errors = np.maximum(first.errors.values[k], _FLOOR)
         agreed = int(first.rests[k])
-        left.plot(data.rest[:agreed], errors[:agreed], color=ink, label=name)
-        left.plot(data.rest[agreed:], errors[agreed:], color=ink, linewidth=0.5)
+        left.plot(data.rest[:agreed], errors[:agreed], color=ink, linestyle=dash, label=name)
+        left.plot(data.rest[agreed:], errors[agreed:], color=ink, linestyle=dash, linewidth=0.5)
         value, low, high = 100 * biases.values[k]
         bars = [[value - low], [high - value]] if np.isfinite(high - low) else None
         if np.isfinite(value):
-            right.errorbar(rows.seconds.iloc[k], value, bars, color=ink, marker="o", capsize=2)
+            right.errorbar(rows.seconds.iloc[k], value, bars, color=ink, marker=mark, capsize=2)
     left.set(yscale="log", xlabel="rests, one after each rearrangement")
     left.set_ylabel(rf"largest error of $\tilde{{x}}_n$ {LENGTH}")
-    left.set_title("thin: after the first wrong event", fontsize=8)
-    right.axhline(0.0, color=INKS[7], linewidth=0.8, zorder=0)
+    left.set_title("thin: after the first wrong event; at the lower edge: no error", fontsize=8)
+    right.axhline(0.0, color="0", linestyle=DOTTED, linewidth=0.8, zorder=0)
     right.set(xscale="log", xlabel="time per half-cycle (s)")
+    right.xaxis.set_minor_locator(LogLocator(subs=(2, 5)))  # their labels do not overlap
     right.set_ylabel("bias of the mean velocity (%), 95 %")
     right.margins(x=0.12)
     figure.legend(*left.get_legend_handles_labels(), loc="outside lower center", ncols=3)

@@ -391,6 +391,11 @@ def test_the_command_prints_draws_and_writes_the_dataset(
     # besides the zero, one point for each method whose bias is known
     points = [line for line in right.lines if line.get_marker() == "o"]
     assert len(points) == np.isfinite(biases).sum() > 3
+    inks = [line.get_color() for line in left.lines[::2]]
+    assert len(set(inks)) == len(names) == 9
+    assert [line.get_color() for line in points] == [
+        ink for ink, bias in zip(inks, biases, strict=True) if np.isfinite(bias)
+    ]
     for axes in (left, right):
         assert axes.get_xlabel()
         assert axes.get_ylabel()
