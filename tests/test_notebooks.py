@@ -19,6 +19,8 @@ with warnings.catch_warnings():  # what the kernel's clients say about themselve
 ROOT = Path(__file__).parents[1]
 NOTEBOOKS = sorted((ROOT / "notebooks").glob("*.ipynb"))
 LARGEST_FILE = 400_000
+STUDIES = ("07", "11", "13")
+"""Notebooks that take a minute and more; they run with `pytest -m slow`."""
 
 
 class Client(NotebookClient):
@@ -80,7 +82,13 @@ def test_there_is_a_notebook_of_every_subject() -> None:
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::ResourceWarning")
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] * path.name.startswith(STUDIES))
+        for path in NOTEBOOKS
+    ],
+)
 def test_a_notebook_runs_and_its_assertions_hold(
     path: Path, kernel_of_this_interpreter: str
 ) -> None:

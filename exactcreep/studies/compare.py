@@ -266,11 +266,11 @@ def _compared(
     usual = Method("sliding" if slides else "exact")
     step(f"{usual.solver}: mean velocity")
     best, shorter = _velocity_run(usual, member, VELOCITY_EVENTS), member
-    if best.half_cycles < member.drive.half_cycles and best.outcome is Outcome.LIMIT:
+    limited = best.half_cycles < member.drive.half_cycles and best.outcome is Outcome.LIMIT
+    has_velocity = not limited or best.half_cycles > 0
+    if limited and has_velocity:
         shorter = replace(member, drive=shortened(member.drive, best.half_cycles))
-        if best.half_cycles:
-            best = _velocity_run(usual, shorter, 2 * VELOCITY_EVENTS)
-    has_velocity = best.half_cycles > 0  # else a half-cycle has too many events to be run
+        best = _velocity_run(usual, shorter, 2 * VELOCITY_EVENTS)
     rows: list[dict[str, Any]] = []
     errors: list[Floats] = []
     for method in methods:
