@@ -93,9 +93,10 @@ def say(words: Any, *, soft_wrap: bool = True, **style: Any) -> None:
 
 
 def say_heading(scene: str, title: str) -> None:
-    """Print which scene it is."""
+    """Print which scene it is, its name once."""
     from rich.markup import escape
 
+    title = title.removeprefix(f"{scene} ")
     say(f"[bold]{escape(scene)}[/bold]" + (f": {escape(title)}" if title else ""))
 
 
@@ -125,7 +126,7 @@ def _worded(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.9g}"
     if isinstance(value, Mapping):
-        several = any(isinstance(part, Mapping) for part in value.values())
+        several = all(isinstance(part, Mapping) for part in value.values())
         between, colon = ("\n", ":") if several else (", ", "")
         parts = [(f"{key}{colon}".replace("_", " "), _worded(part)) for key, part in value.items()]
         return between.join(f"{name} {text}" for name, text in parts if text)

@@ -204,7 +204,8 @@ def scene_of(scene: str, *, settings: list[str] | None = None) -> Any:
             raise exactcreep.InputError("set", entry, "must be KEY=VALUE, e.g. chain.n=6")
         given[key.strip()] = parsed_value(text.strip())
     loaded = exactcreep.load_scene(scene).with_settings(given)
-    return replace(loaded, title=f"with {', '.join(settings)}") if settings else loaded
+    told = f"{loaded.name} with {', '.join(settings or [])}"
+    return replace(loaded, title=told) if settings else loaded
 
 
 def start_of(*, start_tension: str | None = None) -> str | None:

@@ -15,6 +15,7 @@ from PIL import Image
 
 from exactcreep.cli import COMMANDS, status
 from exactcreep.commands import files
+from exactcreep.commands.answer import say_summary
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, environment, finished
 
@@ -409,3 +410,16 @@ def test_a_directory_that_cannot_be_written_is_refused_before_the_run(command: C
         pytest.skip("root may write everywhere")
     Path("closed").mkdir(mode=0o500)
     assert "can be written" in command(*QUICK.split(), "--out", "closed/run.nc").sentence
+
+
+def test_each_amplitude_of_a_half_life_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    tried: list[dict[str, object]] = [
+        {"amplitude": 0.25, "share": 0.0, "directions": {}},
+        {"amplitude": 0.5, "share": 1.0, "directions": {"downhill": 3}},
+    ]
+    say_summary({"shares": tried})
+    printed = capsys.readouterr().out.splitlines()
+    assert [line.strip() for line in printed] == [
+        "shares  amplitude 0.25, share 0",
+        "amplitude 0.5, share 1, directions downhill 3",
+    ]

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 
 from exactcreep import Creep, InputError, resume
 from exactcreep.commands.answer import grouped
@@ -82,10 +83,12 @@ def test_the_summary_puts_the_paper_s_prediction_beside_the_measured_value(
 
 
 def test_a_title_tells_what_was_run_and_a_velocity_below_the_threshold_no_law(
-    command: Command,
+    command: Command, drawn: list[Figure]
 ) -> None:
     line = (*SIX, "--set", "chain.n=3", *cycles(5))
-    assert command(*line).out.startswith("six-sliders-cycles: with chain.n=3, drive.cycles=5\n")
+    told = command(*line, "--plot", "a.png").out
+    assert told.startswith("six-sliders-cycles: with chain.n=3, drive.cycles=5\n")
+    assert drawn[0].get_suptitle() == "six-sliders-cycles with chain.n=3, drive.cycles=5"
     below = command(*line, "--set", "drive.amplitude=1e-5").out
     assert "paper, Eq. (vitesse_seuil)  none: below its threshold" in below
 
