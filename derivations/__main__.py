@@ -15,7 +15,7 @@ import sympy as sp
 
 from derivations.ledger import CHAPTERS, Entry, disagreements, entries, premises, proof_of
 from derivations.model import MODEL, PREMISES, Model
-from derivations.proof import STANDINGS, Line
+from derivations.proof import STANDINGS, Line, Proof
 
 SYMBOLS = (
     "c, s: cosine and sine of alpha; T_n: tension of spring n, in m g; lengths in g m/k, times in "
@@ -50,20 +50,19 @@ def _wrapped(text: str, first: str, indent: int) -> list[str]:
     )
 
 
-def _shown(title: str, assumptions: Sequence[str], lines: Sequence[Line]) -> Iterator[str]:
+def _shown(proof: Proof, lines: Sequence[Line]) -> Iterator[str]:
     """Yield lines of a proof as one reads them."""
-    yield title
-    yield "=" * len(title)
+    yield proof.title
+    yield "=" * len(proof.title)
     yield from _wrapped(SYMBOLS, "", 0)
-    yield from _wrapped("assumed: " + "; ".join(assumptions), "", 9)
+    yield from _wrapped("assumed: " + "; ".join(proof.assumptions), "", 9)
     for number, line in enumerate(lines, 1):
-        reason = f": {line.why}" if line.why else ""
-        standing = line.fault or line.standing + reason
+        standing = line.fault or ": ".join(filter(None, [line.standing, line.why]))
         how = f" [{standing}]" if standing else ""
         value = line.value if line.form is None else line.form
-        yield from _wrapped(line.text + ("" if line.form is not None else how), f"{number:3d}. ", 5)
+        yield from _wrapped(line.text + how * (value is None), f"{number:3d}. ", 5)
         if value is not None:
-            yield from _wrapped(sp.sstr(value) + how * (line.form is not None), " " * 9, 9)
+            yield from _wrapped(sp.sstr(value) + how, " " * 9, 9)
     yield ""
 
 
@@ -88,15 +87,24 @@ def _table() -> Iterator[str]:
         yield "".join("x " if premise in carried else ". " for premise in PREMISES) + name
 
 
-def _report(named: list[Entry], only: str | None, show: bool, model: Model) -> int:
+def _summed(named: list[Entry], lines: Sequence[Line]) -> str:
+    """Return how many entries there are of each verdict, and lines of each standing."""
+    verdicts = Counter(entry.verdict for entry in named)
+    standings = Counter(line.standing for line in lines)
+    said = ", ".join(f"{verdicts[verdict]} {verdict}" for verdict in sorted(verdicts))
+    claims = ", ".join(f"{standings[word]} {word}" for word in STANDINGS)
+    return f"\n{len(named)} statements: {said}; claims: {claims}; {time.process_time():.0f} s"
+
+
+def _audit(named: list[Entry], arguments: argparse.Namespace, model: Model) -> int:
     """Print what was asked for, and return 1 if anything of it is refuted under the model."""
-    started = time.process_time()
-    chapters = [name for name in CHAPTERS if only in (None, name)]
+    only = arguments.only
+    chapters = [proof_of(name, model) for name in CHAPTERS if only in (None, name)]
+    parts = [(proof, proof.lines) for proof in chapters] or [
+        (proof_of(entry.chapter, model), entry.decision(model).shown) for entry in named
+    ]
+    lines = [line for _, shown in parts for line in shown]
     faults = [fault for entry in named for fault in entry.faults(model)]
-    if chapters:
-        lines = [line for name in chapters for line in proof_of(name, model).lines]
-    else:
-        lines = [line for entry in named for line in entry.decision(model).shown]
     # what an entry does not rest on cannot refute it
     if faults or chapters:
         faults += [f"{line.text}: {line.fault}" for line in lines if line.fault]
@@ -105,55 +113,39 @@ def _report(named: list[Entry], only: str | None, show: bool, model: Model) -> i
     if faults:
         print(f"{len(faults)} statements are refuted", file=sys.stderr)
         return 1
-    for name in chapters if show or only else []:
-        proof = proof_of(name, model)
-        print("\n".join(_shown(proof.title, proof.assumptions, proof.lines)))
-    for entry in [] if chapters else named:
-        proof, shown = proof_of(entry.chapter, model), entry.decision(model).shown
-        print("\n".join(_shown(proof.title, proof.assumptions, shown)))
+    if arguments.json:
+        print(json.dumps([entry.as_json() for entry in named], indent=1, ensure_ascii=False))
+        return 0
+    for proof, shown in parts if arguments.show or only else []:
+        print("\n".join(_shown(proof, shown)))
     for entry in named:
         print("\n".join(_row(entry, whole=only is not None)))
-    verdicts = Counter(entry.verdict for entry in named)
-    standings = Counter(line.standing for line in lines)
-    said = ", ".join(f"{verdicts[verdict]} {verdict}" for verdict in sorted(verdicts))
-    claims = ", ".join(f"{standings[word]} {word}" for word in STANDINGS)
-    seconds = time.process_time() - started
-    print(f"\n{len(named)} statements: {said}; claims: {claims}; {seconds:.0f} s")
+    print(_summed(named, lines))
     return 0
 
 
 def main(given: Sequence[str] | None = None) -> int:
     """Run the audit; return 0 if everything holds, 1 if something does not, 2 for bad input."""
     arguments = _arguments(given)
-    only = arguments.only
+    only, paper = arguments.only, arguments.paper
     named = [e for e in entries() if only in (None, e.chapter, e.label, e.name)]
     if not named and only not in CHAPTERS:
         print(f"--only {only}: no label, name or chapter of the ledger", file=sys.stderr)
         return 2
     try:
-        source = arguments.paper.read_text(encoding="utf-8") if arguments.paper else None
+        problems = disagreements(paper.read_text(encoding="utf-8")) if paper else []
     except (OSError, UnicodeDecodeError) as trouble:
-        print(f"--paper {arguments.paper}: {trouble}", file=sys.stderr)
+        print(f"--paper {paper}: {trouble}", file=sys.stderr)
         return 2
-    model = PREMISES.get(arguments.premise, MODEL)
     if arguments.premises:
         print("\n".join(_table()))
         return 0
-    if arguments.json:
-        faults = [fault for entry in named for fault in entry.faults(model)]
-        print("\n".join(f"refuted: {fault}" for fault in faults), file=sys.stderr)
-        if faults:
-            return 1
-        print(json.dumps([entry.as_json() for entry in named], indent=1, ensure_ascii=False))
-    elif _report(named, only, arguments.show, model):
-        return 1
-    problems = disagreements(source) if source is not None else []
+    refuted = _audit(named, arguments, PREMISES.get(arguments.premise, MODEL))
     for problem in problems:
         print(problem, file=sys.stderr)
-    if source is not None and not problems and not arguments.json:
-        said = "every statement is verbatim, every labelled equation has an entry"
-        print(f"{arguments.paper}: {said}")
-    return 1 if problems else 0
+    if paper and not problems and not arguments.json:
+        print(f"{paper}: every statement is verbatim, every labelled equation has an entry")
+    return 1 if refuted or problems else 0
 
 
 if __name__ == "__main__":

@@ -8,7 +8,9 @@ from derivations import continuum, pivots, thresholds
 from derivations.judges import vanishes
 from derivations.model import Model, T, g, solved
 from derivations.notation import (
+    L,
     N,
+    Y,
     amplitude,
     c,
     excess,
@@ -17,13 +19,15 @@ from derivations.notation import (
     mu_d,
     mu_s,
     n,
+    rho,
     s,
     slope_margin,
+    star,
     symbol,
+    tau_th,
 )
 from derivations.proof import Proof, chapter
 
-L, Y, rho, star = symbol("L"), symbol("Y"), symbol("rho"), symbol("A_theta_star")
 E, A, w_p, phi, mu_p, heat = (symbol(x) for x in ["E", "A", "w", "phi", "mu", "Delta_f"])
 v, trial, low = sp.Function("v"), sp.Function("trial"), sp.Symbol("low", positive=True)
 speed, gap = sp.symbols("speed gap", nonnegative=True)
@@ -38,9 +42,9 @@ def derive(p: Proof, model: Model) -> None:
         sp.limit(solid.velocity, Y, sp.oo),
         L * s / (c * mu_d) * amplitude,
     )
-    p.entry("moseley", {symbol("v_G"): moseley / symbol("tau_th")})
+    p.entry("moseley", {symbol("v_G"): moseley / tau_th})
     linear = vanishes(sp.diff(moseley / amplitude, amplitude))
-    p.entry("macroscopic_models", holds=linear, lines=0)
+    p.alone("macroscopic_models", holds=linear)
     _croll(p, model)
     pipe = {amplitude: heat / (E * A) / 2, Y: E, rho: w_p / (A * g)}
     walking = p.show(

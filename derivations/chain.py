@@ -17,7 +17,7 @@ import sympy as sp
 
 from derivations import slip
 from derivations.model import MODEL
-from derivations.notation import c, mu_d, mu_s, s, symbol
+from derivations.notation import c, mu_d, mu_s, s, tan
 
 Q = Fraction
 _ZERO = Q(0)
@@ -36,9 +36,8 @@ def _numbers() -> Callable[..., Any]:
     """Return weight, sliding and static friction, and an end's slip, of slope, mu_d and mu_s."""
     weight = MODEL.scaled(MODEL.weight)
     parts = [weight, -MODEL.friction(1), MODEL.threshold(), slip.derive().last]
-    slope = symbol("t")
-    numbers = [sp.expand(part.subs(s, slope * c) / c) for part in parts]
-    made: Callable[..., Any] = sp.lambdify((slope, mu_d, mu_s), numbers, modules=[{}])
+    numbers = [sp.expand(part.subs(s, tan * c) / c) for part in parts]
+    made: Callable[..., Any] = sp.lambdify((tan, mu_d, mu_s), numbers, modules=[{}])
     return made
 
 

@@ -10,22 +10,27 @@ from derivations.model import Model, g, k, solved
 from derivations.notation import (
     Expression,
     Formula,
+    L,
     N,
+    Y,
     amplitude,
     c,
     i,
+    kappa,
     l0,
     mu_d,
     n,
+    rho,
     s,
     slope_margin,
+    star,
     symbol,
+    tan,
+    tau_th,
 )
 from derivations.proof import Proof, chapter
 
-L, Y, rho, kappa = symbol("L"), symbol("Y"), symbol("rho"), symbol("kappa")
-R, depth, P, D = symbol("R"), symbol("delta"), symbol("P"), symbol("D")
-section, tau_th, star = symbol("S"), symbol("tau_th"), symbol("A_theta_star")
+R, depth, P, D, section = (symbol(name) for name in ["R", "delta", "P", "D", "S"])
 
 
 def _to_order(quantity: Expression, exact: Expression) -> Judge:
@@ -51,9 +56,9 @@ def derive(p: Proof, model: Model) -> None:
 def _solid(p: Proof, model: Model) -> None:
     """Show the velocity and the threshold of a solid."""
     length = sp.summation(l0, (n, 1, N - 1))
-    p.entry("chain_length", _to_order(L, length), {L: length}, lines=0)
+    p.alone("chain_length", _to_order(L, length), {L: length})
     exact = (N - 1) * Y * section / L
-    p.entry("solid_stiffness", _to_order(k, exact), {k: exact}, lines=0)
+    p.alone("solid_stiffness", _to_order(k, exact), {k: exact})
     mass, stiffness = rho * section * L / N, N * Y * section / L
     unit = p.show(
         "solid of section S: k = N Y S/L, m = rho S L/N; the unit of length, g m/k, is",
@@ -65,17 +70,17 @@ def _solid(p: Proof, model: Model) -> None:
         L / N / unit,
         N * Y / (rho * g * L),
     )
-    edge, slope = pivots.derive(model).sliding_edge, symbol("t")
-    middle = solved((edge + edge.subs(i, i - 1)) / 2 - slope, i)
+    edge = pivots.derive(model).sliding_edge
+    middle = solved((edge + edge.subs(i, i - 1)) / 2 - tan, i)
     steps = p.show(
         "in the middle of plateau i's range of slopes N + 3 - 2i =",
-        (N + 3 - 2 * middle).subs(slope, s / c),
+        (N + 3 - 2 * middle).subs(tan, s / c),
         N * s / (c * mu_d),
     )
     plateau = plateaus.derive(model)
     per_step = sp.cancel(plateau.finite / (N + 3 - 2 * i))
     growth = sp.expand(per_step * (steps + symbol("rest")))
-    p.entry("growth_with_size", holds=lambda: sp.degree(growth, N) == 2, lines=0)
+    p.alone("growth_with_size", holds=lambda: sp.degree(growth, N) == 2)
     law = per_step * steps * unit
     bare = sp.cancel(plateau.velocity * tau_th / (N + 3 - 2 * i)) * steps * unit
     solid = L * s / (c * mu_d)
@@ -90,7 +95,7 @@ def _solid(p: Proof, model: Model) -> None:
     p.entry("vitessecontinue", {symbol("v_G"): velocity / tau_th})
     p.entry("continuum_source", holds=not vanishes(velocity - bare), lines=2)
     p.show("which no longer knows N", sp.diff(velocity, N), 0)
-    p.entry("independent_of_contacts", holds=vanishes(sp.diff(velocity, N)), lines=0)
+    p.alone("independent_of_contacts", holds=vanishes(sp.diff(velocity, N)))
     least = p.show("threshold: A* =", thresholds.derive(model).sliding.subs(l0, spring), least)
     p.entry("delta_T_star", {symbol("Delta_T_star"): least / kappa})
 
@@ -103,14 +108,14 @@ def _solid(p: Proof, model: Model) -> None:
         lambda: 1.18e-9 < amount < 1.2e-9 and 2.4e-9 < paper.subs({s: 0, c: 1}) < 2.5e-9,
         "floating point",
     )
-    p.entry("solid_dilation", within(amount, 1.5), lines=0)
-    p.entry("solid_temperature", within(amount / 1e-5 * 1e3, 1.5, "Delta_T"), lines=0)
+    p.alone("solid_dilation", within(amount, 1.5))
+    p.alone("solid_temperature", within(amount / 1e-5 * 1e3, 1.5, "Delta_T"))
 
 
 def _beads(p: Proof, model: Model) -> None:
     """Show the scale of the threshold of a column of beads."""
-    p.entry("janssen_pressure", proportional({P: rho * g * D}), lines=0)
-    p.entry("grain_number", ratio({N: D / (2 * R)}, lambda quotient: quotient == 1), lines=0)
+    p.alone("janssen_pressure", proportional({P: rho * g * D}))
+    p.alone("grain_number", ratio({N: D / (2 * R)}, lambda quotient: quotient == 1))
     hertz = p.show(
         "beads: Hertz' force Y R**(1/2) delta**(3/2), up to a number; stiffness",
         sp.diff(Y * sp.sqrt(R) * depth ** sp.Rational(3, 2), depth),

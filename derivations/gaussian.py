@@ -23,7 +23,9 @@ from derivations.notation import (
     s,
     sigma_theta,
     slope_margin,
+    star,
     symbol,
+    tau_th,
 )
 from derivations.proof import Proof, chapter
 from derivations.scaling import normal
@@ -31,7 +33,7 @@ from derivations.scaling import normal
 z, e = sp.symbols("z e", real=True)
 h, A, B, phi = sp.symbols("h A B phi", positive=True)
 """Half-width of the play; Phi(z - h), Phi(-z - h); the normal density at z, e = erf(z/sqrt(2))."""
-tau_th, G, star = symbol("tau_th"), symbol("G"), symbol("sigma_theta_star")
+G, width_star = symbol("G"), symbol("sigma_theta_star")
 ROOT_PI = sp.sqrt(sp.pi)
 
 
@@ -161,7 +163,7 @@ def _chain(p: Proof, model: Model) -> None:
         ROOT_PI * N * slope_margin / (3 * l0),
     )
     largest = half * sigma_theta
-    p.entry("sigma_theta_star", {star: threshold, symbol("A_theta_star"): largest}, lines=3)
+    p.entry("sigma_theta_star", {width_star: threshold, star: largest}, lines=3)
     two = p.show(
         "N = 2, i = 2",
         linear.subs({N: 2, i: 2}),
@@ -171,12 +173,12 @@ def _chain(p: Proof, model: Model) -> None:
     p.entry("velocity_th_2_gaussian", leading(pair, sigma_theta), pair)
     p.entry("velocity_th_2_gaussienne_corrected", pair)
     zero = p.show("it vanishes at", solved(two, sigma_theta), threshold.subs(N, 2))
-    p.entry("threshold_th_2_gaussienne_corrected", {star: zero})
+    p.entry("threshold_th_2_gaussienne_corrected", {width_star: zero})
 
     cosine = 4 / sp.sqrt(17)
     captions = {N: 2, mu_d: sp.Rational(1, 2), mu_s: sp.Rational(3, 5), s: cosine / 4, c: cosine}
     printed = (2 * ROOT_PI / 3 * (mu_s * c - s)).subs(captions)
-    p.entry("two_slider_threshold_value", within(printed, 1.05), lines=0)
+    p.alone("two_slider_threshold_value", within(printed, 1.05))
     width = sp.Symbol("width", positive=True)
     margin = (half * l0 * sigma_theta / width).subs(captions)
     law = p.mean_step + p.slope * margin + p.curvature * margin**2

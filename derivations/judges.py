@@ -47,12 +47,16 @@ def positive(expression: Expression) -> bool:
 
 def follows(bindings: Mapping[Any, Any]) -> Judge:
     """Return a judge: all sides of the formula agree once the derived expressions are put in."""
+    return compared(bindings, lambda one, other: vanishes(one - other))
+
+
+def compared(bindings: Mapping[Any, Any], holds: Callable[..., object]) -> Judge:
+    """Return a judge of an equation: what must hold for its neighbouring sides."""
 
     def judge(formula: Formula) -> bool:
         if not formula.relations or not set(formula.relations) <= {"=", "~"}:
             return False
-        sides = formula.bound(bindings).sides
-        return all(vanishes(one - other) for one, other in pairwise(sides))
+        return all(holds(one, other) for one, other in pairwise(formula.bound(bindings).sides))
 
     return judge
 
@@ -64,14 +68,7 @@ def equals(value: Expression) -> Judge:
 
 def ratio(bindings: Mapping[Any, Any], holds: Callable[[Expression], object]) -> Judge:
     """Return a judge of an approximate law: what the ratio of its two sides must be."""
-
-    def judge(formula: Formula) -> bool:
-        if not formula.relations or not set(formula.relations) <= {"=", "~"}:
-            return False
-        sides = formula.bound(bindings).sides
-        return 0 not in sides and all(holds(one / other) for one, other in pairwise(sides))
-
-    return judge
+    return compared(bindings, lambda one, other: one * other != 0 and holds(one / other))
 
 
 def proportional(bindings: Mapping[Any, Any]) -> Judge:

@@ -15,12 +15,8 @@ import sympy as sp
 
 from derivations.judges import Judge
 from derivations.model import MODEL, PREMISES, Model
-from derivations.notation import NotationError, c, mu_d, mu_s, read, s, symbol
+from derivations.notation import NotationError, c, read, s, symbol
 from derivations.proof import STANDINGS, Decision, Proof, Refuted
-
-VERDICTS = ("exact", "approximation", "misprint", "inconsistent", "convention")
-"""Follows from the model; leading term of what follows; slip of the pen; contradicts the model or
-the paper's own law; a definition or a choice."""
 
 NAMES = (
     "scaling procedure modes slip two_sliders pivots plateaus thresholds sliding_limit gaussian "
@@ -46,7 +42,11 @@ class Entry:
         A name of its own (the label, where the paper has one).
     chapter : str
         The module that backs it.
-    place, printed, verdict, label, number, corrected, error, assumptions, why
+    verdict : str
+        ``exact``: follows from the model; ``approximation``: leading term of what follows;
+        ``misprint``; ``inconsistent``: contradicts the model or the paper's own law;
+        ``convention``: a definition or a choice.
+    place, printed, label, number, corrected, error, assumptions, why
         As the ledger has them.
     formula, corrected_formula : str or None
         The parts of `printed` and `corrected` that are judged.
@@ -187,8 +187,6 @@ def entries() -> tuple[Entry, ...]:
             repair=tuple(said.get("repair", ())),
             law=said.get("law", {}),
         )
-        if chapter not in CHAPTERS or entry.verdict not in VERDICTS:
-            raise ValueError(f"{key}: unknown chapter or verdict {entry.verdict}")
         made.append(entry)
     return tuple(made)
 
@@ -233,7 +231,7 @@ def value(entry: Entry, corrected: bool = False) -> float | None:
         numbers |= SOLID
     cosine = 1 / sp.sqrt(1 + sp.Rational(1, 16))
     given = {symbol(name): sp.Rational(number) for name, number in numbers.items()}
-    for side in read(text).bound({symbol("Delta_mu"): mu_s - mu_d}).sides:
+    for side in read(text).bound({}).sides:
         number = sp.N(side.subs(given).subs({c: cosine, s: cosine / 4}))
         if number.is_number:
             return float(number)

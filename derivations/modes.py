@@ -175,9 +175,7 @@ def _rows(kind: Ends) -> list[Expression]:
     right = lower.subs(row, p + 1)
     if kind.right == "free":
         right -= lower.subs(row, p)
-    mean = sp.Integer(0)
-    if kind.left == kind.right == "free":
-        mean = 1 / p
+    mean = 1 / p if kind.left == kind.right == "free" else sp.Integer(0)
     above, below = (
         2 * part - part.subs(row, row - 1) - part.subs(row, row + 1) + mean
         for part in (upper, lower)

@@ -5,7 +5,8 @@ text, read by :func:`read`: nothing is transcribed by hand, and a changed sign, 
 in the text is a changed formula in the check.
 
 Conventions of the reader: a tilde is dropped (the modules say which quantities are dimensionless);
-a bar makes ``mean_mu_s``, which is mu_s unless a module says otherwise; a subscript that holds an
+a bar makes ``mean_mu_s``, which is mu_s unless a module says otherwise, and ``Delta_mu`` is
+mu_s - mu_d; a subscript that holds an
 index becomes an argument (``x_{n+1}`` is ``x(n + 1)``, ``f_{i \\to i-1}`` is ``f(i, i - 1)``,
 ``\\mu_{\\mathrm{s},2}`` is ``mu_s(2)``); what stands behind a slash up to the end of the product is
 the denominator; ``<v_G>`` is the symbol ``v_G``.
@@ -43,6 +44,8 @@ N, n, i, j = (symbol(name) for name in ["N", "n", "i", "j"])
 l0, mu_d, mu_s, sigma_mu = (symbol(name) for name in ["l_0", "mu_d", "mu_s", "sigma_mu"])
 amplitude, sigma_theta = symbol("A_theta"), symbol("sigma_theta")
 alpha, theta = symbol("alpha"), symbol("theta")
+L, Y, rho, kappa = (symbol(name) for name in ["L", "Y", "rho", "kappa"])
+tau_th, tan, star = symbol("tau_th"), symbol("t"), symbol("A_theta_star")
 c, s = symbol("c"), symbol("s")
 """Cosine and sine of alpha, as independent symbols: everything is a polynomial in them."""
 
@@ -117,7 +120,7 @@ def bind(expression: Expression, bindings: Mapping[Any, Any]) -> Expression:
             expression = expression.replace(sp.Function(key), value)
     plain = {key: value for key, value in bindings.items() if not isinstance(key, str)}
     expression = expression.subs(plain, simultaneous=True)
-    expression = expression.subs(symbol("mean_mu_s"), mu_s)
+    expression = expression.subs({symbol("mean_mu_s"): mu_s, symbol("Delta_mu"): mu_s - mu_d})
     return expression.subs({sp.cos(alpha): c, sp.sin(alpha): s, sp.tan(alpha): s / c})
 
 

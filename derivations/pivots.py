@@ -11,11 +11,10 @@ import sympy as sp
 
 from derivations.judges import follows, inequality, positive, vanishes
 from derivations.model import Model, T, g, m, solved
-from derivations.notation import Expression, Formula, N, alpha, at, c, i, j, mu_d, mu_s, s, symbol
+from derivations.notation import Expression, Formula, N, alpha, at, c, i, j, mu_d, mu_s, s, tan
 from derivations.proof import Proof, chapter
 
-tan = symbol("t")
-star = sp.Function("alpha_N_star")
+critical_angle = sp.Function("alpha_N_star")
 
 
 def slope(force: Expression, held: Expression) -> Expression:
@@ -51,8 +50,8 @@ def derive(p: Proof, model: Model) -> None:
         model.force(i).subs({T(i - 1): above, T(i): below}),
         N * s - mu_d * c * (N + 1 - 2 * i),
     )
-    p.entry("pivot_stability", inequality({}, model.held - abs(model.net(i))), lines=0)
-    p.entry("friction_difference", {symbol("Delta_mu"): mu_s - mu_d}, lines=0)
+    p.alone("pivot_stability", inequality({}, model.held - abs(model.net(i))))
+    p.alone("friction_difference", {})
 
     centre = mu_d * (1 - 2 * ((i - 1) / N))
     critical = p.show(
@@ -61,8 +60,10 @@ def derive(p: Proof, model: Model) -> None:
         centre + (mu_s - mu_d) / N,
         "critical",
     )
-    tangents = {sp.tan(star(index)): critical.subs(i, index) for index in (i, sp.Integer(1))}
-    angles = follows(tangents | {symbol("Delta_mu"): mu_s - mu_d})
+    tangents = {
+        sp.tan(critical_angle(index)): critical.subs(i, index) for index in (i, sp.Integer(1))
+    }
+    angles = follows(tangents)
     p.entry("critical_angle", angles)
     lower = p.show(
         "slider i-1 in its place starts uphill, F_{i-1} < -mu_s c, where tan(alpha) is below",
@@ -75,7 +76,6 @@ def derive(p: Proof, model: Model) -> None:
         critical - lower,
         2 * (mu_s - mu_d) / N,
     )
-    p.show("... with its middle at", (critical + lower) / 2, centre)
     p.show(
         "where both edges lie if static friction holds no more than sliding friction",
         slope(force, -model.friction(1)),
@@ -89,10 +89,12 @@ def derive(p: Proof, model: Model) -> None:
     )
 
     def slider_i_has_let_go(formula: Formula) -> bool:
-        ordered = formula.sides == (star(i), alpha, star(i - 1)) and positive(steeper)
+        ordered = formula.sides == (critical_angle(i), alpha, critical_angle(i - 1)) and positive(
+            steeper
+        )
         return ordered and formula.relations == ("<", "<")
 
-    p.entry("critical_range", slider_i_has_let_go, lines=0)
+    p.alone("critical_range", slider_i_has_let_go)
     first = p.show("tan(alpha*_{N,1}) =", critical.subs(i, 1), mu_d + (mu_s - mu_d) / N)
     p.entry("first_critical_angle", corrected=angles, holds=not vanishes(first - mu_d))
 

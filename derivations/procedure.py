@@ -23,7 +23,7 @@ def derive(p: Proof, model: Model) -> None:
         lambda: [model.push(end) for end in ("first", "inner", "last")] == [-1, 0, 1],
         "scaling",
     )
-    p.entry("end_of_targets", lines=0)
+    p.alone("end_of_targets")
     first, last, tension = model.pair()
     about_to_slip = solved(last - model.threshold(), tension)
     contracted = first.subs(tension, about_to_slip) - model.push("first") * beyond
@@ -39,7 +39,7 @@ def derive(p: Proof, model: Model) -> None:
     theta_q, theta_c = symbol("theta_q"), symbol("theta_c")
     ramp = {theta_c ** (k + 1): theta_q + way / (1 + part), symbol("theta_q+1"): theta_q + way}
     between = inequality(ramp, way**2)
-    p.entry("critical_dilation", corrected=between, holds=start.is_positive, lines=0)
+    p.alone("critical_dilation", corrected=between, holds=start.is_positive)
 
     length, excess = slip.derive(model).length, slip.derive(model).excess
     at_once = p.show(

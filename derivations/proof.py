@@ -142,11 +142,17 @@ class Proof:
         holds : bool or callable
             Evidence beside the formulas.
         lines : int
-            0: a definition, or what needs no line.
+            How many.
         """
         rested = self.lines[len(self.lines) - lines :]
         shown = self.lines[-max(8, lines) :] if lines else []
         self.decisions[name] = Decision(_judge(printed), _judge(corrected), holds, rested, shown)
+
+    def alone(
+        self, name: str, printed: Any = None, corrected: Any = None, holds: Any = True
+    ) -> None:
+        """Decide an entry that rests on no line: a definition, or what its formula settles."""
+        self.entry(name, printed, corrected, holds, lines=0)
 
     def __getattr__(self, name: str) -> Any:
         try:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import sympy as sp
 
-from derivations.judges import vanishes
 from derivations.model import Model, T, k, solved, stretch
-from derivations.notation import Formula, N, alpha, c, mu_d, n, s, slope_margin, symbol
+from derivations.notation import Formula, N, alpha, c, mu_d, n, s, slope_margin, symbol, tan
 from derivations.proof import Proof, chapter
 
 v = sp.Function("v")
-alpha_c, slope = symbol("alpha_c"), symbol("t")
+alpha_c = symbol("alpha_c")
 speed, energy_left, more, path = sp.symbols("speed E_end more path", nonnegative=True)
 first, rate, energy, step, time = sp.symbols("a B E delta time", positive=True)
 
@@ -32,21 +31,15 @@ def derive(p: Proof, model: Model) -> None:
     )
     critical = p.show(
         "it vanishes at tan(alpha) =",
-        solved(sp.expand(mean.subs(s, c * slope)), slope),
+        solved(sp.expand(mean.subs(s, c * tan)), tan),
         mu_d,
     )
 
-    def at_arctan(formula: Formula) -> bool:
-        angle, tangent = formula.sides[-2], sp.tan(formula.sides[-1])
-        if angle == sp.tan(alpha_c):
-            angle, tangent = alpha_c, formula.right
-        return angle == alpha_c and vanishes(tangent - critical)
-
     def accelerates(formula: Formula) -> bool:
-        beyond = formula.relations == (">", "=") and formula.left == alpha
-        return beyond and at_arctan(formula)
+        beyond = formula.sides == (alpha, alpha_c, sp.atan(critical))
+        return beyond and formula.relations == (">", "=")
 
-    p.entry("alpha_c", lambda formula: formula.relations == ("=",) and at_arctan(formula))
+    p.entry("alpha_c", {sp.tan(alpha_c): critical})
     p.entry("accelerates_above", accelerates)
     p.proved(
         "above, the mean velocity never falls",

@@ -9,25 +9,29 @@ from derivations.judges import inequality, ratio, small, vanishes, within
 from derivations.model import FRESH, Model, after, before, g, here, k, m, mu, solved, tau_dyn, way
 from derivations.notation import (
     Expression,
+    L,
     N,
     S,
+    Y,
     at,
     c,
+    kappa,
     l0,
     mu_d,
     mu_s,
     n,
+    rho,
     s,
     sigma_mu,
     sigma_theta,
     symbol,
+    tau_th,
     theta,
     x,
 )
 from derivations.proof import Proof, chapter
 
-M, L, Y, rho = symbol("M"), symbol("L"), symbol("Y"), symbol("rho")
-c_s, kappa, T, T_0 = symbol("c_s"), symbol("kappa"), symbol("T"), symbol("T_0")
+M, c_s, T, T_0 = (symbol(name) for name in ["M", "c_s", "T", "T_0"])
 velocity = sp.Function("dot_x")
 
 
@@ -45,36 +49,36 @@ def normal(value: Expression, centre: Expression, width: Expression) -> Expressi
 )
 def derive(p: Proof, model: Model) -> None:
     """Show the forces on a slider, friction, and the units in which they have no parameter."""
-    p.entry("slider_mass", {m: M / N}, lines=0)
-    p.entry("total_length", {L: sp.summation(l0, (n, 1, N - 1))}, lines=0)
-    p.entry("dilation", {theta: solved(l0 * (theta - kappa * (T - T_0)), theta)}, lines=0)
+    p.alone("slider_mass", {m: M / N})
+    p.alone("total_length", {L: sp.summation(l0, (n, 1, N - 1))})
+    p.alone("dilation", {theta: solved(l0 * (theta - kappa * (T - T_0)), theta)})
     expansion = model.natural[1]
-    p.entry("thermal_expansion", {"l": lambda t: expansion.subs(theta, kappa * (t - T_0))}, lines=0)
+    p.alone("thermal_expansion", {"l": lambda t: expansion.subs(theta, kappa * (t - T_0))})
     pull = at({(n + 1, n): model.pull(1, x(n), x(n + 1))})
-    p.entry("spring_force", {"f": pull, "l": lambda t: l0 * (1 + theta)}, lines=0)
+    p.alone("spring_force", {"f": pull, "l": lambda t: l0 * (1 + theta)})
     ends = {"f": at({(0, 1): model.ends[0], (N + 1, N): model.ends[1]})}
-    p.entry("free_end_upper", ends, lines=0)
-    p.entry("free_end_lower", ends, lines=0)
+    p.alone("free_end_upper", ends)
+    p.alone("free_end_lower", ends)
     margin = abs(model.net(n)) - model.held.subs(mu_s, mu(n))
-    p.entry("static_friction", inequality({}, margin), lines=0)
+    p.alone("static_friction", inequality({}, margin))
     opposed = model.sliding.subs(way, S(velocity(n)))
-    p.entry("dynamical_friction", {"f_d": at({n: opposed})}, lines=0)
-    p.entry("friction_order", inequality({}, mu(n) - mu_d), lines=0)
+    p.alone("dynamical_friction", {"f_d": at({n: opposed})})
+    p.alone("friction_order", inequality({}, mu(n) - mu_d))
 
-    p.entry("dynamical_time", {tau_dyn: solved(k * tau_dyn**2 / m - 1, tau_dyn)}, lines=0)
+    p.alone("dynamical_time", {tau_dyn: solved(k * tau_dyn**2 / m - 1, tau_dyn)})
     section = sp.Symbol("section", positive=True)
     mass, stiffness = rho * section * L / N, N * Y * section / L
     rod = {tau_dyn: sp.sqrt(mass / stiffness), c_s: sp.sqrt(Y / rho)}
-    p.entry("transit_time", ratio(rod, lambda q: vanishes(q - 1 / N)), rod, lines=0)
-    p.entry("dynamical_time_value", within(0.003 / 3000, 1.5), lines=0)
+    p.alone("transit_time", ratio(rod, lambda q: vanishes(q - 1 / N)), rod)
+    p.alone("dynamical_time_value", within(0.003 / 3000, 1.5))
     forces = sum(model.at(slider) for slider in ("first", "inner", "last"))
     no_units = not {m, k, g, tau_dyn} & forces.free_symbols
-    p.entry("time_unit", holds=no_units, lines=0)
-    p.entry("natural_length_unit", holds=no_units, lines=0)
+    p.alone("time_unit", holds=no_units)
+    p.alone("natural_length_unit", holds=no_units)
     stretched = (m * g / k).subs(k, m / tau_dyn**2)
-    p.entry("length_unit", holds=vanishes(g * tau_dyn**2 - stretched), lines=0)
-    p.entry("timesteps", {symbol("t_q"): symbol("q") * symbol("tau_th")}, lines=0)
-    p.entry("centre_of_mass", lines=0)
+    p.alone("length_unit", holds=vanishes(g * tau_dyn**2 - stretched))
+    p.alone("timesteps", {symbol("t_q"): symbol("q") * tau_th})
+    p.alone("centre_of_mass")
 
     friction = p.show("friction in motion, S = 1 downhill", model.friction(way), -mu_d * c * way)
     threshold = p.show("static friction holds forces up to", model.threshold(), mu_s * c)
@@ -104,9 +108,9 @@ def derive(p: Proof, model: Model) -> None:
     p.entry("redraw", holds=model.redraw.has(FRESH))
     centre = sp.Symbol("centre", real=True)
     drawn = {symbol("mean_mu_s"): centre, "p": lambda value: normal(value, centre, sigma_mu)}
-    p.entry("dist_mud", drawn, lines=0)
-    p.entry("dist_theta", {"psi": lambda value: normal(value, 0, sigma_theta)}, lines=0)
-    p.entry("random_dilation_width", {sigma_theta: kappa * symbol("Delta_T")}, lines=0)
+    p.alone("dist_mud", drawn)
+    p.alone("dist_theta", {"psi": lambda value: normal(value, 0, sigma_theta)})
+    p.alone("random_dilation_width", {sigma_theta: kappa * symbol("Delta_T")})
     p.checked(
         "a drawn mu_s below mu_d is rarer than 1e-23 for the captions' numbers",
         lambda: 7e-24 < mpmath.ncdf(-10) < 8e-24,

@@ -28,11 +28,11 @@ from derivations.notation import (
     s,
     sigma_mu,
     slope_margin,
-    symbol,
+    tan,
+    tau_th,
 )
 from derivations.proof import Proof, chapter
 
-tau_th, tan = symbol("tau_th"), symbol("t")
 rise, fall, rest, weight = sp.symbols("rise fall rest weight", positive=True)
 below, width, above = sp.symbols("p w r", nonnegative=True)
 
@@ -88,7 +88,7 @@ def _fronts(p: Proof, model: Model) -> None:
     signs = {mu_d: (rest + weight) / c, mu_s: (rest + weight) / c + 1, s: weight}
     before, after = (sp.factor(tension.subs(signs)) for tension in (outer, behind))
     pulls = before.is_negative and after.is_positive
-    p.entry("compression_wave", holds=pulls, lines=0)
+    p.alone("compression_wave", holds=pulls)
     front = p.show(
         "tensions grow by -l0 dtheta until slider n joins: above the pivot at -l0 dtheta =",
         behind - outer,

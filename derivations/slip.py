@@ -52,28 +52,24 @@ def derive(p: Proof, model: Model) -> None:
         "the sine has no other zero in (0, pi]",
     )
     length = p.show("so it moves by", path.subs(t, sp.pi / w), 2 * a0 / w**2, "length")
-    for slider, name, springs in (("last", "an end slider", 1), ("inner", "an inner slider", 2)):
-        count = p.show(
-            f"{name} that moves by X loses X of the force on it for every spring: springs",
-            -sp.diff(model.at(slider), here),
-            springs,
-        )
-        move = p.show(
-            f"{name} moves by",
-            length.subs({a0: excess, w: sp.sqrt(count)}),
-            2 * (mu_s - mu_d) * c / springs,
-            slider,
-        )
-        if slider == "last":
-            fall = {"Delta_f": at({(1, 2): m * g * move.subs(mu_s, mu(2))})}
-            p.entry("force_drop", fall)
-        p.show(
-            "... and keeps the force, which an old coefficient holds, and a new one that is not "
-            "below |2 mu_d - mu_s|,",
-            model.threshold() - count * move,
-            (2 * mu_d - mu_s) * c,
-        )
-    stiffness = -sp.diff(model.at("last"), here)
+    stiffness = p.show(
+        "an end slider that moves by X loses X of the force on it: springs",
+        -sp.diff(model.at("last"), here),
+        1,
+    )
+    move = p.show(
+        "it moves by",
+        length.subs({a0: excess, w: sp.sqrt(stiffness)}),
+        2 * (mu_s - mu_d) * c,
+        "last",
+    )
+    p.entry("force_drop", {"Delta_f": at({(1, 2): m * g * move.subs(mu_s, mu(2))})})
+    p.show(
+        "... and keeps the force, which an old coefficient holds, and a new one that is not below "
+        "|2 mu_d - mu_s|,",
+        model.threshold() - stiffness * move,
+        (2 * mu_d - mu_s) * c,
+    )
     driven = p.show(
         "while theta rises, l0 theta' = V, a slipping end slider has the velocity",
         sp.expand(sp.diff(_moved(excess + model.push("last") * V * t - stiffness * X), t)),

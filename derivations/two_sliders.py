@@ -21,13 +21,15 @@ from derivations.notation import (
     s,
     sigma_mu,
     slope_margin,
+    star,
     static_margin,
     symbol,
+    tan,
+    tau_th,
 )
 from derivations.proof import Proof, chapter
 
-tau_th, r, tan = symbol("tau_th"), symbol("r"), symbol("t")
-v_G, step = symbol("v_G"), symbol("Delta_x_G")
+r, v_G, step = symbol("r"), symbol("v_G"), symbol("Delta_x_G")
 jump = sp.Symbol("jump", positive=True)
 room = l0 * amplitude
 
@@ -68,10 +70,10 @@ def _order(p: Proof, model: Model) -> tuple[Expression, Expression]:
     on_1 = model.ends[0] + model.weight - pull
     on_2 = model.ends[1] + model.weight + pull
     held_1, held_2 = model.held.subs(mu_s, mu(1)), model.held.subs(mu_s, mu(2))
-    p.entry("lower_slider_starts", inequality(forces, on_2 - held_2), lines=0)
-    p.entry("slip_starts", inequality(forces, on_2 - held_2), lines=0)
-    p.entry("upper_slider_stays", inequality(forces, held_1 + on_1), lines=0)
-    p.entry("upper_slider_after_slip", inequality(forces, held_1 - on_1), lines=0)
+    p.alone("lower_slider_starts", inequality(forces, on_2 - held_2))
+    p.alone("slip_starts", inequality(forces, on_2 - held_2))
+    p.alone("upper_slider_stays", inequality(forces, held_1 + on_1))
+    p.alone("upper_slider_after_slip", inequality(forces, held_1 - on_1))
 
     first, last, tension = model.pair()
     start = p.show(
@@ -79,19 +81,12 @@ def _order(p: Proof, model: Model) -> tuple[Expression, Expression]:
         solved(last - model.threshold(), tension),
         -static_margin,
     )
-    p.show(
-        "slider 1 would start uphill, F_1 = -mu_s c, only 2 s below",
-        start - solved(first + model.threshold(), tension),
-        2 * s,
-    )
     move = slip.derive(model).last
-    left = first.subs(tension, start + move)
     p.show(
-        "the slip of slider 2 by 2D leaves slider 1 the margin mu_s c - F_1 =",
-        model.threshold() - left,
-        2 * slope_margin,
+        "the slip of slider 2 by 2D leaves slider 1 the margin mu_s c + F_1 =",
+        first.subs(tension, start + move) + model.threshold(),
+        2 * s + 2 * excess,
     )
-    p.show("... and mu_s c + F_1 =", model.threshold() + left, 2 * s + 2 * excess)
 
     start_2 = solved(last - model.threshold(mu(2)), tension)
     start_1 = solved(first + model.threshold(mu(1)), tension)
@@ -161,7 +156,7 @@ def _staircase(p: Proof, model: Model, start: Expression, move: Expression) -> N
         solved(reach - move / 2, amplitude),
         static_margin / l0,
     )
-    p.entry("threshold_th_2_cycle_corrected", {symbol("A_theta_star"): threshold})
+    p.entry("threshold_th_2_cycle_corrected", {star: threshold})
     p.entry("rest_below_threshold")
     at_rho = sp.Symbol("rho", real=True)
     velocity = p.show(
