@@ -13,6 +13,7 @@ from derivations.notation import (
     Y,
     amplitude,
     c,
+    creeps,
     excess,
     i,
     l0,
@@ -24,7 +25,6 @@ from derivations.notation import (
     slope_margin,
     star,
     symbol,
-    tau_th,
 )
 from derivations.proof import Proof, chapter
 
@@ -42,7 +42,7 @@ def derive(p: Proof, model: Model) -> None:
         sp.limit(solid.velocity, Y, sp.oo),
         L * s / (c * mu_d) * amplitude,
     )
-    p.entry("moseley", {symbol("v_G"): moseley / tau_th})
+    p.entry("moseley", creeps(moseley))
     linear = vanishes(sp.diff(moseley / amplitude, amplitude))
     p.alone("macroscopic_models", holds=linear)
     _croll(p, model)

@@ -6,8 +6,10 @@ import sympy as sp
 
 from derivations import pivots, plateaus, thresholds
 from derivations.judges import Judge, proportional, ratio, vanishes, within
-from derivations.model import Model, g, k, solved
+from derivations.model import Model, g, k, m, solved
 from derivations.notation import (
+    CAPTIONS,
+    SOLID,
     Expression,
     Formula,
     L,
@@ -15,6 +17,7 @@ from derivations.notation import (
     Y,
     amplitude,
     c,
+    creeps,
     i,
     kappa,
     l0,
@@ -26,11 +29,11 @@ from derivations.notation import (
     star,
     symbol,
     tan,
-    tau_th,
 )
 from derivations.proof import Proof, chapter
+from derivations.scaling import ROD, section
 
-R, depth, P, D, section = (symbol(name) for name in ["R", "delta", "P", "D", "S"])
+R, depth, P, D = (symbol(name) for name in ["R", "delta", "P", "D"])
 
 
 def _to_order(quantity: Expression, exact: Expression) -> Judge:
@@ -59,10 +62,9 @@ def _solid(p: Proof, model: Model) -> None:
     p.alone("chain_length", _to_order(L, length), {L: length})
     exact = (N - 1) * Y * section / L
     p.alone("solid_stiffness", _to_order(k, exact), {k: exact})
-    mass, stiffness = rho * section * L / N, N * Y * section / L
     unit = p.show(
         "solid of section S: k = N Y S/L, m = rho S L/N; the unit of length, g m/k, is",
-        g * mass / stiffness,
+        (g * m / k).subs(ROD),
         g * rho * L**2 / (N**2 * Y),
     )
     spring = p.show(
@@ -82,7 +84,7 @@ def _solid(p: Proof, model: Model) -> None:
     growth = sp.expand(per_step * (steps + symbol("rest")))
     p.alone("growth_with_size", holds=lambda: sp.degree(growth, N) == 2)
     law = per_step * steps * unit
-    bare = sp.cancel(plateau.velocity * tau_th / (N + 3 - 2 * i)) * steps * unit
+    bare = sp.cancel(plateau.velocity / (N + 3 - 2 * i)) * steps * unit
     solid = L * s / (c * mu_d)
     least = g * rho * L / (2 * Y) * slope_margin
     bare = p.show("for a solid Eq. (vitesse) becomes", bare.subs(l0, spring), solid * amplitude)
@@ -92,20 +94,19 @@ def _solid(p: Proof, model: Model) -> None:
         solid * (amplitude - least),
         "velocity",
     )
-    p.entry("vitessecontinue", {symbol("v_G"): velocity / tau_th})
+    p.entry("vitessecontinue", creeps(velocity))
     p.entry("continuum_source", holds=not vanishes(velocity - bare), lines=2)
     p.show("which no longer knows N", sp.diff(velocity, N), 0)
     p.alone("independent_of_contacts", holds=vanishes(sp.diff(velocity, N)))
     least = p.show("threshold: A* =", thresholds.derive(model).sliding.subs(l0, spring), least)
     p.entry("delta_T_star", {symbol("Delta_T_star"): least / kappa})
 
-    half = sp.Rational(1, 2)
-    paper = least.subs({g: 9.81, rho: 1e4, L: 0.01, Y: 1e11, mu_d: half})
-    amount = paper.subs({s: c / 4}).subs(c, 4 / sp.sqrt(17))
+    amount = least.subs(CAPTIONS | SOLID)
+    most = least.subs({s: 0, c: 1}).subs(CAPTIONS | SOLID)
     p.checked(
         "the paper's solid (1 cm, 100 GPa, 1e4 kg/m**3) at the captions' angle needs 1.2e-9, "
         "no solid with mu_d = 1/2 more than 2.5e-9",
-        lambda: 1.18e-9 < amount < 1.2e-9 and 2.4e-9 < paper.subs({s: 0, c: 1}) < 2.5e-9,
+        lambda: 1.18e-9 < amount < 1.2e-9 and 2.4e-9 < most < 2.5e-9,
         "floating point",
     )
     p.alone("solid_dilation", within(amount, 1.5))

@@ -11,19 +11,18 @@ from derivations import plateaus, sliding_limit
 from derivations.judges import leading, positive, vanishes, within
 from derivations.model import Model, solved
 from derivations.notation import (
+    CAPTIONS,
     Expression,
     Formula,
     N,
     amplitude,
-    c,
+    creeps,
     i,
     l0,
-    mu_d,
-    mu_s,
-    s,
     sigma_theta,
     slope_margin,
     star,
+    static_margin,
     symbol,
     tau_th,
 )
@@ -154,7 +153,7 @@ def _chain(p: Proof, model: Model) -> None:
         steps * l0 * sigma_theta * (p.mean_step + p.slope * half),
         (N + 3 - 2 * i) * (l0 * sigma_theta / ROOT_PI - N * slope_margin / 3),
     )
-    law = {"v_N_star": lambda index: linear.subs(i, index) / tau_th}
+    law = creeps(linear)
     p.entry("vitesse_random", leading(law, sigma_theta))
     p.entry("vitesse_seuil_random", law)
     threshold = p.show(
@@ -169,18 +168,17 @@ def _chain(p: Proof, model: Model) -> None:
         linear.subs({N: 2, i: 2}),
         l0 * sigma_theta / ROOT_PI - 2 * slope_margin / 3,
     )
-    pair = {symbol("v_G"): two / tau_th}
+    pair = creeps(two)
     p.entry("velocity_th_2_gaussian", leading(pair, sigma_theta), pair)
     p.entry("velocity_th_2_gaussienne_corrected", pair)
     zero = p.show("it vanishes at", solved(two, sigma_theta), threshold.subs(N, 2))
     p.entry("threshold_th_2_gaussienne_corrected", {width_star: zero})
 
-    cosine = 4 / sp.sqrt(17)
-    captions = {N: 2, mu_d: sp.Rational(1, 2), mu_s: sp.Rational(3, 5), s: cosine / 4, c: cosine}
-    printed = (2 * ROOT_PI / 3 * (mu_s * c - s)).subs(captions)
+    captions = CAPTIONS | {N: 2}
+    printed = (2 * ROOT_PI / 3 * static_margin).subs(captions)
     p.alone("two_slider_threshold_value", within(printed, 1.05))
     width = sp.Symbol("width", positive=True)
-    margin = (half * l0 * sigma_theta / width).subs(captions)
+    margin = half.subs(l0, width / sigma_theta).subs(captions)
     law = p.mean_step + p.slope * margin + p.curvature * margin**2
     lacking = 1 - law / p.mean_step
 

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import Any
 
 import sympy as sp
 
 from derivations.judges import Judge
 from derivations.model import MODEL, PREMISES, Model
-from derivations.notation import NotationError, c, read, s, symbol
+from derivations.notation import CAPTIONS, SOLID, N, NotationError, i, read
 from derivations.proof import STANDINGS, Decision, Proof, Refuted
 
 NAMES = (
@@ -199,40 +198,18 @@ def premises() -> dict[str, list[str]]:
     }
 
 
-CAPTIONS: dict[str, Any] = {
-    "N": 30,
-    "i": 9,
-    "l_0": 1000,
-    "mu_d": "1/2",
-    "mu_s": "3/5",
-    "sigma_mu": "1/100",
-    "A_theta": "1/200",
-    "sigma_theta": "1/100",
-    "Delta_theta": "1/100",
-    "tau_th": 1,
-    "m": 1,
-    "g": 1,
-    "kappa": "1/100000",
-}
-"""The captions' parameters (tan(alpha) = 1/4), with m = g = tau_th = 1."""
-SOLID = {"g": "9.81", "rho": 10**4, "L": "0.01", "Y": 10**11}
-"""The paper's solid, in SI units."""
-
-
 def value(entry: Entry, corrected: bool = False) -> float | None:
     """Return what a formula says at the captions' parameters; None: it says no number."""
     text = entry.corrected_formula if corrected else entry.formula
     if text is None:
         return None
-    numbers = dict(CAPTIONS)
+    given = dict(CAPTIONS)
     if entry.place.startswith("Sec. III A"):
-        numbers |= {"N": 2, "i": 2}
+        given |= {N: 2, i: 2}
     if entry.chapter == "continuum":
-        numbers |= SOLID
-    cosine = 1 / sp.sqrt(1 + sp.Rational(1, 16))
-    given = {symbol(name): sp.Rational(number) for name, number in numbers.items()}
+        given |= SOLID
     for side in read(text).bound({}).sides:
-        number = sp.N(side.subs(given).subs({c: cosine, s: cosine / 4}))
+        number = sp.N(side.subs(given))
         if number.is_number:
             return float(number)
     return None

@@ -56,6 +56,19 @@ static_margin = mu_s * c - s
 excess = (mu_s - mu_d) * c
 """D, the driving force of a slip that starts from the static threshold."""
 
+_CAPTIONS = {
+    "N": 30, "i": 9, "l_0": 1000, "mu_d": "1/2", "mu_s": "3/5", "sigma_mu": "1/100",
+    "A_theta": "1/200", "sigma_theta": "1/100", "Delta_theta": "1/100", "tau_th": 1, "m": 1,
+    "g": 1, "kappa": "1/100000",
+}  # fmt: skip
+_SOLID = {"g": "9.81", "rho": 10**4, "L": "0.01", "Y": 10**11}
+CAPTIONS, SOLID = (
+    {symbol(name): sp.Rational(number) for name, number in given.items()}
+    for given in (_CAPTIONS, _SOLID)
+)
+"""The captions' parameters, with m = g = tau_th = 1; the paper's solid, in SI units."""
+CAPTIONS |= {c: 4 / sp.sqrt(17), s: 1 / sp.sqrt(17)}
+
 x, f, S = sp.Function("x"), sp.Function("f"), sp.Function("S")
 
 
@@ -122,6 +135,12 @@ def bind(expression: Expression, bindings: Mapping[Any, Any]) -> Expression:
     expression = expression.subs(plain, simultaneous=True)
     expression = expression.subs({symbol("mean_mu_s"): mu_s, symbol("Delta_mu"): mu_s - mu_d})
     return expression.subs({sp.cos(alpha): c, sp.sin(alpha): s, sp.tan(alpha): s / c})
+
+
+def creeps(advance: Expression) -> dict[Any, Any]:
+    """Return the velocities, v_G and that of plateau i, of an advance per half-cycle."""
+    velocity = advance / tau_th
+    return {symbol("v_G"): velocity, "v_N_star": lambda index: velocity.subs(i, index)}
 
 
 _RELATIONS = {

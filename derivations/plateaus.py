@@ -13,6 +13,7 @@ from derivations.notation import (
     N,
     amplitude,
     at,
+    creeps,
     i,
     j,
     l0,
@@ -20,7 +21,6 @@ from derivations.notation import (
     n,
     slope_margin,
     symbol,
-    tau_th,
     theta,
 )
 from derivations.proof import Proof, chapter
@@ -81,9 +81,9 @@ def derive(p: Proof, model: Model) -> None:
     downhill = sp.expand(cycle.subs(i, (N + 2) / 2))
     p.alone("position_decreases", holds=downhill.is_positive)
     velocity = p.show(
-        "in the time 2 tau_th: v =",
-        sp.factor(cycle / (2 * tau_th)),
-        (N + 3 - 2 * i) * l0 * amplitude / tau_th,
+        "in the time 2 tau_th: tau_th v =",
+        cycle / 2,
+        (N + 3 - 2 * i) * l0 * amplitude,
         "velocity",
     )
     last = p.show("zero at i =", solved(velocity, i), (N + 3) / 2)
@@ -106,13 +106,12 @@ def derive(p: Proof, model: Model) -> None:
     )
     sliding = thresholds.derive(model).sliding
     finite = p.show(
-        "of a half-cycle's 2A only what exceeds 2A* moves the whole chain: v tau_th =",
-        velocity.subs(amplitude, amplitude - sliding) * tau_th,
+        "of a half-cycle's 2A only what exceeds 2A* moves the whole chain: tau_th v =",
+        velocity.subs(amplitude, amplitude - sliding),
         (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2),
         "finite",
     )
-    law = {"v_N_star": lambda index: finite.subs(i, index) / tau_th}
-    plain = follows({"v_N_star": lambda index: velocity.subs(i, index)})
+    law, plain = creeps(finite), follows(creeps(velocity))
     limit = leading(law, amplitude)
     p.entry("vitesse", lambda formula: plain(formula) and limit(formula), law)
     p.alone("critical_velocity", holds=vanishes(finite.subs(amplitude, sliding)))

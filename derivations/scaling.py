@@ -33,6 +33,9 @@ from derivations.proof import Proof, chapter
 
 M, c_s, T, T_0 = (symbol(name) for name in ["M", "c_s", "T", "T_0"])
 velocity = sp.Function("dot_x")
+section = symbol("S")
+ROD = {m: rho * section * L / N, k: N * Y * section / L}
+"""A rod as a chain: mass of a slider, stiffness of a spring."""
 
 
 def normal(value: Expression, centre: Expression, width: Expression) -> Expression:
@@ -66,9 +69,7 @@ def derive(p: Proof, model: Model) -> None:
     p.alone("friction_order", inequality({}, mu(n) - mu_d))
 
     p.alone("dynamical_time", {tau_dyn: solved(k * tau_dyn**2 / m - 1, tau_dyn)})
-    section = sp.Symbol("section", positive=True)
-    mass, stiffness = rho * section * L / N, N * Y * section / L
-    rod = {tau_dyn: sp.sqrt(mass / stiffness), c_s: sp.sqrt(Y / rho)}
+    rod = {tau_dyn: sp.sqrt(m / k).subs(ROD), c_s: sp.sqrt(Y / rho)}
     p.alone("transit_time", ratio(rod, lambda q: vanishes(q - 1 / N)), rod)
     p.alone("dynamical_time_value", within(0.003 / 3000, 1.5))
     forces = sum(model.at(slider) for slider in ("first", "inner", "last"))
@@ -82,19 +83,13 @@ def derive(p: Proof, model: Model) -> None:
 
     friction = p.show("friction in motion, S = 1 downhill", model.friction(way), -mu_d * c * way)
     threshold = p.show("static friction holds forces up to", model.threshold(), mu_s * c)
-    moving = sp.Integer(1), n, N
-    texts = (
-        "force on slider 1: minus the derivative of the energy, in m g, lengths in g m/k",
-        "on an inner slider",
-        "on slider N",
-    )
-    forms = (
-        after - here - l0 * (1 + theta) + s,
-        before - 2 * here + after + s,
-        before - here + l0 * (1 + theta) + s,
-    )
-    for index, name, text, form in zip(moving, ("1", "", "N"), texts, forms, strict=True):
-        slider = {"1": "first", "": "inner", "N": "last"}[name]
+    spring = l0 * (1 + theta)
+    inside = "force on slider 1: minus the derivative of the energy, in m g, lengths in g m/k"
+    for name, slider, index, text, form in (
+        ("1", "first", sp.Integer(1), inside, after - here - spring + s),
+        ("", "inner", n, "on an inner slider", before - 2 * here + after + s),
+        ("N", "last", N, "on slider N", before - here + spring + s),
+    ):
         force = p.show(text, model.at(slider), form)
         places = at({index - 1: before, index: here, index + 1: after})
         whole = force + friction.subs(way, S(velocity(index)))

@@ -19,6 +19,7 @@ from derivations.notation import (
     N,
     amplitude,
     c,
+    creeps,
     i,
     j,
     l0,
@@ -29,7 +30,6 @@ from derivations.notation import (
     sigma_mu,
     slope_margin,
     tan,
-    tau_th,
 )
 from derivations.proof import Proof, chapter
 
@@ -198,12 +198,12 @@ def _velocity(p: Proof, model: Model) -> None:
     )
     once = model.swing * l0 - reach
     velocity = p.show(
-        "cycles: rise = fall = 2 l0 A - N m; v =",
-        moved.subs({rise: once, fall: once, j: N + 1 - i}) / (2 * tau_th),
-        (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2) / tau_th,
+        "cycles: rise = fall = 2 l0 A - N m; tau_th v =",
+        moved.subs({rise: once, fall: once, j: N + 1 - i}) / 2,
+        (N + 3 - 2 * i) * (l0 * amplitude - N * slope_margin / 2),
     )
-    p.entry("vitesse_seuil", {"v_N_star": lambda index: velocity.subs(i, index)}, lines=4)
-    p.show("the same as the paper's argument gives (plateaus)", velocity * tau_th, plateau.finite)
+    p.entry("vitesse_seuil", creeps(velocity), lines=4)
+    p.show("the same as the paper's argument gives (plateaus)", velocity, plateau.finite)
 
 
 def _locks() -> bool:

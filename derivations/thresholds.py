@@ -7,17 +7,15 @@ import sympy as sp
 from derivations.judges import inequality, small, vanishes, within
 from derivations.model import Model, T, solved
 from derivations.notation import (
+    CAPTIONS,
     Formula,
     N,
     amplitude,
     at,
-    c,
     excess,
     i,
     l0,
-    mu_d,
     mu_s,
-    s,
     slope_margin,
     star,
     symbol,
@@ -87,19 +85,17 @@ def derive(p: Proof, model: Model) -> None:
     )
 
     def neglects(formula: Formula) -> bool:
-        left, right = formula.bound({}).sides
-        factor = sp.cancel(left / right / dropped)
-        return formula.relations == ("<<",) and not factor.has(N, mu_s)
+        factor = sp.cancel(formula.bound({}).left / dropped)
+        beside = formula.relations == ("<<",) and formula.right == 1
+        return beside and not factor.has(N, mu_s)
 
     p.entry("small_difference", neglects, small({}, dropped, sp.Integer(1)))
-    captions = {N: 30, mu_d: sp.Rational(1, 2), mu_s: sp.Rational(3, 5), l0: 1000, s: c / 4}
     p.show(
         "... at N = 30, tan(alpha) = 1/4, .5, .6: 1.33 %, above a detuning of 1 %",
-        dropped.subs(captions),
+        dropped.subs(CAPTIONS),
         sp.Rational(4, 300),
     )
-    number = sliding.subs(captions).subs(c, 4 / sp.sqrt(17))
-    p.alone("threshold_value", within(number, 1.014, "A_theta_star"))
+    p.alone("threshold_value", within(sliding.subs(CAPTIONS), 1.014, "A_theta_star"))
     largest = p.show(
         "the largest chain that cycles of the amplitude A move, for mu_s -> mu_d: N =",
         solved(sliding - amplitude, N),

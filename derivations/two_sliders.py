@@ -13,6 +13,7 @@ from derivations.notation import (
     amplitude,
     at,
     c,
+    creeps,
     excess,
     f,
     l0,
@@ -25,7 +26,6 @@ from derivations.notation import (
     static_margin,
     symbol,
     tan,
-    tau_th,
 )
 from derivations.proof import Proof, chapter
 
@@ -164,7 +164,7 @@ def _staircase(p: Proof, model: Model, start: Expression, move: Expression) -> N
         sp.integrate(move / 2 / move, (at_rho, -reach, reach)),
         room - slope_margin,
     )
-    mean = {v_G: velocity / tau_th}
+    mean = creeps(velocity)
     p.entry("velocity_th_2_cycle", leading(mean, amplitude), mean)
     p.entry("velocity_th_2_cycle_corrected", mean)
     p.show("towards alpha_c it tends to", sp.limit(velocity, s, mu_d * c), room)
