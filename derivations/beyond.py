@@ -11,6 +11,7 @@ from derivations.notation import (
     L,
     N,
     Y,
+    alpha,
     amplitude,
     c,
     creeps,
@@ -51,11 +52,10 @@ def derive(p: Proof, model: Model) -> None:
         "a pipeline on a seabed of slope phi, w its weight per length, walks in a cycle of "
         "heating and cooling, 2 A_theta = Delta_f/(E A), by 2 tau_th v =",
         sp.expand(2 * solid.velocity.subs(pipe)),
-        (heat + w_p * L * s - w_p * L * mu_d * c) * L * s / (c * E * A * mu_d),
+        (heat - w_p * L * slope_margin) * L * s / (c * E * A * mu_d),
     )
-    angles = {sp.sin(phi): s, sp.cos(phi): c, sp.tan(phi): s / c}
-    walks = {symbol("delta"): walking, sp.Abs(heat): heat, mu_p: mu_d}
-    p.entry("pipeline_walking", angles | walks)
+    walks = {symbol("delta"): walking, phi: alpha, sp.Abs(heat): heat, mu_p: mu_d}
+    p.entry("pipeline_walking", walks)
     _sweeping(p, model)
     _level(p, model)
 
@@ -63,17 +63,17 @@ def derive(p: Proof, model: Model) -> None:
 def _croll(p: Proof, model: Model) -> None:
     """Show the threshold of a chain that is free of stress at the start of each phase."""
     high = -model.friction(1)
-    from_above = {T(n): low, T(n - 1): model.tension(n - 1, 0, 1)}
+    from_above = model.between(model.tension(n - 1, 0, 1), low)
     down = p.show(
         "Croll: a phase that begins without stress. Cooling by l0 |dtheta| = y stretches "
         "all springs alike; slider n joins those that slide from above at y =",
-        solved(model.force(n).subs(from_above) - high, low),
+        solved(from_above - high, low),
         n * slope_margin,
     )
-    from_below = {T(n): model.tension(n, 1, -1), T(n - 1): low}
+    from_below = model.between(low, model.tension(n, 1, -1))
     up = p.show(
         "... and those that slide from below at y =",
-        solved(-model.force(n).subs(from_below) - high, low),
+        solved(-from_below - high, low),
         (N + 1 - n) * (mu_d * c + s),
     )
     meet = p.show(
@@ -97,12 +97,13 @@ def _croll(p: Proof, model: Model) -> None:
 
 def _sweeping(p: Proof, model: Model) -> None:
     """Show that the lengths of the springs are swept by the moving set of admissible tensions."""
-    other = model.force(n).subs({T(n): trial(n), T(n - 1): trial(n - 1)})
+    other, off = model.between(trial(n - 1), trial(n)), T(n) - trial(n)
+    flux = off * v(n + 1)
     p.show(
         "sweeping process: slips do work on the difference to any other admissible state; "
         "v_n (F_n - F_n') sums up to minus the lengthening of the springs times T_n - T_n'",
-        v(n) * (model.force(n) - other) + (T(n) - trial(n)) * (v(n + 1) - v(n)),
-        (T(n) - trial(n)) * v(n + 1) - (T(n - 1) - trial(n - 1)) * v(n),
+        v(n) * (model.force(n) - other) + off * (v(n + 1) - v(n)),
+        flux - flux.subs(n, n - 1),
     )
     for way, word in ((1, "down"), (-1, "up")):
         p.show(

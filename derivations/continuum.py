@@ -101,8 +101,8 @@ def _solid(p: Proof, model: Model) -> None:
     least = p.show("threshold: A* =", thresholds.derive(model).sliding.subs(l0, spring), least)
     p.entry("delta_T_star", {symbol("Delta_T_star"): least / kappa})
 
-    amount = least.subs(CAPTIONS | SOLID)
-    most = least.subs({s: 0, c: 1}).subs(CAPTIONS | SOLID)
+    paper = SOLID | {name: CAPTIONS[name] for name in (mu_d, c, s)}  # whatever N
+    amount, most = least.subs(paper), least.subs({s: 0, c: 1}).subs(paper)
     p.checked(
         "the paper's solid (1 cm, 100 GPa, 1e4 kg/m**3) at the captions' angle needs 1.2e-9, "
         "no solid with mu_d = 1/2 more than 2.5e-9",

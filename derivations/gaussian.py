@@ -42,9 +42,8 @@ def _coefficient(order: int) -> Expression:
     cumulative = (1 + sp.erf(z / sp.sqrt(2))) / 2
     below, above = cumulative.subs(z, z - h), cumulative.subs(z, -z - h)
     derivative = sp.diff(below * above / (below + above), h, order).subs(h, 0)
-    named = derivative.subs(sp.erf(sp.sqrt(2) * z / 2), e)
-    named = named.subs(sp.exp(-(z**2) / 2), sp.sqrt(2 * sp.pi) * phi)
-    named = named.subs(sp.exp(-(z**2)), 2 * sp.pi * phi**2)
+    density = {sp.exp(-(z**2) / 2): sp.sqrt(2 * sp.pi) * phi}
+    named = derivative.subs(sp.erf(sp.sqrt(2) * z / 2), e).subs(density)
     return sp.expand(sp.cancel(named / sp.factorial(order)))
 
 
@@ -75,11 +74,10 @@ def derive(p: Proof, model: Model) -> None:
         return formula.left == sigma_theta and vanishes(half_cycle - sp.Rational(5, 1000))
 
     p.entry("equivalent_width", width_of_plateau)
-    orders = list(permutations(range(3)))
-    turns = [o for o in orders if (o[1] - o[0]) * (o[2] - o[1]) < 0]
+    turns = [middle != 1 for _, middle, _ in permutations(range(3))]  # neither rise nor fall
     turning = p.show(
         "three independent targets turn with the probability",
-        sp.Rational(len(turns), len(orders)),
+        sp.Rational(sum(turns), len(turns)),
         sp.Rational(2, 3),
     )
     p.entry("turning_points", turning)

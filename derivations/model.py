@@ -91,12 +91,17 @@ class Model:
         return sp.diff(self.at(slider), theta) / l0
 
     @cache  # noqa: B019
+    def between(self, above: Expression, below: Expression) -> Expression:
+        """Return the force on a slider between springs of the tensions `above` and `below` it."""
+        spring = l0 * (1 + theta)
+        around = {before: here - spring - above, after: here + spring + below}
+        return sp.expand(self.at("inner").subs(around, simultaneous=True))
+
+    @cache  # noqa: B019
     def force(self, slider: Expression) -> Expression:
         """Return the force on a slider in the tensions T_n = x_{n+1} - x_n - (1 + theta) l0."""
-        spring = l0 * (1 + theta)
-        around = {before: here - spring - T(slider - 1), after: here + spring + T(slider)}
-        force = self.at("inner").subs(around, simultaneous=True)
-        return sp.expand(force.subs({T(sp.Integer(0)): self.end(0), T(N): self.end(1)}))
+        ends = {T(sp.Integer(0)): self.end(0), T(N): self.end(1)}
+        return self.between(T(slider - 1), T(slider)).subs(ends)
 
     def pair(self) -> tuple[Expression, Expression, Expression]:
         """Return the forces on two sliders, and the tension of their spring."""

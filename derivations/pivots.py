@@ -10,7 +10,7 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations.judges import follows, inequality, positive, vanishes
-from derivations.model import Model, T, g, m, solved
+from derivations.model import Model, g, m, solved
 from derivations.notation import Expression, Formula, N, alpha, at, c, i, j, mu_d, mu_s, s, tan
 from derivations.proof import Proof, chapter
 
@@ -47,7 +47,7 @@ def derive(p: Proof, model: Model) -> None:
     p.entry("balance_below", {"f": at({(i, i + 1): -m * g * below})})
     force = p.show(
         "slider i rests, and feels F_i = T_i - T_{i-1} + s =",
-        model.force(i).subs({T(i - 1): above, T(i): below}),
+        model.between(above, below),
         N * s - mu_d * c * (N + 1 - 2 * i),
     )
     p.alone("pivot_stability", inequality({}, model.held - abs(model.net(i))))
@@ -112,7 +112,7 @@ def derive(p: Proof, model: Model) -> None:
     p.entry("balance_below_contraction", {"f": at({(j, j + 1): -m * g * below})})
     mirrored = p.show(
         "slider j rests, and feels F_j = T_j - T_{j-1} + s =",
-        model.force(j).subs({T(j - 1): above, T(j): below}),
+        model.between(above, below),
         N * s + mu_d * c * (N + 1 - 2 * j),
     )
     partner = p.show(

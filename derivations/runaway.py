@@ -17,7 +17,7 @@ first, rate, energy, step, time = sp.symbols("a B E delta time", positive=True)
 @chapter("Runaway", "theta is frozen", "mu_d is constant")
 def derive(p: Proof, model: Model) -> None:
     """Show the mean acceleration of a sliding chain, and the energy that an avalanche loses."""
-    weight = model.force(n).subs({T(n): 0, T(n - 1): 0})
+    weight = model.between(sp.Integer(0), sp.Integer(0))
     springs = model.force(n) - weight
     p.show(
         "springs enter a force by a difference, and cancel in the sum over the chain",
@@ -60,10 +60,11 @@ def derive(p: Proof, model: Model) -> None:
     )
 
     stored = sp.diff(model.elastic, stretch) / (k * stretch)
+    flux = T(n) * v(n + 1)
     p.show(
         "energy: kinetic and elastic power of the springs telescope over the chain",
         v(n) * springs + stored * T(n) * (v(n + 1) - v(n)),
-        T(n) * v(n + 1) - T(n - 1) * v(n),
+        flux - flux.subs(n, n - 1),
     )
     for way, word in ((1, "down"), (-1, "up")):
         p.show(

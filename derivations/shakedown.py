@@ -48,7 +48,7 @@ def _rest(p: Proof, total: Expression) -> None:
     """Show when a state at rest over all cycles exists: an end holds iff |F| <= w - L."""
     held = (first - L - a) + (inner - b) + (last - L - d)
     bound = (first + inner + last - N * s) / 2
-    p.show(
+    limit = p.show(
         "a state at rest over a cycle has slacks a, b, d >= 0 to the thresholds less L at the ends:"
         " L <= (w_1 + ... + w_N - N s)/2, for L =",
         solved(held - total, L),
@@ -66,21 +66,21 @@ def _rest(p: Proof, total: Expression) -> None:
         "it lies in [0, 1] and makes them sum to N s",
     )
     equal = {first: mu_s * c, last: mu_s * c, inner: (N - 2) * mu_s * c}
+    no_slack = dict.fromkeys((a, b, d), 0)
     p.show(
         "with one mu_s: L <=",
-        solved(held.subs({a: 0, b: 0, d: 0}) - total, L).subs(equal),
+        limit.subs(equal | no_slack),
         N * (mu_s * c - s) / 2,
     )
 
 
 def _melan(p: Proof, model: Model) -> None:
     """Show that below Melan's bound with mu_d no state creeps for ever."""
-    moved = {T(place): rest_state(place) + tau(place) for place in (n, n - 1)}
-    at_rest = {T(place): rest_state(place) for place in (n, n - 1)}
+    above, below = rest_state(n - 1), rest_state(n)
     p.show(
         "E = |v|**2/2 + |tau|**2/2, tau = T - T_rest of a state at rest with mu_d, which ramps "
         "leave alone; springs exchange their power (runaway), for the forces of tau are",
-        model.force(n).subs(moved, simultaneous=True) - model.force(n).subs(at_rest),
+        model.between(above + tau(n - 1), below + tau(n)) - model.between(above, below),
         tau(n) - tau(n - 1),
     )
     for way, word in ((1, "down"), (-1, "up")):

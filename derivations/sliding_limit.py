@@ -13,7 +13,7 @@ import sympy as sp
 
 from derivations import plateaus
 from derivations.chain import RationalChain
-from derivations.model import FRESH, Model, T, solved
+from derivations.model import FRESH, Model, solved
 from derivations.notation import (
     Expression,
     N,
@@ -116,8 +116,7 @@ def _fronts(p: Proof, model: Model) -> None:
         lower_front.subs(n, N + 3 - i),
         front.subs(n, i - 2),
     )
-    rests = {T(i - 1): inner.subs(n, i - 1), T(i - 2): outer.subs(n, i - 2)}
-    pivot = model.force(i - 1).subs(rests)
+    pivot = model.between(outer.subs(n, i - 2), inner.subs(n, i - 1))
     p.show(
         "the pivot i-1 is from starting uphill by N (tan(alpha) - lower edge) c",
         (pivot - model.friction(1)).subs(s, tan * c) / c,

@@ -75,9 +75,13 @@ def derive(p: Proof, model: Model) -> None:
         sp.expand(sp.diff(_moved(excess + model.push("last") * V * t - stiffness * X), t)),
         V * (1 - sp.cos(t)) + (mu_s - mu_d) * c * sp.sin(t),
     )
-    half = {sp.sin(t): -2 * D * V / (V**2 + D**2), sp.cos(t): (V**2 - D**2) / (V**2 + D**2)}
-    at_stop = {mu_s: mu_d + D / c}
-    p.show("... zero where tan(t/2) = -D/V:", driven.subs(half).subs(at_stop), 0)
+    tangent = -D / V
+    half = {
+        sp.sin(t): 2 * tangent / (1 + tangent**2),
+        sp.cos(t): (1 - tangent**2) / (1 + tangent**2),
+        mu_s: mu_d + D / c,
+    }
+    p.show("... zero where tan(t/2) = -D/V:", driven.subs(half), 0)
     stop = 2 * (sp.pi - sp.atan(D / V))
     p.proved(
         "so it stops after 2 (pi - atan(D/V)) < 2 pi, at every rate V",
@@ -86,7 +90,7 @@ def derive(p: Proof, model: Model) -> None:
     )
     p.show(
         "... and is left the force -D, as after a slow slip: it waits 2 D/V for the next",
-        sp.diff(driven, t).subs(half).subs(at_stop),
+        sp.diff(driven, t).subs(half),
         -D,
     )
     p.entry("dilation_rate", lines=4)

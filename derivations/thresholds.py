@@ -5,7 +5,7 @@ from __future__ import annotations
 import sympy as sp
 
 from derivations.judges import inequality, small, vanishes, within
-from derivations.model import Model, T, solved
+from derivations.model import Model, solved
 from derivations.notation import (
     CAPTIONS,
     Formula,
@@ -55,7 +55,7 @@ def derive(p: Proof, model: Model) -> None:
     p.entry("pull_below", {"f": at({(i, i - 1): grown})})
     margin = p.show(
         "slider i-1 starts downhill when F_{i-1} - mu_s c =",
-        model.force(i - 1).subs({T(i - 1): grown, T(i - 2): pulled}) - model.threshold(),
+        model.between(pulled, grown) - model.threshold(),
         -l0 * change - N * slope_margin - excess,
     )
     pulls = {"f": at({(i, i - 1): grown, (i - 2, i - 1): -pulled})}
