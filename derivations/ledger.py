@@ -15,7 +15,7 @@ import sympy as sp
 from derivations.judges import Judge
 from derivations.model import MODEL, PREMISES, Model
 from derivations.notation import CAPTIONS, SOLID, N, NotationError, i, read
-from derivations.proof import STANDINGS, Decision, Proof, Refuted
+from derivations.proof import STANDINGS, Decision, Proof
 
 NAMES = (
     "scaling procedure modes slip two_sliders pivots plateaus thresholds sliding_limit gaussian "
@@ -110,11 +110,6 @@ class Entry:
         except Exception as trouble:  # a changed premise may leave nothing to compare
             return [f"{self.name}: cannot be decided: {trouble!r}"]
 
-    def check(self) -> None:
-        """Raise `Refuted` unless the verdict holds for what is printed and what is corrected."""
-        if faults := self.faults():
-            raise Refuted("; ".join(faults))
-
     @property
     def standing(self) -> str:
         """The weakest standing of what it rests on; empty for a definition or a choice."""
@@ -153,7 +148,9 @@ def _marked(text: str | None) -> tuple[str | None, str | None]:
     """Return a text without its marks, and the part between them."""
     if text is None or "«" not in text:
         return text, None
-    return text.replace("«", "").replace("»", ""), text.partition("«")[2].partition("»")[0]
+    before, _, rest = text.partition("«")
+    formula, _, after = rest.partition("»")
+    return before + formula + after, formula
 
 
 @cache

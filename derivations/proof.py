@@ -21,10 +21,6 @@ STANDINGS = ("proved", "checked", "argued")
 """For all N or all parameters, by algebra; in exact cases that are named; in words."""
 
 
-class Refuted(AssertionError):
-    """A statement that does not follow."""
-
-
 @dataclass
 class Line:
     """One line of a derivation.
