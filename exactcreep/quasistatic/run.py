@@ -19,14 +19,14 @@ from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.progress import RecentPace
 from exactcreep.quasistatic.behaviour import Behaviour, behaviour
 from exactcreep.quasistatic.experiment import Experiment
-from exactcreep.quasistatic.observer import Observer, require_like
+from exactcreep.quasistatic.observer import Observer
 from exactcreep.quasistatic.perturbed import PerturbedCopy
 from exactcreep.quasistatic.physical_range import PhysicalRange
 from exactcreep.quasistatic.recorder import Recorder
 from exactcreep.quasistatic.recurrence import RecurrenceObserver
 from exactcreep.quasistatic.result import COUNTS, Creep
 from exactcreep.quasistatic.velocity import MeanVelocity, next_look
-from exactcreep.solvers.solver import Stretch, require
+from exactcreep.solvers.solver import Stretch, require, require_like
 from exactcreep.solvers.tables import RECORDS
 
 PAUSE = 0.1  # seconds between two looks at a run
@@ -253,7 +253,7 @@ class ObservedRun:
         require_like(like | dict.fromkeys(("rows", *self.observers)), kept)
         done, seconds = kept["done"], kept["seconds"]
         require(done <= self.total, "there is no such target")
-        require(0 <= seconds < math.inf, "its time is not known")
+        require(seconds >= 0, "its time is not known")
         self.simulation.restore(kept["simulation"])
         self._require_physics(done)
         self.recorder.restore(rows, kept["rows"])

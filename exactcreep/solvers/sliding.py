@@ -52,7 +52,7 @@ from exactcreep.solvers.solver import (
     Stretch,
     Tally,
     require,
-    same_snapshot,
+    require_like,
 )
 from exactcreep.solvers.tables import TargetRows
 
@@ -325,12 +325,13 @@ class SlidingSimulation(Simulation):
         return taken
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        taken = same_snapshot(self.snapshot() | {"theta": snapshot.get("theta")}, snapshot)
-        require(taken["way"] in (-1, 0, 1), "it goes no way")
+        require_like(self.snapshot() | {"theta": None, "way": None}, snapshot)
+        taken, way = snapshot, snapshot["way"]
+        require(type(way) is int and -1 <= way <= 1, "it goes no way")
         require(bool(np.isin(taken["sliding"], (0, 1)).all()), "a slider neither slides nor rests")
         now = self._chain
         before = now.extension - np.diff(now.x)
-        self._way, self._theta = taken["way"], self._read(taken["theta"])
+        self._way, self._theta = way, self._read(taken["theta"])
         self._amplitude = Fraction(taken["amplitude"]) if taken["amplitude"] else None
         for name, values in now._asdict().items():
             values[:] = [self._read(value) for value in taken[name].tolist()]

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,7 +19,7 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts, Event, Itinerary
 from exactcreep.model.drive import Cycles, Drive
-from exactcreep.model.enclosure import same_numbers
+from exactcreep.model.enclosure import Enclosure, same_numbers
 from exactcreep.model.numbers import InputError, Scalar, Shown
 from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
@@ -36,6 +36,7 @@ _NO_SLIPS = (
     ' use solver="sliding"'
 )
 _LONGEST_STRETCH = 1 << 21  # numbers at targets; bounds the memory of a stretch
+_MOST_COUNTED = 2**60
 _TWO_SLIDERS = Chain(2, 10, "1/2", "3/5", "1/100", tan_alpha="1/4")
 _COMPILED: set[tuple[str, int, tuple[str, ...]]] = set()
 
@@ -134,6 +135,24 @@ class Rearrangement(Shown):
         """Take over what the solver knows, fields by name; for what is not given see `_USUAL`."""
         vars(self).update(_USUAL, **known)
 
+    @classmethod
+    def of(cls, moved: Rearranged, solver: str, ended: Ending, **known: Any) -> Self:
+        """Return the rearrangement that ended so; what only this solver knows is `known`."""
+        tally = moved.tally
+        return cls(
+            chain=moved.chain,
+            outcome=_OUTCOMES.get(ended.stop, Outcome.LIMIT),
+            decided=Evidence.of(tally.undecided, Evidence.COMPUTED),
+            state=moved.state(),
+            velocities=moved.velocities(),
+            undecided=tally.undecided,
+            draws_below_mu_d=tally.draws_below_mu_d,
+            solver=solver,
+            seed=moved.seed,
+            reason=ended.reason,
+            **known,
+        )
+
     @property
     def evidence(self) -> Evidence:
         """How well the result is known."""
@@ -223,6 +242,7 @@ _USUAL: dict[str, Any] = {
     "reason": "",
     "motion": None,
 }
+_OUTCOMES = {Stop.DONE: Outcome.AT_REST, Stop.RUNAWAY: Outcome.RUNAWAY}
 _COMPARED = (
     "solver", "seed", "outcome", "reason", "undecided", "draws_below_mu_d", "chain", "state",
     "events", "initial",
@@ -249,6 +269,19 @@ class Ending(NamedTuple):
 
     stop: Stop
     reason: str = ""
+
+
+class Rearranged(Protocol):
+    """A chain that was taken through a rearrangement."""
+
+    @property
+    def chain(self) -> Chain: ...
+    @property
+    def seed(self) -> int: ...
+    @property
+    def tally(self) -> Tally: ...
+    def state(self) -> State: ...
+    def velocities(self) -> NDArray[Any]: ...
 
 
 @lists_columns(*TABLES)
@@ -355,33 +388,36 @@ def require(holds: bool, otherwise: str) -> None:
         raise ValueError(otherwise)
 
 
-def same_kind(like: Any, given: Any, name: str = "it") -> Any:
-    """Return `given` if its names, types and shapes are those of `like`, else raise `ValueError`.
+def require_like(like: Any, given: Any, name: str = "it") -> None:
+    """Raise `ValueError` unless what a file holds has the kind, shape and range of `like`.
 
-    An array of `like` without rows stands for any number of them.
+    Of `like`, an array without rows stands for any number of them, a list of one for lists of such,
+    a whole number for a count, None for anything; floats are to be finite.
     """
+    if like is None:
+        return
     if isinstance(like, Mapping):
         require(isinstance(given, Mapping) and like.keys() == given.keys(), f"{name} lacks a name")
         for key, value in like.items():
-            same_kind(value, given[key], key)
+            require_like(value, given[key], key)
     elif isinstance(like, np.ndarray):
         fits = isinstance(given, np.ndarray) and given.dtype == like.dtype
-        free = like.shape[:1] == (0,) and fits and given.ndim == like.ndim
-        alike = free and given.shape[1:] == like.shape[1:]
-        require(fits and (given.shape == like.shape or alike), f"{name} has another shape")
+        fits = fits and given.shape[len(like) == 0 :] == like.shape[len(like) == 0 :]
+        require(fits and given.ndim == like.ndim, f"{name} has another shape")
+        require(like.dtype == object or bool(np.isfinite(given).all()), f"{name} is not finite")
+        counts = like.dtype.kind != "i" or bool(((given >= 0) & (given < _MOST_COUNTED)).all())
+        require(counts, f"{name}: a count is out of range")
+    elif isinstance(like, (list, tuple)) and not isinstance(like, Enclosure):
+        likes = like * len(given) if isinstance(like, list) and isinstance(given, list) else like
+        fits = isinstance(given, (list, tuple)) and len(given) == len(likes)
+        require(fits and isinstance(given, list) == isinstance(like, list), f"{name} is not whole")
+        for kind, value in zip(likes, given, strict=True):
+            require_like(kind, value, name)
     else:
         require(type(given) is type(like), f"{name} is of another kind")
-    return given
-
-
-def same_snapshot(like: Mapping[str, Any], given: Any) -> Any:
-    """Return `given` if it can be a snapshot: of the same kind, floats finite, counts in range."""
-    for name, values in same_kind(like, given).items():
-        if isinstance(values, np.ndarray) and values.dtype != object:
-            require(bool(np.isfinite(values).all()), f"{name}: a number is not finite")
-            counts = values.dtype.kind != "i" or bool(((values >= 0) & (values < 2**60)).all())
-            require(counts, f"{name}: a count is out of range")
-    return given
+        counts = type(like) is not int or 0 <= given < _MOST_COUNTED
+        require(counts, f"{name}: a count is out of range")
+        require(type(like) is not float or math.isfinite(given), f"{name} is not finite")
 
 
 @dataclass(frozen=True, eq=False)

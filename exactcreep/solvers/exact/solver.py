@@ -45,7 +45,7 @@ from exactcreep.solvers.solver import (
     Tally,
     compiled,
     require,
-    same_snapshot,
+    require_like,
 )
 
 MOST_WORK = 2**21
@@ -207,7 +207,7 @@ class ExactSimulation(Simulation):
     def _never_rests(self) -> bool:
         """Return whether it is proved that the chain in motion never comes to rest."""
         chain, signs = self.chain, self.cell(layout.SIDE)
-        velocities = self.cell(layout.SPEED) * signs
+        velocities = self.velocities()
         tensions = self.state().tensions
         largest = Contacts(chain).acting(self.cell(layout.COEFFICIENT).max())
         # every event adds a few roundings of the largest force
@@ -255,6 +255,12 @@ class ExactSimulation(Simulation):
         theta = dilation(self.chain, self.load())
         return State.owning(*self.origin.read(self._present), theta)
 
+    def velocities(self) -> NDArray[np.float64]:
+        """Return the present velocities."""
+        if self.at_rest:
+            return np.zeros(self.chain.n)
+        return self.cell(layout.SPEED) * self.cell(layout.SIDE)
+
     @property
     def at_rest(self) -> bool:
         """Whether no slider moves, and none is left to be started."""
@@ -292,7 +298,8 @@ class ExactSimulation(Simulation):
         work, own, chain = self.work, self._own, self.chain
         like = self.snapshot()  # what records no tables needs no energies
         names = like.keys() | (snapshot.keys() - {"energy"})
-        taken = same_snapshot(like, {name: snapshot.get(name) for name in names})
+        taken: dict[str, Any] = {name: snapshot.get(name) for name in names}
+        require_like(like, taken)
         counts, numbers = taken["counts"], taken["numbers"]
         work.cell[list(_KEPT), own] = numbers
         work.cell[layout.REST, own] = work.cell[layout.FORCE, own]
@@ -363,15 +370,12 @@ class ExactSimulation(Simulation):
 
     def report(self) -> dict[str, Any]:
         """Return the work done: cluster steps, margins tested, polynomial evaluations."""
-        return _work_done(self.work.now)
-
-
-def _work_done(now: NDArray[Any]) -> dict[str, Any]:
-    return {
-        "cluster_steps": now["steps"].item(),
-        "windows_certified": now["tests"].item(),
-        "root_evaluations": now["roots"].item(),
-    }
+        now = self.work.now
+        return {
+            "cluster_steps": now["steps"].item(),
+            "windows_certified": now["tests"].item(),
+            "root_evaluations": now["roots"].item(),
+        }
 
 
 @dataclass(frozen=True, eq=False, repr=False, init=False)
@@ -479,47 +483,32 @@ class Exact(Solver):
             used = None
         simulation = ExactSimulation(chain, start.state, start.seed, ("events",), used)
         logs: list[NDArray[Any]] = []
-        outcome, told = Outcome.AT_REST, ""
+        ended = Ending(Stop.DONE)
         late = limits.at < math.inf and limits.passed()  # then there is one event all the same
         at_once = 1 if late else MOST_WORK
         for reason in simulation.single(direction, limits.events_left, at_once):
             logs.append(simulation.drain())
             stop = limits.stop(simulation.events) if reason in _GOES_ON else None
             if stop is not None or reason in (layout.RUNAWAY, layout.ENDLESS):
-                told = limits.reason(stop) if stop else _ENDLESS
-                ended, told = simulation.ending(reason, told)
-                outcome = Outcome.RUNAWAY if ended is Stop.RUNAWAY else Outcome.LIMIT
+                ended = simulation.ending(reason, limits.reason(stop) if stop else _ENDLESS)
                 break
-        now = simulation.work.now
-        undecided = now["undecided"].item()
-        velocities = np.zeros(chain.n)
-        if outcome is not Outcome.AT_REST:
-            velocities = simulation.cell(layout.SPEED) * simulation.cell(layout.SIDE)
-        result = Estimated(
-            chain=chain,
+        result = Estimated.of(
+            simulation,
+            self.name,
+            ended,
             begun=simulation.origin,
             load=simulation.load(),
             log=logs[0] if len(logs) == 1 else np.concatenate(logs),
             direction=direction,
-            outcome=outcome,
-            decided=Evidence.of(undecided, Evidence.COMPUTED),
-            state=simulation.state(),
-            velocities=velocities,
-            undecided=undecided,
-            draws_below_mu_d=now["below"].item(),
-            solver=self.name,
-            seed=start.seed,
-            report=_work_done(now) | {"time": now["time"].item()},
-            reason=told,
+            report=simulation.report() | {"time": simulation.work.now["time"].item()},
         )
         if chain.n <= layout.LONGEST_SHORT:
             _USED.setdefault(chain.n, []).append(simulation.work)
-        if not self.escalate or outcome is Outcome.LIMIT:
-            return result
-        if result.evidence is not Evidence.UNDECIDED:
+        limited = result.outcome is Outcome.LIMIT
+        if not self.escalate or limited or result.evidence is not Evidence.UNDECIDED:
             return result
         certified = Certified().rearrange_from(start, direction, limits)
-        why = result.doubt or f"{undecided} comparisons were undecided"
+        why = result.doubt or f"{result.undecided} comparisons were undecided"
         return replace(certified, report={**certified.report, "escalated": why})
 
     def events_from(self, start: Start, direction: int) -> Iterator[Event]:

@@ -21,7 +21,6 @@ from exactcreep.model.contacts import Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.enclosure import enclosure, is_finite
 from exactcreep.model.numbers import InputError, exact_number, whole_number
-from exactcreep.model.outcome import Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, FLOAT64, Arithmetic, digits_of
 from exactcreep.motion.cosine_field import Quadratic, sign_of
@@ -39,7 +38,7 @@ from exactcreep.solvers.solver import (
     Stretch,
     Tally,
     require,
-    same_kind,
+    require_like,
 )
 from exactcreep.solvers.tables import LOGS, record_arrays, rows_of
 
@@ -88,7 +87,7 @@ def completed(
     mechanics.ramp(direction, None)
     initial = mechanics.state()
     events: list[Event] = []
-    outcome, reason = Outcome.AT_REST, ""
+    ended = Ending(Stop.DONE)
     try:
         for event in mechanics.rearrangement():
             if event is not None:
@@ -96,30 +95,22 @@ def completed(
             elif mechanics.flow is None or mechanics.runaway:
                 continue
             elif (stop := limits.stop(len(events))) is not None:
-                outcome, reason = Outcome.LIMIT, limits.reason(stop)
+                ended = Ending(stop, limits.reason(stop))
                 break
     except (SearchLimit, OutOfTime) as limit:
-        outcome, reason = Outcome.LIMIT, str(limit)
-    if outcome is Outcome.LIMIT:
+        ended = Ending(Stop.LIMIT, str(limit))
+    if ended.stop is not Stop.DONE:
         mechanics.look_for_an_end()
     if mechanics.runaway:
-        outcome, reason = Outcome.RUNAWAY, mechanics.proof
-    tally = mechanics.tally
-    return Rearrangement(
-        chain=mechanics.chain,
+        ended = Ending(Stop.RUNAWAY, mechanics.proof)
+    return Rearrangement.of(
+        mechanics,
+        solver,
+        ended,
         initial=initial,
         events=tuple(events),
-        outcome=outcome,
-        decided=Evidence.of(tally.undecided, Evidence.COMPUTED),
-        state=mechanics.state(),
-        velocities=mechanics.velocities(),
-        undecided=tally.undecided,
-        draws_below_mu_d=tally.draws_below_mu_d,
-        solver=solver,
-        seed=mechanics.seed,
         arithmetic=mechanics.arithmetic,
         report=mechanics_report(mechanics),
-        reason=reason,
     )
 
 
@@ -340,8 +331,7 @@ def _taken(mechanics: ChainIntegrator, name: str, like: Any, given: Any) -> Any:
     """Return one part of what was captured."""
     arithmetic, n = mechanics.arithmetic, mechanics.chain.n
     if name == "tally":
-        same_kind(vars(like), given, name)
-        require(all(0 <= count < 2**60 for count in given.values()), "a count is not")
+        require_like(vars(like), given, name)
         return Tally(**given)
     if given is None and name in ("exact", "set"):
         return None
@@ -356,9 +346,9 @@ def _taken(mechanics: ChainIntegrator, name: str, like: Any, given: Any) -> Any:
         return ExactState(exact[:n], exact[n:-1], exact[-1])
     if name == "set":
         fresh = StateSet.spanned(np.zeros((n + 1, len(given["theta"]))))
-        same_kind(vars(fresh), given, name)
-        require(abs(given["exponent"]) < _MOST_EXPONENT, "a number is without measure")
-        require(all(np.isfinite(x).all() for x in given.values()), "a number is not")
+        require_like(vars(fresh) | {"exponent": None}, given, name)
+        fits = type(given["exponent"]) is int and abs(given["exponent"]) < _MOST_EXPONENT
+        require(fits, "a number is without measure")
         return StateSet.restored(given)
     if isinstance(like, np.ndarray) and like.dtype == object:
         require(len(given) == len(like) and all(map(is_finite, given)), f"{name} has other numbers")
@@ -366,9 +356,8 @@ def _taken(mechanics: ChainIntegrator, name: str, like: Any, given: Any) -> Any:
     if name in ("theta", "force_slack", "theta_slack"):
         require(is_finite(given), f"{name} is not finite")
         return given if type(given) is int else arithmetic.number(given)
-    same_kind(like, given, name)
-    require(bool(np.isfinite(given).all()), f"{name} is not finite")
-    require(name != "draws" or bool(((given >= 1) & (given < 2**60)).all()), "draws are not")
+    require_like(like, given, name)
+    require(name != "draws" or bool((given >= 1).all()), "draws are not")
     return given
 
 

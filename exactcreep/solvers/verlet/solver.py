@@ -21,13 +21,13 @@ from exactcreep.limits import NO_LIMITS, Limits, Stop
 from exactcreep.model.contacts import Contacts, Event
 from exactcreep.model.drive import Drive
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
-from exactcreep.model.outcome import Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_STOPS
 from exactcreep.motion.solution import Motion, Solution
 from exactcreep.solvers.avalanche_table import Avalanche
 from exactcreep.solvers.solver import (
+    Ending,
     Rearrangement,
     Simulation,
     Solver,
@@ -36,7 +36,7 @@ from exactcreep.solvers.solver import (
     Tally,
     compiled,
     require,
-    same_snapshot,
+    require_like,
 )
 from exactcreep.solvers.tables import EVENT_TABLE, LOGS, TargetRows, joined, logged_events
 from exactcreep.solvers.verlet import steps
@@ -45,11 +45,11 @@ from exactcreep.solvers.verlet.steps import AT_REST_ROWS, COUNTS, Arrays, B, Con
 _TOO_LONG = f"a rearrangement did not end within {steps.MOST_STEPS:.0e} steps; dt may be too large"
 _INFINITE = "the motion grew beyond the largest float; dt is too large (above 1 it is unstable)"
 _ENDINGS = {
-    steps.REST: (Stop.DONE, ""),
-    steps.EVENTS: (Stop.BUDGET, ""),
-    steps.RUNAWAY: (Stop.RUNAWAY, NEVER_STOPS),
-    steps.STEPS: (Stop.LIMIT, _TOO_LONG),
-    steps.INFINITE: (Stop.LIMIT, _INFINITE),
+    steps.REST: Ending(Stop.DONE),
+    steps.EVENTS: Ending(Stop.BUDGET),
+    steps.RUNAWAY: Ending(Stop.RUNAWAY, NEVER_STOPS),
+    steps.STEPS: Ending(Stop.LIMIT, _TOO_LONG),
+    steps.INFINITE: Ending(Stop.LIMIT, _INFINITE),
 }
 """Why the compiled steps return for good; else they want to be called again."""
 _NOWHERE = np.empty(0)
@@ -262,7 +262,8 @@ class VerletSimulation(Simulation):
         }
 
     def restore(self, snapshot: Mapping[str, Any]) -> None:
-        taken = same_snapshot(self.snapshot(), snapshot)
+        require_like(self.snapshot(), snapshot)
+        taken = snapshot
         lanes, now = self.arrays.lanes, self.arrays.now
         lanes[list(AT_REST_ROWS)], self.arrays.drawn[:] = taken["numbers"], taken["drawn"]
         *counts, self._undecided = taken["counts"].tolist()
@@ -341,11 +342,10 @@ class Verlet(Solver):
         initial = replace(start.state, tensions=begun.tensions, theta=begun.theta, past=None)
         events = simulation.new_events()
         pieces = [_SteppedPiece(simulation, rest, 0.0) for _ in events]
-        stop: Stop | None = None
-        reason = ""
-        while now["phase"] == steps.MOVING and stop is None:
+        ended = Ending(Stop.DONE)
+        while now["phase"] == steps.MOVING and ended.stop is Stop.DONE:
             if (stop := limits.stop(len(events))) is not None:
-                reason = limits.reason(stop)
+                ended = Ending(stop, limits.reason(stop))
                 break
             code = simulation.step_on(1)
             new = simulation.new_events()
@@ -353,29 +353,19 @@ class Verlet(Solver):
             if code != steps.REST:
                 pieces += [_SteppedPiece(simulation, rest, float(event.time)) for event in new]
             if code in (steps.RUNAWAY, steps.STEPS, steps.INFINITE):
-                stop, reason = _ENDINGS[code]
+                ended = _ENDINGS[code]
         ends = [float(event.time) for event in events[1:]]
-        outcome = Outcome.AT_REST
-        if stop is not None:
+        if ended.stop is not Stop.DONE:
             ends.append(float(now["origin"] + now["step"] * fixed.dt))
-            outcome = Outcome.RUNAWAY if stop is Stop.RUNAWAY else Outcome.LIMIT
         for piece, end in zip(pieces, ends, strict=False):
             piece.t_max = end
         still = Motion(initial.displacements, np.zeros(fixed.n), initial.forces(start.chain))
-        tally = simulation.tally
-        return Rearrangement(
-            chain=start.chain,
+        return Rearrangement.of(
+            simulation,
+            self.name,
+            ended,
             initial=initial,
             events=tuple(events),
-            outcome=outcome,
-            decided=simulation.evidence,
-            state=simulation.state(),
-            velocities=simulation.velocities(),
             motion=Solution(pieces[: len(ends)], still),
-            undecided=tally.undecided,
-            draws_below_mu_d=tally.draws_below_mu_d,
-            solver=self.name,
-            seed=start.seed,
             report=simulation.report(),
-            reason=reason,
         )
