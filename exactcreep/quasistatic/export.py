@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import os
-import sys
-from collections.abc import Iterator
-from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 import xarray as xr
+from numpy.typing import NDArray
 
 from exactcreep.model.enclosure import quantity
 from exactcreep.model.numbers import InputError
-from exactcreep.quasistatic.files import Content, write_file
+from exactcreep.quasistatic.files import write_file
 from exactcreep.solvers.tables import EVENT_KINDS, HALF_CYCLE_TABLE, LOGS, NUMBER, Schema
 
 if TYPE_CHECKING:
@@ -23,7 +21,6 @@ if TYPE_CHECKING:
 TABLES: dict[str, Schema] = {"half_cycles": HALF_CYCLE_TABLE, **LOGS}
 """The tables of a run by the names that a user calls them by."""
 ENDINGS = (".csv", ".parquet")
-ROWS_AT_ONCE = 2**18
 
 
 def check_ending(path: str | os.PathLike[str]) -> str:
@@ -70,69 +67,55 @@ def tree(result: Creep) -> xr.DataTree:
 
 def frame(result: Creep, name: str) -> pd.DataFrame:
     """Return one table of a run as a data frame; see `Creep.to_pandas`."""
-    return next(_frames(table(result, name), sys.maxsize))
-
-
-def _frames(dataset: xr.Dataset, at_once: int) -> Iterator[pd.DataFrame]:
-    """Yield the rows of a table, so many at once, as frames of the same types."""
+    dataset = table(result, name)
     dimension = str(next(iter(dataset[next(iter(dataset))].dims)))
     first = int(dimension == "half_cycle")
-    rows = dataset.sizes[dimension]
-    types = {str(name): _compact(values.to_numpy()) for name, values in dataset.items()}
-    for begin in range(0, max(rows, 1), at_once):
-        end = min(rows, begin + at_once)
-        columns: dict[str, Any] = {}
-        about: dict[str, dict[str, str]] = {"units": {}, "meanings": {}}
-        for key, variable in dataset.items():
-            name, unit = str(key), variable.attrs["units"]
-            values = variable.to_numpy()[begin:end].astype(types[name])
-            parts = {name: values}
-            if name == "kind":
-                parts, unit = {name: pd.Categorical.from_codes(values, EVENT_KINDS)}, NUMBER
-            elif values.ndim > 1:
-                parts = {f"{name}_{k}": column for k, column in enumerate(values.T, 1)}
-            columns |= parts
-            about["units"] |= dict.fromkeys(parts, unit)
-            about["meanings"] |= dict.fromkeys(parts, variable.attrs.get("long_name", ""))
-        index = pd.RangeIndex(first + begin, first + end, name=dimension)
-        made = pd.DataFrame(columns, index=index)
-        made.attrs.update(about)
-        yield made
+    columns: dict[str, Any] = {}
+    about: dict[str, dict[str, str]] = {"units": {}, "meanings": {}}
+    for key, variable in dataset.items():
+        values, unit = _compact(variable.to_numpy()), variable.attrs["units"]
+        parts = {str(key): values}
+        if key == "kind":
+            parts, unit = {"kind": pd.Categorical.from_codes(values, EVENT_KINDS)}, NUMBER
+        elif values.ndim > 1:
+            parts = {f"{key}_{k}": column for k, column in enumerate(values.T, 1)}
+        columns |= parts
+        about["units"] |= dict.fromkeys(parts, unit)
+        about["meanings"] |= dict.fromkeys(parts, variable.attrs.get("long_name", ""))
+    index = pd.RangeIndex(first, first + dataset.sizes[dimension], name=dimension)
+    made = pd.DataFrame(columns, index=index)
+    made.attrs.update(about)
+    return made
 
 
-def _compact(values: Any) -> Any:
-    """Return the type of a column: 32 bits for integers that fit.
+def _compact(values: NDArray[Any]) -> NDArray[Any]:
+    """Return a column with 32 bits for integers that fit.
 
     Fewer might fit, too, but the squares of such numbers would overflow unseen.
     """
     fits = values.dtype == np.int64 and (values == values.astype(np.int32)).all()
-    return np.dtype(np.int32) if fits else values.dtype
+    return values.astype(np.int32) if fits else values
 
 
 def export(result: Creep, name: str, path: str | os.PathLike[str], *, force: bool = False) -> int:
     """Write one table of a run to a CSV or Parquet file and return how many rows it has.
 
-    The rows are written in groups, so that a copy of the whole table is never in memory.
+    Parquet has units and meanings in its metadata, where pandas finds them as ``attrs``; CSV has
+    numbers in full, and units in brackets behind the names of their columns.
     """
-    ending = check_ending(path)
-    whole = table(result, name)
-    frames = _frames(whole, ROWS_AT_ONCE)
-    content: Content = _csv(frames)
-    if ending == ".parquet":
-        try:
-            content = import_module("exactcreep.quasistatic.parquet").parquet(frames)
-        except ImportError:
-            needed = 'needs pyarrow: pip install "exactcreep[export]"'
-            raise InputError("to", os.fspath(path), needed) from None
-    write_file(path, content, "to", force=force)
-    return whole[next(iter(whole))].shape[0]
+    ending, rows = check_ending(path), frame(result, name)
+    units = rows.attrs["units"]
 
-
-def _csv(frames: Iterator[pd.DataFrame]) -> Iterator[bytes]:
-    """Yield a CSV file: numbers in full, units in brackets behind the names of their columns."""
-    for number, rows in enumerate(frames):
-        units = rows.attrs["units"]
-        header: Any = False
-        if number == 0:
+    def write(file: Any) -> None:
+        if ending == ".parquet":
+            rows.to_parquet(file, engine="pyarrow", compression="zstd", index=True)
+        else:
             header = [f"{k} [{units[k]}]" if units[k] != NUMBER else k for k in rows.columns]
-        yield rows.to_csv(header=header, lineterminator="\n").encode()
+            rows.to_csv(file, header=header, lineterminator="\n", mode="wb")
+
+    try:
+        write_file(path, write, "to", force=force)
+    except ImportError:
+        needed = 'needs pyarrow: pip install "exactcreep[export]"'
+        raise InputError("to", os.fspath(path), needed) from None
+    return len(rows)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -279,22 +278,6 @@ class Creep(Result):
     def counts(self) -> dict[str, int]:
         """The counts by the names that they have in files."""
         return {name: getattr(self, field) for name, field in COUNTS.items()}
-
-    @property
-    def events(self) -> int:
-        """`event_count`, by the name that it had."""
-        return self._renamed("events", "event_count")
-
-    @property
-    def slips(self) -> int:
-        """`slip_count`, by the name that it had."""
-        return self._renamed("slips", "slip_count")
-
-    def _renamed(self, old: str, new: str) -> int:
-        told = f"Creep.{old} is a count, as its name shall say: use Creep.{new}"
-        warnings.warn(told, DeprecationWarning, stacklevel=3)
-        count: int = getattr(self, new)
-        return count
 
     def state_at(self, half_cycle: int) -> State:
         """Return the state at rest in which the run was after a half-cycle.

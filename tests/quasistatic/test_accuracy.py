@@ -12,7 +12,8 @@ from exactcreep import Cycles, GaussianSteps, InputError, Outcome, creep
 from exactcreep.quasistatic.creep import AccuracyWarning
 from exactcreep.quasistatic.velocity import FIRST_LOOK, next_look
 from exactcreep.scene import Scene
-from tests.quasistatic.runs import SIX, TWO_SURE, incline
+from tests.paper import paper_chain
+from tests.quasistatic.runs import SIX, TWO_SURE
 
 
 def test_a_run_ends_at_the_first_look_at_which_its_velocity_is_known_well_enough() -> None:
@@ -66,7 +67,7 @@ def test_velocities_lie_within_the_accuracy_as_often_as_is_said() -> None:
     for scene in range(100):
         n = int(rng.choice([2, 3, 4, 6]))
         tan_alpha, sigma = rng.uniform(0.1, 0.35), rng.choice(["0.005", "0.01", "0.03"])
-        chain = incline(n, sigma, tan_alpha=tan_alpha)
+        chain = paper_chain(n, sigma, tan_alpha=tan_alpha)
         amplitude = float(rng.uniform(0.4, 2)) * 1e-3 * n
         accuracy = float(rng.choice([0.05, 0.02, 0.01]))
         cyclic = rng.random() < 0.7

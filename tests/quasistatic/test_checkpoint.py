@@ -21,10 +21,11 @@ from exactcreep.quasistatic import checkpoint as checkpoints
 from exactcreep.quasistatic.checkpoint import VERSION, Checkpoint, CheckpointWarning, packed
 from exactcreep.quasistatic.creep import resume, run_members
 from exactcreep.quasistatic.experiment import Experiment
-from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE, incline
+from tests.paper import paper_chain
+from tests.quasistatic.runs import RECORDS, SIX, THIRTY, THREE, TWO, TWO_SURE
 
 ALL = (*RECORDS, "rearrangements", "slip_table")
-LONG = incline(100)
+LONG = paper_chain(100)
 RUNS: list[dict[str, Any]] = [
     {"chain": SIX, "drive": Cycles("0.005", 20), "seed": 5, "record": ALL},
     {"chain": TWO, "drive": Cycles("0.01", 300), "seed": 1, "record": ("x_G",), "twin": True},

@@ -12,14 +12,14 @@ import pytest
 from exactcreep import Creep, Cycles, Evidence, InputError, Outcome, State, creep, resume
 from exactcreep import Path as ThetaPath
 from exactcreep.limits import Limits
-from exactcreep.model.enclosure import floats
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import creep as loop
 from exactcreep.quasistatic.creep import PhysicsWarning
 from exactcreep.quasistatic.experiment import Experiment
 from exactcreep.quasistatic.result import load_members, save_members
 from tests.conftest import Command
-from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE, incline
+from tests.paper import paper_chain
+from tests.quasistatic.runs import RECORDS, SIX, THREE, TWO, TWO_SURE
 
 SHORT = Cycles("0.01", 5)
 
@@ -39,11 +39,11 @@ def test_two_sliders_creep_on_the_staircase_with_no_error() -> None:
     ("chain", "drive", "outcome", "slips", "velocity"),
     [
         (TWO_SURE, Cycles("0.0003", 10), Outcome.AT_REST, (0, 0), 0),
-        (incline(2, "0", tan_alpha=0), Cycles("0.01", 20), Outcome.CYCLING, (21, 9999), 0),
-        (incline(1, "0", l0=1), Cycles("0.01", 3), Outcome.AT_REST, (0, 0), 0),
-        (incline(3, "0", tan_alpha=0), Cycles("0.001", 1), Outcome.CYCLING, (1, 99), math.nan),
-        (incline(4, tan_alpha="0.55"), Cycles("0.01", 99), Outcome.RUNAWAY, (0, 99), math.inf),
-        (incline(4, tan_alpha="-0.55"), Cycles("0.01", 99), Outcome.RUNAWAY, (0, 99), -math.inf),
+        (paper_chain(2, "0", tan_alpha=0), Cycles("0.01", 20), Outcome.CYCLING, (21, 9999), 0),
+        (paper_chain(1, "0", l0=1), Cycles("0.01", 3), Outcome.AT_REST, (0, 0), 0),
+        (paper_chain(3, "0", tan_alpha=0), Cycles("0.001", 1), Outcome.CYCLING, (1, 99), math.nan),
+        (paper_chain(4, tan_alpha="0.55"), Cycles("0.01", 99), Outcome.RUNAWAY, (0, 99), math.inf),
+        (paper_chain(4, tan_alpha="-0.55"), SHORT, Outcome.RUNAWAY, (0, 99), -math.inf),
     ],
     ids=["below its threshold", "level", "single", "one cycle", "steep", "mirrored"],
 )  # fmt: skip
@@ -62,7 +62,7 @@ def test_an_outcome_says_what_the_chain_does(
 
 
 def test_a_chain_that_returns_to_its_tensions_cycles_for_ever_whatever_it_did_before() -> None:
-    six = incline(6, "0", tan_alpha="0.2")
+    six = paper_chain(6, "0", tan_alpha="0.2")
     result = creep(six, Cycles("0.001", 50))
     x = result.recorded["x_G"]
     assert result.outcome is Outcome.CYCLING
@@ -79,7 +79,7 @@ def test_a_chain_that_returns_to_its_tensions_cycles_for_ever_whatever_it_did_be
 
 def test_creep_is_the_advance_of_every_slider() -> None:
     for amplitude, outcome in (("0.004", Outcome.CREEPING), ("0.002", Outcome.CYCLING)):
-        result = creep(incline(30, "0"), Cycles(amplitude, 30), record=("x", "slips"))
+        result = creep(paper_chain(30, "0"), Cycles(amplitude, 30), record=("x", "slips"))
         change = result.recorded["x"][-1] - result.recorded["x"][result.burn_in - 1]
         assert result.outcome is outcome
         assert (change > 0).all() == (outcome is Outcome.CREEPING)
@@ -87,7 +87,7 @@ def test_creep_is_the_advance_of_every_slider() -> None:
 
 
 def test_a_single_cycle_cannot_tell_creep_from_a_transient() -> None:
-    one, many = (creep(incline(6, "0"), Cycles("0.00095", cycles)) for cycles in (1, 50))
+    one, many = (creep(paper_chain(6, "0"), Cycles("0.00095", cycles)) for cycles in (1, 50))
     assert many.outcome is Outcome.CYCLING
     assert (one.outcome, one.evidence) == (Outcome.CREEPING, Evidence.UNDECIDED)
     assert "transient" in one.reason
@@ -159,25 +159,19 @@ def test_a_result_survives_its_file(run: str, tmp_path: Path) -> None:
         assert known.initial.tensions[0] == Fraction(1, 3)
 
 
-def test_members_survive_their_file(tmp_path: Path) -> None:
-    results = [creep(TWO, SHORT, seed=seed) for seed in range(3)]
-    save_members(results, tmp_path / "a.nc")
-    assert load_members(tmp_path / "a.nc") == results
-    with pytest.raises(InputError, match="holds 3 members"):
-        Creep.load(tmp_path / "a.nc")
-
-
 def test_only_a_result_is_loaded_and_only_force_overwrites(tmp_path: Path) -> None:
-    result, target = creep(TWO, SHORT), tmp_path / "a.nc"
+    results, target = [creep(TWO, SHORT, seed=seed) for seed in range(3)], tmp_path / "a.nc"
     target.write_bytes(b"CDF\x01 or something else")
     for path in (target, tmp_path, tmp_path / "none.nc"):
         with pytest.raises(InputError):
             Creep.load(path)
     with pytest.raises(InputError, match="exists"):
-        result.save(target)
+        results[0].save(target)
     assert target.read_bytes() == b"CDF\x01 or something else"
-    result.save(target, force=True)
-    assert Creep.load(target) == result
+    save_members(results, target, force=True)
+    assert load_members(target) == results
+    with pytest.raises(InputError, match="holds 3 members"):
+        Creep.load(target)
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
 
 
@@ -223,7 +217,7 @@ def test_members_for_which_no_time_is_left_are_not_begun(command: Command, tmp_p
 
 
 def test_a_chain_at_the_angle_of_friction_that_neither_rests_nor_runs_away_is_given_up() -> None:
-    result = creep(incline(3, "0", tan_alpha="0.5"), Cycles("0.01", 1000))
+    result = creep(paper_chain(3, "0", tan_alpha="0.5"), Cycles("0.01", 1000))
     assert result.outcome is Outcome.LIMIT
     assert "proved to run away" in result.reason
 
@@ -259,21 +253,21 @@ def test_progress_reaches_the_last_half_cycle() -> None:
 
 def test_physics_out_of_range_is_warned_of_once_and_counted() -> None:
     with pytest.warns(PhysicsWarning, match="drawn below mu_d") as caught:
-        result = creep(incline(3, "0.3"), SHORT)
+        result = creep(paper_chain(3, "0.3"), SHORT)
     assert [warning.filename for warning in caught] == [__file__]  # where the caller stands
     assert result.warnings == {"draws_below_mu_d": result.draws_below_mu_d}
     assert result.draws_below_mu_d > 10
     with pytest.warns(PhysicsWarning, match=r"\|theta\| reached 1"):
-        short = creep(incline(3, "0", l0="0.001"), Cycles(1, 5))
+        short = creep(paper_chain(3, "0", l0="0.001"), Cycles(1, 5))
     assert short.warnings["theta_beyond_one"] == 10
-    close = incline(3, "0", l0="0.5")
+    close = paper_chain(3, "0", l0="0.5")
     pressed = State.prepared(close, ["-0.55", "-0.3"])
     with pytest.warns(PhysicsWarning, match="crossed"):
         assert creep(close, Cycles("0.001", 5), start=pressed).warnings["crossings"] == 10
 
 
 def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> None:
-    chain = incline(8, "0", l0=1, mu_d="1/1000", mu_s="101/1000", tan_alpha="-3/5000")
+    chain = paper_chain(8, "0", l0=1, mu_d="1/1000", mu_s="101/1000", tan_alpha="-3/5000")
     tensions = [Fraction(t, 100) for t in (-3, 18, -18, -14, -2, 0, -2)]
     start = State.prepared(chain, tensions)
     result = creep(chain, ThetaPath(["0"]), start=start, checkpoint=tmp_path / "run.ckpt")
@@ -286,27 +280,3 @@ def test_rearrangements_too_long_for_the_promise_are_counted(tmp_path: Path) -> 
     short = creep(TWO, Cycles("0.01", 3))
     assert short.rearrangements > 100
     assert short.long_rearrangements == 0
-
-
-@pytest.mark.parametrize(("old", "new"), [("events", "event_count"), ("slips", "slip_count")])
-def test_the_old_name_of_a_count_warns_and_names_the_new_one(old: str, new: str) -> None:
-    result = creep(TWO, SHORT)
-    with pytest.warns(DeprecationWarning, match=f"use Creep.{new}") as caught:
-        count = getattr(result, old)
-    assert caught[0].filename == __file__
-    assert count == getattr(result, new) == result.summary()[old] > 0
-
-
-def test_first_coefficients_hold_until_a_slider_slips_and_a_very_large_one_is_a_nail() -> None:
-    chain = incline(4, "0")
-    start = replace(State.relaxed(chain), coefficients=[0.9, 0.6, 0.7, 50.0])
-    for solver in ("exact", "reference", "certified", "verlet"):
-        once = creep(chain, ThetaPath(["0.002"]), solver=solver, start=start)
-        assert (once.state.draws > 1).tolist() == [True, True, False, False]
-        assert floats(once.state.coefficients).tolist() == [0.6, 0.6, 0.7, 50.0]
-        run = creep(chain, Cycles("0.002", 2), solver=solver, start=start, record="x")
-        assert (run.state.draws > 1).tolist() == [True, True, True, False]
-        assert floats(run.state.coefficients).tolist() == [0.6, 0.6, 0.6, 50.0]
-        assert not floats(run.recorded["x"])[:, 3].any()
-    sliding = creep(chain, Cycles("0.002", 2), solver="sliding", start=start, record="x")
-    assert sliding.recorded["x"][:, 3].any()

@@ -8,9 +8,10 @@ import pytest
 
 from exactcreep import Creep, Cycles, GaussianSteps, Outcome, TemperatureRecord, creep
 from exactcreep import Path as ThetaPath
-from tests.quasistatic.runs import SIX, TWO, TWO_SURE, incline
+from tests.paper import paper_chain
+from tests.quasistatic.runs import SIX, TWO, TWO_SURE
 
-WEAK, WANDERING = incline(2, tan_alpha="0.005"), 0
+WEAK, WANDERING = paper_chain(2, tan_alpha="0.005"), 0
 BRIEF = Cycles("0.01", 5)
 
 
@@ -111,7 +112,7 @@ UNKNOWN = {
     NONE.format("whole cycle", "0 half-cycles", 0): (TWO, BRIEF, {"max_events": 1}),
     NONE.format("target", "1 targets", 1): (TWO, ThetaPath(["0.01"]), {"burn_in": 1}),
     "the chain runs away: a velocity without bound has no standard error": (
-        incline(3, "0", l0=10, tan_alpha="0.7"), BRIEF, {}),
+        paper_chain(3, "0", l0=10, tan_alpha="0.7"), BRIEF, {}),
     "8 half-cycles after the burn-in are too few for a standard error": (TWO, BRIEF, {}),
     "900 targets after the burn-in are too few for a standard error beside the time over which the"
     " advance is correlated": (WEAK, GaussianSteps("0.01", 1000), {"seed": WANDERING}),
