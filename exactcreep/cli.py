@@ -6,6 +6,8 @@ import os
 import sys
 import warnings
 from collections.abc import Callable, Collection, Sequence
+from importlib import import_module
+from types import ModuleType
 from typing import Any
 
 import typer
@@ -16,7 +18,7 @@ from exactcreep.commands.answer import complain
 from exactcreep.commands.options import expanded, help_of
 from exactcreep.commands.run import resume, run
 
-COMMANDS: dict[str, Callable[..., None] | None] = {
+COMMANDS: dict[str, Callable[..., None]] = {
     "scenes": files.scenes,
     "run": run,
     "resume": resume,
@@ -27,13 +29,15 @@ COMMANDS: dict[str, Callable[..., None] | None] = {
     "animate": files.animate,
     "explore": files.explore,
     "plan": studies.plan,
-    **dict.fromkeys(studies.QUESTIONS),
+    **{name: studies.question(name) for name in studies.QUESTIONS},
     "compare": studies.compare,
     "audit": studies.audit,
 }
-"""The commands by name; None: a public function of the package, see `studies.question`."""
+"""The commands by name."""
 REPLACED = {"tradeoff": "compare SCENE", "envelope": "compare SCENE"}
 """Commands that are no more, and what answers their questions."""
+_UNUSED = "rich.markdown", "rich.traceback"
+"""What typer imports to print a help and does not use for it: a third of the time that it takes."""
 
 
 def program(wanted: Collection[str]) -> typer.Typer:
@@ -47,17 +51,29 @@ def program(wanted: Collection[str]) -> typer.Typer:
     )
     app.callback()(_exactcreep)
     for name, command in COMMANDS.items():
-        told, called = (command, command) if command else studies.question(name)
-        if name not in wanted:
-            called = _nothing
-        elif command:
-            called = expanded(command)
-        app.command(name, help=help_of(told))(called)
+        called = expanded(command) if name in wanted else _nothing
+        app.command(name, help=help_of(command))(called)
     return app
 
 
 def _nothing() -> None:
     """Stand for a command that is not called."""
+
+
+class _Unused(ModuleType):
+    """Stands for a module of which names are imported, and nothing else."""
+
+    def __getattr__(self, name: str) -> type:
+        return object
+
+
+def _prepare_help() -> None:
+    """Import what prints a help, and not what typer imports beside it."""
+    spared = {name: _Unused(name) for name in _UNUSED if name not in sys.modules}
+    sys.modules.update(spared)
+    import_module("typer.rich_utils")
+    for name in spared:
+        del sys.modules[name]
 
 
 def _show_version(wanted: bool) -> None:
@@ -93,6 +109,8 @@ def status(words: Sequence[str]) -> int:
     if given and given[0] in REPLACED:
         complain(f"{given[0]} is no more: exactcreep {REPLACED[given[0]]} answers its question")
         return 2
+    if not given or {"-h", "--help"} & set(given[:end]):
+        _prepare_help()
     usage_error: Any = typer.BadParameter.__mro__[1]
     try:
         returned = program(given)(given, prog_name="exactcreep", standalone_mode=False)

@@ -102,9 +102,9 @@ class Display(AbstractContextManager["Display"]):
         self.bar.update(self.task, description=what, far=far, **(about if progress.total else {}))
 
     def _start(self) -> None:
-        rich = import_module("rich.progress")  # only where something is shown
-        console = import_module("rich.console").Console(stderr=True)
+        console = import_module("rich.console").Console(stderr=True)  # only where it is shown
         if console.is_terminal or (console.is_jupyter and find_spec("ipywidgets")):
+            rich = import_module("rich.progress")
             far = rich.TextColumn("{task.fields[far]}")
             columns = (rich.TextColumn("{task.description}"), rich.BarColumn(), far)
             self.bar = rich.Progress(*columns, console=console, transient=True)

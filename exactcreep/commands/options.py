@@ -7,7 +7,6 @@ A parameter whose annotation names a group, as `Scene`, stands for all options o
 
 from __future__ import annotations
 
-import ast
 import inspect
 import re
 from collections.abc import Callable, Sequence
@@ -22,8 +21,6 @@ import exactcreep
 T = TypeVar("T")
 
 _PACKAGE = Path(exactcreep.__file__).parent
-_UNSEEN = ("Hearer", "Executor")
-"""Annotations of what a command line cannot give."""
 _METAVARS = {"int": "K", "number": "X", "pair": "LO HI", "path": "FILE", "str": "NAME"}
 _FLAGS = {
     "low": ("--from",), "high": ("--to",), "settings": ("--set",), "after": ("--after", "--cycles")
@@ -60,19 +57,13 @@ def public(name: str) -> Callable[..., Any]:
 
     The text of the module is read: importing it would take longer than printing its help.
     """
-    stub = ast.parse((_PACKAGE / "__init__.pyi").read_text("utf-8"))
-    (module,) = (
-        node.module or ""
-        for node in stub.body
-        if isinstance(node, ast.ImportFrom) and any(each.asname == name for each in node.names)
-    )
-    tree = ast.parse((_PACKAGE / f"{module.replace('.', '/')}.py").read_text("utf-8"))
-    (found,) = (node for node in tree.body if getattr(node, "name", "") == name)
-    assert isinstance(found, ast.FunctionDef)
-    found.body, found.decorator_list = found.body[:1], []
-    tree.body = [*ast.parse("from __future__ import annotations").body, found]
+    stub = (_PACKAGE / "__init__.pyi").read_text("utf-8")
+    (module,) = re.findall(rf"^from \.(\S+) import .*\b{name} as {name}\b", stub, re.MULTILINE)
+    text = (_PACKAGE / f"{module.replace('.', '/')}.py").read_text("utf-8")
+    head = re.compile(rf'^def {name}\(.*?^    """.*?"""$', re.MULTILINE | re.DOTALL)
+    (found,) = head.findall(text)
     made = _Defaults()
-    exec(compile(tree, name, "exec"), {}, made)
+    exec(f"from __future__ import annotations\n{found}", {}, made)
     stand_in: Callable[..., Any] = made[name]
     return stand_in
 
@@ -94,10 +85,18 @@ def help_of(function: Callable[..., Any]) -> str:
     return re.sub(r"(?<=\S)\n(?=\S)", " ", text)
 
 
+def _as_text(default: Any) -> Any:
+    """Return a default as the command line would give it: numbers as text, one by one."""
+    if isinstance(default, tuple):
+        return tuple(map(_as_text, default))
+    is_number = isinstance(default, (int, float)) and not isinstance(default, bool)
+    return str(default) if is_number else default
+
+
 def _taken(one: inspect.Parameter, about: tuple[str, str]) -> inspect.Parameter:
     """Return a parameter as typer takes it: text, a flag, a pair, or several texts."""
     kind, text = about
-    asked, default = str(one.annotation), one.default
+    asked, default = str(one.annotation), _as_text(one.default)
     flags = _FLAGS.get(one.name, ())
     metavar: str | None
     metavar = next((short for word, short in _METAVARS.items() if kind.startswith(word)), kind)
@@ -108,36 +107,24 @@ def _taken(one: inspect.Parameter, about: tuple[str, str]) -> inspect.Parameter:
         name = one.name.replace("_", "-")
         flags = (f"--{name}",) if default is False else (f"--{name}/--no-{name}",)
     elif "tuple[" in asked:
-        annotation = tuple[str, str] | None
+        annotation = tuple[str, str] if default else tuple[str, str] | None
     elif "list[" in asked:
         annotation = list[str] | None
     made: Any = typer.Option if one.kind is one.KEYWORD_ONLY else typer.Argument
     made = made(*flags, metavar=metavar, help=text)
-    if isinstance(default, (int, float)) and not isinstance(default, bool):
-        default = str(default)
-    return one.replace(
-        kind=one.KEYWORD_ONLY, default=default, annotation=Annotated[annotation, made]
-    )
+    taken: Any = Annotated[annotation, made]
+    return one.replace(kind=one.KEYWORD_ONLY, default=default, annotation=taken)
 
 
-def expanded(
-    function: Callable[..., None], told: Callable[..., Any] | None = None
-) -> Callable[..., None]:
-    """Return a command as typer takes it, all parameters by name.
-
-    It is called with what the options come to, and has the signature and docstring of `told`, whose
-    parameters are all options; by default its own.
-    """
-    about, taken = described(told or function), dict[str, inspect.Parameter]()
+def expanded(function: Callable[..., None]) -> Callable[..., None]:
+    """Return a command as typer takes it, all parameters by name, groups as their options."""
+    about, taken = described(function), dict[str, inspect.Parameter]()
     groups: dict[str, dict[str, str]] = {}
-    signature = inspect.signature(told or function).parameters
+    signature = inspect.signature(function).parameters
     for name, one in signature.items():
         asked = str(one.annotation).strip("'\"")
-        if any(word in asked for word in _UNSEEN):
-            continue
         if asked not in GROUPS:
-            option = one.replace(kind=one.KEYWORD_ONLY) if told else one
-            taken[name] = _taken(option, about.get(name, ("", "")))
+            taken[name] = _taken(one, about.get(name, ("", "")))
             continue
         known, groups[name] = described(GROUPS[asked]), {}
         for own, inner in inspect.signature(GROUPS[asked]).parameters.items():
@@ -152,7 +139,7 @@ def expanded(
         function(**given)
 
     called.__name__ = function.__name__
-    called.__doc__ = help_of(told or function)
+    called.__doc__ = help_of(function)
     called.__signature__ = inspect.Signature(list(taken.values()))  # type: ignore[attr-defined]
     called.__annotations__ = {one.name: one.annotation for one in taken.values()}
     return called

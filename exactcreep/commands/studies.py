@@ -36,7 +36,7 @@ from exactcreep.commands.answer import (
     settings_text,
     shown,
 )
-from exactcreep.commands.options import expanded, public, whole
+from exactcreep.commands.options import public, whole
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from exactcreep import Plan, Scene
 
 _FOR_EVER = "1e9"  # seconds: a study that looks at the clock looks for Ctrl-C, too
+_UNSEEN = ("Hearer", "Executor")
+"""Annotations of what a command line cannot give."""
 _MOST_IN_FULL = 8  # planned members; of more one line each is printed
 QUESTIONS: dict[str, tuple[str, ...]] = {
     "threshold": (
@@ -79,22 +81,13 @@ def write_dataset(data: xr.Dataset, path: Path) -> None:
     write_file(path, netcdf({None: data}), "out")
 
 
-def question(command: str) -> tuple[Callable[..., Any], Callable[..., None]]:
-    """Return a public function as a command shows it, and the command itself; see `QUESTIONS`.
+def question(command: str) -> Callable[..., None]:
+    """Return a public function as a command; see `QUESTIONS`.
 
     Its exit status is 3 where the function gives up, or has a reason to come back early.
     """
     draw, group, *examples = QUESTIONS[command]
     name = command.replace("-", "_")
-    told = public(name)
-    signature = inspect.signature(told)
-    output_option = inspect.Parameter("output", inspect.Parameter.KEYWORD_ONLY, annotation=group)
-    taken = [*signature.parameters.values(), output_option]
-    told.__signature__ = signature.replace(parameters=taken)  # type: ignore[attr-defined]
-    lines = "\n\n".join(f"    exactcreep {command} {line}" for line in examples)
-    status = "Exit status: 0 answered, 2 bad input, 3 a limit was reached (what is known is shown)."
-    said, parameters, rest = (inspect.getdoc(told) or "").partition("\n\nParameters\n")
-    told.__doc__ = f"{said}\n\nExamples:\n\n{lines}\n\n{status}{parameters}{rest}"
 
     def ask(*, chain: Any, output: Output, start: str | None = None, **given: Any) -> None:
         words = {key: value for key, value in given.items() if value is not None}
@@ -120,7 +113,19 @@ def question(command: str) -> tuple[Callable[..., Any], Callable[..., None]]:
             remark="interrupted: this is what is known" if interrupted else "",
         ))  # fmt: skip
 
-    return told, expanded(ask, told)
+    told = public(name)
+    taken = [
+        one.replace(kind=one.KEYWORD_ONLY)
+        for one in inspect.signature(told).parameters.values()
+        if not any(word in str(one.annotation) for word in _UNSEEN)
+    ]
+    taken.append(inspect.Parameter("output", inspect.Parameter.KEYWORD_ONLY, annotation=group))
+    ask.__signature__ = inspect.Signature(taken)  # type: ignore[attr-defined]
+    lines = "\n\n".join(f"    exactcreep {command} {line}" for line in examples)
+    status = "Exit status: 0 answered, 2 bad input, 3 a limit was reached (what is known is shown)."
+    said, parameters, rest = (inspect.getdoc(told) or "").partition("\n\nParameters\n")
+    ask.__doc__ = f"{said}\n\nExamples:\n\n{lines}\n\n{status}{parameters}{rest}"
+    return ask
 
 
 def compare(

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 from urllib.parse import parse_qsl, urlsplit
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from exactcreep.figures.animation import RunAvalanche, find_avalanche, moments_of
 from exactcreep.limits import Limits
@@ -105,12 +105,11 @@ def course(experiment: Experiment) -> dict[str, Any]:
     half_cycle = kept["rearrangement_half_cycle"]
     reached = max(run.half_cycles, int(half_cycle.max(initial=1)))
     ramps = np.append(experiment.theta, drive.targets(1, reached, experiment.seed))
-    span = np.diff(ramps)[half_cycle - 1]
     passed = floats(kept["rearrangement_theta"]) - ramps[half_cycle - 1]
-    part = np.divide(passed, span, out=np.zeros_like(passed), where=span != 0)
-    known = math.isfinite(run.velocity)
+    span = np.diff(ramps)
+    part = passed / np.where(span, span, math.inf)[half_cycle - 1]
     told = f"{behaviour(run.outcome, run.direction)} ({run.evidence.value})"
-    if known:
+    if known := math.isfinite(run.velocity):
         told += f", mean velocity {run.velocity:.6g} per {drive.per}"
         told += f" ± {run.velocity_error:.2g}" if run.velocity_error > 0 else ""
     told += f"; {run.reason}" if run.reason else ""
@@ -120,10 +119,10 @@ def course(experiment: Experiment) -> dict[str, Any]:
     return {
         "described": f"{experiment.chain}, {drive}, seed {experiment.seed}, {experiment.solver}",
         "n": experiment.chain.n,
-        "half_cycles": run.half_cycles,
+        "half_cycles": reached,
         "when": _packed(half_cycle - 1 + np.clip(part, 0, 1)),
-        "displacement": _packed(floats(kept["rearrangement_displacement"])),
-        "slip": {name: _packed(floats(kept[f"slip_{name}"])) for name in slips},
+        "displacement": _packed(kept["rearrangement_displacement"]),
+        "slip": {name: _packed(kept[f"slip_{name}"]) for name in slips},
         "velocity": run.velocity if known else None,
         "told": told,
     }
@@ -146,46 +145,22 @@ def avalanche(found: RunAvalanche) -> dict[str, Any]:
         "half_cycle": found.half_cycle,
         "theta": as_float(motion.theta),
         "friction": found.experiment.chain.friction,
+        "events": len(motion.events),
         "ended": "" if motion.outcome is Outcome.AT_REST else motion.reason,
+        "active": np.flatnonzero(shown.moving.any(axis=1)).tolist(),
+        "highest": float(max(shown.held.max(), np.abs(shown.forces).max())),
         "times": _packed(times),
         "moved": _packed(shown.moved.T),
         "velocity": _packed(shown.velocities.T),
         "moving": _packed(shown.moving.T),
         "held": _packed(shown.held.T),
         "force": _packed(shown.forces[:, 0]),
-        "events": [
-            [time, event.kind.value, list(event.sliders), list(event.signs)]
-            for time, event in zip(events.tolist(), motion.events, strict=True)
-        ],
     }
 
 
 def _packed(values: ArrayLike) -> dict[str, str]:
     """Return an array as text: its numbers are to be seen, and float32 is fine enough."""
-    array: NDArray[Any] = np.asarray(values)
-    array = array.astype("u1" if array.dtype == bool else "<f4")
-    return {"type": array.dtype.str[1:], "data": base64.b64encode(array.tobytes()).decode("ascii")}
-
-
-def answer(what: str, given: Mapping[str, str]) -> str | None:
-    """Return what the page asks its server for, as the text that is sent; None: nothing known.
-
-    Raises
-    ------
-    InputError
-        If a field holds what the model does not allow, or the answer would take too long.
-    """
-    if not what:
-        return page()
-    if what == "course":
-        return as_text(course(experiment_of(given)))
-    if what not in ("avalanche", "saved"):
-        return None
-    fields = dict(given)
-    number = whole_number(fields.pop("rearrangement", "0"), "rearrangement", least=0)
-    limits = Limits.of(MOST_EVENTS, MOST_SECONDS)
-    found = find_avalanche(experiment_of(fields), number, limits)
-    return as_text(avalanche(found)) if what == "avalanche" else saved(found)
+    return {"f4": base64.b64encode(np.asarray(values, "<f4").tobytes()).decode("ascii")}
 
 
 def saved(found: RunAvalanche) -> str:
@@ -209,6 +184,27 @@ def as_text(data: Mapping[str, Any]) -> str:
 # --- the server -----------------------------------------------------------------------------------
 
 
+def answer(what: str, given: Mapping[str, str]) -> str:
+    """Return what the page asks its server for, as the text that is sent; "" if it is not known.
+
+    Raises
+    ------
+    InputError
+        If a field holds what the model does not allow, or the answer would take too long.
+    """
+    if not what:
+        return page()
+    if what == "course":
+        return as_text(course(experiment_of(given)))
+    if what not in ("avalanche", "saved"):
+        return ""
+    fields = dict(given)
+    number = whole_number(fields.pop("rearrangement", "0"), "rearrangement", least=0)
+    limits = Limits.of(MOST_EVENTS, MOST_SECONDS)
+    found = find_avalanche(experiment_of(fields), number, limits)
+    return as_text(avalanche(found)) if what == "avalanche" else saved(found)
+
+
 class _Server(ThreadingHTTPServer):
     """Answers in threads, which keep nothing alive when it ends."""
 
@@ -229,35 +225,32 @@ def page_server(port: int = 0) -> ThreadingHTTPServer:
 class _Visit(BaseHTTPRequestHandler):
     """One question of the page."""
 
-    def reply(self) -> None:
+    def do_GET(self) -> None:
         """Answer it."""
-        # a page of somebody else, whose name was made to lead here, or which asks from elsewhere
-        asking, origin = [self.headers["Host"] or ""], self.headers["Origin"]
-        asking += [] if origin is None else [urlsplit(origin).netloc]
-        if any(name.rpartition(":")[0] not in (HOST, "localhost") for name in asking):
-            return self._answer(403, "this page is for this machine alone")
-        wanted = urlsplit(self.path)
-        given = dict(parse_qsl(wanted.query, keep_blank_values=True))
-        try:
-            text = answer(wanted.path.removeprefix("/"), given)
-            self._answer(404 if text is None else 200, text or "there is no such page")
-        except InputError as error:
-            self._answer(400, as_text({"field": error.field, "sentence": str(error)}))
-        except Exception as error:
-            sentence = f"{type(error).__name__}: {error} (a defect)"
-            self._answer(500, as_text({"sentence": sentence}))
-
-    do_GET = reply  # the name by which the library calls it
-
-    def _answer(self, status: int, text: str) -> None:
-        kinds = {"<": "text/html", "{": "application/json"}  # by how a text begins
-        body, kind = text.encode(), kinds.get(text[:1], "text/plain")
+        status, text = self._reply()
+        kind = {"<": "text/html", "{": "application/json"}.get(text[0], "text/plain")
+        body = text.encode()
         self.send_response(status)
         self.send_header("Content-Type", f"{kind}; charset=utf-8")
         self.send_header("Content-Length", str(len(body)))
         self.send_header("Cache-Control", "no-store")
         self.end_headers()
         self.wfile.write(body)
+
+    def _reply(self) -> tuple[int, str]:
+        # a page of somebody else, whose name was made to lead here, or which asks from elsewhere
+        asking = [self.headers["Host"] or ""]
+        asking += [urlsplit(origin).netloc for origin in self.headers.get_all("Origin", ())]
+        if any(name.rpartition(":")[0] not in (HOST, "localhost") for name in asking):
+            return 403, "this page is for this machine alone"
+        wanted = urlsplit(self.path)
+        try:
+            text = answer(wanted.path[1:], dict(parse_qsl(wanted.query, keep_blank_values=True)))
+        except InputError as error:
+            return 400, as_text({"field": error.field, "sentence": str(error)})
+        except Exception as error:
+            return 500, as_text({"sentence": f"{type(error).__name__}: {error} (a defect)"})
+        return (200, text) if text else (404, "there is no such page")
 
     def log_message(self, format: str, *args: object) -> None:
         """Say nothing of every request."""

@@ -12,8 +12,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+import scipy  # its parts are loaded where they are used
 from numpy.typing import NDArray
-from scipy.special import ndtr, ndtri
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import Number, exact_number, nearest_float
@@ -66,7 +66,7 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
     if n == 2:
         spread = math.sqrt(2) * sigma
         margin = chain.friction - weight
-        if ndtr((excess + margin - load) * 2 / spread) == 0:  # a_1 + a_2 never spans the cycle
+        if _below((excess + margin - load) * 2 / spread) == 0:  # a_1 + a_2 never spans the cycle
             return StoppingTime(math.inf, computed=True)
         if excess and 2 * min(weight, margin) > _APART * spread:
             rate = _two_relays(excess, margin, sigma, load)
@@ -75,8 +75,13 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
         return StoppingTime(_time(2 * min(rate, 1.0)), computed=False)
     share = min(_mean_excess(load - held, sigma) / _mean_excess(-excess, sigma), 1.0)
     inner = (n - 2) * held - n * weight
-    carried = float(ndtr(inner / sigma / math.sqrt(n - 2)))
+    carried = _below(inner / sigma / math.sqrt(n - 2))
     return StoppingTime(_time(4 * _HELD * share * share * carried), computed=False)
+
+
+def _below(z: float) -> float:
+    """Return the probability of a normal deviate below `z`."""
+    return math.erfc(-z / math.sqrt(2)) / 2
 
 
 def _time(rate: float) -> float:
@@ -87,7 +92,7 @@ def _mean_excess(least: float, sigma: float) -> float:
     """Return the mean of what a normal deviate exceeds `least` by."""
     z = least / sigma
     density = math.exp(-z * z / 2) / math.sqrt(2 * math.pi)
-    return max(sigma * (density - z * float(ndtr(-z))), 0.0)
+    return max(sigma * (density - z * _below(-z)), 0.0)
 
 
 def _two_relays(excess: float, margin: float, sigma: float, load: float) -> float:
@@ -99,7 +104,7 @@ def _two_relays(excess: float, margin: float, sigma: float, load: float) -> floa
     random, mean = np.random.default_rng(0), excess + margin
 
     def above(least: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.asarray(ndtr((mean - least) / sigma))
+        return np.asarray(scipy.special.ndtr((mean - least) / sigma))
 
     rho = random.uniform(load - mean, load - mean + 2 * excess, _COPIES)
     least = np.full(_COPIES, -np.inf)  # the threshold of the slider at hand was not below this
@@ -111,7 +116,7 @@ def _two_relays(excess: float, margin: float, sigma: float, load: float) -> floa
             # a threshold below rho + load, or it would have stopped
             high, tail = above(rho[going] + load), above(low[going])
             share = high + (tail - high) * random.random(going.size)
-            threshold = mean - sigma * ndtri(share)
+            threshold = mean - sigma * scipy.special.ndtri(share)
             rho[going] -= 2 * np.maximum(threshold - margin, 0.0)
             stays = above(rho[going] + load)
             other = above(load - begin[going])

@@ -10,12 +10,14 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 from matplotlib.figure import Figure
 from PIL import Image
 
 from exactcreep.cli import COMMANDS, status
 from exactcreep.commands import files
 from exactcreep.commands.answer import say_summary
+from exactcreep.commands.options import expanded
 from tests.conftest import Command
 from tests.processes import PATIENCE, PROGRAM, environment, finished
 
@@ -387,9 +389,9 @@ def test_a_signal_while_the_program_is_imported_ends_in_a_sentence(number: int) 
 @pytest.mark.parametrize(
     ("line", "heavy"),
     [
-        ("--help", "numpy numba scipy sympy mpmath xarray matplotlib flint"),
-        ("run two-sliders-cycles --set drive.cycles=1 --set chain.sigma_mu=0",
-         "scipy.special xarray pandas h5py h5netcdf sympy matplotlib"),
+        ("--help", "numpy numba scipy sympy mpmath xarray matplotlib flint pygments markdown_it"),
+        ("run two-sliders-cycles --set drive.cycles=1",
+         "scipy.special xarray pandas h5py h5netcdf sympy matplotlib rich.progress"),
     ],
 )  # fmt: skip
 def test_a_command_loads_only_what_it_needs(line: str, heavy: str) -> None:
@@ -399,6 +401,19 @@ def test_a_command_loads_only_what_it_needs(line: str, heavy: str) -> None:
     assert told.returncode == 0
     *_, loaded = told.stdout.splitlines()
     assert not {*heavy.split()} & {*loaded.split()}
+
+
+def test_a_pair_has_a_default_of_two_texts() -> None:
+    def fitted(*, fit: tuple[float, float] = (1.2, 2)) -> None:
+        """Fit a line."""
+        asked.append(fit)
+
+    asked: list[object] = []
+    app = typer.Typer()
+    app.command()(expanded(fitted))
+    for line in ([], ["--fit", "1/3", "3"]):
+        app(line, standalone_mode=False)
+    assert asked == [("1.2", "2"), ("1/3", "3")]
 
 
 def test_the_version_is_printed(command: Command) -> None:
