@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import signal
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,6 +17,25 @@ from matplotlib.figure import Figure
 from exactcreep.cli import status
 from exactcreep.figures import style
 from tests.pictures import assert_shows_data
+from tests.processes import PATIENCE, environment
+
+COMPILED = """
+from exactcreep import Cycles, creep, fate
+from tests.paper import captions
+drive = Cycles("0.001", 1)
+"""
+PARTS = (
+    "creep(captions(3, '0.01'), drive); fate(captions(3), '0.001', solver='exact')",
+    "for each in ('certified', 'verlet', 'sliding'): creep(captions(3), drive, solver=each)",
+)
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile the solvers side by side, once, before the workers of xdist each begin to."""
+    if getattr(session.config.option, "numprocesses", None):
+        words = [(sys.executable, "-c", COMPILED + part) for part in PARTS]
+        for process in [subprocess.Popen(each, env=environment()) for each in words]:
+            process.wait(PATIENCE)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 
 from exactcreep.model.chain import Chain
 from exactcreep.model.state import State
+from tests.paper import captions, paper_chain
 
-PAPER = {"n": 30, "l0": 1000, "mu_d": "0.5", "mu_s": "0.6", "sigma_mu": "0.01", "tan_alpha": "0.25"}
+CHAIN = paper_chain(30)
+THREE = captions(3)
 
 
-def test_decimal_strings_are_kept_as_rationals():
-    chain = Chain(**PAPER)
-    assert chain.parameters() == {
+def test_decimal_strings_are_kept_as_rationals_and_a_chain_cannot_be_changed():
+    assert CHAIN.parameters() == {
         "n": 30,
         "l0": Fraction(1000),
         "mu_d": Fraction(1, 2),
@@ -26,15 +27,11 @@ def test_decimal_strings_are_kept_as_rationals():
         "sigma_mu": Fraction(1, 100),
         "tan_alpha": Fraction(1, 4),
     }
-    assert Chain(**chain.parameters()) == chain
-    assert Chain(**{**PAPER, "mu_s": 0.6}).mu_s == Fraction(0.6) != Fraction(3, 5)
-
-
-def test_a_chain_cannot_be_changed():
-    chain = Chain(**PAPER)
+    again = Chain(**CHAIN.parameters())
+    assert (again, hash(again)) == (CHAIN, hash(CHAIN))
+    assert paper_chain(30, mu_s=0.6).mu_s == Fraction(0.6) != Fraction(3, 5)
     with pytest.raises(FrozenInstanceError):
-        chain.n = 2
-    assert hash(chain) == hash(Chain(**PAPER))
+        again.n = 2
 
 
 @given(tangent=st.fractions(min_value=-50, max_value=50, max_denominator=10**6))
@@ -68,42 +65,30 @@ def test_whether_a_chain_may_run_away_is_decided_between_rationals(tan_alpha, ru
 
 
 def test_the_mirror_image_of_the_mirror_image_is_the_chain():
-    chain = Chain(**PAPER)
-    assert chain.mirrored() != chain
-    assert chain.mirrored().mirrored() == chain
-    assert chain.mirrored().sin_alpha == -chain.sin_alpha
-    assert chain.mirrored().cos_alpha == chain.cos_alpha
-
-
-def test_the_relaxed_chain_bears_its_weight_only():
-    chain = Chain(**PAPER)
-    state = State.relaxed(chain, seed=1)
-    assert (state.forces(chain) == chain.sin_alpha).all()
-    assert state.theta == 0
-    assert state.n == 30
-    assert (state.displacements == 0).all()
+    mirrored = CHAIN.mirrored()
+    assert mirrored != CHAIN == mirrored.mirrored()
+    assert (mirrored.sin_alpha, mirrored.cos_alpha) == (-CHAIN.sin_alpha, CHAIN.cos_alpha)
 
 
 def test_the_force_on_a_slider_is_the_difference_of_its_tensions_and_its_weight():
-    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    state = State.prepared(chain, ["0.25", "-0.5"])
-    weight = chain.sin_alpha
-    assert state.forces(chain).tolist() == [0.25 + weight, -0.75 + weight, 0.5 + weight]
+    relaxed = State.relaxed(CHAIN, seed=1)
+    assert (relaxed.forces(CHAIN) == CHAIN.sin_alpha).all()
+    assert (relaxed.n, relaxed.theta, relaxed.displacements.any()) == (30, 0, False)
+    state, weight = State.prepared(THREE, ["0.25", "-0.5"]), THREE.sin_alpha
+    assert state.forces(THREE).tolist() == [0.25 + weight, -0.75 + weight, 0.5 + weight]
 
 
 def test_tensions_that_are_no_floats_are_kept_as_rationals():
-    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
-    kept = State.prepared(chain, ["0.1", Fraction(1, 3)], theta="1/3")
+    kept = State.prepared(THREE, ["0.1", Fraction(1, 3)], theta="1/3")
     assert kept.tensions.tolist() == [Fraction(1, 10), Fraction(1, 3)]
     assert kept.theta == Fraction(1, 3)
-    floats = State.prepared(chain, [0.1, 0.5], theta="0.5")
-    assert floats.tensions.dtype == np.float64
-    assert floats.theta == 0.5
+    floats = State.prepared(THREE, [0.1, 0.5], theta="0.5")
+    assert (floats.tensions.dtype, floats.theta) == (np.float64, 0.5)
 
 
 def test_floats_are_kept_with_the_bits_that_their_rationals_have():
     values = [0.1, -0.0, -5e-324, 1.7e308, -1 / 3]
-    chain = Chain(len(values) + 1, 1000, "0.5", "0.6", tan_alpha="0.25")
+    chain = captions(len(values) + 1)
     slowly = State.prepared(chain, [Fraction(value) for value in values]).tensions
     for tensions in (values, tuple(values), np.array(values)):
         kept = State.prepared(chain, tensions).tensions
@@ -111,34 +96,26 @@ def test_floats_are_kept_with_the_bits_that_their_rationals_have():
         assert kept.tobytes() == slowly.tobytes()
 
 
-def test_the_arrays_of_a_state_are_its_own_and_cannot_be_written():
-    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+def test_the_arrays_of_a_state_cannot_be_written_and_are_its_own_but_a_solver_s():
     tensions = np.array([0.1, 0.2])
-    state = State.prepared(chain, tensions)
+    prepared = State.prepared(THREE, tensions)
     tensions[0] = 9.0
-    assert state.tensions[0] == 0.1
-    with pytest.raises(ValueError, match="read-only"):
-        state.tensions[0] = 1.0
-
-
-def test_a_solver_s_own_arrays_become_read_only_with_the_state_that_takes_them():
+    assert prepared.tensions[0] == 0.1
     arrays = np.zeros(2), np.zeros(3), np.full(3, 0.6), np.ones(3, dtype=np.int64)
-    state = State.owning(*arrays, 0.0)
-    for array, kept in zip(
-        arrays, (state.tensions, state.displacements, state.coefficients, state.draws), strict=True
-    ):
-        assert kept is array
+    owned = State.owning(*arrays, 0.0)
+    kept = owned.tensions, owned.displacements, owned.coefficients, owned.draws
+    assert all(own is array for own, array in zip(kept, arrays, strict=True))
+    for array in (prepared.tensions, *arrays):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1
 
 
 def test_a_seeded_start_is_reproducible_bounded_and_keyed_by_its_own_seed():
-    chain = Chain(30, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
-    one = State.perturbed(chain, "1e-6", start_seed=1, seed=4)
-    same = State.perturbed(chain, "1e-6", start_seed=1, seed=5)
-    other = State.perturbed(chain, "1e-6", start_seed=2, seed=4)
+    one, same, other = (
+        State.perturbed(CHAIN, "1e-6", start_seed=start, seed=seed)
+        for start, seed in ((1, 4), (1, 5), (2, 4))
+    )
     assert (one.tensions == same.tensions).all()
     assert (one.coefficients != same.coefficients).all()
     assert (one.tensions != other.tensions).all()
-    assert np.abs(one.tensions.astype(float)).max() <= 1e-6
-    assert np.abs(one.tensions.astype(float)).max() > 5e-7
+    assert 5e-7 < np.abs(one.tensions).max() <= 1e-6

@@ -10,40 +10,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from exactcreep.model import deviates, disorder
-from exactcreep.model.chain import Chain
 from exactcreep.model.contacts import Contacts
 from exactcreep.model.drive import GaussianSteps
 from exactcreep.model.state import State
+from tests.paper import captions, paper_chain
 
-CHAIN = Chain(10**6, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+CHAIN = paper_chain(10**6)
 DRIVE = GaussianSteps("0.1", 100)
 
-COEFFICIENTS = {
-    # (seed, slider, draw): value
-    (0, 1, 0): 0.617528026117885,
-    (0, 1, 1): 0.6091246939088781,
-    (0, 1, 2): 0.5935915219624168,
-    (0, 1, 3): 0.5838632559722375,
-    (0, 1, 4): 0.5947656572083874,
-    (0, 2, 0): 0.6220799427996372,
-    (0, 30, 7): 0.5930451101626149,
-    (1, 1, 0): 0.6162558104330286,
-    (1, 2, 3): 0.6060575568676274,
-    (42, 6, 5): 0.5970489176896879,
-    (42, 7, 5): 0.6099292303672949,
-    (2011, 30, 1000): 0.62098183367232,
-    (2011, 1000, 0): 0.5890762690417656,
-    (2**32, 5, 2): 0.6152022040011726,
-    (2**64 - 1, 1, 0): 0.5957013903069902,
-    (2**64 - 1, 10**6, 2**40): 0.6009779194824655,
-    (123456789, 17, 2**62): 0.5898768546271564,
-}
-DILATIONS = {
-    # (seed, target): value
-    (0, 1): -0.01517785383410103,
-    (0, 2): -0.05252059079547507,
-    (7, 100): 0.10279528356652932,
-}
+COEFFICIENTS = {  # by seed, slider and draw
+    (0, 1, 0): 0.617528026117885, (0, 1, 3): 0.5838632559722375, (0, 1, 4): 0.5947656572083874,
+    (0, 2, 0): 0.6220799427996372, (42, 7, 5): 0.6099292303672949,
+    (2011, 1000, 0): 0.5890762690417656, (2**32, 5, 2): 0.6152022040011726,
+    (2**64 - 1, 10**6, 2**40): 0.6009779194824655, (123456789, 17, 2**62): 0.5898768546271564,
+}  # fmt: skip
+DILATIONS = {(0, 1): -0.01517785383410103, (7, 100): 0.10279528356652932}
+"""By seed and target."""
 
 
 def word_of(seed: int, stream: int, n: int, k: int) -> int:
@@ -61,24 +43,16 @@ def normal_of(word: int) -> mpmath.mpf:
     return context.sqrt(2) * context.erfinv(2 * probability - 1)
 
 
-def test_the_table_of_drawn_coefficients_is_what_it_always_was():
-    for (seed, n, k), value in COEFFICIENTS.items():
-        assert disorder.static_coefficient(CHAIN, seed, n, k) == value
-
-
-def test_the_table_of_drawn_dilations_is_what_it_always_was():
-    for (seed, q), value in DILATIONS.items():
-        assert disorder.dilation(DRIVE, seed, q) == value
-        assert DRIVE.exact_target(q, seed) == Fraction(value)
-
-
-def test_the_tables_are_philox_words_through_the_inverse_normal_distribution():
+def test_what_is_drawn_is_what_it_always_was_a_word_of_philox_inverted():
     """The words are NumPy's; the inverse is mpmath's at 50 digits; a few ulp are allowed."""
     for (seed, n, k), value in COEFFICIENTS.items():
+        assert disorder.static_coefficient(CHAIN, seed, n, k) == value
         deviate = normal_of(word_of(seed, disorder.STREAM_COEFFICIENT, n, k))
         expected = deviate / 100 + mpmath.mpf(6) / 10
         assert abs(value - expected) < 2 * math.ulp(value), (seed, n, k)
     for (seed, q), value in DILATIONS.items():
+        assert disorder.dilation(DRIVE, seed, q) == value
+        assert DRIVE.exact_target(q, seed) == Fraction(value)
         deviate = normal_of(word_of(seed, disorder.STREAM_DILATION, 0, q))
         assert abs(value - deviate / 10) < 6 * math.ulp(value), (seed, q)
 
@@ -93,22 +67,15 @@ def test_the_normal_deviate_is_accurate_into_both_tails(word: int):
     assert abs(deviate - expected) <= 6 * math.ulp(abs(float(expected)))
 
 
-def test_the_normal_deviate_is_antisymmetric():
-    rng = np.random.default_rng(3)
-    for word in rng.integers(0, 2**64, 200, dtype=np.uint64).tolist():
-        cell = word >> 11
-        mirrored = (2**53 - 1 - cell) << 11
-        assert deviates.normal_deviate(np.uint64(cell << 11)) == -deviates.normal_deviate(
-            np.uint64(mirrored)
-        )
-
-
-def test_the_compiled_words_are_those_of_numpy():
+def test_the_compiled_words_are_those_of_numpy_and_deviates_are_antisymmetric():
     rng = np.random.default_rng(4)
     for seed, stream, n, block in rng.integers(0, 2**63, (50, 4)).tolist():
         words = deviates.philox(np.uint64(seed), np.uint64(stream), np.uint64(n), np.uint64(block))
         theirs = np.random.Philox(key=[seed, stream], counter=[block, n, 0, 0]).random_raw(4)
         assert list(words) == theirs.tolist()
+        for word in theirs.tolist():
+            drawn, mirrored = (deviates.normal_deviate(np.uint64(w)) for w in (word, ~word % 2**64))
+            assert drawn == -mirrored
 
 
 @given(
@@ -124,13 +91,8 @@ def test_a_coefficient_does_not_depend_on_what_was_asked_before(seed, n, first, 
     assert block.tolist() == alone[::-1]
 
 
-def test_dilations_in_a_block_are_those_asked_one_by_one():
-    block = DRIVE.targets(3, 40, seed=9)
-    assert block.tolist() == [disorder.dilation(DRIVE, 9, q) for q in range(3, 43)]
-
-
 def test_the_initial_coefficients_of_a_state_are_draw_0_of_every_slider():
-    chain = Chain(12, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+    chain = paper_chain(12)
     state = State.relaxed(chain, seed=5)
     keyed = [disorder.static_coefficient(chain, 5, n, 0) for n in range(1, 13)]
     assert state.coefficients.tolist() == keyed
@@ -165,7 +127,7 @@ def test_seeded_tensions_are_distinct_for_all_seeds_and_lie_between_minus_one_an
 
 
 def test_without_disorder_a_coefficient_is_the_rational_mu_s():
-    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    chain = captions(3)
     assert disorder.static_coefficient(chain, 8, 2, 77) == Fraction(3, 5)
     assert Contacts(chain, 8).coefficient(2, 77) == Fraction(3, 5)
     assert Contacts(CHAIN, 7).coefficient(100, 77) == disorder.static_coefficient(CHAIN, 7, 100, 77)

@@ -11,15 +11,11 @@ from hypothesis import strategies as st
 import exactcreep
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, GaussianSteps, Path
-from exactcreep.model.numbers import (
-    exact_number,
-    nearest_float,
-    shown,
-    whole_number,
-)
+from exactcreep.model.numbers import exact_number, nearest_float, shown, whole_number
 from exactcreep.model.state import State
 
 CHAIN = Chain(6, 1000, "0.5", 0.6, "1/100", tan_alpha="1/3")
+OTHER = Chain(1, "1e-30", 0, 7, tan_alpha=-0.1)
 
 
 @pytest.mark.parametrize(
@@ -43,21 +39,16 @@ def test_a_number_is_kept_exactly(value, rational):
     assert exact_number(value, "it") == rational
 
 
-@given(st.fractions())
-def test_a_fraction_and_its_text_are_the_same_number(value):
-    assert exact_number(value, "it") == exact_number(str(value), "it") == value
-
-
-@given(st.floats(allow_nan=False, allow_infinity=False))
-def test_a_float_is_its_binary_value(value):
-    assert nearest_float(exact_number(value, "it")) == value
-    assert exact_number(repr(value), "it") == Fraction(repr(value))
+@given(st.fractions(), st.floats(allow_nan=False, allow_infinity=False))
+def test_a_fraction_and_its_text_are_the_same_number_and_a_float_is_its_binary_value(exact, near):
+    assert exact_number(exact, "it") == exact_number(str(exact), "it") == exact
+    assert nearest_float(exact_number(near, "it")) == near
+    assert exact_number(repr(near), "it") == Fraction(repr(near))
 
 
 def test_beyond_the_floats_the_nearest_is_infinite():
-    assert nearest_float(Fraction(10**400)) == float("inf")
-    assert nearest_float(Fraction(-(10**400))) == -float("inf")
-    assert nearest_float(Fraction(1, 10**400)) == 0.0
+    ends = Fraction(10**400), Fraction(-(10**400)), Fraction(1, 10**400)
+    assert [nearest_float(end) for end in ends] == [float("inf"), -float("inf"), 0.0]
 
 
 @pytest.mark.parametrize("value", [1, 1.0, "1", Fraction(1), np.int64(1), "1e0", Decimal("1.00")])
@@ -69,10 +60,9 @@ def test_a_whole_number_may_be_written_in_any_way(value):
 
 @pytest.mark.parametrize(
     "made",
-    [CHAIN, Chain(1, "1e-30", 0, 7, tan_alpha=-0.1), Cycles("0.02", 7), GaussianSteps(0.1, 3),
-     Path([0.1, "0.1", Fraction(1, 3)])],
+    [CHAIN, OTHER, Cycles("0.02", 7), GaussianSteps(0.1, 3), Path([0.1, "0.1", Fraction(1, 3)])],
     ids=repr,
-)  # fmt: skip
+)
 def test_the_line_of_a_chain_or_a_drive_makes_it_again_exactly(made):
     assert eval(repr(made), vars(exactcreep) | {type(made).__name__: type(made)}) == made
 
