@@ -6,7 +6,6 @@ import os
 import sys
 import time
 import warnings
-from importlib import import_module
 from pathlib import Path
 from queue import Empty
 from typing import Any
@@ -106,7 +105,7 @@ def test_what_a_notebook_takes_from_the_package_is_there(path: Path) -> None:
     for cell in code_cells(read(path)):
         for node in ast.walk(ast.parse(cell.source)):
             if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("exactcreep"):
-                assert all(hasattr(import_module(node.module), name.name) for name in node.names)
+                exec(ast.unparse(node), {})
             if isinstance(node, ast.Attribute) and ast.unparse(node.value) == "ec":
                 assert hasattr(exactcreep, node.attr)
 

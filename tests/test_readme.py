@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from exactcreep.cli import status
-from exactcreep.scene import Scene, load_scene
+from exactcreep.scene import Scene
 from tests.test_architecture import ROOMS
 
 ROOT = Path(__file__).parents[1]
@@ -68,8 +68,14 @@ COMMANDS = [
     line.removeprefix("exactcreep ").split()
     for text in blocks("sh")
     for line in text.splitlines()
-    if line.startswith("exactcreep ")
+    if line.startswith("exactcreep ") and "bristol-roof" not in line  # see test_solid
 ]
+SHORTER = {
+    "animate": ["--frames", "2", "--set", "drive.cycles=2"],
+    "compare": ["--events", "20"],
+    "run": ["--set", "drive.cycles=4"],
+}
+"""What is asked for less than a reader does, by command."""
 
 
 def test_the_commands_run(
@@ -78,10 +84,7 @@ def test_the_commands_run(
     assert COMMANDS
     monkeypatch.chdir(tmp_path)
     for words in COMMANDS:
-        # shorter than for a reader
-        cycles = words[0] == "run" and "cycles" in load_scene(words[1]).tables["drive"]
-        short = ["--set", "drive.cycles=4"] if cycles else []
-        assert status([*words, *short]) == 0, capsys.readouterr()
+        assert status([*words, *SHORTER.get(words[0], [])]) == 0, capsys.readouterr()
     assert {path.name for path in tmp_path.iterdir()} >= {"run.nc", "run.png", "jumps.nc"}
 
 
