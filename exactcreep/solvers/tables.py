@@ -54,6 +54,8 @@ class Column(NamedTuple):
         array = np.array(values, dtype=None if self.dtype == "float64" else self.dtype)
         if array.dtype != object:
             array = array.astype(self.dtype, copy=False)
+        if not self.across:
+            return array
         sizes = {"slider": n, "spring": n - 1}
         return array.reshape(len(values), *(sizes[name] for name in self.across))
 

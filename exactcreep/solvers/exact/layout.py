@@ -179,6 +179,11 @@ LOGGED_EVENT = np.dtype(
         ("residual", np.float64),
     ]
 )
+SUMMED = (
+    "began", "began_first", "began_last", "duration", "slips", "sliders", "first", "last",
+    "largest_slip", "path",
+)  # fmt: skip
+"""Columns of a rearrangement that its slips make, one by one."""
 UNDER_WAY = np.dtype(
     [
         ("left_for", np.float64),  # rearrangements until the elastic energy is summed anew
@@ -188,6 +193,7 @@ UNDER_WAY = np.dtype(
         ("at_load_low", np.float64),
         ("way", np.float64),  # of the ramp
         ("undecided_before", np.float64),  # up to the end of the rearrangement before
+        *((name, np.float64) for name in SUMMED),
     ]
 )
 """The elastic energy at rest, and the rearrangement under way."""
@@ -197,7 +203,7 @@ class Tables(NamedTuple):
     """Where the loop logs slips and rests, of which `avalanche_table` makes tables."""
 
     rests: NDArray[Any]  # of REST_LOG, with l0 theta for theta
-    slips: NDArray[Any]  # of SLIP_LOG
+    slips: NDArray[Any]  # rows of SLIP_TABLE
     used: NDArray[np.int64]  # rows of these two in use
     track: NDArray[np.float64]  # a column for each slider: the slip under way
     sums: NDArray[Any]  # one UNDER_WAY

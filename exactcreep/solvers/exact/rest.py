@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError, exact_number, nearest_float
 from exactcreep.model.state import State
-from exactcreep.solvers.avalanche_table import REST_LOG, SLIP_LOG
+from exactcreep.solvers.avalanche_table import REST_LOG
 from exactcreep.solvers.exact import layout as at
 from exactcreep.solvers.exact import rows
 from exactcreep.solvers.exact.draws import KEPT
@@ -23,6 +23,7 @@ from exactcreep.solvers.exact.layout import Log, Tables, compiled
 from exactcreep.solvers.exact.loop import prepare
 from exactcreep.solvers.exact.rows import HELD, HELD_LOW, PLACE, PLACE_LOW, TENSION, TENSION_LOW
 from exactcreep.solvers.exact.two_floats import split, split_ratio, two_sum
+from exactcreep.solvers.tables import SLIP_TABLE
 
 _ROWS = 4099
 """Of the tables, at least, between two calls of the loop; not a multiple of a cache's ways."""
@@ -170,7 +171,7 @@ def _log(n: int, m: int, logging: int) -> Log:
     most = 2 * n + _ROWS
     tables = Tables(
         rests=np.empty(most, dtype=REST_LOG),
-        slips=np.empty(most, dtype=SLIP_LOG),
+        slips=np.empty(most, dtype=SLIP_TABLE.dtype),
         used=np.zeros(2, dtype=np.int64),
         track=np.zeros((at.TRACKS, m)),
         sums=np.zeros(1, dtype=at.UNDER_WAY),

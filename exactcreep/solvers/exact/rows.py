@@ -149,7 +149,22 @@ def begin(cell, now, tables, way):
     if tables is None:
         return
     at_theta(cell, now, tables)
-    tables.sums[0].way = way
+    _no_slips(now, tables.sums[0], way)
+
+
+@inlined
+def _no_slips(now, sums, way):
+    """Begin a rearrangement after a ramp in direction `way`: nothing has slipped yet."""
+    sums.way = way
+    sums.began = 0.0
+    sums.began_first = now.n + 1.0
+    sums.began_last = 0.0
+    sums.slips = 0.0
+    sums.sliders = 0.0
+    sums.first = now.n + 1.0
+    sums.last = 0.0
+    sums.largest_slip = 0.0
+    sums.path = 0.0
 
 
 @inlined
@@ -165,17 +180,28 @@ def start(cell, now, tables, i):
 @inlined
 def _slip(cell, now, tables, i, number, began, ended, displacement, first):
     """Write a slip of rearrangement `number`, after which the slider has drawn anew."""
-    track, row = tables.track, tables.slips[tables.used[1]]
-    row.slider = i + 1 - at.PAD
+    track, row, sums = tables.track, tables.slips[tables.used[1]], tables.sums[0]
+    slider = i + 1 - at.PAD
+    row.slider = slider
     row.rearrangement = number
     row.start = began
     row.stop = ended
     row.displacement = displacement
     row.coefficient = now.mean if now.constant == 1 else cell[at.COEFFICIENT, i]
-    row.first = first
-    row.again = track[at.T_SLIPPED, i] == number + 1
-    track[at.T_SLIPPED, i] = number + 1
     tables.used[1] += 1
+    sums.slips += 1.0
+    sums.duration = ended
+    sums.path += abs(displacement)
+    sums.largest_slip = max(sums.largest_slip, abs(displacement))
+    sums.first = min(sums.first, slider)
+    sums.last = max(sums.last, slider)
+    if track[at.T_SLIPPED, i] != number + 1:
+        track[at.T_SLIPPED, i] = number + 1
+        sums.sliders += 1.0
+    if first:
+        sums.began += 1.0
+        sums.began_first = min(sums.began_first, slider)
+        sums.began_last = max(sums.began_last, slider)
 
 
 @inlined
@@ -192,11 +218,10 @@ def stop(cell, now, tables, i):
 
 
 @inlined
-def _rest(now, tables, number, events, moved, gained):
-    """Write what is known at the end of rearrangement `number`."""
+def _rest(now, tables, events, moved, gained):
+    """Write what is known at the end of a rearrangement."""
     sums = tables.sums[0]
     row = tables.rests[tables.used[0]]
-    row.rearrangement = number
     row.half_cycle = now.target
     row.theta = now.theta + now.theta_low
     row.direction = sums.way
@@ -206,6 +231,16 @@ def _rest(now, tables, number, events, moved, gained):
     sums.elastic += gained
     row.elastic_after = sums.elastic
     row.undecided = now.undecided - sums.undecided_before
+    row.began = sums.began
+    row.began_first = sums.began_first
+    row.began_last = sums.began_last
+    row.duration = sums.duration
+    row.slips = sums.slips
+    row.sliders = sums.sliders
+    row.first = sums.first
+    row.last = sums.last
+    row.largest_slip = sums.largest_slip
+    row.path = sums.path
     sums.undecided_before = now.undecided
     tables.used[0] += 1
 
@@ -224,7 +259,7 @@ def end(cell, now, tables):
         gained -= x * (elastic + 0.5 * (around - cell[at.STIFFNESS, i] * x))
         moved += x
     tables.sums[0].tensions += cell[at.X, at.PAD + now.n - 1] - cell[at.X, at.PAD]
-    _rest(now, tables, now.rearrangements - 1, now.number, moved, gained)
+    _rest(now, tables, now.number, moved, gained)
 
 
 @inlined
@@ -236,11 +271,10 @@ def end_slip(cell, now, tables, i, way, moved):
     if tables is None:
         return
     sums = tables.sums[0]
-    sums.way = way
+    _no_slips(now, sums, way)
     sums.tensions += moved if i > at.PAD else -moved
     # from its threshold against friction, by twice the excess: what friction and gravity leave
     gained = now.sine * moved - now.friction * abs(moved)
     duration = math.pi if moved != 0.0 else 0.0
-    number = now.rearrangements
-    _slip(cell, now, tables, i, number, 0.0, duration, moved, 1)
-    _rest(now, tables, number, 2, moved, gained)
+    _slip(cell, now, tables, i, now.rearrangements, 0.0, duration, moved, 1.0)
+    _rest(now, tables, 2, moved, gained)

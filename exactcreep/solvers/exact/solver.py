@@ -21,7 +21,7 @@ from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import FLOAT64
 from exactcreep.motion.runaway import NEVER_RESTS, NEVER_STOPS, never_rests
 from exactcreep.solvers import tables
-from exactcreep.solvers.avalanche_table import rearrangement_columns
+from exactcreep.solvers.avalanche_table import finished
 from exactcreep.solvers.exact import layout, local_clocks, loop
 from exactcreep.solvers.exact.layout import PAD
 from exactcreep.solvers.exact.perturbed import RoundingError, rounding_error
@@ -82,7 +82,6 @@ class ExactSimulation(Simulation):
         self.record = record
         self.origin = Origin.of(chain, state) if origin is None else origin
         self.work = placed(chain, self.origin, seed, _logging(record), used)
-        self._slips: list[NDArray[np.uint8]] = []  # of a rearrangement under way, as bytes
 
     @property
     def _present(self) -> Workspace:
@@ -231,18 +230,13 @@ class ExactSimulation(Simulation):
             found |= tables.EVENT_TABLE.arrays(events)
         logs = self.work.log.tables
         if logs is not None:
-            rests, new = logs.rests[: logs.used[0]], logs.slips[: logs.used[1]]
+            rests, slips = logs.rests[: logs.used[0]], logs.slips[: logs.used[1]]
             logs.used[:] = 0
             rests["theta"] /= l0
             if "rearrangements" in self.record:
-                self._slips.append(new.view(np.uint8).copy())  # field by field it takes longer
-                if len(rests):
-                    slips = np.concatenate(self._slips).view(new.dtype)
-                    over = slips["rearrangement"].searchsorted(rests["rearrangement"][-1], "right")
-                    self._slips = [slips[over:].view(np.uint8)]
-                    found |= rearrangement_columns(slips[:over], rests, self.chain)
+                found |= tables.REARRANGEMENT_TABLE.arrays(finished(rests, self.chain))
             if "slip_table" in self.record:
-                found |= tables.SLIP_TABLE.arrays(new)
+                found |= tables.SLIP_TABLE.arrays(slips)
         return found
 
     def load(self) -> tuple[float, float]:
