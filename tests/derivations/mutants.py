@@ -25,6 +25,10 @@ def _in_mathrm(text: str, at: int) -> bool:
     return text[at] == "N" and text[at + 1 : at + 2] == ","
 
 
+def _with(text: str, match: re.Match[str], other: str) -> str:
+    return text[: match.start()] + other + text[match.end() :]
+
+
 def mutants(text: str) -> Iterator[tuple[str, str]]:
     """Yield (what was done, mutated text)."""
     for at, char in enumerate(text):
@@ -41,10 +45,7 @@ def mutants(text: str) -> Iterator[tuple[str, str]]:
     for match in _COEFFICIENT.finditer(text):
         kind = next(group for group in match.groups() if group)
         other = "d" if kind == "s" else "s"
-        yield (
-            f"coefficient at {match.start()}",
-            f"{text[: match.start()]}\\mu_\\mathrm{{{other}}}{text[match.end() :]}",
-        )
+        yield f"coefficient at {match.start()}", _with(text, match, f"\\mu_\\mathrm{{{other}}}")
     for match in _INDEX.finditer(text):
         letter, at = match.group(), match.start()
         if _in_mathrm(text, at):
@@ -57,24 +58,18 @@ def mutants(text: str) -> Iterator[tuple[str, str]]:
             shifted = f"{letter}+1"
         else:
             shifted = f"({letter}+1)"
-        yield f"index {letter} at {at}", text[:at] + shifted + text[match.end() :]
+        yield f"index {letter} at {at}", _with(text, match, shifted)
     for match in _RELATION.finditer(text):
         other = {"<": ">", ">": "<", "\\gg": "\\ll", "\\ll": "\\gg"}.get(match.group())
         if other:
-            yield (
-                f"relation at {match.start()}",
-                text[: match.start()] + f" {other} " + text[match.end() :],
-            )
+            yield f"relation at {match.start()}", _with(text, match, f" {other} ")
     for match in _NUMBER.finditer(text):
         before = text[: match.start()]
         if before.endswith(("l}_", "_")) and match.group() == "0":
             continue  # the name l_0
-        changed = (
-            str(int(match.group()) + 1)
-            if match.group().isdigit()
-            else str(2 * float(match.group()))
-        )
-        yield f"number at {match.start()}", before + changed + text[match.end() :]
+        number = match.group()
+        changed = str(int(number) + 1 if number.isdigit() else 2 * float(number))
+        yield f"number at {match.start()}", _with(text, match, changed)
 
 
 def equivalent(one: str, other: str) -> bool:

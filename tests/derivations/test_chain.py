@@ -14,8 +14,7 @@ from derivations.chain import Avalanche, NotUnique, RationalChain, play_variatio
 def test_two_sliders_slip_by_twice_the_static_excess_and_keep_r0() -> None:
     pair = RationalChain(2, F(1, 4), F(1, 2), F(3, 5))
     pair.to(F(2))
-    assert pair.slips == 9
-    assert pair.x == [0, F(9, 5)]
+    assert (pair.slips, pair.x) == (9, [0, F(9, 5)])
     pair.to(F(-2))
     assert (pair.x[1] - pair.x[0]) % F(1, 5) == 0
     assert pair.x[1] == F(9, 5)
@@ -52,28 +51,18 @@ def test_a_sliding_chain_never_exceeds_mu_d_and_its_forces_match_its_positions()
             assert max(map(abs, chain.forces)) <= chain.mu_d
 
 
-def test_a_dummy_breakpoint_changes_nothing() -> None:
+def test_a_breakpoint_changes_nothing_and_the_mirror_image_moves_the_other_way() -> None:
     random = Random(3)
     for n in range(2, 9):
         whole, parts = (RationalChain(n, F(13, 100), F(1, 2)) for _ in range(2))
+        mirror = RationalChain(n, -F(13, 100), F(1, 2))
         for _ in range(10):
             change = F(random.randint(-500, 500), 100)
             part = change * F(random.randint(1, 9), 10)
-            whole.ramp(change)
-            parts.ramp(part)
+            for chain, change_of_it in ((whole, change), (parts, part), (mirror, change)):
+                chain.ramp(change_of_it)
             parts.ramp(change - part)
-        assert whole.x == parts.x
-
-
-def test_the_mirror_image_of_a_sliding_chain_moves_the_other_way() -> None:
-    random = Random(4)
-    for n in range(2, 9):
-        chain, mirror = (RationalChain(n, F(way * 13, 100), F(1, 2)) for way in (1, -1))
-        for _ in range(10):
-            change = F(random.randint(-500, 500), 100)
-            chain.ramp(change)
-            mirror.ramp(change)
-        assert chain.x == [-x for x in reversed(mirror.x)]
+        assert whole.x == parts.x == [-x for x in reversed(mirror.x)]
 
 
 def test_the_play_operator_rises_and_falls_by_the_truncated_variation() -> None:

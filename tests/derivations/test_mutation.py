@@ -25,42 +25,18 @@ FORMULAS = [
 def test_no_mutant_of_a_formula_passes_its_check(entry: Entry, kind: str, text: str) -> None:
     accepts = entry.accepts_printed if kind == "printed" else entry.accepts_corrected
     assert accepts(text)
-    survivors = [
-        f"{what}: {mutant}"
-        for what, mutant in mutation.mutants(text)
-        if accepts(mutant)
-        and not mutation.equivalent(text, mutant)
-        and (entry.name, mutant) not in AS_GOOD
-    ]
-    assert survivors == []
+    made = list(mutation.mutants(text))
+    accepted = [(what, mutant) for what, mutant in made if accepts(mutant)]
+    assert len(accepted) < len(made)
+    for what, mutant in accepted:
+        as_good = mutation.equivalent(text, mutant) or (entry.name, mutant) in AS_GOOD
+        assert as_good, f"{what}: {mutant}"
 
 
 def test_mutants_change_signs_coefficients_indices_relations_and_numbers() -> None:
-    kinds = {
-        what.split(" at ")[0]
-        for _, _, text in (parameter.values for parameter in FORMULAS)
-        for what, _ in mutation.mutants(text)
-    }
-    assert kinds == {
-        "sign",
-        "sign of the right-hand side",
-        "sign of the whole",
-        "coefficient",
-        "index n",
-        "index i",
-        "index j",
-        "index N",
-        "relation",
-        "number",
-    }
-
-
-def test_few_mutants_are_equivalent_and_every_formula_has_one_that_is_not() -> None:
-    total = same = 0
-    for parameter in FORMULAS:
-        entry, _, text = parameter.values
-        verdicts = [mutation.equivalent(text, mutant) for _, mutant in mutation.mutants(text)]
-        assert not all(verdicts), entry.name
-        total, same = total + len(verdicts), same + sum(verdicts)
-    assert total >= 700
-    assert same <= 0.03 * total
+    made = [what for formula in FORMULAS for what, _ in mutation.mutants(formula.values[2])]
+    assert len(made) >= 700
+    assert {what.split(" at ")[0] for what in made} == {
+        "sign", "sign of the right-hand side", "sign of the whole", "coefficient", "index n",
+        "index i", "index j", "index N", "relation", "number",
+    }  # fmt: skip
