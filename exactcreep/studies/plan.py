@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-from exactcreep.laws import edges, prediction
+import numpy as np
+
+from exactcreep.laws import edges, pivots, prediction
 from exactcreep.limits import NO_LIMITS, Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.drive import Cycles, Drive
@@ -34,6 +36,13 @@ NANOSECONDS: Mapping[str, tuple[float, float]] = {
 }
 """What an event takes: so much, and so much more for each slider, as measured for the book."""
 _LONE_SLIP = 8  # nanoseconds of an event of two sliders, by `exact`
+_SWINGS = 10_000  # targets whose mean distance is the swing of theta
+_MANY_SLIPS = 100  # of an end in a swing: below, slips shift the threshold by a percent
+_NEXT_PIVOT = 0.025  # of the descent
+_NO_INERTIA = {
+    "law": "a theorem tells the velocity without following any slip",
+    "sliding": "sliders slide with theta, and never accelerate",
+}
 
 
 class Need(NamedTuple):
@@ -48,10 +57,13 @@ class Need(NamedTuple):
 
 
 class _Asked:
-    """What the rules decide about."""
+    """What the rules decide about; `solid`: whether the scene speaks SI, of a solid on a slope."""
 
-    def __init__(self, experiment: Experiment, digits: int, explicit: str | None) -> None:
+    def __init__(
+        self, experiment: Experiment, digits: int, explicit: str | None, *, solid: bool = False
+    ) -> None:
         self.experiment, self.digits, self.explicit = experiment, digits, explicit
+        self.solid = solid
         self.chain = chain = experiment.chain
         self.slope, self.recorded = abs(chain.tan_alpha), bool(experiment.record)
         self.relaxed = experiment.start is None and chain.sigma_mu == 0
@@ -74,6 +86,24 @@ class _Asked:
         pair = self.relaxed and self.chain.n == 2 and 0 < self.slope < self.chain.mu_d
         cycles = isinstance(self.experiment.drive, Cycles)
         return pair and cycles and self.digits <= FLOAT_DIGITS and not self.recorded
+
+    @property
+    def continuous(self) -> bool:
+        """Whether it is a solid of whose slips only the sum is asked for.
+
+        The descent alone is wanted, the next pivot is worth at most `_NEXT_PIVOT` of it, and a
+        swing of theta moves the ends by `_MANY_SLIPS` at least, beyond what friction takes up.
+        """
+        chain, drive = self.chain, self.experiment.drive
+        descent = self.solid and set(self.experiment.record) <= {"x_G"}
+        if not (descent and 0 < self.slope < chain.mu_d):
+            return False
+        targets = drive.targets(1, min(drive.half_cycles, _SWINGS), self.experiment.seed)
+        swing = np.abs(np.diff(targets, prepend=self.experiment.theta)).mean() / 2
+        taken = chain.n * float(chain.mu_d - self.slope) * chain.cos_alpha / 2
+        many = float(chain.l0) * swing - taken >= _MANY_SLIPS * 2 * chain.excess
+        gear = chain.n + 3 - 2 * max(pivots(chain.n, self.slope, chain.mu_d))
+        return many and 2 <= _NEXT_PIVOT * gear
 
 
 class Rule(NamedTuple):
@@ -106,6 +136,13 @@ RULES = (
         lambda a: a.digits > FLOAT_DIGITS,
         "certified",
         f"more than {FLOAT_DIGITS} digits: float64 does not hold them",
+    ),
+    Rule(
+        lambda a: a.continuous,
+        "sliding",
+        "a solid that makes many slips in every swing: static friction only chooses between"
+        f" neighbouring pivots, worth {100 * _NEXT_PIVOT:g} % of the descent at most (measured in"
+        " the notebook The roof that walked, not proved)",
     ),
     Rule(lambda a: True, "exact", "every event counts, and float64 holds the digits asked for"),
 )
@@ -237,18 +274,20 @@ def plan_scene(
         record = e.record if asked else ()
         own = Experiment.of(e.chain, e.drive, seed=e.seed, start=e.start, record=record)
         named = settings.get("run.solver", run.get("solver"))
-        plans.append((settings, _planned(own, digits, named, limits)))
+        solid = member.solid is not None
+        plans.append((settings, _planned(own, digits, named, limits, solid=solid)))
     return plans
 
 
 def _planned(
-    experiment: Experiment, digits: Any, explicit: str | None, limits: Limits = NO_LIMITS
-) -> Plan:
+    experiment: Experiment, digits: Any, explicit: str | None, limits: Limits = NO_LIMITS,
+    *, solid: bool = False,
+) -> Plan:  # fmt: skip
     """Return the plan of one experiment."""
     wanted = whole_number(digits, "digits", least=1, most=100_000)
     if explicit is not None and explicit not in SOLVERS:
         raise InputError("run.solver", explicit, "must be one of " + ", ".join(SOLVERS))
-    asked = _Asked(experiment, wanted, explicit)
+    asked = _Asked(experiment, wanted, explicit, solid=solid)
     rule = next(rule for rule in RULES if rule.holds(asked))
     solver = rule.solver or str(explicit)
     chain, drive = experiment.chain, experiment.drive
@@ -259,8 +298,7 @@ def _planned(
         decides = solver == "law" and found.staircase is not None
         law = (found.staircase,) if decides else found.printed  # type: ignore[assignment]
     theorems = edges(chain) if isinstance(drive, Cycles) else {}
-    runs = not chain.slides and solver != "law"
-    cost = _expected(experiment, solver, limits) if runs else {}
+    cost = {} if solver in _NO_INERTIA else _expected(experiment, solver, limits)
     needs = _needs(experiment, solver, wanted)
     return Plan(experiment, wanted, explicit, solver, rule.reason, needs, law, theorems, **cost)
 
@@ -287,11 +325,7 @@ def _expected(experiment: Experiment, solver: str, limits: Limits) -> dict[str, 
 def _needs(experiment: Experiment, solver: str, digits: int) -> tuple[Need, ...]:
     """Return what a scene needs and does not need."""
     chain, random, record = experiment.chain, experiment.drive.random, experiment.record
-    moving = {
-        "law": "a theorem tells the velocity without following any slip",
-        "sliding": "sliders slide with theta, and never accelerate",
-    }
-    inertia = solver not in moving
+    inertia = solver not in _NO_INERTIA
     slips = "every slip feels the excess mu_s - mu_d and may set neighbours in motion"
     disorder = "sigma_mu = 0: no coefficient is drawn"
     if chain.sigma_mu != 0:
@@ -303,7 +337,7 @@ def _needs(experiment: Experiment, solver: str, digits: int) -> tuple[Need, ...]
     return (
         Need("disorder", inertia and chain.sigma_mu != 0, disorder),
         Need("random dilations", random, "theta is " + drawn),
-        Need("inertia", inertia, moving.get(solver, slips)),
+        Need("inertia", inertia, _NO_INERTIA.get(solver, slips)),
         Need("trajectories", bool(record), recorded),
         Need("digits", digits > FLOAT_DIGITS, many if digits > FLOAT_DIGITS else held),
     )

@@ -1,4 +1,9 @@
-"""Tasks on the threads of this process, or on an executor that is given, as they finish."""
+"""Tasks on the threads of this process, or on an executor that is given, as they finish.
+
+joblib does not replace this: its generator of results ends at the first task that fails, and on
+dask (1.6) waits for ever for a task whose worker died. Executors of `concurrent.futures` give each
+task a future of its own, so that the others are saved and the one that failed is named.
+"""
 
 from __future__ import annotations
 

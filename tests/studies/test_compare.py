@@ -14,7 +14,6 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from exactcreep import (
-    Chain,
     Cycles,
     Evidence,
     Experiment,
@@ -22,7 +21,6 @@ from exactcreep import (
     InputError,
     Method,
     State,
-    cli,
     compare,
     creep,
 )  # fmt: skip
@@ -33,8 +31,9 @@ from exactcreep.studies.comparison import advice, interval_of_mean, order, rate_
 from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.trajectory import Trajectory, agree, apart, drive_with_rests, trajectory
 from tests.conftest import Command
+from tests.paper import captions, paper_chain
 
-CHAIN = Chain(3, 1000, "0.5", "0.6", "0.01", tan_alpha="0.25")
+CHAIN = paper_chain(3)
 DRIVE = ThetaPath(["0.001", "-0.001", "0.001"])
 EXPERIMENT = Experiment.of(CHAIN, DRIVE, seed=5)
 
@@ -76,98 +75,91 @@ def cut(whole: Trajectory, targets: int, events: int, *, ended: bool = False) ->
     return replace(whole, log=log, x=whole.x[:targets], ended=ended)
 
 
-class TestAgreement:
-    def test_good_trajectories_agree_in_all_events_and_to_rounding_at_every_rest(self) -> None:
-        found = agree(own(), known())
-        assert not found.differs
-        assert found.agreed == len(known().events) == before(len(own().log)) > 50
-        assert found.compared == found.errors.size == known().reached == 3
-        assert 0 < found.errors.max() < 1e-13
-        assert (known().evidence, own().evidence) == (Evidence.PROVED, Evidence.COMPUTED)
+def test_good_trajectories_agree_in_all_events_and_to_rounding_at_every_rest() -> None:
+    found = agree(own(), known())
+    assert not found.differs
+    assert found.agreed == len(known().events) == before(len(own().log)) > 50
+    assert found.compared == found.errors.size == known().reached == 3
+    assert 0 < found.errors.max() < 1e-13
+    assert (known().evidence, own().evidence) == (Evidence.PROVED, Evidence.COMPUTED)
+    late = with_events(lambda events: [replace(e, time=2 * e.time) for e in events], middle())
+    assert not agree(late, known()).differs  # a time is no difference
 
-    @pytest.mark.parametrize("slider", [0, 1, 2])
-    def test_a_wrong_position_is_found_at_its_rest(self, slider: int) -> None:
-        x = own().x.copy()
-        x[1, slider] += 1e-9
-        errors = agree(replace(own(), x=x), known()).errors
-        assert errors[1] == pytest.approx(1e-9, rel=1e-4, abs=0)
-        assert np.delete(errors, 1).max() < 1e-13
 
-    @pytest.mark.parametrize(
-        ("sabotage", "agreed"),
-        [
-            (lambda events: events[1:], 0),
-            (lambda events: [events[0], *events[2:]], 1),
-            (lambda events: events[::-1], 0),
-            (lambda events: [*events, events[0]], None),
-            (lambda events: [replace(events[0], signs=(-events[0].signs[0],)), *events[1:]], 0),
-            (lambda events: [replace(events[0], sliders=(2,)), *events[1:]], 0),
-        ],
-        ids=["first missing", "second missing", "reversed", "one too many", "turned", "other"],
+@pytest.mark.parametrize("slider", [0, 1, 2])
+def test_a_wrong_position_is_found_at_its_rest(slider: int) -> None:
+    x = own().x.copy()
+    x[1, slider] += 1e-9
+    errors = agree(replace(own(), x=x), known()).errors
+    assert errors[1] == pytest.approx(1e-9, rel=1e-4, abs=0)
+    assert np.delete(errors, 1).max() < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("sabotage", "agreed"),
+    [
+        (lambda events: events[1:], 0),
+        (lambda events: [events[0], *events[2:]], 1),
+        (lambda events: events[::-1], 0),
+        (lambda events: [*events, events[0]], None),
+        (lambda events: [replace(events[0], signs=(-events[0].signs[0],)), *events[1:]], 0),
+        (lambda events: [replace(events[0], sliders=(2,)), *events[1:]], 0),
+    ],
+    ids=["first missing", "second missing", "reversed", "one too many", "turned", "other"],
+)
+def test_an_event_that_differs_is_found_where_it_is(sabotage: Any, agreed: int | None) -> None:
+    found = agree(with_events(sabotage, middle()), known())
+    shared = len(own().log[middle()].events) if agreed is None else agreed
+    assert found.agreed == before(middle()) + shared
+    assert found.known == known().events[found.agreed]
+    assert found.own is not None
+    assert found.own.signature != found.known.signature
+    assert (found.compared, found.errors.size) == (1, 3)
+
+
+@pytest.mark.parametrize("turn", [False, True], ids=["own", "known"])
+def test_what_is_missing_at_the_end_is_a_difference_unless_the_trajectory_was_cut_short(
+    turn: bool,
+) -> None:
+    events, last = before(middle()) + 1, len(known().events) - 1
+    less, short = with_events(lambda es: es[:-1], len(own().log) - 1), cut(own(), 1, events)
+    missing, silent = (
+        agree(known(), one) if turn else agree(one, known()) for one in (less, short)
     )
-    def test_an_event_that_differs_is_found_where_it_is(
-        self, sabotage: Any, agreed: int | None
-    ) -> None:
-        found = agree(with_events(sabotage, middle()), known())
-        shared = len(own().log[middle()].events) if agreed is None else agreed
-        assert found.agreed == before(middle()) + shared
-        assert found.known == known().events[found.agreed]
-        assert found.own is not None
-        assert found.own.signature != found.known.signature
-        assert (found.compared, found.errors.size) == (1, 3)
+    sides = (missing.known, missing.own) if turn else (missing.own, missing.known)
+    assert (missing.agreed, *sides) == (last, None, known().events[last])
+    assert not silent.differs
+    assert (silent.agreed, silent.compared, silent.errors.size) == (events, 1, 1)
 
-    def test_the_time_of_an_event_is_no_difference(self) -> None:
-        late = with_events(lambda events: [replace(e, time=2 * e.time) for e in events], middle())
-        assert not agree(late, known()).differs
 
-    @pytest.mark.parametrize("turn", [False, True], ids=["own", "known"])
-    def test_the_last_event_missing_is_found(self, turn: bool) -> None:
-        short, whole = with_events(lambda events: events[:-1], len(own().log) - 1), known()
-        found = agree(whole, short) if turn else agree(short, whole)
-        assert found.agreed == len(known().events) - 1
-        silent, telling = (found.known, found.own) if turn else (found.own, found.known)
-        assert (silent, telling) == (None, known().events[-1])
+def test_what_ended_by_itself_misses_the_events_up_to_a_target_that_the_other_reached() -> None:
+    events = before(middle()) + 1
+    gave_up = cut(own(), 1, events, ended=True)
+    found = agree(gave_up, known())
+    assert (found.agreed, found.own, found.known) == (events, None, known().events[events])
+    for ended in (False, True):  # the other one does not reach it, either: a runaway
+        assert not agree(gave_up, cut(known(), 1, events + 1, ended=ended)).differs
 
-    @pytest.mark.parametrize("turn", [False, True], ids=["own", "known"])
-    def test_what_was_cut_short_has_not_come_to_is_no_difference(self, turn: bool) -> None:
-        events = before(middle()) + 1
-        short = cut(own(), 1, events)
-        found = agree(known(), short) if turn else agree(short, known())
-        assert not found.differs
-        assert (found.agreed, found.compared, found.errors.size) == (events, 1, 1)
 
-    def test_what_ended_by_itself_misses_the_events_up_to_a_target_that_the_other_reached(
-        self,
-    ) -> None:
-        events = before(middle()) + 1
-        gave_up = cut(own(), 1, events, ended=True)
-        found = agree(gave_up, known())
-        assert (found.agreed, found.own, found.known) == (events, None, known().events[events])
-        # the other one does not reach it, either: a runaway of which each has seen enough
-        assert not agree(gave_up, cut(known(), 1, events + 1, ended=True)).differs
-        assert not agree(gave_up, cut(known(), 1, events + 1)).differs
+@pytest.mark.parametrize("most", [1, 33])
+def test_limits_cut_a_trajectory_short_and_change_nothing_before(most: int) -> None:
+    short = trajectory(Method("exact"), EXPERIMENT, 3, limits=Limits(most))
+    assert most <= len(short.events) < most + 3
+    assert short.events == own().events[: len(short.events)]
+    assert np.array_equal(short.x, own().x[: short.reached])
 
-    def test_limits_cut_a_trajectory_short_and_change_nothing_before(self) -> None:
-        for most in (1, 10, 33):
-            short = trajectory(Method("exact"), EXPERIMENT, 3, limits=Limits(most))
-            assert most <= len(short.events) < most + 3
-            assert short.events == own().events[: len(short.events)]
-            assert np.array_equal(short.x, own().x[: short.reached])
 
-    def test_distances_are_exact_and_rounded_once(self) -> None:
-        third = Fraction(1, 3)
-        assert apart([third, 1.0], [third + Fraction(1, 10**40), 1]) == 1e-40
-        with pytest.raises(ValueError, match="zip"):
-            apart([1.0], [1.0, 2.0])
+def test_distances_are_exact_and_rounded_once() -> None:
+    third = Fraction(1, 3)
+    assert apart([third, 1.0], [third + Fraction(1, 10**40), 1]) == 1e-40
 
-    def test_targets_between_rearrangements_change_no_event(self) -> None:
-        path, ends = drive_with_rests(EXPERIMENT, 1000)
-        broken = trajectory(Method("exact"), replace(EXPERIMENT, drive=path), path.half_cycles)
-        assert [one.itinerary for one in broken.log] == [one.itinerary for one in own().log]
-        assert broken.reached == len(ends) == len(own().log) > 15
-        assert [ends[one.half_cycle - 1] for one in broken.log] == [
-            one.half_cycle for one in own().log
-        ]
+
+def test_targets_between_rearrangements_change_no_event() -> None:
+    path, ends = drive_with_rests(EXPERIMENT, 1000)
+    broken = trajectory(Method("exact"), replace(EXPERIMENT, drive=path), path.half_cycles)
+    places = [(one.half_cycle, one.itinerary) for one in own().log]
+    assert [(ends[one.half_cycle - 1], one.itinerary) for one in broken.log] == places
+    assert broken.reached == len(ends) == len(own().log) > 15
 
 
 SEEDS = (4, 5, 6, 7, 8, 9)
@@ -201,28 +193,20 @@ def test_every_method_and_seed_is_the_agreement_of_its_trajectory() -> None:
         assert there.error == found.errors[: found.compared].max()
         assert (there.own_event == there.true_event) == (not found.differs)
     assert data().truth_evidence.values.tolist() == ["proved"] * len(SEEDS)
-
-
-def test_velocities_are_those_of_creep_with_its_burn_in() -> None:
-    for method in ladder(CHAIN):
-        if method.solver == "certified":
-            continue
-        for seed in SEEDS[:2]:
-            there = of(method.label).loc[{"seed": seed}]
-            run, exact = (
-                creep(CHAIN, GIVEN.drive, seed=seed, solver=one.solver, record=(), **one.options)
-                for one in (method, Method("exact"))
-            )
-            assert (there.velocity, there.half_cycles) == (run.velocity, 24)
-            assert there.bias == run.velocity - exact.velocity
-
-
-def test_variables_say_their_units_where_they_have_one() -> None:
     units = {name: column.attrs.get("units") for name, column in data().items()}
     assert (units["velocity"], units["seconds"], units["outcome"]) == ("g tau_dyn^2", "s", None)
 
 
-def test_exact_never_parts_and_located_events_part_later() -> None:
+def test_velocities_are_those_of_creep_with_its_burn_in() -> None:
+    exact = creep(CHAIN, GIVEN.drive, seed=SEEDS[1], record=())
+    for one in [Method("exact"), *ladder(CHAIN)[2:]]:
+        there = of(one.label).loc[{"seed": SEEDS[1]}]
+        run = creep(CHAIN, GIVEN.drive, seed=SEEDS[1], solver=one.solver, record=(), **one.options)
+        assert (there.velocity, there.half_cycles) == (run.velocity, 24)
+        assert there.bias == run.velocity - exact.velocity
+
+
+def test_exact_never_parts_and_located_events_part_later_and_are_of_order_two() -> None:
     rows = table(data())
     assert (rows.parted["exact"], rows.agreed["exact"], rows.bias["exact"]) == (0, math.inf, 0)
     assert rows.error["exact"] < 1e-12 < rows.error["verlet, dt = 0.01, located"]
@@ -231,13 +215,9 @@ def test_exact_never_parts_and_located_events_part_later() -> None:
     assert plain > located
     assert math.isnan(rows.agreed["sliding"])
     assert rows.error["sliding"] > 0.01
-
-
-def test_the_fitted_order_is_two_with_located_events_and_less_without() -> None:
-    plain, located = (order(data(), locate=locate) for locate in (False, True))
-    assert located.lower < 2 < located.upper
-    assert located.upper - located.lower < 0.6
-    assert plain.upper < located.lower
+    fitted, second = (order(data(), locate=locate) for locate in (False, True))
+    assert second.lower < 2 < second.upper < second.lower + 0.6
+    assert fitted.upper < second.lower
 
 
 def made(steps: dict[str, list[list[float]]], **variables: Any) -> xr.Dataset:
@@ -296,7 +276,7 @@ def test_the_advice_names_a_step_and_the_quantity() -> None:
 
 
 def test_without_slips_the_sliding_limit_is_all_there_is() -> None:
-    slides = Experiment.of(Chain(3, 1000, "0.5", "0.5", tan_alpha="0.25"), Cycles("0.01", 4))
+    slides = Experiment.of(captions(3, mu_s="0.5"), Cycles("0.01", 4))
     found = compare(slides, events=5)
     assert found.method.values.tolist() == ["sliding"]
     assert (found.error.item(), found.rests.item()) == (0.0, 5)
@@ -304,7 +284,7 @@ def test_without_slips_the_sliding_limit_is_all_there_is() -> None:
 
 
 def test_a_runaway_is_compared_until_the_last_rest_before_it() -> None:
-    steep = Chain(3, 1000, "0.5", "0.6", "0.05", tan_alpha="0.53")
+    steep = paper_chain(3, "0.05", tan_alpha="0.53")
     found = compare(Experiment.of(steep, Cycles("0.0003", 30), seed=3), seeds=1)
     assert not found.differs.any()
     assert set(found.agreed.values[found.solver != "certified"].ravel()) == {2}
@@ -344,7 +324,7 @@ def test_an_argument_out_of_range_is_refused(changed: dict[str, Any], field: str
 
 
 def test_seeds_that_change_nothing_are_refused_and_random_dilations_need_no_disorder() -> None:
-    ordered = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    ordered = captions(3)
     with pytest.raises(InputError, match="all runs are the same"):
         compare(Experiment.of(ordered, Cycles("0.01", 2)), seeds=3)
     given = Experiment.of(ordered, GaussianSteps("0.01", 4))
@@ -357,12 +337,10 @@ def test_seeds_that_change_nothing_are_refused_and_random_dilations_need_no_diso
 
 def test_a_start_of_its_own_is_compared() -> None:
     start = State.prepared(CHAIN, [Fraction(1, 8), 0], seed=3)
-    relaxed, prepared = (
-        compare(Experiment.of(CHAIN, DRIVE, seed=3, start=given), [Method("exact")], seeds=1)
-        for given in (None, start)
-    )
-    assert not prepared.differs.any()
-    assert prepared.velocity != relaxed.velocity
+    found = compare(Experiment.of(CHAIN, DRIVE, seed=3, start=start), [Method("exact")], seeds=1)
+    assert not found.differs.any()
+    assert found.velocity == creep(CHAIN, DRIVE, seed=3, start=start).velocity
+    assert found.velocity != creep(CHAIN, DRIVE, seed=3).velocity
 
 
 def test_the_command_prints_draws_and_writes_the_dataset(
@@ -380,28 +358,16 @@ def test_the_command_prints_draws_and_writes_the_dataset(
     left, right = figure.axes
     with xr.open_dataset("a.nc", engine="h5netcdf") as kept:
         assert kept.errors.dims == ("method", "seed", "rest")
-        names = kept.method.values.tolist()
-        biases = kept.bias.mean("seed").values
-        for thick, name in zip(left.lines[::2], names, strict=True):
-            own = kept.loc[{"method": name}].isel(seed=0)
-            shown = own.errors.values[: int(own.rests)]
-            assert (thick.get_label(), len(shown) > 0) == (name, True)
+        names, first = kept.method.values.tolist(), kept.isel(seed=0)
+        known = np.isfinite(kept.bias.mean("seed").values)
+        for k, thick in enumerate(left.lines[::2]):
+            shown = first.errors.values[k][: int(first.rests[k])]
+            assert (thick.get_label(), len(shown) > 0) == (names[k], True)
             assert thick.get_ydata().tolist() == np.maximum(shown, 1e-18).tolist()
     assert [text.get_text() for text in figure.legends[0].get_texts()] == names
-    # besides the zero, one point for each method whose bias is known
-    points = [line for line in right.lines if line.get_marker() == "o"]
-    assert len(points) == np.isfinite(biases).sum() > 3
+    # besides the zero, one point for each method whose bias is known, in the ink of its line
+    points = [line.get_color() for line in right.lines if line.get_marker() == "o"]
     inks = [line.get_color() for line in left.lines[::2]]
     assert len(set(inks)) == len(names) == 9
-    assert [line.get_color() for line in points] == [
-        ink for ink, bias in zip(inks, biases, strict=True) if np.isfinite(bias)
-    ]
-    for axes in (left, right):
-        assert axes.get_xlabel()
-        assert axes.get_ylabel()
-
-
-@pytest.mark.parametrize("name", ["tradeoff", "envelope"])
-def test_the_old_names_name_the_new_one(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.status([name, "six-sliders-cycles", "--budget", "60", "--quick"]) == 2
-    assert "compare" in capsys.readouterr().err
+    assert points == [ink for ink, one in zip(inks, known, strict=True) if one]
+    assert len(points) > 3

@@ -7,7 +7,7 @@ import random
 import signal
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -15,7 +15,6 @@ from subprocess import Popen
 
 import pytest
 
-from exactcreep import creep
 from exactcreep.model.numbers import InputError
 from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint
@@ -57,77 +56,69 @@ def dask(folder: Path, workers: int) -> Iterator[tuple[Executor, Popen[str], lis
         yield executor, scheduler, crowd
 
 
-class Logged(Executor):
-    """An executor whose cells write when and where they begin and end to a file."""
+class Told(Executor):
+    """An executor each cell of which calls ``before(name)`` and ``after(name)`` on its worker."""
 
-    def __init__(self, inner: Executor, path: Path) -> None:
-        self.inner, self.path = inner, str(path)
+    def __init__(self, inner: Executor, before: Callable, after: Callable = str) -> None:
+        self.inner, self.before, self.after = inner, before, after
 
     def submit(self, function, /, *args, **kwargs):
-        path = self.path
+        before, after = self.before, self.after
 
-        def logged(experiment):
-            import os
-
-            name = f"{experiment.chain.n}-{experiment.drive.amplitude}-{experiment.seed}"
-
-            def say(word: str) -> None:
-                handle = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
-                os.write(handle, f"{word} {os.getpid()} {name}\n".encode())
-                os.close(handle)
-
-            say("begin")
+        def computed(experiment):
+            name = f"{experiment.chain.n}-{float(experiment.drive.amplitude)}-{experiment.seed}"
+            before(name)
             value = function(experiment)
-            say("end")
+            after(name)
             return value
 
-        return self.inner.submit(logged, *args)
+        return self.inner.submit(computed, *args)
 
 
 def test_a_killed_worker_of_a_cluster_loses_nothing(tmp_path: Path) -> None:
-    diary = tmp_path / "diary"
-    scene = load_scene(written(tmp_path, cycles=400))
-    out = tmp_path / "out"
-    saved: set[str] = set()
+    diary, out = tmp_path / "diary", tmp_path / "out"
+    scene = load_scene(written(tmp_path, cycles=100))
+    path = str(diary)
+    saved: list[dict[str, object]] = []
     killed: list[int] = []
 
-    # what the cells are called in the diary, by the result that only one of them has
-    named = {
-        creep(e.chain, e.drive, seed=e.seed).x_G: f"{e.chain.n}-{e.drive.amplitude}-{e.seed}"
-        for e in (member.experiment for member in scene.members())
-    }
-    assert len(named) == 12
+    def say(word: str) -> Callable[[str], None]:
+        def write(name: str) -> None:
+            import os
 
-    def entries() -> list[list[str]]:
-        return [line.split() for line in diary.read_text().splitlines()] if diary.exists() else []
+            handle = os.open(path, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+            os.write(handle, f"{word} {os.getpid()} {name}\n".encode())
+            os.close(handle)
+
+        return write
+
+    def entries(word: str) -> list[tuple[str, ...]]:
+        lines = map(str.split, diary.read_text().splitlines() if diary.exists() else ())
+        return [tuple(words[1:]) for words in lines if words[0] == word]
 
     def watch(progress: Progress) -> None:
-        if killed or progress.done < 3:
-            return
-        ended = {tuple(words[1:]) for words in entries() if words[0] == "end"}
-        busy = [words for words in entries() if tuple(words[1:]) not in ended]
-        if busy:
-            saved.update(named[x_g_of(path)] for path in (out / "cells").glob("*.cell"))
-            killed.append(int(busy[0][1]))
+        busy = [one for one in entries("begin") if one not in entries("end")]
+        if not killed and progress.done >= 3 and busy:
+            saved.extend(checkpoint.read(cell)["value"] for cell in (out / "cells").glob("*.cell"))
+            killed.append(int(busy[0][0]))
             os.kill(killed[0], signal.SIGKILL)
 
     with dask(tmp_path, 2) as (executor, _, _):
-        grid = sweep(scene, executor=Logged(executor, diary), out=out, progress=watch)
+        told = Told(executor, say("begin"), say("end"))
+        grid = sweep(scene, executor=told, out=out, progress=watch)
     assert killed, (tmp_path / "dask.log").read_text()
-    assert len(saved) >= 3
-    begun = Counter(words[2] for words in entries() if words[0] == "begin")
-    assert len(begun) == 12
-    assert all(begun[name] == 1 for name in saved), "a saved cell was computed again"
-    # the cell that the killed worker had begun was done by another one
-    lost = {words[2] for words in entries() if int(words[1]) == killed[0]}
-    ended = {words[2] for words in entries() if words[0] == "end" and int(words[1]) != killed[0]}
-    assert any(begun[name] > 1 and name in ended for name in lost)
     assert grid.identical(sweep(scene))
-
-
-def x_g_of(cell: Path) -> float:
-    x_g: float = checkpoint.read(cell)["value"]["x_G"]
-    return x_g
+    begun, ended = Counter(name for _, name in entries("begin")), entries("end")
+    assert len(begun) == 12
+    table = grid.x_G.to_series()
+    kept = [key for key, x_G in table.items() if x_G in {value["x_G"] for value in saved}]
+    assert len(kept) == len(saved) >= 3
+    for n, amplitude, seed in kept:
+        assert begun[f"{n}-{amplitude}-{seed}"] == 1, "a saved cell was computed again"
+    # the cell that the killed worker had begun was done by another one
+    lost = {name for pid, name in entries("begin") if int(pid) == killed[0]}
+    other = {name for pid, name in ended if int(pid) != killed[0]}
+    assert any(begun[name] > 1 and name in other for name in lost)
 
 
 def test_a_scheduler_that_does_not_answer_is_one_clear_sentence() -> None:
@@ -182,31 +173,21 @@ def test_most_workers_killed_and_one_stopped_for_a_while_change_no_bit(tmp_path:
     assert grid.identical(sweep(scene))
 
 
-class Deadly(Executor):
-    """An executor on which one cell ends the process of every worker that begins it."""
-
-    def __init__(self, inner: Executor) -> None:
-        self.inner = inner
-
-    def submit(self, function, /, *args, **kwargs):
-        def computed(experiment):
-            import os
-
-            if (experiment.chain.n, experiment.seed, experiment.drive.amplitude * 100) == (6, 2, 1):
-                os._exit(1)
-            return function(experiment)
-
-        return self.inner.submit(computed, *args)
-
-
 @pytest.mark.slow
 def test_a_cell_that_kills_its_workers_is_told_and_the_others_are_saved(tmp_path: Path) -> None:
     scene, out = load_scene(written(tmp_path, cycles=10)), tmp_path / "out"
+
+    def die(name: str) -> None:
+        import os
+
+        if name == "6-0.01-2":
+            os._exit(1)
+
     with (
         dask(tmp_path, 6) as (executor, _, _),
         pytest.raises(InputError, match=r"KilledWorker.*1 of 12 cells failed") as told,
     ):
-        sweep(scene, executor=Deadly(executor), out=out)
+        sweep(scene, executor=Told(executor, die), out=out)
     assert told.value.field == "cell"
     assert told.value.value == "chain.n = 6, drive.amplitude = 0.01, run.seed = 2"
     assert len(list((out / "cells").glob("*.cell"))) == 11
