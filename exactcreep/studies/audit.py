@@ -221,7 +221,7 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
     known = _arithmetic(times, result.report.get("precision_bits"))
     auditor = _Auditor(chain, result.initial, disorder.valid_seed(seed or 0), *known, most)
     with auditor.following():
-        auditor.begin(result.initial)
+        auditor.begin()
         float64 = auditor.arithmetic is FLOAT64
         auditor.load = float(chain.l0 * abs(exact_value(result.theta)))
         error = 4 * 2.0**-52 * auditor.load if float64 else 0.0
@@ -240,21 +240,19 @@ def _of_rearrangement(result: Rearrangement, seed: int | None, most: int) -> Aud
 def _of_creep(result: Creep, most: int, limits: Limits, say: Callable[..., None]) -> Audit:
     if "event_time" not in result.recorded:
         raise InputError("record", list(result.recorded), "must include events")
-    start, stepped = result.experiment.initial, result.solver == "verlet"
+    stepped, remark = result.solver == "verlet", ""
     try:
         columns = as_claimed(result.recorded)
         bits, times = result.report.get("precision_bits"), columns["event_time"].tolist()
         known = _arithmetic(times, bits, result.experiment.digits)
-        auditor = _Auditor(
-            result.chain, start, result.seed, *known, sys.maxsize if stepped else most, limits
-        )
+        enough = sys.maxsize if stepped else most
+        start = result.experiment.initial
+        auditor = _Auditor(result.chain, start, result.seed, *known, enough, limits)
     except _NOT_WHOLE as error:
         told = Finding("order", None, None, f"what was recorded cannot be read: {error}")
         return Audit((told,), 0, 0, np.empty(0), np.empty(0), math.nan, 0)
     with auditor.following():
-        auditor.begin(start)
         auditor.run(result, columns, say)
-    remark = ""
     if stepped:
         late, count = auditor.audit().largest_time_error, len(auditor.findings)
         remark = f"{count} departures from the closed form, as of fixed steps: events are late by"
@@ -312,7 +310,7 @@ class _Auditor:
         limits: Limits = NO_LIMITS,
     ) -> None:  # fmt: skip
         self.chain, self.contacts, self.limits = chain, Contacts(chain, seed), limits
-        self.arithmetic, self.digits, self.most = arithmetic, digits, most
+        self.arithmetic, self.digits, self.most, self.start = arithmetic, digits, most, start
         self.l0 = arithmetic.number(chain.l0)
         self.findings: list[Finding] = []
         self.place: tuple[int | None, int | None] = (None, None)
@@ -354,9 +352,9 @@ class _Auditor:
             sentence = f"the log cannot be followed: {error}"
             self.findings.append(Finding("order", *self.place, sentence))
 
-    def begin(self, start: State) -> None:
+    def begin(self) -> None:
         """Check that the coefficients of the start are those of the seed."""
-        for n in np.flatnonzero(self.state.coefficients != start.coefficients):
+        for n in np.flatnonzero(self.state.coefficients != self.start.coefficients):
             self.find("contact", f"slider {n + 1} begins with a coefficient not of this seed")
 
     def thresholds(self) -> NDArray[Any]:
@@ -386,6 +384,7 @@ class _Auditor:
 
     def run(self, result: Creep, columns: Any, say: Callable[..., None]) -> None:
         """Follow a run along its drive, from rearrangement to rearrangement."""
+        self.begin()
         arithmetic, partial = self.arithmetic, result.outcome in (Outcome.RUNAWAY, Outcome.LIMIT)
         if not 0 <= result.half_cycles <= result.drive.half_cycles:
             self.find("drive", f"the drive has no target {result.half_cycles}")
@@ -544,18 +543,18 @@ class _Auditor:
         starts, flow = event.kind is EventKind.START, replay.flow
         for slider, sign in zip(event.sliders, event.signs, strict=True):
             n = slider - 1
-            if not 0 <= n < self.chain.n:
-                self.find("contact", f"there is no slider {slider}")
-            elif sign not in (-1, 1):
-                self.find("contact", f"slider {slider} has the sign {sign}")
-            elif starts and flow.signs[n] != 0:
-                self.find("contact", f"slider {slider} starts while it moves")
-            elif not starts and flow.signs[n] == 0:
-                self.find("contact", f"slider {slider} stops while it rests")
-            elif not starts and flow.signs[n] != sign:
-                self.find("contact", f"slider {slider} stops with a sign that it did not have")
-            elif starts and sign * flow.forces[n] <= 0:
-                self.find("contact", f"slider {slider} starts against the force on it")
+            there = 0 <= n < self.chain.n
+            held, force = (flow.signs[n], flow.forces[n]) if there else (0, 0)
+            wrong = {
+                "is not there": not there,
+                f"has the sign {sign}": sign not in (-1, 1),
+                "starts while it moves": starts and held != 0,
+                "stops while it rests": not starts and held == 0,
+                "stops with a sign that it did not have": not starts and held != sign,
+                "starts against the force on it": starts and sign * force <= 0,
+            }
+            if why := next((text for text, holds in wrong.items() if holds), None):
+                self.find("contact", f"slider {slider} {why}")
             else:
                 legal[n] = sign
         return legal
@@ -592,16 +591,13 @@ class _Auditor:
     def balanced(self, replay: Replay, before: NDArray[Any]) -> None:
         """Check that the energy that went is the work of friction; `before` are tensions."""
         energies = replay.energies()
-        largest = max(abs(term) for term in energies)
-        if largest == 0:
-            return
-        # what is left over of tensions that are much larger than their change is rounding
-        base = float((before * before).sum()) if before.size else 0.0
-        rounding = 2.0**-50 if self.arithmetic is FLOAT64 else self.accuracy
-        left = float(abs(energies.left) / largest)
-        self.balance = max(self.balance, left)
-        allowed = max(self.accuracy, rounding * base / float(largest))
-        self.within("energy", "energy does not balance", left, 4 * allowed)
+        if largest := max(abs(term) for term in energies):
+            # what is left over of tensions that are much larger than their change is rounding
+            rounding = 2.0**-50 if self.arithmetic is FLOAT64 else self.accuracy
+            base = rounding * float((before * before).sum()) / float(largest)
+            left = float(abs(energies.left) / largest)
+            self.balance = max(self.balance, left)
+            self.within("energy", "energy does not balance", left, 4 * max(self.accuracy, base))
 
 
 class Watches:

@@ -103,7 +103,7 @@ class _Asked:
         taken = chain.n * float(chain.mu_d - self.slope) * chain.cos_alpha / 2
         many = float(chain.l0) * swing - taken >= _MANY_SLIPS * 2 * chain.excess
         gear = chain.n + 3 - 2 * max(pivots(chain.n, self.slope, chain.mu_d))
-        return many and 2 <= _NEXT_PIVOT * gear
+        return many and _NEXT_PIVOT * gear >= 2
 
 
 class Rule(NamedTuple):

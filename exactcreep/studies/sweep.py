@@ -3,7 +3,9 @@
 A cell is a pure function of its experiment, so that it does not matter where or in which order
 cells are computed. Each one that finishes is saved at once as a small file of its own, named by
 the digest of its experiment: a sweep that is stopped, in whatever way, goes on from there and
-gives the same bits, and a grid that grows keeps what it had.
+gives the same bits, and a grid that grows keeps what it had. Such a file holds the numbers of a
+cell (0.6 kB, 1 ms); the file of a whole `Creep`, as of the members of a run, takes a hundred times
+as long to write (21 kB, 0.12 s of processor).
 """
 
 from __future__ import annotations
@@ -154,9 +156,7 @@ class CellsFailed(InputError):
 class _Cells:
     """The cells of a sweep: what each is, and what it came to, None before that."""
 
-    def __init__(
-        self, scene: Scene, out: str | os.PathLike[str] | None, *, resume: bool
-    ) -> None:
+    def __init__(self, scene: Scene, out: str | os.PathLike[str] | None, *, resume: bool) -> None:
         self.scene, self.settings = scene, scene.settings()
         self.experiments = [_experiment(scene, setting) for setting in self.settings]
         self.folder = None if out is None else CellFolder(out, resume=resume)

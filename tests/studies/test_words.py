@@ -185,9 +185,7 @@ def held_against(chain: Chain, amplitude: Fraction) -> Outcome:
     return settled.outcome
 
 
-@pytest.mark.parametrize(
-    "count", [pytest.param(9), pytest.param(150, marks=pytest.mark.slow)]
-)
+@pytest.mark.parametrize("count", [pytest.param(9), pytest.param(150, marks=pytest.mark.slow)])
 def test_all_that_speaks_of_a_chain_says_the_same(count: int) -> None:
     cases = [drawn(number) for number in range(count)]
     seen = {held_against(*case) for case in cases if case[0].n <= 4}

@@ -169,9 +169,7 @@ def test_a_run_that_parts_far_below_from_one_that_locks_is_followed_no_further()
 
 @pytest.mark.slow
 def test_five_sliders_creep_for_ever_from_later_than_they_pass_a_horizon() -> None:
-    found = threshold(
-        captions(5), digits=20, bracket=("0.0007597", "0.00075971")
-    )
+    found = threshold(captions(5), digits=20, bracket=("0.0007597", "0.00075971"))
     assert found.evidence is Evidence.PROVED
     below, above = found.fates
     assert (below.outcome, above.outcome) == (Outcome.CYCLING, Outcome.CREEPING)
