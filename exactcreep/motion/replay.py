@@ -168,8 +168,21 @@ class Replay:
         return State(tensions, places, coefficients, draws, initial.theta)
 
     def solution(self) -> Solution:
-        """Return the closed form of the whole motion, from the start to the last event."""
-        return Solution([phase.piece() for phase in self if phase.lasts], self.start)
+        """Return the closed form of the whole motion, from the start to the last event.
+
+        It goes through the replay, which is used for nothing else, when it is first evaluated.
+        """
+        self.events = tuple(self.events)
+        times = [self.now]
+        for together in _instants(self.events):
+            time = self.arithmetic.number(together[0].time)
+            if not same(time, times[-1]):
+                times.append(time)
+        return Solution(self._pieces, self.start, times)
+
+    def _pieces(self) -> list[ModalPiece]:
+        with self.arithmetic.active():
+            return [phase.piece() for phase in self if phase.lasts]
 
     def residuals(self) -> tuple[Any, ...]:
         """Return the residual of every event, see `residual`."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -51,7 +52,7 @@ class Solution:
     Attributes
     ----------
     pieces : tuple of Piece
-        ``pieces[i]`` holds from event i to event i + 1.
+        ``pieces[i]`` holds from event i to event i + 1; made when they are first asked for.
     ts : ndarray, shape (len(pieces) + 1,)
         The times that separate them.
     t_min, t_max : number
@@ -67,13 +68,24 @@ class Solution:
            [0.   , 0.194]])
     """
 
-    def __init__(self, pieces: Sequence[Piece], at_rest: Motion) -> None:
-        self.pieces = tuple(pieces)
-        self._at_rest = at_rest
-        ends = [piece.t_max for piece in self.pieces[-1:]] or [0.0]
-        self.ts = np.array([piece.t_min for piece in self.pieces] + ends)
+    def __init__(
+        self, make: Callable[[], Sequence[Piece]], at_rest: Motion, times: Sequence[Scalar]
+    ) -> None:
+        self._make, self._at_rest = make, at_rest
+        self.ts = np.array(times)
         self.t_min: Scalar = self.ts[0]
         self.t_max: Scalar = self.ts[-1]
+
+    @classmethod
+    def of(cls, pieces: Sequence[Piece], at_rest: Motion) -> Solution:
+        """Return the solution that consists of these pieces."""
+        ends = [piece.t_max for piece in pieces[-1:]] or [0.0]
+        return cls(partial(tuple, pieces), at_rest, [piece.t_min for piece in pieces] + ends)
+
+    @cached_property
+    def pieces(self) -> tuple[Piece, ...]:
+        """The motion from each event to the next, made when it is first asked for."""
+        return tuple(self._make())
 
     def piece_at(self, t: Scalar) -> Piece:
         """Return the piece that holds at `t`; at an event, the one that begins there."""

@@ -23,8 +23,8 @@ from exactcreep.compiling import njit
 from exactcreep.motion.arithmetic import Undecided
 from exactcreep.motion.taylor_flow import OUTWARD, flow
 
-RATE_BOUND = 8.0
-"""Bound of how fast forces and velocities change, for each unit of pace and of (1 + time)."""
+LATEST = 0.125
+"""How far event times of a set may lie apart: within it no rate more than doubles."""
 UNDERFLOW = 2.0**-900
 """Above all that is lost where products of floats underflow."""
 NOT_BOUNDED = "the derivative of a rearrangement is not enclosed"
@@ -40,7 +40,6 @@ class Crossing(NamedTuple):
     unsure: float  # how far these are from those of any state of the set at one time
     time: float  # how long it lasts
     late: float  # how far the time of any state of the set is from `time`
-    pace: float  # norms of all velocities and of all accelerations at first, added up
     slider: int  # whose speed, or whose distance to the threshold, reaches zero
     side: int  # 0: the speed; else the side of the threshold
     image: int  # its mirror image, which does the same; -1: there is none
@@ -56,8 +55,9 @@ class Crossing(NamedTuple):
     @property
     def steep(self) -> bool:
         """Whether the event's slope is so far from zero that `saltation` encloses its time."""
-        haste = RATE_BOUND * self.pace * (1 + self.time)
-        return abs(self.slope) > 8 * (self.unsure + self.late * haste)
+        speed, force = abs(self.velocities).max(), abs(self.accelerations).max()
+        fastest = _fastest(speed + self.unsure, force + self.unsure, self.late)
+        return bool(abs(self.slope) > 8 * (self.unsure + self.late * fastest))
 
 
 class StateSet:
@@ -297,6 +297,16 @@ def _blocks(rows: Any) -> Any:
     return block
 
 
+@njit(cache=True)
+def _fastest(speed: float, force: float, late: float) -> float:
+    """Return a bound of how fast velocities and accelerations change so near their event.
+
+    `speed` and `force` bound them at one time. As each changes no faster than the largest of the
+    accelerations and of four times the velocities, these grow no faster than exp(4 t).
+    """
+    return max(force, 4 * speed) * (1 + 8 * late) * (1 + OUTWARD) if late <= LATEST else math.inf
+
+
 @njit(cache=True, error_model="numpy")
 def saltation(
     crossing: Any, rate: float, rows: Any, unit: float, own: bool
@@ -321,8 +331,10 @@ def saltation(
     """
     time, late, slider, side = crossing.time, crossing.late, crossing.slider, crossing.side
     forces, speeds, moved, errors = rows
-    haste = RATE_BOUND * crossing.pace * (1 + time)
-    vague = 2 * (crossing.unsure + late * haste) + 2.0**-50 * abs(rate)
+    unsure = crossing.unsure
+    speed, force = np.abs(crossing.velocities).max(), np.abs(crossing.accelerations).max()
+    fastest = _fastest(speed + unsure, force + unsure, late)
+    vague = 2 * (unsure + late * fastest) + 2.0**-50 * abs(rate)
     if not abs(rate) > 2 * vague:
         return math.nan, late
     n, k = forces.shape
@@ -353,8 +365,12 @@ def saltation(
             apart += abs(row[c])
         by = unit * apart / (abs(rate) - vague) * (1 + OUTWARD)
         late = min(late, by + 2.0**-50 * (1 + time))
-    vague = 2 * (crossing.unsure + late * haste) + 2.0**-50 * abs(rate)
-    lag = late * scale
+    vague = 2 * (unsure + late * fastest) + 2.0**-50 * abs(rate)
+    of_force, of_speed = e_force, e_speed
+    for c in range(k):
+        of_force += math.sqrt((f[:, c] ** 2).sum())
+        of_speed += math.sqrt((u[:, c] ** 2).sum())
+    lag = late * _fastest(of_speed, of_force, late)
     e_force, e_speed, e_way = e_force + lag, e_speed + lag, e_way + lag
     for i in moving:
         errors[0, i], errors[1, i] = e_force, e_speed

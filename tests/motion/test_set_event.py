@@ -162,9 +162,8 @@ def crossings(seed, least):
         fast = np.array([float(x) for x in middle.velocities])
         pulls = np.array([float(x) for x in middle.forces])
         pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
-        pace = float(np.linalg.norm(velocities) + np.linalg.norm(forces)) + n * FRICTION
         crossing = Crossing(
-            springs_of(n), signs, fast, pulls, UNSURE, float(at), radius, pace, slider, side, -1
+            springs_of(n), signs, fast, pulls, UNSURE, float(at), radius, slider, side, -1
         )
         yield random, state, event, at, middle, crossing
 

@@ -160,8 +160,9 @@ class ChainAtRest:
         """
         if self.fresh:
             self.fresh = False
-            every = [(n, self._start_direction(n)) for n in range(self.chain.n)]
-            starts = [(n, sign) for n, sign in every if sign]
+            lacking = (self.thresholds - abs(self.forces)).tolist()
+            near = [n for n, room in enumerate(lacking) if not room > self.force_slack]
+            starts = [(n, sign) for n in near if (sign := self._start_direction(n))]
             if starts:
                 self._set_off(starts, crossing=False)
                 return True
@@ -203,13 +204,13 @@ class ChainAtRest:
         if n == 1:
             return None, []
         ends = [(0, -way), (n - 1, way)]
-        first, last = (self._lacking(end, sign) for end, sign in ends)
+        first, last = (self.lacking(end, sign) for end, sign in ends)
         if self.mirrored:
             return first, ends
         order = self._sign(first - last, 2 * self.force_slack)
         return first if order <= 0 else last, [ends[:1], ends, ends[1:]][order + 1]
 
-    def _lacking(self, end: int, sign: int) -> Any:
+    def lacking(self, end: int, sign: int) -> Any:
         """Return what an end of the chain at rest lacks to start with `sign`."""
         force, threshold = self._standing(end)
         left = threshold - sign * force

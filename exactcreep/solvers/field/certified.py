@@ -107,7 +107,7 @@ class Certified(FieldSolver):
                 evidence = Evidence.of(mechanics.tally.undecided, Evidence.PROVED)
                 kinds = {kind.value: mechanics.kinds[kind] for kind in Kind}
                 report = {**result.report, **certificate(mechanics), "crossings": kinds}
-                motion = Solution(mechanics.pieces, mechanics.start) if mechanics.start else None
+                motion = Solution.of(mechanics.pieces, mechanics.start) if mechanics.start else None
                 if result.outcome is Outcome.AT_REST:
                     if past is None:
                         first = replace(start, state=replace(start.state, past=None))

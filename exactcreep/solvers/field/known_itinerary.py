@@ -60,11 +60,11 @@ class KnownItinerary(ChainIntegrator):
     def load_of_start(self, slider: int, sign: int, way: int) -> Any:
         """Return ``l0 theta_c`` at which an end (from 0) starts with `sign` on a ramp."""
         self.exact = None
-        return self.l0 * self.theta + way * self._lacking(slider, sign)
+        return self.l0 * self.theta + way * self.lacking(slider, sign)
 
     def _room(self, way: int) -> tuple[Any, list[tuple[int, int]]]:
         ends = list(self._starts.items())
-        return self._lacking(*ends[0]), ends
+        return self.lacking(*ends[0]), ends
 
     def _start_direction(self, n: int) -> int:
         return super()._start_direction(n) if self.flow is None else self._starts.get(n, 0)

@@ -399,11 +399,10 @@ class SetIntegrator(ChainIntegrator):
         pull[window][moving] = (numbers[1] + bend[window])[moving]
         unsure += 4 * max(radii) + 2.0**-47 * float(max(abs(way).max(), abs(speed).max()))
         unsure += math.sqrt(np.count_nonzero(moving)) * self.far * (3 + time)
-        pace = math.hypot(*numbers[0].tolist()) + math.hypot(*numbers[1].tolist())
         late = late * (1 + 1e-9) + 2.0**-50 * time
         image = n - 1 - acting[0] if self.mirrored else -1
         return Crossing(
-            self.springs, flow.signs, speed, pull, unsure, time, late, pace, *acting, image
+            self.springs, flow.signs, speed, pull, unsure, time, late, *acting, image
         )
 
     def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:

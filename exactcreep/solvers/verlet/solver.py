@@ -366,6 +366,6 @@ class Verlet(Solver):
             ended,
             initial=initial,
             events=tuple(events),
-            motion=Solution(pieces[: len(ends)], still),
+            motion=Solution.of(pieces[: len(ends)], still),
             report=simulation.report(),
         )

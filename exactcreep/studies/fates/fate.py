@@ -101,7 +101,7 @@ def fate(
     limits, say, begin = Limits.of(max_seconds=max_seconds), reporter(progress), experiment.initial
     if solver == "exact":
         return numerical_fate(Recurrence(chain, drive, begin), begin, limits, say)[0]
-    return proved_fate(chain, drive, begin, limits, say)[0]
+    return proved_fate(chain, drive, begin, limits, say).fate
 
 
 def refuse_sliding(chain: Chain) -> None:

@@ -44,6 +44,7 @@ from exactcreep.model.numbers import nearest_float
 from exactcreep.model.outcome import NO_ADVANCE, Evidence, Outcome
 from exactcreep.model.state import State
 from exactcreep.motion.arithmetic import BITS_PER_DIGIT, Undecided, balls_of
+from exactcreep.motion.cosine_field import Quadratic
 from exactcreep.solvers.field.certified import Certified, CertifiedSimulation
 from exactcreep.solvers.field.tangent import TangentSimulation
 from exactcreep.solvers.solver import Start, advance
@@ -51,6 +52,7 @@ from exactcreep.solvers.statistics import falls_like_inverse_square
 from exactcreep.studies.event_log import LoggedRearrangement, rearrangements
 from exactcreep.studies.fates.result import Fate
 
+Bracket = tuple[Fraction, Fraction]
 HalfCycle = tuple[Itinerary, ...]
 """The itineraries of the rearrangements of one half-cycle."""
 MOST_PERIOD = 1000
@@ -69,9 +71,39 @@ _SQUARINGS = 12  # of a matrix, for a bound of its norm
 
 
 class _Leaping(CertifiedSimulation):
-    """A certified simulation that raises its precision in leaps: most of a transient is lost."""
+    """A certified simulation that raises its precision in leaps: most of a transient is lost.
+
+    Attributes
+    ----------
+    gap : ball or None
+        How far beyond all targets so far ``l0 theta`` could have gone without a further event.
+    """
 
     leap = 4
+    gap: Any = None
+
+    def _arrive(self, target: Fraction) -> None:
+        mechanics, n = self.mechanics, self.start.chain.n
+        for end, sign in ((0, -mechanics.way), (n - 1, mechanics.way)):
+            gap = mechanics.lacking(end, sign) if sign else flint.arb(0)
+            ball = gap.ball() if isinstance(gap, Quadratic) else gap
+            ball = ball + flint.arb(0, 2 * mechanics.slack)
+            self.gap = ball if self.gap is None else ball.min(self.gap)
+        super()._arrive(target)
+
+
+class ProvedFate(NamedTuple):
+    """A fate, what happened until it was known, and between which amplitudes the same happens.
+
+    The times of events are the middles of their enclosures. Neither the itinerary nor any theta_c
+    depends on the amplitude, as long as every theta_c is reached, and none beyond: `between` are
+    the largest theta_c and the least at which another event would have followed, rounded inward.
+    None if what is proved is proved of this amplitude alone.
+    """
+
+    fate: Fate
+    log: list[LoggedRearrangement]
+    between: Bracket | None
 
 
 def proved_fate(
@@ -81,14 +113,14 @@ def proved_fate(
     limits: Limits = NO_LIMITS,
     say: Callable[..., None] | None = None,
     enough: Callable[[list[LoggedRearrangement]], bool] | None = None,
-) -> tuple[Fate, list[LoggedRearrangement]]:
-    """Follow a chain until it is proved what it does for ever; return that, and what happened.
+) -> ProvedFate:
+    """Follow a chain until it is proved what it does for ever.
 
-    Or until what has happened after a cycle is `enough`, whatever its fate. The times of events are
-    the middles of their enclosures.
+    Or until what has happened after a cycle is `enough`, whatever its fate.
     """
     proof = _Proof(chain, drive, start, limits)
-    return proof.fate(say, enough), proof.log
+    fate = proof.fate(say, enough)
+    return ProvedFate(fate, proof.log, proof.between(fate))
 
 
 class _Proof:
@@ -112,6 +144,18 @@ class _Proof:
         self.again: dict[int, tuple[float, int]] = {}
         self.tried = 0
         self.doubt = ""
+
+    def between(self, fate: Fate) -> Bracket | None:
+        """Return between which amplitudes all that has happened is the same; see `ProvedFate`."""
+        proved = fate.evidence is Evidence.PROVED and fate.settled_after is not None
+        if not proved or "contraction" in fate.report:
+            return None
+        mechanics = self.simulation.mechanics
+        with mechanics.arithmetic.active():
+            middle, radius = enclosure(self.simulation.gap / mechanics.l0)
+        thetas = (enclosure(one.theta) for one in self.log)
+        reached = max((abs(x.middle) + x.radius for x in thetas), default=Fraction(0))
+        return reached, fate.amplitude + middle - radius
 
     # -- the trajectory --------------------------------------------------------------------------
 

@@ -52,6 +52,7 @@ class Observation(NamedTuple):
     change: float = 0.0  # of a tension in the last cycle, the largest
     fate: Fate | None = None
     direction: str = "none"  # which way it creeps
+    between: tuple[Fraction, Fraction] | None = None  # amplitudes at which it does the same
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from exactcreep.studies.event_log import LoggedRearrangement
 from exactcreep.studies.fates.fate import numerical_fate
 from exactcreep.studies.fates.proof import proved_fate
 from exactcreep.studies.fates.result import Fate
+from exactcreep.studies.thresholds.amplitudes import Bracket
 from exactcreep.studies.thresholds.horizon import Observation, Question
 
 MOST_CYCLES = 10_000
@@ -41,6 +42,8 @@ class Lasting(Question):
     sensitive: dict[Fraction, bool] = field(default_factory=dict)
     locked: Log = field(default_factory=list)
     """Of the last run that was proved not to creep."""
+    windows: list[tuple[Bracket, Observation, Fate]] = field(default_factory=list)
+    """What is proved between two amplitudes."""
 
     def _course(self, amplitude: Fraction, start: State) -> tuple[Fate, float]:
         """Return the fate in float64, and where x_G has come to apart from a steady advance."""
@@ -107,6 +110,9 @@ class Lasting(Question):
                 outcome_evidence=trial.evidence,
                 direction=found.direction,
             )
+        for (low, high), trial, fate in self.windows:
+            if low < amplitude < high:
+                return trial._replace(fate=replace(fate, amplitude=amplitude))
         drive = Cycles(amplitude, min(self.cycles, CERTIFIED_CYCLES))
         digits: int = options.get("digits", 0)
         edge: Fraction | None = None
@@ -118,15 +124,20 @@ class Lasting(Question):
             return edge is not None and abs(amplitude - edge) * 10 ** (digits - 1) > amplitude
 
         enough = far_beyond if digits and self.locked else None
-        found, log = proved_fate(self.chain, drive, self.start, self.limits, enough=enough)
+        proved = proved_fate(self.chain, drive, self.start, self.limits, enough=enough)
+        found, log, between = proved
         if found.outcome is Outcome.LIMIT:
             self.limits.require()
         creeps = found.outcome not in _IDLE
         if not creeps:
             self.locked[:] = log
-        return Observation(
-            creeps, found.evidence, log, found.outcome, found.evidence, 0.0, found, found.direction
-        )
+        trial = Observation(
+            creeps, found.evidence, log, found.outcome, found.evidence, 0.0, found, found.direction,
+            between,
+        )  # fmt: skip
+        if between is not None:
+            self.windows.append((between, trial, found))
+        return trial
 
 
 def parting(one: Log, other: Log) -> Fraction | None:

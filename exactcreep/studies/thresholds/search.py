@@ -310,7 +310,11 @@ class EdgeSearch:
                 below, above = (below, k) if self._beyond(k, unit, begins) else (k, above)
 
         while (width := above - below) > 1:
-            edge = self._deciding(self._tried(below * unit), self._tried(above * unit))
+            k = below if begins else above  # where the chain does not creep
+            between = self._tried(k * unit).between
+            edge = None if between is None else between[begins]
+            if edge is None or abs(edge / unit - k) <= 1:
+                edge = self._deciding(self._tried(below * unit), self._tried(above * unit))
             if edge is not None:
                 cut(math.floor(edge / unit))
                 cut(math.floor(edge / unit) + 1)
