@@ -40,6 +40,7 @@ class Crossing(NamedTuple):
     unsure: float  # how far these are from those of any state of the set at one time
     time: float  # how long it lasts
     late: float  # how far the time of any state of the set is from `time`
+    haste: float  # bound in all states, at one time, of accelerations and of four times velocities
     slider: int  # whose speed, or whose distance to the threshold, reaches zero
     side: int  # 0: the speed; else the side of the threshold
     image: int  # its mirror image, which does the same; -1: there is none
@@ -55,9 +56,9 @@ class Crossing(NamedTuple):
     @property
     def steep(self) -> bool:
         """Whether the event's slope is so far from zero that `saltation` encloses its time."""
-        speed, force = abs(self.velocities).max(), abs(self.accelerations).max()
-        fastest = _fastest(speed + self.unsure, force + self.unsure, self.late)
-        return bool(abs(self.slope) > 8 * (self.unsure + self.late * fastest))
+        if self.late > LATEST:
+            return False
+        return abs(self.slope) > 8 * (self.unsure + self.late * _fastest(self.haste, self.late))
 
 
 class StateSet:
@@ -298,13 +299,13 @@ def _blocks(rows: Any) -> Any:
 
 
 @njit(cache=True)
-def _fastest(speed: float, force: float, late: float) -> float:
+def _fastest(haste: float, late: float) -> float:
     """Return a bound of how fast velocities and accelerations change so near their event.
 
-    `speed` and `force` bound them at one time. As each changes no faster than the largest of the
-    accelerations and of four times the velocities, these grow no faster than exp(4 t).
+    `haste` bounds accelerations and four times velocities at one time; as each changes no faster
+    than the larger of the two, they grow no faster than exp(4 t), by 1 + 8 t up to `LATEST`.
     """
-    return max(force, 4 * speed) * (1 + 8 * late) * (1 + OUTWARD) if late <= LATEST else math.inf
+    return haste * (1 + 8 * late) * (1 + OUTWARD)
 
 
 @njit(cache=True, error_model="numpy")
@@ -331,9 +332,9 @@ def saltation(
     """
     time, late, slider, side = crossing.time, crossing.late, crossing.slider, crossing.side
     forces, speeds, moved, errors = rows
-    unsure = crossing.unsure
-    speed, force = np.abs(crossing.velocities).max(), np.abs(crossing.accelerations).max()
-    fastest = _fastest(speed + unsure, force + unsure, late)
+    if late > LATEST:
+        return math.nan, late
+    unsure, fastest = crossing.unsure, _fastest(crossing.haste, late)
     vague = 2 * (unsure + late * fastest) + 2.0**-50 * abs(rate)
     if not abs(rate) > 2 * vague:
         return math.nan, late
@@ -370,7 +371,7 @@ def saltation(
     for c in range(k):
         of_force += math.sqrt((f[:, c] ** 2).sum())
         of_speed += math.sqrt((u[:, c] ** 2).sum())
-    lag = late * _fastest(of_speed, of_force, late)
+    lag = late * _fastest(max(of_force, 4 * of_speed), late)
     e_force, e_speed, e_way = e_force + lag, e_speed + lag, e_way + lag
     for i in moving:
         errors[0, i], errors[1, i] = e_force, e_speed

@@ -162,8 +162,9 @@ def crossings(seed, least):
         fast = np.array([float(x) for x in middle.velocities])
         pulls = np.array([float(x) for x in middle.forces])
         pulls = np.where(signs == 0, 0.0, pulls - FRICTION * signs)
+        haste = max(abs(pulls).max(), 4 * abs(fast).max()) + 5 * UNSURE
         crossing = Crossing(
-            springs_of(n), signs, fast, pulls, UNSURE, float(at), radius, slider, side, -1
+            springs_of(n), signs, fast, pulls, UNSURE, float(at), radius, haste, slider, side, -1
         )
         yield random, state, event, at, middle, crossing
 

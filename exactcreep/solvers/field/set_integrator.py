@@ -315,19 +315,19 @@ class SetIntegrator(ChainIntegrator):
         window = slice(max(moving[0] - 1, 0), min(moving[-1] + 2, n))
         speeds, pulls = flow.velocities[window].tolist(), flow.forces[window].tolist()
         signs, friction = flow.signs[window], float(self.friction)
-        forces = [float(x) for x in pulls]
+        fast, forces = [float(x) for x in speeds], [float(x) for x in pulls]
+        held = [float(x) for x in self.thresholds[window].tolist()]
         bare = [f - s * friction if s else 0.0 for f, s in zip(forces, signs.tolist(), strict=True)]
-        numbers = np.array([[float(x) for x in speeds], bare, forces])
-        thresholds = np.array([float(x) for x in self.thresholds[window].tolist()])
-        radius = max(float(x.rad()) for x in (*speeds, *pulls))
-        unsure = radius * (1 + 1e-9) + 2.0**-49 * (float(np.abs(numbers).max()) + friction)
+        radius = max([float(x.rad()) for x in (*speeds, *pulls)])
+        largest = max(map(abs, (*fast, *bare, *forces))) + friction
+        unsure = radius * (1 + 1e-9) + 2.0**-49 * largest
         at, side, time, radius = first_event_of_set(
             self.springs[window],
             signs,
             np.array([bool(x == 0) for x in speeds]),
-            numbers,
-            thresholds,
-            unsure + self.far + 2.0**-50 * thresholds.max(),
+            np.array([fast, bare, forces]),
+            np.array(held),
+            unsure + self.far + 2.0**-50 * max(held),
             min(n // 2 if self.mirrored else n, window.stop) - window.start,
         )
         if at < 0:
@@ -344,7 +344,8 @@ class SetIntegrator(ChainIntegrator):
         if found is None or self.set is None:
             return found
         late = radius + abs(float(found.time) - time)
-        self.crossing = self._crossing(flow, found, acting, late, numbers, unsure, window)
+        unsure += math.sqrt(len(moving)) * self.far * (3 + float(found.time))
+        self.crossing = self._crossing(flow, found, acting, late, bare, unsure, window)
         # not where an event nearly grazes: the float64 bracket of its time is too wide there
         return found if self.crossing.steep else None
 
@@ -381,29 +382,33 @@ class SetIntegrator(ChainIntegrator):
         found: FirstEvent,
         acting: tuple[int, int],
         late: float,
-        numbers: NDArray[np.float64],
+        bare: list[float],
         unsure: float,
         window: slice,
     ) -> Crossing:
-        """Return the motion of the middle to its event, in floats; `numbers` are those at first."""
+        """Return the motion of the middle to its event, in floats; `bare` are pulls at first."""
         n, time, radii = self.chain.n, float(found.time), [0.0]
-        way, speed, pull = np.zeros((3, n))
-        for first, ways, speeds in found.shifts or ():
-            part = slice(first, first + len(ways))
-            way[part], speed[part] = [float(x) for x in ways], [float(v) for v in speeds]
-            radii += [float(x.rad()) for x in (*ways, *speeds)]
-        bend = -self.springs * way
-        bend[1:] += way[:-1]
-        bend[:-1] += way[1:]
-        moving = flow.signs[window] != 0
-        pull[window][moving] = (numbers[1] + bend[window])[moving]
-        unsure += 4 * max(radii) + 2.0**-47 * float(max(abs(way).max(), abs(speed).max()))
-        unsure += math.sqrt(np.count_nonzero(moving)) * self.far * (3 + time)
+        ways, fast = [0.0] * (len(bare) + 2), [0.0] * len(bare)  # one beyond either end
+        for first, shifts, speeds in found.shifts or ():
+            k = first - window.start
+            ways[k + 1 : k + 1 + len(shifts)] = [float(x) for x in shifts]
+            fast[k : k + len(speeds)] = [float(v) for v in speeds]
+            radii += [float(x.rad()) for x in (*shifts, *speeds)]
+        numbers = zip(bare, self.springs[window].tolist(), flow.signs[window].tolist(), strict=True)
+        pulls = [
+            pull - springs * ways[k] + ways[k - 1] + ways[k + 1] if sign else 0.0
+            for k, (pull, springs, sign) in enumerate(numbers, 1)
+        ]
+        unsure += 4 * max(radii) + 2.0**-47 * max(map(abs, (*ways, *fast)))
+        haste = max(max(map(abs, pulls)), 4 * max(map(abs, fast))) + 5 * unsure
+        velocities, accelerations = np.zeros((2, n))
+        velocities[window], accelerations[window] = fast, pulls
         late = late * (1 + 1e-9) + 2.0**-50 * time
         image = n - 1 - acting[0] if self.mirrored else -1
         return Crossing(
-            self.springs, flow.signs, speed, pull, unsure, time, late, *acting, image
-        )
+            self.springs, flow.signs, velocities, accelerations, unsure, time, late, haste,
+            *acting, image,
+        )  # fmt: skip
 
     def advance(self, flow: Flow, found: FirstEvent) -> NDArray[Any]:
         """Let the middle move to its event, and the set along with it."""
