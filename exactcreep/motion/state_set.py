@@ -56,9 +56,8 @@ class Crossing(NamedTuple):
     @property
     def steep(self) -> bool:
         """Whether the event's slope is so far from zero that `saltation` encloses its time."""
-        if self.late > LATEST:
-            return False
-        return abs(self.slope) > 8 * (self.unsure + self.late * _fastest(self.haste, self.late))
+        vague: float = self.unsure + self.late * _fastest(self.haste, self.late)
+        return self.late <= LATEST and abs(self.slope) > 8 * vague
 
 
 class StateSet:
@@ -309,9 +308,7 @@ def _fastest(haste: float, late: float) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def saltation(
-    crossing: Any, rate: float, rows: Any, unit: float, own: bool
-) -> tuple[float, float]:
+def saltation(crossing: Any, rate: float, rows: Any, unit: float, own: bool) -> tuple[float, float]:
     """Take the rows of a set through a motion, and to its event; return how its time spreads.
 
     Parameters

@@ -154,7 +154,7 @@ def crossings(seed, least):
     random = np.random.default_rng(seed)
     for _ in range(60):
         n = int(random.integers(least, 8))
-        state = forces, velocities, signs, _ = in_motion(random, n)
+        state = *_, signs, _ = in_motion(random, n)
         event = slider, side, _, radius = proved(*state)
         if slider < 0:
             continue

@@ -397,4 +397,3 @@ class ChainAtRest:
             tension = tension + force - weight
             tensions.append(tension.ball())
         self.tensions = vector(tensions)
-

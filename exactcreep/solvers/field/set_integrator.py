@@ -202,9 +202,7 @@ class SetIntegrator(ChainIntegrator):
             return middle
         tensions = self._widened(middle.tensions, "of_tensions")
         displacements = self._widened(middle.displacements, "of_displacements")
-        wide = State(
-            tensions, displacements, middle.coefficients, middle.draws, self.known_theta()
-        )
+        wide = State(tensions, displacements, middle.coefficients, middle.draws, self.known_theta())
         if self.flow is None:
             self.shown = wide
         return wide
@@ -400,7 +398,7 @@ class SetIntegrator(ChainIntegrator):
             for k, (pull, springs, sign) in enumerate(numbers, 1)
         ]
         unsure += 4 * max(radii) + 2.0**-47 * max(map(abs, (*ways, *fast)))
-        haste = max(max(map(abs, pulls)), 4 * max(map(abs, fast))) + 5 * unsure
+        haste = max(*map(abs, pulls), 4 * max(map(abs, fast))) + 5 * unsure
         velocities, accelerations = np.zeros((2, n))
         velocities[window], accelerations[window] = fast, pulls
         late = late * (1 + 1e-9) + 2.0**-50 * time

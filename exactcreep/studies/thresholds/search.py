@@ -286,23 +286,34 @@ class EdgeSearch:
         # the edge is the deciding event's, or lies further on in the bracket of float64, or, if
         # that errs, outside
         step = last - first
-        while self._beyond(below, unit, begins):
-            if below == 0:
-                raise InputError("bracket", str(low), "must not creep at its lower end")
-            below, above = first if first < below else max(below - step, 0), below
-            step *= 2
-        while not self._beyond(above, unit, begins):
-            if step * unit > high:
-                raise InputError("bracket", str(high), "must creep at its upper end")
-            below, above = above, last if last > above else above + step
-            step *= 2
-        return self._closed_in(below, above, unit, begins)
+        while True:
+            while self._beyond(below, unit, begins):
+                if below == 0:
+                    raise InputError("bracket", str(low), "must not creep at its lower end")
+                below, above = first if first < below else max(below - step, 0), below
+                step *= 2
+            while not self._beyond(above, unit, begins):
+                if step * unit > high:
+                    raise InputError("bracket", str(high), "must creep at its upper end")
+                below, above = above, last if last > above else above + step
+                step *= 2
+            below, above = self._closed_in(below, above, unit, begins)
+            if all(self._stands(k * unit) for k in (below, above)):
+                return self._decided(below, above, unit, begins)
+
+    def _stands(self, amplitude: Fraction) -> bool:
+        """Return whether a run that was not followed to its end comes to what was taken for it."""
+        trial = self._tried(amplitude)
+        if trial.fate is not None and trial.fate.outcome is Outcome.LIMIT:
+            key = self.question.cycles, amplitude
+            self.runs[key] = self.question.tried(amplitude, self.solver, {})
+        return self._tried(amplitude).creeps == trial.creeps
 
     def _beyond(self, k: int, unit: Fraction, begins: bool) -> bool:
         return self._tried(k * unit).creeps == begins
 
-    def _closed_in(self, below: int, above: int, unit: Fraction, begins: bool) -> Refined:
-        """Return the edge between two multiples of `unit`, within one unit of the last digit."""
+    def _closed_in(self, below: int, above: int, unit: Fraction, begins: bool) -> tuple[int, int]:
+        """Return two neighbours of these multiples of `unit` between which the answer changes."""
 
         def cut(k: int) -> None:
             nonlocal below, above
@@ -320,6 +331,10 @@ class EdgeSearch:
                 cut(math.floor(edge / unit) + 1)
             if above - below > width // 2:
                 cut((below + above) // 2)
+        return below, above
+
+    def _decided(self, below: int, above: int, unit: Fraction, begins: bool) -> Refined:
+        """Return the edge between two multiples of `unit`."""
         # an end that lies exactly on the edge may be undecided; one unit further out it is not
         ends = []
         for k, way in ((below, -1), (above, 1)):

@@ -167,6 +167,26 @@ def test_a_run_that_parts_far_below_from_one_that_locks_is_followed_no_further()
     assert parting(locked.log, locked.log) is None
 
 
+def test_a_fate_without_avalanches_in_its_cycle_is_that_of_all_amplitudes_between_two() -> None:
+    def proved(n: int, amplitude: Fraction) -> fate_proof.ProvedFate:
+        chain = captions(n)
+        return fate_proof.proved_fate(chain, Cycles(amplitude, 100), State.relaxed(chain))
+
+    low, high = proved(2, Fraction("0.0003")).between or (1, 0)
+    square = Fraction(35 * 4, 100 * 1000) ** 2 / 17  # of (mu_s - tan) cos / l0
+    near = Fraction(1, 10**30)
+    assert (low, high**2 < square < (high + near) ** 2) == (0, True)
+    def happened(found: fate_proof.ProvedFate) -> tuple[object, ...]:
+        return told(found.fate), [(one.half_cycle, one.itinerary) for one in found.log]
+
+    locked = proved(4, Fraction("0.00065"))
+    low, high = locked.between or (1, 0)
+    assert low < Fraction("0.00065") < high
+    for amplitude, same in ((low + near, True), (high, True), (low - near, False)):
+        assert (happened(proved(4, amplitude)) == happened(locked)) is same
+    assert proved(4, Fraction("0.0007")).between is None  # its avalanches depend on the state
+
+
 @pytest.mark.slow
 def test_five_sliders_creep_for_ever_from_later_than_they_pass_a_horizon() -> None:
     found = threshold(captions(5), digits=20, bracket=("0.0007597", "0.00075971"))
