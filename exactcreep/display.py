@@ -1,4 +1,4 @@
-"""How far a computation has come: a bar on terminals and in notebooks, else lines or nothing."""
+"""Show progress: a bar on terminals and in notebooks, elsewhere lines or nothing."""
 
 from __future__ import annotations
 

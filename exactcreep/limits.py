@@ -1,4 +1,4 @@
-"""What a computation may use: events, memory and time, as one value that is handed down."""
+"""Limits of a computation, as one value: the events, the memory and the time it may use."""
 
 from __future__ import annotations
 
@@ -50,16 +50,13 @@ class Limits:
     events, bytes : int or None
         Start and stop events, `used` included; memory of what is recorded and kept. None: any.
     at, pause : float
-        When it has to end, and when it hands over what it has (it goes on by an event, or by some
-        hundredths of a second, all the same), on the clock of `time.perf_counter`; inf: never.
+        When it has to end, and to hand over what it has, on the clock of `time.perf_counter`.
     seconds : float
         How long it may take in all.
     interrupted : callable, optional
         Returns whether the user wants it to end now.
-    used : int
-        Events that were used up before the call.
-    memory : int
-        Bytes of what is recorded that are kept in memory; what lies beyond goes to files.
+    used, memory : int
+        Events used up before the call; bytes kept in memory, beyond which records go to files.
     """
 
     events: int | None = None
@@ -76,10 +73,7 @@ class Limits:
         cls, max_events: Any = None, max_seconds: Any = None, max_bytes: Any = None,
         memory: Any = MEMORY,
     ) -> Limits:
-        """Return the limits that a user asks for; the time begins now.
-
-        Raises `InputError` if one is not a number, or negative.
-        """  # fmt: skip
+        """Return the limits that a user asks for; the time begins now."""  # fmt: skip
         events, size = (
             None if value is None else min(whole_number(value, name, least=0), _ANY_NUMBER)
             for name, value in (("max_events", max_events), ("max_bytes", max_bytes))

@@ -1,4 +1,4 @@
-"""How far a long computation has come: one value that every one of them hands to its caller."""
+"""Progress of a long computation: the one value by which each of them reports to its caller."""
 
 from __future__ import annotations
 
@@ -22,25 +22,17 @@ class Progress:
         or a part of a study.
     done, total : number
         How much of it, in what `counted` names; total is 0 where it is not known.
-    events : int
-        Start and stop events so far, where they are counted.
-    seconds : float
-        Wall time of the phase, without compilation; of a resumed run, over all sessions.
+    events, seconds : int, float
+        Start and stop events so far; wall time of the phase, of a resumed run over all sessions.
     member, members : int
         Which of several experiments it is, from 1.
-    counted : str
-        ``half-cycles``, ``cells``, ...; "" where `done` is a share of `total`.
-    text : str
-        What of the phase is at hand: a solver, an extreme.
+    counted, text : str
+        ``half-cycles``, ``cells``, ... ("": `done` is a share of `total`), and what is at hand.
     found : int
         How many of `done` an earlier computation had saved.
-    work : float or None
-        Which part of the work is done, between 0 and 1, where ``done / total`` does not tell: of a
-        run also how far theta is on its way to the next target.
-    theta : float or None
-        Of a run: where theta is.
-    pace : float or None
-        Of a run: the part of the work per second of late, in this session.
+    work, theta, pace : float or None
+        Of a run: the part of the work that is done, between 0 and 1, where theta is on its way,
+        and the part of the work per second of late.
 
     Examples
     --------

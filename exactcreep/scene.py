@@ -72,8 +72,7 @@ class Literal(str):
 class Member:
     """One member of a scene: the varied keys as written, and the experiment that they make.
 
-    `solid` is what the chain stands for, if the scene speaks SI, and `time_unit` the seconds of one
-    unit of its drive's clock, if that is known.
+    In SI also the solid, and the seconds of one unit of its drive's clock, if that is known.
     """
 
     settings: Mapping[str, Any]
@@ -121,10 +120,7 @@ class Scene:
     def from_mapping(
         cls, data: Mapping[str, Any], *, name: str = "scene", folder: FilePath | None = None
     ) -> Scene:
-        """Return the scene that nested mappings (as from TOML) describe.
-
-        Raises `InputError` if a name is unknown or a table is not one.
-        """
+        """Return the scene that nested mappings describe; raise `InputError` if it is none."""
         _known(data, ("title", *_KEYS, "vary"), "")
         title = data.get("title", "")
         if not isinstance(title, str) or isinstance(title, Literal):
@@ -158,9 +154,8 @@ class Scene:
     def with_settings(self, settings: Mapping[str, Any]) -> Scene:
         """Return the scene with dotted keys set, ``{"chain.n": 6}``.
 
-        A key that was varied takes the one value instead. Setting ``drive.kind`` to another
-        kind empties the table ``[drive]`` first; ``vary.KEY`` takes a list, and varies KEY. Raises
-        `InputError` if a key is unknown.
+        A key that was varied takes the one value instead; another ``drive.kind`` empties the table
+        ``[drive]`` first; ``vary.KEY`` takes a list. Raises `InputError` if a key is unknown.
         """
         tables = {table: dict(entries) for table, entries in self.tables.items()}
         vary = dict(self.vary)
@@ -188,10 +183,7 @@ class Scene:
         return [dict(zip(self.vary, values, strict=True)) for values in places]
 
     def members(self) -> list[Member]:
-        """Return the members of the scene; a scene that varies nothing has one.
-
-        Raises `InputError` if a value is out of its range; the message names the key.
-        """
+        """Return the members; raise `InputError` with the key of a value out of its range."""
         return [self._member(settings) for settings in self.settings()]
 
     def experiment(self, settings: Mapping[str, Any] | None = None) -> Experiment:

@@ -43,8 +43,7 @@ _FEWEST_YEARS = 5
 class Solid:
     """A solid that rests on an incline at equally spaced contacts, and its units as a chain.
 
-    It is cut into as many equal pieces as it has contacts, each with its contact at the middle: a
-    slider has the mass of one piece, and the spring between two contacts is one piece of material.
+    It is cut into as many equal pieces as it has contacts, each with its contact at the middle.
 
     Attributes
     ----------
@@ -56,8 +55,7 @@ class Solid:
 
     Notes
     -----
-    Source: the estimate before Eq. (vitessecontinue). The paper also calls the distance between the
-    outer contacts L, ``(N - 1) l0``; only ``L = N l0`` makes that equation independent of N.
+    Source: the estimate before Eq. (vitessecontinue), which ``L = N l0`` makes independent of N.
 
     Examples
     --------
@@ -157,9 +155,7 @@ class Solid:
     def converged_contacts(self) -> int:
         """On how many contacts the descent no longer depends on their number, to about a hundredth.
 
-        The pivot is a whole contact: the descent goes as ``N + 3 - 2 i`` (Eq. (vitesse)), in steps
-        of 2, and the continuous solid's ``N tan_alpha/mu_d`` lies between two of them. The next
-        pivot is worth a fiftieth of it here.
+        It goes as ``N + 3 - 2 i`` (Eq. (vitesse)), i whole: the next pivot is worth a fiftieth.
         """
         slope = abs(self.chain.tan_alpha)
         if not 0 < slope < self.chain.mu_d:
@@ -201,8 +197,8 @@ class Solid:
             Seconds of one unit of the record's times, from one target of another drive to the next
             (43200 for day and night); not for dates.
         solver, **options
-            As for `exactcreep.creep`. The sliding limit leaves static friction and inertia out:
-            `mu_s`, `sigma_mu` and the seed have no effect there.
+            As for `exactcreep.creep`. In the sliding limit `mu_s`, `sigma_mu` and the seed have no
+            effect.
         seeds : int
             How many further seeds show what disorder does, each a run of its own.
 
@@ -232,9 +228,9 @@ class Descent:
     time_unit : float
         Seconds of one unit of the clock of its temperatures.
     rates : mapping of (int, Fraction) to float
-        Millimetres per year in the sliding limit, of the whole drive from the relaxed chain on, by
-        the number of contacts (the solid's own, and its `converged_contacts` or twice its own) and
-        by the factor on all friction (`FRICTION`); inf where friction does not hold the solid.
+        Millimetres per year in the sliding limit by the number of contacts (the solid's own, and
+        its `converged_contacts` or twice its own) and by the factor on all friction (`FRICTION`);
+        inf where friction does not hold the solid.
     of_seeds : tuple of float
         Millimetres per year of runs like `result` with further seeds.
 
@@ -300,10 +296,7 @@ class Descent:
 
     @property
     def millimetres(self) -> NDArray[np.float64]:
-        """Displacement of the centre of mass at each target, mm, shape (targets,).
-
-        Raises `InputError` if x_G was not recorded.
-        """
+        """Displacement of the centre of mass at each target, mm; needs a recorded x_G."""
         if "x_G" not in self.result.recorded:
             raise InputError("record", self.result.experiment.record, "must hold x_G")
         moved = self.solid.metres(self.result.recorded["x_G"].astype(float))
@@ -320,10 +313,7 @@ class Descent:
         return self.solid.per_year(self.result.velocity, self.time_unit)
 
     def stretches(self, days: Number) -> NDArray[np.float64]:
-        """Return the descents in stretches of so many days, one after the other, mm.
-
-        What is left at the end is left out; none without a recorded x_G.
-        """
+        """Return the descents in whole stretches of so many days, mm; none without x_G."""
         ends = np.arange(int(self.days / float(days)) + 1) * float(days)
         if "x_G" not in self.result.recorded:
             return np.empty(0)
@@ -333,8 +323,8 @@ class Descent:
     def weather(self) -> float:
         """By how much one year's descent differs from another's, as a standard deviation, mm.
 
-        Of a record of at least five years, between its years; of a shorter one, from blocks of ten
-        days, each against the next, so that the seasons do not count. nan if there are too few.
+        Between the years of a record of at least five; else from blocks of ten days, each against
+        the next, so that the seasons do not count. nan if there are too few.
         """
         years, blocks = self.stretches(DAYS_PER_YEAR), self.stretches(_BLOCK)
         if years.size >= _FEWEST_YEARS:
@@ -358,11 +348,7 @@ class Descent:
 
     @property
     def pivot_step(self) -> float:
-        """By how much of itself the descent jumps when the pivot moves on by one contact.
-
-        The plateaus, of height 2 in ``N + 3 - 2 i``, end where the slope, or the friction, lets
-        another slider be the pivot.
-        """
+        """By how much of itself the descent jumps when the pivot moves on by one contact."""
         n, chain = self.solid.chain.n, self.solid.chain
         if not 0 < abs(chain.tan_alpha) < chain.mu_d:
             return math.nan
@@ -460,8 +446,7 @@ def physical(
     tan_alpha : number
         Slope, the tangent of the angle: 0.268 for 15 degrees.
     contacts : int
-        Number N of contacts; 0 for `Solid.converged_contacts`, so many that their number no longer
-        matters. Fewer are worth it where the solid does rest on few, and for solvers with inertia.
+        Number N of contacts; 0 for `Solid.converged_contacts`, where it no longer matters.
     gravity : number
         g, m/s^2.
     measured : number

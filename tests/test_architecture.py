@@ -37,7 +37,9 @@ MODULES = {
     for path in sorted(PACKAGE.rglob("*.py"))
 }
 UPWARDS = {
-    (module, "exactcreep.figures.run") for module in ("quasistatic/result.py", "solvers/solver.py")
+    ("solvers/solver.py", "exactcreep.figures.run"),
+    ("quasistatic/result.py", "exactcreep.figures.run"),
+    ("quasistatic/result.py", "exactcreep.figures.run.Plots"),
 }
 """Imports against the stream: what draws itself in a notebook waits for matplotlib only then."""
 

@@ -103,11 +103,9 @@ def law(function: Callable[..., Number]) -> Callable[..., Number]:
 def law_values(
     law: Callable[..., Number], parameters: Mapping[str, Number], bits: int | None = None
 ) -> tuple[float, ...]:
-    """Return what a law gives for a description of a chain and its drive, as floats.
+    """Return what a law gives for rationals by name, rounded to floats from `bits` if given.
 
     There are two values where the plateau is not unique, none where the slope has no plateau.
-    `parameters` are rationals by the names of laws; those that the law does not take are left
-    aside. With `bits` the law is evaluated so precisely before its value is rounded.
     """
     names = signature(law).parameters
     given = {name: value for name, value in parameters.items() if name in names}

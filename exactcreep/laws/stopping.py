@@ -41,15 +41,12 @@ def stopping_time(chain: Chain, amplitude: Number) -> StoppingTime:
     Notes
     -----
     Two sliders are two relays: heating moves slider 2 whenever the tension falls to ``-a_2``, by
-    ``2 (a_2 - m)``, cooling slider 1 at ``a_1`` alike, with ``m = mu_d c - s`` and ``a_i = mu_i c -
-    s`` drawn anew at each slip. They stop when the tension turns between ``-a_2`` and ``a_1``: the
-    first passage of a Markov chain. Its rate is the mean probability of that per half-cycle over
-    copies that are kept from stopping, seeded alike in every call.
+    ``2 (a_2 - m)``, cooling slider 1 at ``a_1`` alike, ``a_i = mu_i c - s`` drawn at each slip.
+    They stop when the tension turns between ``-a_2`` and ``a_1``: the first passage of a Markov
+    chain, whose rate is the mean probability of that per half-cycle over copies kept from stopping.
 
-    For more sliders the mean forces of the ends are taken as uniform within +-D, independent of
-    each other, and an end as held for five half-cycles before an inner slider frees it, as six
-    cases of three to six sliders showed to within a factor of six; the inner sliders have to hold
-    the weight of the chain.
+    For more sliders the mean forces of the ends are taken as uniform within +-D and an end as held
+    for five half-cycles, as six cases of three to six sliders showed to within a factor of six.
 
     Examples
     --------

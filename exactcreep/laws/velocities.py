@@ -98,14 +98,11 @@ class Prediction:
     ----------
     label : str
         Of the paper's equation.
-    printed : tuple of float
-        What the equation gives as printed; two values where its plateau is not unique, none for a
-        single slider or without dilations.
-    sliding : tuple of float
-        What the exact law of the sliding limit (mu_s -> mu_d) gives, in rising order.
+    printed, sliding : tuple of float
+        What it gives as printed, and the exact law of the sliding limit: two values where the
+        plateau is not unique; none are printed for one slider or without dilations.
     staircase : float or None
-        The exact velocity of the chain itself where it is known: two sliders that start relaxed,
-        sigma_mu = 0, under cycles.
+        The exact velocity of two sliders that start relaxed, sigma_mu = 0, under cycles.
     """
 
     label: str
@@ -122,11 +119,10 @@ class Prediction:
 def prediction(
     chain: Chain, drive: Drive, start: State | None = None, bits: int | None = None
 ) -> Prediction | None:
-    """Return what theory predicts for the mean velocity; None where it has no law.
+    """Return what theory predicts for the mean velocity; None for a path, and beyond mu_d.
 
-    There is none for a path, and where the chain may run away. A chain on an incline of negative
-    slope is the mirror image of one of positive slope. The staircase is known for the relaxed
-    chain alone, the default `start`; `bits` as in `law_values`.
+    The staircase is known for the relaxed chain alone, the default `start`; `bits` as in
+    `law_values`.
     """
     if isinstance(drive, Cycles):
         label, size = "vitesse_seuil", {"amplitude": drive.amplitude}

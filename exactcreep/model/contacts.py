@@ -57,11 +57,10 @@ class Event:
     signs : tuple of int
         Direction of motion after a start, before a stop: +1 downhill, -1 uphill.
     residual : number
-        How far the event's condition is from holding at `time`, in the motion of the solver that
-        found it: for a stop the largest ``|velocity|``, for a start the largest distance of
-        ``|F|`` from ``mu_s c``. Zero for what exceeds its threshold rightly (a reversal, or a
-        chain that was unstable as it stood) and, of compiled solvers, where a formula gives the
-        time. `exactcreep.motion.replay.Replay.residuals` follows the motion afresh.
+        How far the event's condition is from holding at `time` in the solver's own motion: of a
+        stop the largest ``|velocity|``, of a start the largest distance of ``|F|`` from ``mu_s c``.
+        Zero for what exceeds its threshold rightly (a reversal, a chain that was unstable as it
+        stood), and where a formula gives the time.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Words of Philox and normal deviates, compiled: the numbers behind `disorder`."""
+"""The compiled random numbers behind `disorder`: words of Philox, and normal deviates."""
 
 from __future__ import annotations
 

@@ -1,11 +1,9 @@
 """Keyed disorder: every random number is a pure function of (seed, what it is for).
 
 The k-th static coefficient of slider n and the q-th random dilation are words of the
-counter-based generator Philox 4x64-10 (Salmon et al. 2011; the same words as NumPy's
-``Philox``), turned into a normal deviate by the inverse distribution function. Two solvers, two
-precisions or two machines therefore see the same disorder, in whatever order they ask. The float64
-returned is the value itself; only +, -, *, / and the square root enter, so that it does not
-depend on a mathematics library.
+counter-based generator Philox 4x64-10 (Salmon et al. 2011; NumPy's words), turned into a normal
+deviate by the inverse distribution function. Two solvers, two precisions or two machines see the
+same disorder, in whatever order they ask: only +, -, *, / and the square root enter.
 
 >>> from exactcreep import Chain
 >>> chain = Chain(3, 1000, "0.5", "0.6", sigma_mu="0.01", tan_alpha="0.25")

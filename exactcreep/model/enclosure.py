@@ -1,4 +1,4 @@
-"""What a number is, whatever the arithmetic: an exact middle, and a radius around it.
+"""Enclosures: a number of any arithmetic as an exact middle and a radius around it.
 
 Floats, rationals, numbers of mpmath, balls and elements of Q(cos(alpha)) all become an `Enclosure`;
 a file holds it as the nearest float, with its decimals and its radius beside it.
@@ -137,10 +137,7 @@ def floats(array: NDArray[Any]) -> NDArray[np.float64]:
 
 
 def same(a: Any, b: Any) -> bool:
-    """Return whether two numbers are the same: equal, both nan, or one and the same ball.
-
-    Two balls are the same if their midpoints and radii are; that they overlap is not enough.
-    """
+    """Return whether two numbers are equal, both nan, or balls of one midpoint and one radius."""
     if a is b:
         return True
     if hasattr(a, "rad") and hasattr(b, "rad"):
@@ -156,13 +153,10 @@ def same_numbers(a: NDArray[Any], b: NDArray[Any]) -> bool:
     return a.shape == b.shape and all(same(x, y) for x, y in pairs)
 
 
-def as_written(
-    name: str, values: NDArray[Any], digits: int | None
-) -> dict[str, NDArray[Any]]:
+def as_written(name: str, values: NDArray[Any], digits: int | None) -> dict[str, NDArray[Any]]:
     """Return `values` by the names they have in files.
 
-    Numbers that are not floats become the nearest floats, with their decimals and their radii
-    (rounded up) beside them under names of their own; `digits` is 17 unless it is known.
+    Numbers that are not floats become floats, with decimals and radii (rounded up) beside them.
     """
     if values.dtype != object:
         return {name: values}
@@ -186,10 +180,7 @@ def quantity(name: str) -> str:
 
 
 def as_claimed(written: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Return what `as_written` wrote: an `Enclosure` for every number that has decimals.
-
-    Its radius holds the rounding to decimals as well.
-    """
+    """Return what `as_written` wrote; the radii hold the rounding to decimals as well."""
     claimed = {name: values for name, values in written.items() if quantity(name) == name}
     for name in claimed:
         if f"{name}_decimal" in written:

@@ -68,11 +68,7 @@ class InputError(ValueError):
 
 
 def shown(value: Any) -> str:
-    """Return a value in short: of a rational what makes it again, in decimals if they suffice.
-
-    A rational is shown as the float that it is exactly, else as a quoted decimal or ratio; arrays
-    with 6 digits. Of long lists and arrays the first and the last values are shown.
-    """
+    """Return a value in short; of a rational what makes it again, of long lists both ends."""
     if isinstance(value, Fraction):
         if value.denominator == 1 and abs(value) < 10**15:
             return str(value.numerator)
@@ -115,8 +111,7 @@ def is_missing(value: Any) -> bool:
 def exact_number(value: Any, field: str) -> Fraction:
     """Return the rational that `value` denotes, or raise `InputError` with the name `field`.
 
-    A float is its exact binary value; a string is a decimal (``"0.6"``, ``"1e-3"``) or a ratio of
-    integers (``"3/5"``), of at most 10 000 characters and an exponent of at most 5000.
+    A float is its exact binary value; a string is a decimal (``"1e-3"``) or a ratio (``"3/5"``).
     """
     if isinstance(value, Fraction):
         return value
@@ -226,10 +221,7 @@ def nearest_float(value: Fraction) -> float:
 
 
 def plain_data(about: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a mapping as JSON can hold it: a number that is not finite is None.
-
-    What has a summary is told by it.
-    """
+    """Return a mapping as JSON can hold it: a number that is not finite is None."""
     return {str(key): _plain(value) for key, value in about.items()}
 
 

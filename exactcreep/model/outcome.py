@@ -1,4 +1,4 @@
-"""What a result claims: how well it is known, and why the computation stopped."""
+"""The words of a result: its evidence, how well it is known, and its outcome."""
 
 from __future__ import annotations
 
@@ -22,9 +22,8 @@ class Evidence(Enum):
     """Every comparison was decided in proved (ball or rational) arithmetic."""
     COMPUTED = "computed"
     """Floating-point arithmetic; every comparison was decided by more than its rounding bound, and
-    as far as was looked rounding has not grown beyond 1e-12 in the tensions (of a rearrangement by
-    `exact`: as its `error` estimates; of a run: as a twin a few roundings off shows for some
-    thousand events, or all along if it is asked for)."""
+    rounding has not grown beyond 1e-12 in the tensions, as far as perturbed copies of a
+    rearrangement show, or of a run for some thousand events (all along with ``twin=True``)."""
     UNDECIDED = "undecided"
     """A comparison lay inside its rounding bound and was settled by the model's rules, or rounding
     may have grown beyond what the solver promises. Of a run that is said of its course, from a
@@ -60,21 +59,8 @@ class Outcome(Enum):
 def direction_of(advance: Any, tan_alpha: Any) -> str:
     """Return which way x_G goes, in one word.
 
-    Parameters
-    ----------
-    advance : number
-        Of x_G; its sign is what counts.
-    tan_alpha : number
-        Of the incline.
+    On the level ``+x`` or ``-x``, the axis from slider 1 to slider N; ``none`` of zero or nan.
 
-    Returns
-    -------
-    str
-        ``downhill`` or ``uphill``; on the level ``+x`` or ``-x``, x being the axis from slider 1 to
-        slider N; ``none`` of zero, or of nan.
-
-    Examples
-    --------
     >>> direction_of(-0.2, tan_alpha=0.25), direction_of(-0.2, -0.25), direction_of(-0.2, 0)
     ('uphill', 'downhill', '-x')
     """

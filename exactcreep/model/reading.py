@@ -1,4 +1,4 @@
-"""Files that a user names, read whole, or refused in a sentence."""
+"""Read a file that the user names, whole, or refuse it in a sentence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The readings of a temperature record: columns of a table as times and exact temperatures.
+"""Read the columns of a temperature record: times, exact temperatures, and what is wrong with them.
 
 Entries that cannot be taken are faults. All faults of a table are refused together, each kind with
 its first rows, their number, and the option that would mend it.

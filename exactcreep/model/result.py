@@ -1,4 +1,4 @@
-"""What every computation returns: numbers by name, a labelled dataset, a table in a notebook."""
+"""The base of all results: numbers by name, a labelled dataset, a table in a notebook."""
 
 from __future__ import annotations
 
@@ -22,13 +22,8 @@ if TYPE_CHECKING:
 class Result(Shown):
     """Base of results, which are frozen dataclasses (``eq=False, repr=False``).
 
-    A subclass names in `told` what its summary holds, or overrides `_numbers`; what it shows in one
-    line (`_facts`), and its dataset if it has arrays, are its own too where these are not enough.
-
-    Notes
-    -----
-    Two results are equal if they are of one class and hold the same values, nan among them,
-    whatever the time they took.
+    A subclass names in `told` what its summary holds, or overrides `_numbers`, `_facts` and the
+    dataset. Results are equal if they hold the same values, whatever the time they took.
     """
 
     told: ClassVar[tuple[str, ...]] = ()
@@ -80,10 +75,7 @@ def _names(result: Any) -> tuple[str, ...]:
 
 
 def alike(a: Any, b: Any) -> bool:
-    """Return whether two values are the same; of arrays, mappings and lists what is in them.
-
-    Two nan are the same; so are a list and a tuple of the same values.
-    """
+    """Return whether two values, arrays, mappings or lists are the same; nan is nan."""
     if hasattr(a, "identical"):
         return hasattr(b, "identical") and bool(a.identical(b))
     if isinstance(a, np.ndarray) or isinstance(b, np.ndarray):

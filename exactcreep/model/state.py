@@ -49,8 +49,7 @@ class State(Shown):
 
     Notes
     -----
-    Two states are equal if all their numbers are the same, whatever their type: 1/2 and 0.5 are;
-    two balls are if midpoints and radii are; so are two nan.
+    Two states are equal if all their numbers are the same, whatever their type.
 
     Examples
     --------
@@ -157,8 +156,7 @@ class State(Shown):
     ) -> State:
         """Return a chain prepared with n - 1 given tensions (default none) at `theta`.
 
-        It need not be at rest: `creep` and ``rearrange(direction=0)`` first rearrange it at its
-        own theta if a slider exceeds its threshold.
+        If a slider exceeds its threshold, the chain is first rearranged at its own theta.
         """
         seed = disorder.valid_seed(seed)
         kept = _kept_tensions(tensions, chain.n - 1)

@@ -58,7 +58,7 @@ _TEXTS = {*_SINGLE, *_DAILY, "delimiter", *CHOICES}
 
 
 class RecordWarning(UserWarning):
-    """A temperature record that can be read, but probably does not mean what it says.
+    """A temperature record that probably does not mean what it says.
 
     >>> import warnings
     >>> from exactcreep import TemperatureRecord
@@ -76,8 +76,8 @@ class TemperatureRecord(Listed):
     Parameters
     ----------
     file : str or path
-        A CSV file in UTF-8 of at most 64 MiB and a million rows, or such a file packed by gzip
-        (.gz). Its first row names the columns. See `of` for arrays and pandas.
+        A CSV file in UTF-8 of at most 64 MiB and a million rows, also packed by gzip (.gz). Its
+        first row names the columns. See `of` for arrays and pandas.
     kappa : number
         Thermal expansion coefficient, unit 1/K; positive.
     T0 : number
@@ -85,35 +85,27 @@ class TemperatureRecord(Listed):
     time_column, temperature_column : str
         Names of the columns. Times increase from row to row: numbers, or dates, all of one kind.
     minimum_column, maximum_column : str
-        Instead of `temperature_column`: the columns of a day's minimum and maximum, the commonest
-        kind of an old record. They are taken as they stand, at `minimum_hour` and `maximum_hour`.
+        Instead of `temperature_column`: a day's minimum and maximum, the commonest old record.
     minimum_hour, maximum_hour : number
-        When, in hours after the date of the row.
+        When they are read, in hours after the date of the row.
     scale : number
         What the numbers are multiplied by: 0.1 for tenths of a degree.
     unit : {"C", "K"}
-        Of the temperatures.
-    delimiter : str
-        What separates the columns, one character.
-    decimal : {".", ","}
-        What stands before the decimals of a number.
+    delimiter, decimal : str
+        One character between columns, and ``.`` or ``,`` before the decimals.
     date_order : {"iso", "day first", "month first"}
         How dates are written: ``2024-01-31T13:00`` (ISO 8601), ``31.01.2024 13:00``, or
         ``01/31/2024 13:00``. Nothing is guessed.
     missing : {"refuse", "drop", "interpolate"}
-        What becomes of a row without a temperature: it is left out (of the times, too, which may
-        leave a gap), or takes the temperature linear in time between its neighbours. A row without
-        a time can only be dropped.
+        What becomes of a row without a temperature: it is left out (which may leave a gap), or
+        linear in time between its neighbours. A row without a time can only be dropped.
     duplicates : {"refuse", "first", "last", "mean"}
         What of several rows of the same time counts.
     gaps : {"refuse", "interpolate"}
-        What becomes of a step longer than 1.5 usual ones (what at least one in ten is as long as,
-        from ten readings on; uneven hours make no gap): "interpolate" takes the temperature to be
-        monotone there, the least that it can have done; `parts` makes records of what lies between
-        the gaps.
+        What becomes of a step longer than 1.5 usual ones (at least one in ten is as long):
+        "interpolate" takes the temperature to be monotone there; `parts` cuts the record there.
     theta, times, sha256, origin : optional
         Only together, as `parameters` returned them: the file, which may be gone, is not read.
-        `origin` may be left out.
 
     Attributes
     ----------
@@ -129,14 +121,13 @@ class TemperatureRecord(Listed):
     Raises
     ------
     InputError
-        If the file cannot be read, or rows cannot be what is said of them. The message has every
-        kind of fault with its first lines, their number, and the option that would mend it.
+        If a row cannot be what is said of it. The message has every kind of fault with its first
+        lines, their number, and the option that would mend it.
 
     Warns
     -----
     RecordWarning
-        If temperatures said to be in degrees Celsius look like kelvin, or the other way round, or
-        one is so low that it must mark a missing reading.
+        If temperatures look like those of the other unit, or one must mark a missing reading.
 
     Notes
     -----
@@ -335,10 +326,7 @@ class TemperatureRecord(Listed):
         return rows[[*self.columns.values()]].set_axis(rows.index + 1), packed
 
     def _read(self, table: DataFrame, content: bytes, counted: str) -> None:
-        """Keep the readings of a table, or raise `InputError` with all that is wrong with it.
-
-        The index numbers the rows, which messages call `counted`; `content` is what is digested.
-        """
+        """Keep the readings of a table, whose index numbers the rows, called `counted`."""
         pandas = import_module("pandas")
         file, faults = self.file or "(arrays)", readings.Faults()
         if len(table) > MOST_ROWS:
@@ -418,10 +406,7 @@ class TemperatureRecord(Listed):
 
     @cached_property
     def dates(self) -> NDArray[np.datetime64] | None:
-        """The date of each row, in UTC if the record names a time zone; None if times are numbers.
-
-        Shape (rows,), in nanoseconds as pandas and xarray take them.
-        """
+        """The date of each row, in UTC if the record names a time zone; None if it has numbers."""
         if not self.origin:
             return None
         origin = datetime.fromisoformat(self.origin)

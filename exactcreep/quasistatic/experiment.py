@@ -15,7 +15,13 @@ from exactcreep.model.chain import Chain
 from exactcreep.model.disorder import LARGEST_DEVIATE, valid_seed
 from exactcreep.model.drive import Cycles, Drive, GaussianSteps, Listed, Path
 from exactcreep.model.enclosure import as_float
-from exactcreep.model.numbers import InputError, exact_number, nearest_float, whole_number
+from exactcreep.model.numbers import (
+    InputError,
+    Number,
+    exact_number,
+    nearest_float,
+    whole_number,
+)
 from exactcreep.model.state import State
 from exactcreep.model.temperature_record import TemperatureRecord
 from exactcreep.solvers.registry import solver_named
@@ -78,7 +84,7 @@ class Experiment:
         record: Sequence[str] = ("x_G",),
         burn_in: int | None = None,
         twin: bool = False,
-        accuracy: Any = None,
+        accuracy: Number | None = None,
         options: Mapping[str, Any] | None = None,
     ) -> Experiment:
         """Return the experiment with these parameters; see `exactcreep.creep`.
@@ -196,7 +202,7 @@ class Experiment:
         )
 
 
-def _valid_accuracy(accuracy: Any, drive: Drive) -> float | None:
+def _valid_accuracy(accuracy: Number | None, drive: Drive) -> float | None:
     if accuracy is None:
         return None
     value = exact_number(accuracy, "accuracy")

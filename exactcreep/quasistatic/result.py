@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
+    from exactcreep.figures.run import Plots
+
 COUNTS = {
     "half_cycles": "half_cycles",
     "burn_in": "burn_in",
@@ -346,7 +348,7 @@ class Creep(Result):
         return made
 
     @property
-    def plot(self) -> Any:
+    def plot(self) -> Plots:
         """Pictures of the run, as xarray and pandas have them.
 
         ``plot(ax=None)`` draws x_G over time and returns the axes; ``plot.avalanches("size")``
@@ -354,7 +356,8 @@ class Creep(Result):
         ``"extent"``). Without axes they are drawn in a new figure of pyplot.
         """
         # by name, as pandas loads its backend: what draws stands on a floor below
-        return import_module("exactcreep.figures.run").Plots(self)
+        plots: Plots = import_module("exactcreep.figures.run").Plots(self)
+        return plots
 
     @property
     def tree(self) -> xr.DataTree:

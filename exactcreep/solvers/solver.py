@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib import import_module
-from typing import Any, ClassVar, NamedTuple, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +27,9 @@ from exactcreep.motion.arithmetic import FLOAT64, Arithmetic
 from exactcreep.motion.replay import Replay
 from exactcreep.motion.solution import Solution
 from exactcreep.solvers.tables import RECORDS, TABLES, joined, lists_columns
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MOST_EVENTS = 20_000
 """`rearrange` gives up after so many events, unless it is told another number."""
@@ -209,9 +212,10 @@ class Rearrangement(Shown):
         gravity = -self.chain.sin_alpha * moved.sum(axis=-1)
         return Energy(kinetic, elastic, gravity, (begin**2).sum() / 2 - kinetic - elastic - gravity)
 
-    def plot(self) -> Any:
+    def plot(self) -> tuple[Axes, Axes]:
         """Draw velocities in space and time, and the energies, in a new figure; return its axes."""
-        return import_module("exactcreep.figures.run").plot_rearrangement(self)
+        drawn: tuple[Axes, Axes] = import_module("exactcreep.figures.run").plot_rearrangement(self)
+        return drawn
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Rearrangement):
