@@ -5,13 +5,15 @@ from __future__ import annotations
 import os
 import random
 import signal
-import sys
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack, contextmanager
+from importlib import import_module
+from multiprocessing import get_context
 from pathlib import Path
-from subprocess import Popen
+from typing import Any
 
 import pytest
 
@@ -20,22 +22,25 @@ from exactcreep.progress import Progress
 from exactcreep.quasistatic import checkpoint
 from exactcreep.scene import load_scene
 from exactcreep.studies.sweep import sweep
-from tests.processes import PATIENCE, begun, wait_until
+from tests.processes import PATIENCE
 from tests.studies.test_sweep import written
 
+# a clean process that has imported once what its children need
+SERVERS = get_context("forkserver")
+SERVERS.set_forkserver_preload(["distributed", "exactcreep.studies.sweep"])
+
+
+def serve(log: Path, module: str, words: tuple[str, ...]) -> None:
+    """Be a scheduler or a worker of dask."""
+    handle = os.open(log, os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+    for stream in (1, 2):
+        os.dup2(handle, stream)
+    os.chdir(log.parent)
+    import_module(f"distributed.cli.{module}").main(words, standalone_mode=False)
+
 
 @contextmanager
-def launched(log: Path, module: str, *words: str) -> Iterator[Popen[str]]:
-    program = (sys.executable, "-m", f"distributed.cli.{module}", *words)
-    with (
-        log.open("ab") as file,
-        begun(*program, stdout=file, stderr=file, cwd=log.parent) as process,
-    ):
-        yield process
-
-
-@contextmanager
-def dask(folder: Path, workers: int) -> Iterator[tuple[Executor, Popen[str], list[Popen[str]]]]:
+def dask(folder: Path, workers: int) -> Iterator[tuple[Executor, Any, list[Any]]]:
     """Yield the executor of a dask cluster on this machine, its scheduler and its workers."""
     pytest.importorskip("distributed")
     from exactcreep.studies.dask_cluster import cluster
@@ -43,14 +48,19 @@ def dask(folder: Path, workers: int) -> Iterator[tuple[Executor, Popen[str], lis
     address, log = folder / "scheduler.json", folder / "dask.log"
     here = ("--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(address))
     with ExitStack() as running:
-        scheduler = running.enter_context(
-            launched(log, "dask_scheduler", "--port", "0", "--no-show", *here)
-        )
-        wait_until(address.exists, scheduler)
-        alone = ("--nthreads", "1", "--no-nanny", *here)
-        crowd = [
-            running.enter_context(launched(log, "dask_worker", *alone)) for _ in range(workers)
-        ]
+
+        def launched(module: str, *words: str) -> Any:
+            process = SERVERS.Process(target=serve, args=(log, module, (*words, *here)))
+            process.start()
+            running.callback(process.join)
+            running.callback(process.kill)
+            return process
+
+        scheduler = launched("dask_scheduler", "--port", "0", "--no-show")
+        while not address.exists():
+            assert scheduler.is_alive(), log.read_text()
+            time.sleep(0.02)
+        crowd = [launched("dask_worker", "--nthreads", "1", "--no-nanny") for _ in range(workers)]
         executor = running.enter_context(cluster(str(address), timeout=10))
         executor._client.wait_for_workers(workers, timeout=PATIENCE)  # or the first hold all cells
         yield executor, scheduler, crowd
@@ -162,13 +172,13 @@ def test_most_workers_killed_and_one_stopped_for_a_while_change_no_bit(tmp_path:
             if doomed and progress.done >= doomed[0]:
                 doomed.pop(0)
                 workers.pop(moments.randrange(len(workers))).kill()
-                stopped.send_signal(signal.SIGSTOP)
+                os.kill(stopped.pid, signal.SIGSTOP)
             elif len(doomed) < 2:
-                stopped.send_signal(signal.SIGCONT)
+                os.kill(stopped.pid, signal.SIGCONT)
 
         grid = sweep(scene, executor=executor, out=tmp_path / "out", progress=watch)
         assert not doomed
-        stopped.send_signal(signal.SIGCONT)
+        os.kill(stopped.pid, signal.SIGCONT)
     assert grid["finished"].size == 200
     assert grid.identical(sweep(scene))
 

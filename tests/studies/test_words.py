@@ -21,7 +21,6 @@ from exactcreep import (
     resume,
     threshold,
 )
-from exactcreep.figures.run import portrait
 from tests.conftest import Command
 from tests.paper import captions
 
@@ -144,43 +143,30 @@ def held_against(chain: Chain, amplitude: Fraction) -> Outcome:
     assert (proved.evidence is Evidence.PROVED) == (proved.settled_after is not None)
     if Outcome.LIMIT in (settled.outcome, proved.outcome):
         return Outcome.LIMIT
-    assert proved.outcome is settled.outcome
-    assert proved.velocity == pytest.approx(settled.velocity, rel=1e-9, abs=1e-12)
+    velocity = pytest.approx(settled.velocity, rel=1e-9, abs=1e-12)
+    assert (proved.outcome, proved.velocity) == (settled.outcome, velocity)
 
     cycles = max(settled.settled_after, 1) + 2 * settled.period + 1
     drive = Cycles(amplitude, cycles)
-    planned = plan(chain, drive)
-    for solver in {"exact", "certified", planned.solver} - {"law", "sliding"}:
-        if solver == "certified" and cycles > 25:
-            continue
-        run = creep(chain, drive, solver=solver, record=("x_G", "tension", "slips"))
-        assert run.outcome is settled.outcome
-        assert run.velocity == pytest.approx(settled.velocity, rel=1e-9, abs=1e-12)
+    for solver in ("exact", "certified")[: 1 + (cycles <= 25)]:
+        run = creep(chain, drive, solver=solver)
+        assert (run.outcome, run.velocity) == (settled.outcome, velocity)
         assert run.since <= settled.settled_after
-    if planned.solver == "law":
-        (law,) = planned.law
-        assert law == pytest.approx(settled.velocity, rel=1e-9, abs=1e-12)
-
-    run = creep(chain, drive)
-    moment, later = (
-        portrait(run, 2 * max(k, 1), 4)
-        for k in (settled.settled_after, settled.settled_after + settled.period)
-    )
-    if settled.settled_after:
-        assert np.allclose(moment.state.tensions, later.state.tensions, atol=1e-11)
+    planned = plan(chain, drive)
+    assert planned.solver != "law" or planned.law == (velocity,)
 
     # the scan of a threshold passes through this amplitude, and calls it what fate does
     points = [amplitude * k / 4 for k in range(2, 7)]
     fates = [fate(chain, a, solver="exact").outcome for a in points]
     idle = [one in (Outcome.CYCLING, Outcome.AT_REST) for one in fates]
-    given = {"solver": "exact", "digits": 6, "windows": True}
+    given = {"low": points[0], "high": points[-1], "points": 4, "solver": "exact", "digits": 6}
     if idle[0] and not all(idle):
-        found = threshold(chain, low=points[0], high=points[-1], points=4, **given)
+        found = threshold(chain, windows=True, **given)
         called = [sum(1 if e.begins else -1 for e in found.windows if e.middle < a) for a in points]
         assert called == [0 if one else 1 for one in idle]
     else:
         with pytest.raises(InputError) as refused:
-            threshold(chain, low=points[0], high=points[-1], points=4, **given)
+            threshold(chain, windows=True, **given)
         assert refused.value.field == ("to" if all(idle) else "from")
     return settled.outcome
 

@@ -38,7 +38,7 @@ QUESTIONS = (*SEARCHES, "survival", "intercept")
 def of(question: str, chain: Chain, **given: Any) -> Any:
     """Ask one question, shortly."""
     if question == "survival":
-        return half_life(chain, **{"starts": 12, "cycles": 40} | given)
+        return half_life(chain, **{"starts": 8, "cycles": 40} | given)
     if question == "intercept":
         return intercept(chain, **{"cycles": 100, "points": 8} | given)
     after = {"after": 20} if question == "horizon" else {}
@@ -290,7 +290,7 @@ def test_a_half_life_out_of_time_keeps_the_sides_that_are_known(
     whole = half(10**9)
     assert whole.reason == ""
     known = 0
-    for calls in range(0, 4 * len(whole.shares), 3):
+    for calls in range(0, 4 * len(whole.shares), 8):
         found = half(calls)
         if not found.reason:
             break
@@ -321,7 +321,7 @@ def test_an_intercept_out_of_time_keeps_its_velocities_and_a_line_through_eight(
     [
         ("threshold --n 2 --cycles 20 --solver exact --digits 9", "horizon"),
         ("threshold --n 2 --solver exact --digits 9", "lasting"),
-        ("half-life --n 2 --cycles 20 --starts 12", "survival"),
+        ("half-life --n 2 --cycles 20 --starts 8", "survival"),
         ("intercept --n 6 --sigma-mu 0.01 --cycles 100 --fit 1.3 2", "intercept"),
     ],
 )
