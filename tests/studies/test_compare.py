@@ -162,6 +162,17 @@ def test_targets_between_rearrangements_change_no_event() -> None:
     assert broken.reached == len(ends) == len(own().log) > 15
 
 
+def test_a_first_rearrangement_longer_than_what_was_asked_for_is_followed_to_its_end() -> None:
+    chain = captions(12)
+    start = State.prepared(chain, ["5", "-4"] * 5 + ["5"])
+    long = Experiment.of(chain, DRIVE, start=start)
+    (first,) = trajectory(Method("exact"), replace(long, drive=ThetaPath([0])), 1).log
+    assert len(first.events) > 2 * 1 + 100
+    path, ends = drive_with_rests(long, 1)
+    assert ends == [1] * path.half_cycles
+    assert path.half_cycles > 1
+
+
 SEEDS = (4, 5, 6, 7, 8, 9)
 GIVEN = Experiment.of(CHAIN, Cycles("0.01", 12))
 TRUTH = Method("certified", digits=20)
@@ -236,11 +247,11 @@ def made(steps: dict[str, list[list[float]]], **variables: Any) -> xr.Dataset:
 
 @pytest.mark.parametrize("slope", [1.0, 2.5])
 def test_errors_that_are_a_power_of_the_step_have_that_order(slope: float) -> None:
-    """Also where a coarse step parts so early that it has fewer rests, and one seed has none."""
+    """Also where a coarse step parts so early that it has fewer rests, a seed none, or no error."""
     rests = {"0.2": 2, "0.1": 5, "0.03": 9}
     whole = made({
         dt: [[(1 + seed) * (1 + k) * float(dt) ** slope for k in range(rests[dt])]
-             for seed in range(3)] + [[]]
+             for seed in range(3)] + [[], [0.0] * 5]
         for dt in rests
     })  # fmt: skip
     assert order(whole, locate=True) == pytest.approx((slope, slope, slope), rel=1e-12, abs=0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import operator
 import time
 from fractions import Fraction
 from typing import Any
@@ -14,9 +15,11 @@ from exactcreep.limits import Limits
 from exactcreep.model.chain import Chain
 from exactcreep.model.numbers import InputError
 from exactcreep.model.outcome import Evidence, Outcome
+from exactcreep.model.state import State
 from exactcreep.studies.thresholds import answer
-from exactcreep.studies.thresholds.horizon import transient
-from exactcreep.studies.thresholds.search import Edge
+from exactcreep.studies.thresholds.amplitudes import Span
+from exactcreep.studies.thresholds.horizon import Observation, Question, transient
+from exactcreep.studies.thresholds.search import Edge, EdgeSearch
 from exactcreep.studies.thresholds.threshold import Threshold, threshold
 from tests.conftest import Command
 from tests.paper import captions
@@ -150,6 +153,25 @@ def test_edges_that_float64_does_not_tell_apart_are_told_apart_by_their_conditio
     assert third.evidence is Evidence.PROVED
     assert high - low < high / 10**40
     assert found.report["deciding_runs"] < 20
+
+
+@pytest.mark.parametrize("creeps", [operator.gt, operator.ge])
+def test_an_end_on_the_edge_that_is_undecided_lies_one_unit_further_out(creeps: Any) -> None:
+    edge = Fraction("0.001")
+
+    class Tie(Question):
+        def float_fails(self, low: Fraction, high: Fraction) -> bool:
+            return True
+
+        def tried(self, amplitude: Fraction, solver: str, options: Any) -> Observation:
+            known = Evidence.UNDECIDED if amplitude == edge else Evidence.PROVED
+            return Observation(creeps(amplitude, edge), known, [], None, known)
+
+    question = Tie(PAIR, 1, State.relaxed(PAIR))
+    search = EdgeSearch(question, Span.of(PAIR, 0, 1, None), 1, "certified", 3, lambda *_: None)
+    found = search.refined(edge * 9 / 10, edge * 11 / 10).edge
+    assert bounds(found) == (Fraction("0.0009999"), Fraction("0.0010001"))
+    assert found.evidence is Evidence.PROVED
 
 
 # --- without a search -------------------------------------------------------------------------
