@@ -118,6 +118,9 @@ def test_what_a_scene_records_is_stacked_along_the_grid() -> None:
     assert (two.isel(slider=slice(2, None)) == -1).all()  # there is no third slider
     assert np.array_equal(two.isel(slider=slice(0, 2)).sum(["half_cycle", "slider"]),
                           grid["slips"].sel(n=2))  # fmt: skip
+    single = wanted.with_settings({"chain.n": 2, "drive.amplitude": "0.01", "run.seed": 1})
+    assert np.array_equal(sweep(single)["recorded_slips"],
+                          two.sel(amplitude=0.01, seed=1).isel(slider=slice(0, 2)))  # fmt: skip
 
 
 def test_a_cell_whose_velocity_is_not_known_says_why() -> None:
