@@ -36,47 +36,40 @@ def contradictions(number: int) -> tuple[list[str], str]:
     lasted = survival(chain, amplitude, starts=3, cycles=CYCLES, seed=number, workers=1)
     found = []
 
-    def differ(what: str, one: object, other: object) -> None:
-        found.append(f"{number}: {what}: {one} and {other}")
+    def refuse(wrong: bool, what: str, one: object, other: object) -> None:
+        if wrong:
+            found.append(f"{number}: {what}: {one} and {other}")
 
     for k, record in enumerate(lasted.records, 1):
         start, seed = start_of(chain, "1e-3", number, k)
         run = creep(chain, amplitude, CYCLES, start=start, seed=seed, record=("x_G",))
         x_g = np.append(run.experiment.initial.displacements.mean(), run.recorded["x_G"][1::2])
-        arrested = lasted.arrested[k - 1]
+        arrested, early = lasted.arrested[k - 1], record.settled_after < CYCLES / 20
         periods = x_g[record.settled_after :: max(record.period, 1)]
         # what is locked in the limit still drifts, by less than any slip
         drift = chain.excess / chain.n if record.marginal else 1e-9
-        if arrested and np.abs(periods - periods[0]).max() > drift:
-            differ("the last advance of survival, and a later one", record.last_advance, periods)
-        if arrested and run.outcome not in ARRESTED:
-            differ("outcomes of survival and creep", record.outcome, run.outcome.value)
         near = drift / CYCLES if record.marginal else 1e-9 * max(1, abs(run.velocity))
-        if arrested and abs(run.velocity) > near and record.settled_after < CYCLES / 20:
-            differ("an arrested start and its velocity", record.outcome, run.velocity)
-        if record.outcome == "creeping" and run.outcome is not Outcome.CREEPING:
-            differ("outcomes of survival and creep", record.outcome, run.outcome.value)
-        if run.outcome is Outcome.AT_REST and record.outcome != "at_rest":
-            differ("outcomes of survival and creep", record.outcome, run.outcome.value)
-        if bool(run.metastable) != (
-            run.outcome is Outcome.CREEPING
-            and stopping_time(chain, amplitude).cycles < max(10**6, 100 * CYCLES)
-        ):
-            differ("metastable and the time it lasts", run.metastable, run.outcome.value)
-        if chain.sigma_mu == 0:
-            own = fate(chain, amplitude, start=start, cycles=CYCLES, solver="exact")
-            mine = (own.outcome.value, own.last_advance, own.marginal)
-            if mine != (record.outcome, record.last_advance, record.marginal):
-                differ("fate and survival", mine, record)
-            if own.settled_after is not None and own.settled_after + 3 * own.period < CYCLES:
-                if own.outcome is not run.outcome:
-                    differ("fate and creep", own.outcome.value, run.outcome.value)
-                if abs(own.velocity - run.velocity) > near and (
-                    not own.marginal or own.settled_after < CYCLES / 20
-                ):
-                    differ("the velocities of fate and creep", own.velocity, run.velocity)
-                if own.direction != run.direction:
-                    differ("the directions of fate and creep", own.direction, run.direction)
+        moves, kinds = np.abs(periods - periods[0]).max() > drift, (record.outcome, run.outcome)
+        refuse(arrested and moves, "a last advance and later ones", record.last_advance, periods)
+        refuse(arrested and run.outcome not in ARRESTED, "survival and creep", *kinds)
+        refuse(arrested and early and abs(run.velocity) > near, "arrest", kinds, run.velocity)
+        creeps = run.outcome is Outcome.CREEPING
+        refuse(record.outcome == "creeping" and not creeps, "survival and creep", *kinds)
+        rests = run.outcome is Outcome.AT_REST
+        refuse(rests and record.outcome != "at_rest", "survival and creep", *kinds)
+        ends = stopping_time(chain, amplitude).cycles < max(10**6, 100 * CYCLES)
+        refuse(bool(run.metastable) != (creeps and ends), "metastable", run.metastable, kinds)
+        if chain.sigma_mu != 0:
+            continue
+        own = fate(chain, amplitude, start=start, cycles=CYCLES, solver="exact")
+        mine, its = ((one.last_advance, one.marginal) for one in (own, record))
+        refuse((own.outcome.value, mine) != (record.outcome, its), "fate, survival", own, record)
+        if own.settled_after is not None and own.settled_after + 3 * own.period < CYCLES:
+            refuse(own.outcome is not run.outcome, "fate and creep", own, run)
+            refuse(own.direction != run.direction, "directions of fate and creep", own, run)
+            far = abs(own.velocity - run.velocity) > near
+            early = not own.marginal or own.settled_after < CYCLES / 20
+            refuse(far and early, "velocities of fate and creep", own.velocity, run.velocity)
     return found, "+".join(sorted({record.outcome for record in lasted.records}))
 
 
