@@ -38,9 +38,9 @@ RUNS: list[dict[str, Any]] = [
     {"chain": TWO, "drive": Cycles("0.002", 900), "accuracy": "0.01", "record": ("x_G",)},
     {"chain": SIX, "drive": Cycles("0.003", 90), "solver": "sliding", "record": ("x", "slips")},
     {"chain": SIX, "drive": Cycles("0.003", 9), "solver": "sliding", "exact": True},
-    {"chain": THREE, "drive": Cycles("0.0015", 4), "solver": "reference", "record": ALL},
-    {"chain": THREE, "drive": Cycles("0.0015", 2), "solver": "mpmath", "record": ALL},
-    {"chain": THREE, "drive": Cycles("0.0015", 4), "solver": "certified", "record": ALL},
+    {"chain": THREE, "drive": Cycles("0.0015", 2), "solver": "reference", "record": ALL},
+    {"chain": THREE, "drive": Cycles("0.0015", 1), "solver": "mpmath", "record": ALL},
+    {"chain": THREE, "drive": Cycles("0.0015", 2), "solver": "certified", "record": ALL},
 ]  # fmt: skip
 
 
@@ -55,7 +55,7 @@ def _quietly() -> Iterator[None]:
 def test_runs_stopped_at_random_events_go_on_bit_for_bit(tmp_path: Path, run: dict) -> None:
     whole, rng = creep(**run), random.Random(7)
     file = tmp_path / "run.ckpt"
-    stops = sorted(rng.sample(range(1, max(whole.event_count, 6)), 5))
+    stops = sorted(rng.sample(range(1, max(whole.event_count, 6)), 4))
     creep(**run, max_events=stops[0], checkpoint=file, every=0)
     for stop in (*stops[1:], whole.event_count - 5):  # the last in the midst of an avalanche
         part = resume(file, max_events=max(stop, 1), every=0)
@@ -66,20 +66,17 @@ def test_runs_stopped_at_random_events_go_on_bit_for_bit(tmp_path: Path, run: di
 
 
 def test_recorded_rows_are_added_and_never_written_again(tmp_path: Path) -> None:
-    file, run = tmp_path / "run.ckpt", {"chain": SIX, "drive": Cycles("0.01", 50), "record": ALL}
-    before, sizes = b"", []
+    file, run = tmp_path / "run.ckpt", {"chain": SIX, "drive": Cycles("0.01", 12), "record": ALL}
+    contents = [b""]
 
     def watch(progress: Any) -> None:
-        nonlocal before
-        now = file.read_bytes()
-        assert now.startswith(before)
-        before = now
-        sizes.append(len(now))
+        contents.append(file.read_bytes())
+        assert contents[-1].startswith(contents[-2])
 
-    whole = creep(**run, checkpoint=file, every=0.01, progress=watch)
-    recorded = sum(values.nbytes for values in whole.recorded.values())
-    assert len(set(sizes)) > 5
-    assert file.stat().st_size < 1.5 * recorded + len(set(sizes)) * 2**17
+    whole = creep(**run, checkpoint=file, every=0.005, progress=watch)
+    recorded, written = sum(values.nbytes for values in whole.recorded.values()), len({*contents})
+    assert written > 5
+    assert file.stat().st_size < 1.5 * recorded + written * 2**14
     assert resume(file) == whole
 
 
@@ -109,7 +106,7 @@ def test_a_file_damaged_anywhere_is_refused_or_goes_on_from_a_record_before(tmp_
     creep(TWO, Cycles("0.01", 3), checkpoint=file, every=0)
     good, rng = file.read_bytes(), np.random.default_rng(1)
     refused = 0
-    for place in rng.integers(0, len(good), 200).tolist():
+    for place in rng.integers(0, len(good), 80).tolist():
         bad = bytearray(good)
         bad[place] ^= 1 << int(rng.integers(8))
         file.write_bytes(bad)
@@ -117,12 +114,12 @@ def test_a_file_damaged_anywhere_is_refused_or_goes_on_from_a_record_before(tmp_
             assert resume(file) == whole
             refused -= 1
         refused += 1
-    assert refused > 190
+    assert refused > 75
     for length in (0, 5, 30, 60):
         file.write_bytes(good[:length])
         with pytest.raises(InputError, match=r"not a checkpoint|truncated"):
             resume(file)
-    for length in range(len(good) - 400, len(good), 20):  # as a writer leaves it that is killed
+    for length in range(len(good) - 400, len(good), 50):  # as a writer leaves it that is killed
         file.write_bytes(good[:length])
         with pytest.warns(CheckpointWarning, match="ends within a record"):
             assert resume(file) == whole
@@ -189,9 +186,8 @@ def test_a_crafted_snapshot_gets_a_sentence_in_time(tmp_path: Path, number: int)
     creep(**run, max_events=whole.event_count // 2, checkpoint=file, every=0)
     records = records_of(file)
     assert resume(file) == whole
-    ways = list(places(records[-1]))
-    others: list[Any] = []
-    for _ in range(50):
+    ways, refused = list(places(records[-1])), 0
+    for _ in range(30):
         crafted = copy.deepcopy(records)
         *way, last = rng.choice(ways)
         here = crafted[-1]
@@ -200,13 +196,13 @@ def test_a_crafted_snapshot_gets_a_sentence_in_time(tmp_path: Path, number: int)
         here[last] = mutated(here[last], rng)
         file.write_bytes(sealed(crafted))
         begin = time.process_time()
-        with suppress(InputError):
-            others.append((way, last, resume(file, max_seconds=3)))
+        try:
+            assert resume(file, max_seconds=3).half_cycles <= whole.drive.half_cycles
+        except InputError:
+            refused += 1
         assert time.process_time() - begin < 5
-    refused = 50 - len(others)
     # what is not refused is what nothing else tells: times, counts of work, what rounding left
-    assert refused >= (30 if run.get("solver") == "certified" else 40)
-    assert all(result.half_cycles <= whole.drive.half_cycles for *_, result in others)
+    assert refused >= (18 if run.get("solver") == "certified" else 24)
 
 
 def test_the_snapshots_that_once_hurt_the_kernel_are_refused(tmp_path: Path) -> None:
@@ -274,12 +270,12 @@ def test_of_two_runs_with_one_checkpoint_the_second_does_not_begin(tmp_path: Pat
 
 
 def test_a_checkpoint_of_many_members_holds_each_of_them(tmp_path: Path) -> None:
-    members = [Experiment.of(TWO, Cycles("0.01", 2), seed=seed) for seed in range(9)]
+    members = [Experiment.of(TWO, Cycles("0.01", 2), seed=seed) for seed in range(3)]
     whole = run_members(members, checkpoint=Checkpoint(tmp_path / "run.ckpt", 10**9))
     saved = Checkpoint.read(tmp_path / "run.ckpt")
     again = run_members(saved.experiments, checkpoint=saved)
     assert again == whole
-    with pytest.raises(InputError, match="holds 9 runs; the command exactcreep resume goes on"):
+    with pytest.raises(InputError, match="holds 3 runs; the command exactcreep resume goes on"):
         resume(tmp_path / "run.ckpt")
 
 

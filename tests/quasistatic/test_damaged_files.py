@@ -88,7 +88,7 @@ def test_a_damaged_record_is_read_or_refused(tmp_path: Path) -> None:
     record = tmp_path / "r.csv"
     table = "time,temperature\n" + "".join(f"{k},{20 + k % 7}\n" for k in range(60))
     refused = 0
-    for bad in mutations(table.encode(), 100, 5):
+    for bad in mutations(table.encode(), 40, 5):
         record.write_bytes(bad)
         refused += told(lambda: TemperatureRecord(record, "1e-5", 20)) != ""
-    assert refused > 20
+    assert refused > 8

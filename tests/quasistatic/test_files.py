@@ -73,7 +73,7 @@ def test_an_interrupted_writer_leaves_the_old_file_alone(
 def test_a_writer_killed_at_random_leaves_the_old_file_or_the_new_one(tmp_path: Path) -> None:
     moments, target, length = random.Random(5), tmp_path / "a", 400_000
     write_file(target, bytes(length), "out")
-    for _ in range(60):
+    for _ in range(25):
         before = target.read_bytes()
         child = os.fork()
         if child == 0:

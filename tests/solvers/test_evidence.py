@@ -9,7 +9,9 @@ from exactcreep import Chain, Cycles, Evidence, GaussianSteps, Outcome, State, c
 from exactcreep.quasistatic.course import known_of
 from exactcreep.solvers.exact import solver as exact
 from exactcreep.solvers.verlet import solver as verlet
+from tests.paper import paper_chain
 
+SIX, PAIR = paper_chain(6), paper_chain(2, "0")
 STEEP = Chain(2, 1000, "1/2", "3/5", "1/100", tan_alpha="0.5001")
 """Its first rearrangement is an avalanche of so many events that float64 promises nothing."""
 
@@ -26,7 +28,7 @@ def test_an_avalanche_beyond_the_promise_is_undecided_alone_and_in_a_run() -> No
 def test_a_time_limit_does_not_count_what_the_compiler_took(
     solver: str, module: object, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    chain = Chain(3, 1000, "0.5", "0.6", tan_alpha="0.25")
+    chain = paper_chain(3, "0")
     arguments = {"direction": 1, "solver": solver, "max_seconds": 0}
     assert rearrange(chain, State.relaxed(chain), **arguments).outcome is Outcome.LIMIT
     monkeypatch.setattr(module, "compiled", lambda *_: 1000.0)
@@ -51,14 +53,9 @@ def test_a_run_says_from_where_on_rounding_has_grown_beyond_its_promise() -> Non
 
 
 def test_a_twin_is_followed_to_the_end_where_it_never_parts() -> None:
-    chain = Chain(2, 1000, "1/2", "3/5", tan_alpha="1/4")
-    run = creep(chain, Cycles("0.001", 2000), twin=True)
+    run = creep(PAIR, Cycles("0.001", 2000), twin=True)
     assert run.evidence is Evidence.COMPUTED
     assert run.trusted_half_cycles == run.half_cycles == 4000
-    assert creep(chain, Cycles("0.001", 20_000)).trusted_half_cycles is None
-
-
-SIX = Chain(6, 1000, "1/2", "3/5", "1/100", tan_alpha="1/4")
 
 
 def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_worth() -> None:
@@ -80,16 +77,9 @@ def test_a_run_tells_how_far_its_course_is_followed_from_what_its_velocity_is_wo
 def test_a_course_is_trusted_as_long_as_runs_a_few_roundings_apart_agree() -> None:
     """Other nudges than that of the twin grow alike, to within a factor."""
     drive = Cycles("0.01", 6)
-    run, *others = (
-        creep(
-            SIX,
-            drive,
-            seed=1,
-            start=State.prepared(SIX, [k * 2.0**-52, 0, -k * 2.0**-52, 0, k * 2.0**-52], seed=1),
-            record=("tension",),
-        )
-        for k in range(4)
-    )
+    nudges = [[k * 2.0**-52, 0, -k * 2.0**-52, 0, k * 2.0**-52] for k in range(4)]
+    starts = [State.prepared(SIX, nudge, seed=1) for nudge in nudges]
+    run, *others = (creep(SIX, drive, seed=1, start=s, record=("tension",)) for s in starts)
     tensions = [one.recorded["tension"] for one in others]
     apart = np.abs(np.array(tensions) - run.recorded["tension"]).max(axis=(0, 2))
     trusted = run.trusted_half_cycles
@@ -108,11 +98,11 @@ def test_a_comparison_settled_by_a_rule_ends_what_is_followed_though_a_twin_agre
 
 
 def test_nothing_is_said_of_a_course_that_was_not_looked_at() -> None:
-    pair = Chain(2, 1000, "1/2", "3/5", tan_alpha="1/4")
-    assert creep(pair, Cycles("0.001", 20_000)).course == ""
-    assert creep(pair, Cycles("0.001", 20), solver="certified").course == ""
-    assert creep(pair, Cycles("0.001", 20)).course.endswith("the same course to the end")
-    cut = creep(pair, Cycles("0.001", 2000), twin=True, max_events=100)
+    unseen = creep(PAIR, Cycles("0.001", 20_000))
+    assert (unseen.course, unseen.trusted_half_cycles) == ("", None)
+    assert creep(PAIR, Cycles("0.001", 20), solver="certified").course == ""
+    assert creep(PAIR, Cycles("0.001", 20)).course.endswith("the same course to the end")
+    cut = creep(PAIR, Cycles("0.001", 2000), twin=True, max_events=100)
     assert cut.outcome is Outcome.LIMIT
     assert 0 < cut.half_cycles < 16  # so far every one is looked at
     assert cut.course.endswith(f"the same course for the first {cut.half_cycles} half-cycles")
@@ -127,21 +117,14 @@ def test_several_runs_are_told_of_together() -> None:
     long = creep(SIX, GaussianSteps("0.01", 1000), seed=2)
     assert long.velocity_error > 0
     assert "with their standard errors (of 4 not known)" in known_of([*runs, long])
-    pair = creep(Chain(2, 1000, "1/2", "3/5", tan_alpha="1/4"), Cycles("0.001", 20))
+    pair = creep(PAIR, Cycles("0.001", 20))
     assert "(4 of 5 runs) rounding errors have grown" in known_of([*runs, pair])
 
 
 def test_other_courses_have_other_positions_and_the_same_velocity_within_their_errors() -> None:
     """Starts a few roundings apart: what a course beyond its end is worth is its statistics."""
-    runs = [
-        creep(
-            SIX,
-            GaussianSteps("0.01", 1000),
-            seed=2,
-            start=State.prepared(SIX, [k * 2.0**-45, 0, 0, 0, 0], seed=2),
-        )
-        for k in range(6)
-    ]
+    starts = [State.prepared(SIX, [k * 2.0**-45, 0, 0, 0, 0], seed=2) for k in range(6)]
+    runs = [creep(SIX, GaussianSteps("0.01", 1000), seed=2, start=start) for start in starts]
     assert max(run.followed for run in runs) < 100
     x = np.array([run.recorded["x_G"] for run in runs])
     assert np.abs(x[1:] - x[0])[:, 100:].max(axis=1).min() > 1e-3
