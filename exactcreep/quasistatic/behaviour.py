@@ -42,7 +42,8 @@ def behaviour(
         begin = velocity.marks[0]
     advanced = _advanced(velocity, begin, state, tally)
     if recurrence is None:
-        if tally.events == begin.events:
+        still = floats(state.displacements) == begin.displacements
+        if tally.slips == begin.slips and still.all():
             return Behaviour(Outcome.AT_REST)
         return _drifting(velocity, advanced, None, done)
     settled = recurrence.settled()

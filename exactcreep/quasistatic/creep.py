@@ -131,7 +131,7 @@ def creep(
         parted, and not for 16,384 events only: `trusted_half_cycles`.
     accuracy : number, optional
         The run ends as soon as the mean velocity is known to this relative error, at 95 %; the
-        drive's `cycles` or `steps` are then the most. It is looked at after 384 targets, and then
+        drive's `cycles` or `steps` are then the most. It is looked at after 128 targets, and then
         after 1.5 times as many each time; ``report["relative_error"]`` says what was reached.
     progress : bool or callable, optional
         A callable is called with a `Progress` about ten times a second. Default: a bar on terminals

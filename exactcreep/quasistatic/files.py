@@ -9,7 +9,7 @@ import itertools
 import os
 import re
 import secrets
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +21,8 @@ with contextlib.suppress(ImportError):  # not on Windows, where no part is known
 
 PICTURES = (".png", ".pdf", ".svg")
 _PART = re.compile(r"\.[0-9a-f]{8}\.part$")
-Content = bytes | memoryview | Iterable[bytes | memoryview] | Callable[[io.FileIO], None]
-"""Of a file: bytes, pieces of them, or what writes it."""
+Content = bytes | memoryview | Callable[[io.FileIO], None]
+"""Of a file: bytes, or what writes it."""
 
 
 class Occupied(InputError):
@@ -178,7 +178,7 @@ class _Part(io.FileIO):
         if callable(content):
             content(self)
         else:
-            self.writelines([content] if isinstance(content, (bytes, memoryview)) else content)
+            self.write(content)
         if self.failed is not None:
             raise self.failed
         os.fsync(self.fileno())

@@ -62,13 +62,12 @@ class Creep(Result):
         What the chain does, or why the computation stopped; see `exactcreep.creep`.
     evidence : Evidence
     reason : str
-        For a limit, a runaway, a drift too small to be seen, or a displacement that was only a
-        transient: one sentence.
+        One sentence, if there is more to say.
     since : int or None
-        The cycle from which on the chain does what `outcome` says, up to the end of the run: x_G
-        repeats its motion from there, and the tensions repeat, to within 2**-40 of the friction, as
-        far back as they are known (some thousand cycles). If it does not repeat, the cycle in which
-        the burn-in ends. None for other drives, a runaway or a limit.
+        The cycle from which on the chain does what `outcome` says: x_G repeats its motion from
+        there, and the tensions, to within 2**-40 of the friction, as far back as they are known
+        (some thousand cycles). If it does not repeat, the cycle in which the burn-in ends. None for
+        other drives, a runaway or a limit.
     velocity : float
         Mean displacement of x_G after the burn-in, or in its cycle if the chain has settled; unit
         ``g tau_dyn**2`` per half-cycle of Cycles, per unit of time of a TemperatureRecord, per
@@ -363,9 +362,8 @@ class Creep(Result):
     def tree(self) -> xr.DataTree:
         """The `dataset` as an xarray DataTree with one group for each table.
 
-        The groups are called as in `to_pandas`, and their columns by their own names
-        (``tree["events"].to_dataset().to_dataframe()``); a group ``states`` holds the first and the
-        last state, the root the parameters.
+        The groups are called as in `to_pandas`; a group ``states`` holds the first and the last
+        state, the root the parameters.
         """
         made: xr.DataTree = _frames().tree(self)
         return made

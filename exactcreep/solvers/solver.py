@@ -69,12 +69,11 @@ class Rearrangement(Shown):
     events : tuple of Event
         In order of time; empty if no slider exceeds its threshold.
     outcome : Outcome
-        `AT_REST`, `RUNAWAY` (proved never to come to rest) or `LIMIT` (given up).
+        `AT_REST`, `RUNAWAY` (proved) or `LIMIT` (given up).
     evidence : Evidence
     state : State
-        At the end: at rest, or where the sliders are when a runaway is proved or it is given up.
     velocities : ndarray, shape (n,)
-        At the end; zero unless the outcome is a runaway or a limit.
+        At the end, as is the state; zero at rest.
     sol : Solution
         Positions, velocities and forces at any time between the first event and the last.
     undecided : int
@@ -95,18 +94,16 @@ class Rearrangement(Shown):
     motion : Solution or None
         The closed form, if the solver has kept it.
     error : float
-        Of `exact`: estimate, not a bound, of the largest error that rounding leaves in a tension
-        (unit ``m g``) or in the displacement of a slider within the rearrangement; inf where the
-        order of events itself is in doubt. nan of solvers that do not estimate it. The rounding
-        of the state's numbers to float64 comes on top.
+        Of `exact`: estimate of the largest error that rounding leaves in a tension (unit ``m g``)
+        or a displacement; inf where the order of events is in doubt. nan of other solvers. The
+        rounding of the state's numbers to float64 comes on top.
     doubt : str
         Why `error` breaks the promise of 1e-12, so that the evidence is `UNDECIDED`; else empty.
 
     Notes
     -----
-    What a solver did not need is made when it is asked for, and kept. Two are equal if they are of
-    one solver, chain and seed, with equal states, velocities, events, outcome, reason and counts;
-    what follows from these, and `report`, is not compared.
+    What a solver did not need is made when it is asked for, and kept. `==` compares all but
+    `report` and what follows from the rest.
 
     Examples
     --------
@@ -517,8 +514,7 @@ def compiled(
     """Have a solver's code compiled, or loaded, once; return the seconds that it took just now.
 
     What is compiled depends on the number of sliders and what is recorded alone. `say` is called if
-    the compiler is at work: code found in its cache does not need it. What the solver's options
-    cost, such as a short time step, is not paid for here.
+    the compiler is at work, and not if code is found in its cache.
     """
     begin = time.perf_counter()
     with compiling.told(say):
@@ -542,8 +538,7 @@ def advance(
 ) -> Stretch:
     """Take a chain from target `done` of a drive to target `until`, and say why it ended.
 
-    Returns the targets completed after `done`, and all that was recorded on the way; where `take`
-    is given, it gets that, stretch by stretch, so that a long run needs no memory.
+    What was recorded on the way goes to `take` stretch by stretch, or else is returned whole.
     """
     reached, before = done, simulation.tally.events
     parts: list[Mapping[str, NDArray[Any]]] = [{"x_G": np.empty(0)}]

@@ -50,9 +50,9 @@ def standard_error(
     Returns
     -------
     float
-        1.96 of it are meant to make an interval of 95 %. nan if there are fewer than `FEWEST_STEPS`
-        steps, or if they are seen to be correlated over times that are not short beside the whole.
-        Guarantee: none. Correlations longer than the run are not seen; see `rests_for_long`.
+        1.96 of it make an interval of 95 %. nan of fewer than `FEWEST_STEPS` steps, or if they are
+        seen to be correlated over times that are not short beside the whole. Guarantee: none;
+        correlations longer than the run are not seen.
 
     Notes
     -----

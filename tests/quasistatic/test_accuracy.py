@@ -63,7 +63,7 @@ def test_a_scene_may_ask_for_an_accuracy_and_auto_names_what_replaces_it() -> No
 @pytest.mark.slow
 def test_velocities_lie_within_the_accuracy_as_often_as_is_said() -> None:
     """Scenes are drawn; those whose velocity never becomes known are counted, not left out."""
-    rng, within, unknown = np.random.default_rng(5), [], 0
+    rng, within, covered, unknown = np.random.default_rng(5), [], [], 0
     for scene in range(100):
         n = int(rng.choice([2, 3, 4, 6]))
         tan_alpha, sigma = rng.uniform(0.1, 0.35), rng.choice(["0.005", "0.01", "0.03"])
@@ -81,9 +81,12 @@ def test_velocities_lie_within_the_accuracy_as_often_as_is_said() -> None:
             steps = 30 * (run.half_cycles // 2)
             much = Cycles(amplitude, steps) if cyclic else GaussianSteps(amplitude, 2 * steps)
             long = creep(chain, much, seed=1000 + scene, record=())
-        room = math.hypot(accuracy * abs(long.velocity), 1.96 * (long.velocity_error or 0.0))
-        within.append(abs(run.velocity - long.velocity) <= room)
-    print(f"{sum(within)} of {len(within)} within; {unknown} scenes were not known so well")
-    # 95 % of some 90 scenes; more, as looks are few and the error is within what was asked
+        errors = [0.0 if math.isnan(x.velocity_error) else x.velocity_error for x in (run, long)]
+        off, doubt = abs(run.velocity - long.velocity), 1.96 * errors[1]
+        within.append(off <= math.hypot(accuracy * abs(long.velocity), doubt))
+        covered.append(off <= math.hypot(1.96 * errors[0], doubt))
+    print(f"{sum(within)} and {sum(covered)} of {len(within)}; {unknown} were not known so well")
+    # the interval covers 95 %, of some 90 runs; what was asked for covers more, as looks are few
     assert sum(within) >= 0.93 * len(within)
+    assert sum(covered) >= 0.89 * len(within)
     assert unknown < 25

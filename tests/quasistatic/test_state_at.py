@@ -41,8 +41,8 @@ def _ended_at(run: Creep, half_cycle: int) -> State:
 
 def test_a_result_saves_few_states_and_begins_at_the_nearest() -> None:
     run = creep(SIX, Cycles("0.004", 3000), record=())
-    assert 1 < len(run.saved) < 40
-    assert max(run.saved) <= run.half_cycles
+    assert len(run.saved) < 40
+    assert run.half_cycles / 2 <= max(run.saved) <= run.half_cycles
     wrong = {target: dict(kept, **run.saved[min(run.saved)]) for target, kept in run.saved.items()}
     late = max(target for target in run.saved if target < run.half_cycles) + 1
     state = run.state_at(late)

@@ -94,6 +94,14 @@ def test_no_half_cycle_after_the_burn_in_leaves_the_velocity_unknown() -> None:
     assert result.outcome is Outcome.CYCLING
 
 
+def test_a_slider_that_slides_on_through_all_targets_is_not_at_rest() -> None:
+    """It starts and stops no more, and yet moves."""
+    run = creep(TWO_SURE, ThetaPath(["0.004", "0.008"]), solver="sliding", burn_in=1)
+    assert run.event_count == 1
+    assert run.velocity == 2.0
+    assert run.outcome is Outcome.CYCLING
+
+
 def test_the_standard_error_is_the_scatter_between_seeds() -> None:
     results = [creep(TWO, GaussianSteps("0.01", 3000), seed=seed) for seed in range(40)]
     scatter = np.std([result.velocity for result in results], ddof=1)
