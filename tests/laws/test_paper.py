@@ -149,31 +149,7 @@ def test_the_sliding_law_is_the_exact_rational_chain() -> None:
     assert 5 < resting < 35
 
 
-def test_the_corrected_threshold_exceeds_the_printed_one_by_the_dropped_term() -> None:
-    p = {"n": 30, "l0": 1000, "mu_d": F(1, 2), "tan_alpha": F(1, 4)}
-    printed, corrected = threshold_amplitude(**p), laws.onset_amplitude(**p, mu_s=F(3, 5))
-    assert corrected / printed == pytest.approx(1 + 4 / 300, rel=1e-15)
-    assert math.isclose(0.99 * printed, 0.00360165403178954466, rel_tol=1e-15)
-    assert 1.01 * printed < corrected
-
-
 # --- the pivot ------------------------------------------------------------------------------------
-
-
-def test_the_pivot_is_where_the_sliding_chain_pivots() -> None:
-    random = Random(77)
-    for n in range(2, 20):
-        for _ in range(6):
-            mu_d = F(random.randint(1, 40), 20)
-            tan = mu_d * F(random.randint(-59, 59), 60)
-            chain = RationalChain(n, tan, mu_d)
-            try:
-                chain.ramp(4 * n * mu_d)
-            except NotUnique:
-                low, high = pivots(n, tan, mu_d)
-                assert high == low + 1
-                continue
-            assert pivots(n, tan, mu_d) == (chain.pivot + 1,)
 
 
 @pytest.mark.parametrize(
@@ -213,13 +189,6 @@ def test_pivot_windows_overlap_by_the_derived_width() -> None:
 
 
 # --- arithmetic, and what is refused --------------------------------------------------------------
-
-
-def test_rationals_stay_rational_on_slopes_with_a_rational_cosine() -> None:
-    chain = {"n": 30, "l0": 1000, "mu_d": F(1, 2), "tan_alpha": F(7, 24)}
-    velocity = creep_velocity(**chain, amplitude=F(1, 100))
-    assert isinstance(velocity, Fraction)
-    assert velocity == (30 + 3 - 2 * laws.pivot(30, F(7, 24), F(1, 2))) * (10 - 3)
 
 
 @pytest.mark.parametrize("digits", [20, 50, 90])

@@ -219,23 +219,3 @@ def test_edges_are_those_that_hold_for_the_chain() -> None:
     assert set(laws.edges(captions(6, "0.01"))) == {"no_lasting_creep"}
     assert laws.edges(captions(1)) == {}
     assert laws.edges(clean.mirrored()) == laws.edges(clean)
-
-
-def test_disorder_frees_three_sliders_that_lock_next_to_an_edge_of_their_plateau() -> None:
-    # inside Eq. (vitesse_seuil)'s own window of slopes, (.1667, .5), and ten times its threshold
-    cycles = Cycles("0.02", 200)
-    clean = creep(captions(3, tan_alpha="0.19"), cycles)
-    drawn = creep(captions(3, "0.01", tan_alpha="0.19"), cycles, seed=1)
-    law = laws.sliding_velocity(n=3, l0=1000, mu_d=0.5, tan_alpha=0.19, amplitude=0.02)
-    assert law == pytest.approx(39.0863454)
-    assert (clean.outcome, clean.velocity) == (Outcome.CYCLING, 0.0)
-    assert drawn.velocity is not None
-    assert 25 < drawn.velocity < 37
-
-
-@pytest.mark.parametrize("slope", ["0.49", "0.499", "0.4999", "0.49999"])
-def test_two_sliders_without_disorder_do_not_diverge_at_the_critical_slope(slope: str) -> None:
-    chain = captions(2, tan_alpha=slope)
-    velocity = creep(chain, Cycles("0.01", 50)).velocity
-    assert velocity is not None
-    assert abs(velocity - 10) < 2 * 0.1 * chain.cos_alpha

@@ -73,6 +73,7 @@ def test_a_value_is_shown_in_short():
     )
     assert (shown(Fraction(0.1)), shown(Fraction(1, 10))) == ("0.1", "'0.1'")
     assert len(shown(Fraction(1, 3) ** 1000)) < 60
+    assert shown(list(range(6))) == "[0, 1, 2, 3, 4, 5]"
     many = repr(Path([Fraction(k, 3) for k in range(100_000)]))
     assert len(many) < 200
     assert many.startswith("Path(theta=[0, '1/3', '2/3', ... 100000 values ..., ")
